@@ -1,0 +1,17 @@
+//! Reflections and refractions of *near* objects in curved mirrors and glass, without tracing the scene a ray a pixel.
+//!
+//! A scene point's reflection can be *found* (the projection family: moved geometry is drawn) or a reflected ray
+//! can be *looked up* (the lookup family: radiance is fetched). Every method is measured against the same
+//! ray-traced [`methods::reference`].
+//!
+
+pub mod error;
+pub mod framebuffer;
+pub mod math;
+pub mod methods;
+pub mod optics;
+pub mod parallel;
+pub mod progress;
+pub mod raster;
+pub mod scene;
+pub mod surface;

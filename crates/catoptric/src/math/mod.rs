@@ -1,0 +1,6 @@
+//! Boxes, deterministic random numbers and small numerics.
+
+mod aabb;
+pub mod random;
+
+pub use aabb::Aabb;

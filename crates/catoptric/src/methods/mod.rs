@@ -1,0 +1,126 @@
+//! Every way to draw reflections, behind one interface, in one table: [`all`].
+
+mod settings;
+
+pub use settings::{SettingInfo, Settings};
+
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::progress::Progress;
+use crate::scene::{Scene, View};
+use std::collections::BTreeMap;
+
+/// How a method finds reflections.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// The ray-traced truth.
+    Reference,
+    /// Scene points are projected to where they appear; moved geometry is drawn.
+    Projection,
+    /// Reflected rays fetch radiance.
+    Lookup,
+}
+
+impl Family {
+    /// The family's name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Projection => "projection",
+            Self::Lookup => "lookup",
+        }
+    }
+}
+
+/// What a method is and can do.
+#[derive(Debug)]
+pub struct MethodInfo {
+    /// The name in the program: that of the method's folder.
+    pub id: &'static str,
+    /// Which half of the problem it solves.
+    pub family: Family,
+    /// One line for tables.
+    pub summary: &'static str,
+    /// Author, year and title of the source.
+    pub paper: &'static str,
+    /// What must hold for its pictures to be right.
+    pub assumptions: &'static str,
+    /// Runs on the CPU.
+    pub cpu: bool,
+    /// Runs on the GPU.
+    pub gpu: bool,
+    /// Needs or can use long precomputation.
+    pub bake: bool,
+    /// Its settings with their defaults.
+    pub settings: fn() -> Vec<SettingInfo>,
+    /// Makes the method from a table of settings; unknown names and values that are not allowed are errors.
+    pub create: fn(&toml::Table) -> Result<Box<dyn ReflectionMethod>, RenderError>,
+}
+
+/// How well a picture is to be drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quality {
+    /// Antialiasing samples a pixel, at least 1.
+    pub samples: u32,
+    /// Highest number of specular events on a path; what lies beyond is black.
+    pub order: u32,
+}
+
+/// One picture to be drawn.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// The scene; the same that the method was prepared for.
+    pub scene: &'a Scene,
+    /// What is to be seen.
+    pub view: &'a View,
+    /// How well.
+    pub quality: Quality,
+    /// Who is told how far it has come.
+    pub progress: &'a dyn Progress,
+}
+
+/// What a method has to say about its work.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// Time of each stage in milliseconds, in order.
+    pub stages_ms: Vec<(&'static str, f64)>,
+    /// Counted things: rays, triangles, vertices...
+    pub counts: BTreeMap<&'static str, u64>,
+    /// How often something could not be done and what was drawn instead.
+    pub fallbacks: BTreeMap<&'static str, u64>,
+    /// Memory of the method's own tables.
+    pub bytes: BTreeMap<&'static str, u64>,
+    /// What the user should know.
+    pub warnings: Vec<String>,
+}
+
+/// A way to draw reflections, with its settings.
+pub trait ReflectionMethod: Send {
+    /// What the method is.
+    fn info(&self) -> &'static MethodInfo;
+
+    /// Builds what depends on the scene alone, not on the view. Must be called before [`Self::render`], and again
+    /// whenever the scene or the quality changes.
+    fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError>;
+
+    /// Draws one picture into `target`, which has the view's size.
+    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError>;
+}
+
+/// All methods, the reference first.
+pub fn all() -> &'static [&'static MethodInfo] {
+    &[]
+}
+
+/// The method with this id and these settings.
+pub fn create(id: &str, settings: &toml::Table) -> Result<Box<dyn ReflectionMethod>, RenderError> {
+    (find(id)?.create)(settings)
+}
+
+/// What the method with this id is.
+pub fn find(id: &str) -> Result<&'static MethodInfo, RenderError> {
+    all().iter().copied().find(|info| info.id == id).ok_or_else(|| RenderError::UnknownMethod {
+        id: id.into(),
+        known: all().iter().map(|info| info.id).collect::<Vec<_>>().join(", "),
+    })
+}

@@ -1,0 +1,52 @@
+//! Settings of methods: plain structs read from `key = value` tables, with errors that list what is allowed.
+
+use crate::error::RenderError;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// A setting as it is shown to users.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SettingInfo {
+    /// Its name.
+    pub name: String,
+    /// Its default value, as it is written in a scene file.
+    pub default: String,
+    /// What it does and which values are allowed.
+    pub help: &'static str,
+}
+
+/// A method's settings struct: all fields have defaults, unknown fields are refused
+/// (`#[serde(default, deny_unknown_fields)]`).
+pub trait Settings: Default + Serialize + DeserializeOwned {
+    /// The method's id, for messages.
+    const METHOD: &'static str;
+    /// One line for every field: its name and what it does.
+    const HELP: &'static [(&'static str, &'static str)];
+
+    /// Whether the values are allowed, else what is wrong.
+    fn check(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The settings from a table; what the table does not name has its default.
+    fn from_table(table: &toml::Table) -> Result<Self, RenderError> {
+        let fail = |problem: String| RenderError::Setting { method: Self::METHOD, problem };
+        let settings: Self = toml::Value::Table(table.clone())
+            .try_into()
+            .map_err(|error: toml::de::Error| fail(error.message().to_owned()))?;
+        settings.check().map_err(fail)?;
+        Ok(settings)
+    }
+
+    /// All settings with their defaults and explanations.
+    fn describe() -> Vec<SettingInfo> {
+        let defaults = toml::Table::try_from(Self::default()).unwrap_or_default();
+        Self::HELP
+            .iter()
+            .map(|(name, help)| SettingInfo {
+                name: (*name).into(),
+                default: defaults.get(*name).map_or_else(|| "none".into(), ToString::to_string),
+                help,
+            })
+            .collect()
+    }
+}

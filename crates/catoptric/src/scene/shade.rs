@@ -1,0 +1,165 @@
+//! What a point of a surface looks like: the one place where colours are computed, for every method.
+//!
+//! Surfaces are lit by the file's lights (without shadows), by the environment's irradiance, and, where a scene
+//! has neither, by a headlight that travels with the path: it shines from the path's previous point. Normals are
+//! turned towards the viewer, so both sides of a surface are lit.
+
+use super::{AlphaMode, Material, Scene, TextureBinding, UvFootprint};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+/// A point of a surface with everything that shading and the continuation of a path need.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SurfacePoint {
+    /// The object.
+    pub object: u32,
+    /// The point in the world.
+    pub position: Vec3,
+    /// The unit normal of the flat triangle (or of the exact surface), on the outer side.
+    pub geometric_normal: Vec3,
+    /// The interpolated unit normal, on the outer side.
+    pub normal: Vec3,
+    /// Two sets of texture coordinates.
+    pub uvs: [Vec2; 2],
+    /// Change of the texture coordinates a pixel.
+    pub footprints: [UvFootprint; 2],
+    /// Linear vertex colour with alpha.
+    pub color: Vec4,
+}
+
+/// Barycentric coordinates of the second and third vertex, and their change a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Barycentrics {
+    /// Weights of the second and third vertex.
+    pub value: Vec2,
+    /// Change with the pixel's column.
+    pub dx: Vec2,
+    /// Change with the pixel's row.
+    pub dy: Vec2,
+}
+
+impl Scene {
+    /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
+    /// normals, whatever the winding.
+    #[inline]
+    pub fn surface_point(&self, triangle: u32, at: &Barycentrics) -> SurfacePoint {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| vertex as usize);
+        let object = self.triangle_objects[triangle as usize];
+        let (wb, wc) = (at.value.x, at.value.y);
+        let wa = 1.0 - wb - wc;
+        let [pa, pb, pc] = [self.positions[a], self.positions[b], self.positions[c]];
+        let [na, nb, nc] = [self.normals[a], self.normals[b], self.normals[c]];
+        let (ab, ac) = (pb - pa, pc - pa);
+        let sum = na * wa + nb * wb + nc * wc;
+        let face = ab.cross(ac);
+        let face = if face.dot(na + nb + nc) < 0.0 { -face } else { face };
+        let geometric_normal = unit_or(face, na);
+        let normal = unit_or(sum, geometric_normal);
+        let [ua, ub, uc] = [&self.uvs[a], &self.uvs[b], &self.uvs[c]];
+        let mut uvs = [Vec2::ZERO; 2];
+        let mut footprints = [UvFootprint::default(); 2];
+        let textured = self.materials[self.objects[object as usize].material as usize].textured();
+        if textured {
+            for channel in 0..2 {
+                let (du, dv) = (ub[channel] - ua[channel], uc[channel] - ua[channel]);
+                uvs[channel] = ua[channel] + du * wb + dv * wc;
+                footprints[channel] = UvFootprint { dx: du * at.dx.x + dv * at.dx.y, dy: du * at.dy.x + dv * at.dy.y };
+            }
+        }
+        let color = if self.colors.is_empty() {
+            Vec4::ONE
+        } else {
+            let [ca, cb, cc] = [a, b, c].map(|vertex| Vec4::from(self.colors[vertex]));
+            ca * wa + cb * wb + cc * wc
+        };
+        SurfacePoint { object, position: pa + ab * wb + ac * wc, geometric_normal, normal, uvs, footprints, color }
+    }
+
+    /// Base colour times texture times vertex colour, linear, with alpha.
+    #[inline]
+    pub fn base_color(&self, material: &Material, point: &SurfacePoint) -> Vec4 {
+        let color = material.base_color * point.color;
+        match &material.base_texture {
+            Some(binding) => color * self.sample(binding, point),
+            None => color,
+        }
+    }
+
+    #[inline]
+    fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
+        let Some(texture) = self.textures.get(binding.texture as usize) else { return Vec4::ONE };
+        let channel = binding.uv_channel as usize & 1;
+        let (uv, footprint) = (point.uvs[channel], &point.footprints[channel]);
+        let matrix = binding.texture_from_uv.matrix2;
+        let footprint = UvFootprint { dx: matrix * footprint.dx, dy: matrix * footprint.dy };
+        texture.sample(binding.texture_from_uv.transform_point2(uv), &footprint)
+    }
+
+    /// Whether the surface is there at all at a point, by its alpha.
+    #[inline]
+    pub fn is_present(&self, material: &Material, point: &SurfacePoint) -> bool {
+        match material.alpha_mode {
+            AlphaMode::Opaque => true,
+            AlphaMode::Mask(cutoff) => self.base_color(material, point).w >= cutoff,
+        }
+    }
+
+    /// The radiance that a point scatters and emits towards the previous point of the path.
+    ///
+    /// `towards_viewer` is the unit direction to the previous point of the path. Never negative, always finite.
+    #[inline]
+    pub fn radiance(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        let material = self.material_of(point.object);
+        let base = self.base_color(material, point).xyz();
+        if material.unlit {
+            return finite(base);
+        }
+        let normal = if point.normal.dot(towards_viewer) < 0.0 { -point.normal } else { point.normal };
+        let mut radiance = base * self.irradiance_over_pi(point.position, normal, towards_viewer);
+        if material.emissive != Vec3::ZERO {
+            let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |t| self.sample(t, point).xyz());
+            radiance += material.emissive * texture;
+        }
+        finite(radiance)
+    }
+
+    #[inline]
+    fn irradiance_over_pi(&self, position: Vec3, normal: Vec3, towards_viewer: Vec3) -> Vec3 {
+        if self.lights.is_empty() && self.environment.is_none() {
+            return Vec3::splat(normal.dot(towards_viewer).max(0.0));
+        }
+        let mut sum = Vec3::ZERO;
+        for light in &self.lights {
+            let (towards, irradiance) = light.arriving(position);
+            sum += irradiance * normal.dot(towards).max(0.0);
+        }
+        if let Some(environment) = &self.environment {
+            sum += environment.irradiance(normal);
+        }
+        sum * std::f32::consts::FRAC_1_PI
+    }
+
+    /// The radiance from infinity in a direction of unit length.
+    #[inline]
+    pub fn background(&self, direction: Vec3) -> Vec3 {
+        self.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.radiance(direction))
+    }
+}
+
+impl Material {
+    /// Whether anything is read from a texture.
+    #[inline]
+    pub fn textured(&self) -> bool {
+        self.base_texture.is_some() || self.emissive_texture.is_some()
+    }
+}
+
+#[inline]
+fn unit_or(vector: Vec3, otherwise: Vec3) -> Vec3 {
+    let length2 = vector.length_squared();
+    if length2 > 1e-36 && length2.is_finite() { vector * length2.sqrt().recip() } else { otherwise }
+}
+
+#[inline]
+fn finite(radiance: Vec3) -> Vec3 {
+    if radiance.is_finite() { radiance.max(Vec3::ZERO) } else { Vec3::ZERO }
+}

@@ -1,0 +1,261 @@
+//! Cameras and views: rays through pixels, and pixels of points.
+
+use crate::math::Aabb;
+use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
+
+/// How a camera maps directions to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole; the vertical field of view in radians, the horizontal one follows from the picture's shape.
+    Perspective {
+        /// Vertical field of view.
+        fov_y: f32,
+    },
+    /// Parallel rays; half the height of what is seen, in scene units.
+    Orthographic {
+        /// Half the height of what is seen.
+        half_height: f32,
+    },
+}
+
+/// A named camera placed in the world. It looks along its own -z, y is up (glTF).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Its name; may be empty.
+    pub name: String,
+    /// Its place: rotation and translation only.
+    pub world_from_camera: Affine3A,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+impl Camera {
+    /// A perspective camera at `eye` that looks at `target`; the field of view is vertical, in degrees.
+    ///
+    /// Never fails: where `up` and the direction are parallel, or eye and target coincide, another axis is taken.
+    pub fn look_at(name: &str, eye: Vec3, target: Vec3, up: Vec3, fov_deg: f32) -> Self {
+        Self {
+            name: name.into(),
+            world_from_camera: placement(eye, target - eye, up),
+            projection: Projection::Perspective { fov_y: fov_deg.clamp(0.01, 179.0).to_radians() },
+        }
+    }
+
+    /// A camera that sees all of `bounds`.
+    pub fn framing(bounds: &Aabb) -> Self {
+        let radius = (bounds.diagonal() * 0.5).max(1e-3);
+        let fov_deg = 40.0f32;
+        let distance = radius / (fov_deg.to_radians() * 0.5).sin();
+        let direction = Vec3::new(0.45, 0.3, 0.85).normalize();
+        let center = bounds.center();
+        Self::look_at("framing", center + direction * distance, center, Vec3::Y, fov_deg)
+    }
+}
+
+fn placement(eye: Vec3, forward: Vec3, up: Vec3) -> Affine3A {
+    let back = (-forward).try_normalize().unwrap_or(Vec3::Z);
+    let right =
+        up.cross(back).try_normalize().filter(|_| up.is_finite()).unwrap_or_else(|| back.any_orthonormal_vector());
+    let up = back.cross(right);
+    Affine3A { matrix3: Mat3A::from_cols(right.into(), up.into(), back.into()), translation: eye.into() }
+}
+
+/// A ray; the direction is of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: Vec3,
+    /// Where it goes, unit length.
+    pub direction: Vec3,
+}
+
+/// How a ray changes from a pixel to its right and lower neighbour (Igehy 1999).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RayDifferential {
+    /// Change of the origin with the pixel's column.
+    pub origin_dx: Vec3,
+    /// Change of the origin with the pixel's row.
+    pub origin_dy: Vec3,
+    /// Change of the unit direction with the pixel's column.
+    pub direction_dx: Vec3,
+    /// Change of the unit direction with the pixel's row.
+    pub direction_dy: Vec3,
+}
+
+/// A camera with a picture size: what is to be drawn.
+///
+/// Picture coordinates are pixels from the top left corner of the picture, x to the right, y down; the centre of
+/// the first pixel is (0.5, 0.5).
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The camera's place: a rotation and a translation, or, for mirrored views, a reflection and a translation.
+    pub world_from_view: Affine3A,
+    /// Its projection.
+    pub projection: Projection,
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Points nearer than this in front of the eye are not seen.
+    pub near: f32,
+}
+
+impl View {
+    /// The view of `camera` on a picture of `width` times `height` pixels.
+    pub fn new(camera: &Camera, width: u32, height: u32, near: f32) -> Self {
+        Self { world_from_view: camera.world_from_camera, projection: camera.projection, width, height, near }
+    }
+
+    /// The eye: the origin of all rays of a perspective view.
+    pub fn eye(&self) -> Vec3 {
+        self.world_from_view.translation.into()
+    }
+
+    /// The size of a pixel at distance 1 (perspective) or anywhere (orthographic).
+    fn pixel_size(&self) -> f32 {
+        let half = match self.projection {
+            Projection::Perspective { fov_y } => (fov_y * 0.5).tan(),
+            Projection::Orthographic { half_height } => half_height,
+        };
+        2.0 * half / self.height as f32
+    }
+
+    /// The view-space offset of a picture position from the axis, at distance 1.
+    fn offset(&self, x_px: f32, y_px: f32) -> Vec2 {
+        Vec2::new(x_px - self.width as f32 * 0.5, self.height as f32 * 0.5 - y_px) * self.pixel_size()
+    }
+
+    /// The ray through a picture position.
+    pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
+        let offset = self.offset(x_px, y_px);
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { .. } => (Vec3A::ZERO, Vec3A::new(offset.x, offset.y, -1.0)),
+            Projection::Orthographic { .. } => (Vec3A::new(offset.x, offset.y, 0.0), Vec3A::NEG_Z),
+        };
+        Ray {
+            origin: self.world_from_view.transform_point3a(origin).into(),
+            direction: self.world_from_view.transform_vector3a(direction).normalize().into(),
+        }
+    }
+
+    /// The ray through a picture position and its change a pixel.
+    pub fn ray_with_differential(&self, x_px: f32, y_px: f32) -> (Ray, RayDifferential) {
+        let ray = self.ray(x_px, y_px);
+        let right = Vec3::from(self.world_from_view.matrix3.x_axis) * self.pixel_size();
+        let down = Vec3::from(self.world_from_view.matrix3.y_axis) * -self.pixel_size();
+        let differential = match self.projection {
+            Projection::Perspective { .. } => {
+                // d = v / |v| with v at distance 1 along the axis: dd = (dv - d (d . dv)) / |v|.
+                let offset = self.offset(x_px, y_px);
+                let inverse_length = 1.0 / (offset.length_squared() + 1.0).sqrt();
+                let change = |dv: Vec3| (dv - ray.direction * ray.direction.dot(dv)) * inverse_length;
+                RayDifferential { direction_dx: change(right), direction_dy: change(down), ..Default::default() }
+            }
+            Projection::Orthographic { .. } => {
+                RayDifferential { origin_dx: right, origin_dy: down, ..Default::default() }
+            }
+        };
+        (ray, differential)
+    }
+
+    /// Homogeneous picture coordinates of a world point: (x w, y w, w); w is the depth along the view axis for
+    /// perspective views, and 1 for orthographic ones. The fourth number is the depth along the axis for both.
+    #[inline]
+    pub fn picture_from_world(&self) -> PictureTransform {
+        let view_from_world = self.world_from_view.inverse();
+        PictureTransform {
+            view_from_world,
+            pixels_per_unit: 1.0 / self.pixel_size(),
+            center: Vec2::new(self.width as f32, self.height as f32) * 0.5,
+            perspective: matches!(self.projection, Projection::Perspective { .. }),
+        }
+    }
+
+    /// The picture position of a world point, or none when it is nearer than the near plane or behind the eye.
+    pub fn pixel_of(&self, point: Vec3) -> Option<Vec2> {
+        let projected = self.picture_from_world().apply(point);
+        (projected.depth >= self.near).then(|| projected.xy / projected.w)
+    }
+}
+
+/// A world point in the homogeneous coordinates of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PicturePoint {
+    /// Picture position times `w`, in pixels.
+    pub xy: Vec2,
+    /// The homogeneous coordinate: depth for perspective views, 1 for orthographic ones.
+    pub w: f32,
+    /// Distance from the eye along the view axis.
+    pub depth: f32,
+}
+
+/// Maps world points to [`PicturePoint`]s.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureTransform {
+    view_from_world: Affine3A,
+    pixels_per_unit: f32,
+    center: Vec2,
+    perspective: bool,
+}
+
+impl PictureTransform {
+    /// The picture point of a world point.
+    #[inline]
+    pub fn apply(&self, point: Vec3) -> PicturePoint {
+        let p = self.view_from_world.transform_point3(point);
+        let depth = -p.z;
+        let w = if self.perspective { depth } else { 1.0 };
+        let xy = Vec2::new(p.x, -p.y) * self.pixels_per_unit + self.center * w;
+        PicturePoint { xy, w, depth }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn views() -> [View; 2] {
+        let camera = Camera::look_at("", Vec3::new(1.0, 2.0, 3.0), Vec3::new(-0.5, 0.0, 0.2), Vec3::Y, 50.0);
+        let ortho = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..camera.clone() };
+        [View::new(&camera, 640, 360, 0.01), View::new(&ortho, 640, 360, 0.01)]
+    }
+
+    #[test]
+    fn points_on_a_pixels_ray_project_to_that_pixel() {
+        for view in views() {
+            for (x, y) in [(0.5, 0.5), (320.0, 180.0), (639.5, 12.25)] {
+                let ray = view.ray(x, y);
+                let pixel = view.pixel_of(ray.origin + ray.direction * 3.7).unwrap();
+                assert!((pixel - Vec2::new(x, y)).length() < 1e-3, "{pixel} against {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn differentials_match_differences() {
+        for view in views() {
+            let (_, differential) = view.ray_with_differential(100.0, 200.0);
+            let difference = |dx: f32, dy: f32| {
+                let (a, b) = (view.ray(100.0 - dx, 200.0 - dy), view.ray(100.0 + dx, 200.0 + dy));
+                ((b.origin - a.origin) * 0.5, (b.direction - a.direction) * 0.5)
+            };
+            let (ox, dx) = difference(1.0, 0.0);
+            let (oy, dy) = difference(0.0, 1.0);
+            assert!((ox - differential.origin_dx).length() < 1e-5);
+            assert!((oy - differential.origin_dy).length() < 1e-5);
+            assert!((dx - differential.direction_dx).length() < 1e-5);
+            assert!((dy - differential.direction_dy).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn degenerate_cameras_are_finite() {
+        for (eye, target, up) in
+            [(Vec3::ZERO, Vec3::ZERO, Vec3::Y), (Vec3::ZERO, Vec3::Y, Vec3::Y), (Vec3::ZERO, Vec3::X, Vec3::ZERO)]
+        {
+            let camera = Camera::look_at("", eye, target, up, 40.0);
+            assert!(camera.world_from_camera.is_finite());
+            assert!((camera.world_from_camera.matrix3.determinant() - 1.0).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! What reflects: analytic surfaces, their ray intersections and tessellations, and the ray tracer's hierarchy.
+
+mod analytic;
+
+pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};

@@ -1,0 +1,3 @@
+//! The program `catoptric`.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Analytic scenes and helpers for the tests of catoptric.

@@ -1,0 +1,3 @@
+//! Chores of the project's developers.
+
+fn main() {}
