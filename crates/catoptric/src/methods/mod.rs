@@ -1,5 +1,7 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
+pub mod lookup;
+pub mod projection;
 pub mod reference;
 mod settings;
 

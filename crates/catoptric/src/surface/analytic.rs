@@ -166,7 +166,10 @@ impl PlacedSurface {
                     return None;
                 }
                 let half = discriminant.sqrt();
-                let distance = [along - half, along + half].into_iter().find(|t| *t >= near && *t < far)?;
+                let distance = if along - half >= near { along - half } else { along + half };
+                if !(distance >= near && distance < far) {
+                    return None;
+                }
                 let normal = (relative + direction * distance).normalize();
                 Some(SurfaceHit {
                     distance: distance as f32,

@@ -1,0 +1,4 @@
+//! Environment maps.
+mod cube_map;
+mod parallax;
+mod settings;
