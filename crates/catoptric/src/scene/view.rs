@@ -1,7 +1,7 @@
 //! Cameras and views: rays through pixels, and pixels of points.
 
 use crate::math::Aabb;
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// How a camera maps directions to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +82,21 @@ pub struct RayDifferential {
     pub direction_dy: Vec3,
 }
 
+impl RayDifferential {
+    /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
+    #[inline]
+    pub fn transferred(&self, ray: &Ray, distance: f32, normal: Vec3) -> [Vec3; 2] {
+        let cosine = ray.direction.dot(normal);
+        let inverse = if cosine.abs() > 1e-12 * normal.length() { 1.0 / cosine } else { 0.0 };
+        let moved_x = self.origin_dx + self.direction_dx * distance;
+        let moved_y = self.origin_dy + self.direction_dy * distance;
+        [
+            moved_x - ray.direction * (moved_x.dot(normal) * inverse),
+            moved_y - ray.direction * (moved_y.dot(normal) * inverse),
+        ]
+    }
+}
+
 /// A camera with a picture size: what is to be drawn.
 ///
 /// Picture coordinates are pixels from the top left corner of the picture, x to the right, y down; the centre of
@@ -160,6 +175,19 @@ impl View {
             center: Vec2::new(self.width as f32, self.height as f32) * 0.5,
             perspective: matches!(self.projection, Projection::Perspective { .. }),
         }
+    }
+
+    /// Like [`Self::picture_from_world`], for points that `world_from_moved` moves first.
+    ///
+    /// The product is taken in double precision, so that far moves do not cost any.
+    pub fn picture_from_moved(&self, world_from_moved: &DAffine3) -> PictureTransform {
+        let place = &self.world_from_view;
+        let world_from_view = DAffine3 {
+            matrix3: Mat3::from(place.matrix3).as_dmat3(),
+            translation: Vec3::from(place.translation).as_dvec3(),
+        };
+        let view_from_moved = world_from_view.inverse() * *world_from_moved;
+        PictureTransform { view_from_world: view_from_moved.as_affine3a(), ..self.picture_from_world() }
     }
 
     /// The picture position of a world point, or none when it is nearer than the near plane or behind the eye.

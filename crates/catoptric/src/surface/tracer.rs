@@ -4,9 +4,9 @@
 
 use super::traversal::{Leaf, SPECIAL, meet_triangle, nearest};
 use super::{PlacedSurface, SurfaceHit};
-use crate::scene::shade::{Barycentrics, SurfacePoint};
+use crate::scene::shade::{Barycentrics, Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
-use glam::{Vec2, Vec3, Vec3A, Vec4};
+use glam::{Vec2, Vec3, Vec3A};
 use obvhs::aabb::Aabb as BvhBox;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{Boundable, BvhBuildParams};
@@ -46,17 +46,6 @@ impl Hit {
             Self::Surface { hit, .. } => hit.distance,
         }
     }
-}
-
-/// A hit with all that shading and the continuation of the ray need.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Encounter {
-    /// The surface's point.
-    pub point: SurfacePoint,
-    /// Change of the position with the pixel's column and row.
-    pub position_change: [Vec3; 2],
-    /// Change of the unit shading normal with the pixel's column and row (reflectors and lenses alone).
-    pub normal_change: [Vec3; 2],
 }
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.
@@ -178,48 +167,18 @@ impl Tracer {
                     return Encounter { point: scene.surface_point(*triangle, &at), ..Encounter::default() };
                 };
                 let [a, b, c] = scene.triangles[*triangle as usize];
-                let (a, b, c) = (a as usize, b as usize, c as usize);
-                let (ab, ac) = (scene.positions[b] - scene.positions[a], scene.positions[c] - scene.positions[a]);
+                let a = scene.positions[a as usize];
+                let (ab, ac) = (scene.positions[b as usize] - a, scene.positions[c as usize] - a);
                 let face = ab.cross(ac);
-                let position_change = transferred(ray, change, *distance, face);
+                let moved = change.transferred(ray, *distance, face);
                 // The dual basis of the triangle's edges turns steps into changes of the weights.
                 let inverse = 1.0 / face.length_squared().max(f32::MIN_POSITIVE);
                 let (dual_b, dual_c) = (ac.cross(face) * inverse, face.cross(ab) * inverse);
-                at.dx = Vec2::new(position_change[0].dot(dual_b), position_change[0].dot(dual_c));
-                at.dy = Vec2::new(position_change[1].dot(dual_b), position_change[1].dot(dual_c));
-                let point = scene.surface_point(*triangle, &at);
-                if !scene.role_of(point.object).is_specular() {
-                    return Encounter { point, position_change, ..Encounter::default() };
-                }
-                let (na, nb, nc) = (scene.normals[a], scene.normals[b], scene.normals[c]);
-                let (nab, nac) = (nb - na, nc - na);
-                let length = (na + nab * barycentrics.x + nac * barycentrics.y).length().max(1e-6);
-                let projected = |d: Vec2| {
-                    let change = (nab * d.x + nac * d.y) / length;
-                    change - point.normal * point.normal.dot(change)
-                };
-                let normal_change = [projected(at.dx), projected(at.dy)];
-                Encounter { point, position_change, normal_change }
+                at.dx = Vec2::new(moved[0].dot(dual_b), moved[0].dot(dual_c));
+                at.dy = Vec2::new(moved[1].dot(dual_b), moved[1].dot(dual_c));
+                scene.encounter(*triangle, &at)
             }
-            Hit::Surface { object, hit } => {
-                let point = SurfacePoint {
-                    object: *object,
-                    position: hit.position,
-                    geometric_normal: hit.normal,
-                    normal: hit.normal,
-                    color: Vec4::ONE,
-                    ..SurfacePoint::default()
-                };
-                let Some(change) = change else {
-                    return Encounter { point, ..Encounter::default() };
-                };
-                let position_change = transferred(ray, change, hit.distance, hit.normal);
-                Encounter {
-                    point,
-                    position_change,
-                    normal_change: [position_change[0] * hit.curvature, position_change[1] * hit.curvature],
-                }
-            }
+            Hit::Surface { object, hit } => scene.exact_encounter(*object, hit, ray, change),
         }
     }
 
@@ -231,19 +190,6 @@ impl Tracer {
         let side = if direction.dot(point.geometric_normal) < 0.0 { -offset } else { offset };
         point.position + point.geometric_normal * side
     }
-}
-
-/// The change of the point where a ray meets a plane (Igehy 1999, equation 10).
-#[inline]
-fn transferred(ray: &Ray, change: &RayDifferential, distance: f32, normal: Vec3) -> [Vec3; 2] {
-    let cosine = ray.direction.dot(normal);
-    let inverse = if cosine.abs() > 1e-12 * normal.length() { 1.0 / cosine } else { 0.0 };
-    let moved_x = change.origin_dx + change.direction_dx * distance;
-    let moved_y = change.origin_dy + change.direction_dy * distance;
-    [
-        moved_x - ray.direction * (moved_x.dot(normal) * inverse),
-        moved_y - ray.direction * (moved_y.dot(normal) * inverse),
-    ]
 }
 
 #[cold]

@@ -52,9 +52,9 @@ impl ReflectionMethod for Reference {
 
     fn prepare(&mut self, scene: &Scene, _quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         progress.begin("building the hierarchy", 1);
-        let watch = Stopwatch::start();
+        let mut watch = Stopwatch::new();
         let tracer = self.tracer.insert(Tracer::build(scene, |_| true));
-        let mut report = Report { stages_ms: vec![("bvh", watch.ms())], ..Report::default() };
+        let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
         report.bytes.insert("bvh", tracer.byte_count());
         progress.end();
         Ok(report)
@@ -65,9 +65,9 @@ impl ReflectionMethod for Reference {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         };
-        let watch = Stopwatch::start();
+        let mut watch = Stopwatch::new();
         let rays = render(&self.settings, tracer, job, target);
-        let mut report = Report { stages_ms: vec![("trace", watch.ms())], ..Report::default() };
+        let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
         report.counts.insert("rays_traced", rays);
         Ok(report)
     }
@@ -109,7 +109,7 @@ fn draw_tile(
 ) -> Vec<[f32; 4]> {
     let samples = job.quality.samples.max(1);
     let pattern = match settings.samples {
-        SamplePlacement::Pattern => sample_positions(samples),
+        SamplePlacement::Pattern => sample_positions(samples).ok(),
         SamplePlacement::Random => None,
     };
     // A sample stands for its share of the pixel, and so do its texture footprints.

@@ -4,9 +4,9 @@ use super::PathModel;
 use crate::optics::{
     fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change, transmittance,
 };
-use crate::scene::shade::SurfacePoint;
+use crate::scene::shade::{Encounter, SurfacePoint};
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
-use crate::surface::tracer::{Encounter, Tracer};
+use crate::surface::tracer::Tracer;
 use glam::{Vec3, Vec4Swizzles};
 
 /// Paths that carry less than this share of the light are ended.

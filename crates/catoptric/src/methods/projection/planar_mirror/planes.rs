@@ -2,7 +2,7 @@
 
 use crate::scene::{Role, Scene};
 use crate::surface::AnalyticSurface;
-use glam::{Affine3A, DMat3, DVec3, Mat3A, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// A flat part of a reflector.
 #[derive(Clone, Debug)]
@@ -97,12 +97,12 @@ fn flat_parts(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
         if normals.iter().any(|normal| normal.cross(face).length() > NORMAL_TOLERANCE) {
             return None;
         }
-        let lies_in = |plane: &&mut MirrorPlane| {
+        let lies_in = |plane: &MirrorPlane| {
             plane.normal.dot(face) > 0.999
                 && corners.iter().all(|corner| (plane.normal.dot(*corner) - plane.offset).abs() <= tolerance)
         };
-        match planes.iter_mut().find(lies_in) {
-            Some(plane) => plane.triangles.push(triangle),
+        match planes.iter().position(lies_in) {
+            Some(plane) => planes[plane].triangles.push(triangle),
             None if planes.len() == MAX_PLANES_OF_OBJECT => return None,
             None => planes.push(MirrorPlane {
                 normal: face,
@@ -122,46 +122,9 @@ impl MirrorPlane {
     }
 
     /// The reflection about the plane.
-    pub(super) fn reflection(&self) -> Affine {
+    pub(super) fn reflection(&self) -> DAffine3 {
         let n = self.normal;
-        let matrix = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z) * 2.0;
-        Affine { matrix, translation: n * (2.0 * self.offset) }
-    }
-}
-
-/// A map of points in double precision: chains of reflections would lose single precision.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Affine {
-    /// The linear part.
-    pub(super) matrix: DMat3,
-    /// Where the origin goes.
-    pub(super) translation: DVec3,
-}
-
-impl Affine {
-    /// What changes nothing.
-    pub(super) const IDENTITY: Self = Self { matrix: DMat3::IDENTITY, translation: DVec3::ZERO };
-
-    /// First `inner`, then this.
-    pub(super) fn after(&self, inner: &Self) -> Self {
-        Self { matrix: self.matrix * inner.matrix, translation: self.matrix * inner.translation + self.translation }
-    }
-
-    /// The inverse; the linear part is a rotation or reflection.
-    pub(super) fn inverse(&self) -> Self {
-        let matrix = self.matrix.transpose();
-        Self { matrix, translation: -(matrix * self.translation) }
-    }
-
-    /// Where a point goes.
-    pub(super) fn point(&self, point: DVec3) -> DVec3 {
-        self.matrix * point + self.translation
-    }
-
-    /// The same in single precision.
-    pub(super) fn to_single(self) -> Affine3A {
-        let columns = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis];
-        let [x, y, z] = columns.map(|column| column.as_vec3().into());
-        Affine3A { matrix3: Mat3A::from_cols(x, y, z), translation: self.translation.as_vec3().into() }
+        let matrix3 = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z) * 2.0;
+        DAffine3 { matrix3, translation: n * (2.0 * self.offset) }
     }
 }
