@@ -3,4 +3,5 @@
 mod analytic;
 pub mod tracer;
 
+pub(crate) use analytic::sphere_mesh;
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};
