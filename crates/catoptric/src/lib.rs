@@ -9,6 +9,7 @@ pub mod error;
 pub mod framebuffer;
 pub mod math;
 pub mod methods;
+pub mod metrics;
 pub mod optics;
 pub mod parallel;
 pub mod progress;
