@@ -12,6 +12,8 @@ pub mod methods;
 pub mod metrics;
 pub mod optics;
 pub mod parallel;
+#[cfg(feature = "files")]
+pub mod picture;
 pub mod progress;
 pub mod raster;
 pub mod scene;
