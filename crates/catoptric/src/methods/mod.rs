@@ -1,5 +1,6 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
+pub mod reference;
 mod settings;
 
 pub use settings::{SettingInfo, Settings};
@@ -109,7 +110,8 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    &[]
+    static ALL: [&MethodInfo; 1] = [&reference::INFO];
+    &ALL
 }
 
 /// The method with this id and these settings.

@@ -64,3 +64,6 @@ pub trait FragmentShader: Sync {
     /// The linear radiance of a fragment.
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3;
 }
+
+mod samples;
+pub use samples::sample_positions;

@@ -1,5 +1,6 @@
 //! What reflects: analytic surfaces, their ray intersections and tessellations, and the ray tracer's hierarchy.
 
 mod analytic;
+pub mod tracer;
 
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};
