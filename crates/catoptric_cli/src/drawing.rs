@@ -7,7 +7,7 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{Job, Quality, ReflectionMethod, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Camera, Model, PoseOptions, Projection, Scene, View};
+use catoptric::scene::{Camera, Model, Projection, Scene, View};
 use clap::ArgMatches;
 use glam::{Affine3A, Quat, Vec3};
 use std::collections::BTreeMap;
@@ -81,7 +81,7 @@ impl<'a> Shot<'a> {
         let model = scene_source::load(args)?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
-        let scene = model.pose(&PoseOptions { time: args.time, roles: roles.clone() })?;
+        let scene = scene_source::pose(&model, args.time, &roles)?;
         let setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         let quality = Quality { samples: draw.samples, order: draw.order };
         let shot = Self { model, scene, quality, frames, motion: draw.motion, setup_ms, roles, time: args.time, view };
@@ -114,7 +114,7 @@ impl<'a> Shot<'a> {
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
                 let time = self.time + frame as f32 / FRAMES_PER_SECOND;
-                let scene = self.model.pose(&PoseOptions { time, roles: self.roles.clone() })?;
+                let scene = scene_source::pose(&self.model, time, &self.roles)?;
                 stages.push(("pose", milliseconds(start)));
                 let prepared = method.prepare(&scene, self.quality, progress)?;
                 stages.extend(prepared.stages_ms.iter().copied());
@@ -193,7 +193,9 @@ fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
         let up = args.up.unwrap_or(Vec3::Y);
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
     }
-    let mut camera = scene.camera(args.camera.as_deref())?;
+    let mut camera = scene
+        .camera(args.camera.as_deref())
+        .map_err(|error| Failure::input(format!("{}: --camera: {error}", scene.name)))?;
     if let Some(degrees) = args.fov {
         match &mut camera.projection {
             Projection::Perspective { fov_y } => *fov_y = degrees.to_radians(),

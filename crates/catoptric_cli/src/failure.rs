@@ -28,7 +28,8 @@ impl Failure {
                 ExitCode::from(2)
             }
             Self::Input(error) => {
-                eprintln!("error: {error:#}");
+                // The library's messages already say what caused them.
+                eprintln!("error: {error}");
                 ExitCode::from(1)
             }
         }

@@ -4,7 +4,7 @@ use crate::args::SceneArgs;
 use crate::failure::Failure;
 use catoptric::error::SceneError;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Model, Role, builtin, import};
+use catoptric::scene::{Model, PoseOptions, Role, Scene, builtin, import};
 use clap::ArgMatches;
 use std::path::Path;
 use std::sync::Arc;
@@ -19,6 +19,15 @@ pub(crate) fn load(args: &SceneArgs) -> Result<Model, SceneError> {
         model.environment = Some(Arc::new(import::load_environment(path)?));
     }
     Ok(model)
+}
+
+/// The scene at one moment.
+pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule]) -> Result<Scene, Failure> {
+    model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
+        // The one message that does not say which scene it is about.
+        SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
+        error => error.into(),
+    })
 }
 
 /// The roles given on the command line, in the order in which they stand there: later ones win.

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         let outcome = match measure(&shot, &truth, &mut chosen, is_truth, &args.report, &stem, terminal) {
             Ok(measured) => Outcome::Measured(Box::new(measured)),
             Err(Failure::Usage(problem)) => Outcome::Failed(problem),
-            Err(Failure::Input(error)) => Outcome::Failed(format!("{error:#}")),
+            Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
         };
         entries.push(entry(wanted, &chosen, is_truth, outcome));
     }

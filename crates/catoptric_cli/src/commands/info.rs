@@ -5,7 +5,7 @@ use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::{scene_source, settings};
 use catoptric::math::Aabb;
-use catoptric::scene::{Camera, LightKind, Model, PoseOptions, Projection, Role, Scene};
+use catoptric::scene::{Camera, LightKind, Model, Projection, Role, Scene};
 use clap::ArgMatches;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
     let mut model = scene_source::load(&args.scene)?;
-    let scene = model.pose(&PoseOptions { time: args.scene.time, roles })?;
+    let scene = scene_source::pose(&model, args.scene.time, &roles)?;
     model.warnings.extend(settings::unknown_methods(&model));
     if args.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }

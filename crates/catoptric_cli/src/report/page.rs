@@ -111,7 +111,7 @@ fn table(report: &Report) -> Markup {
             tbody {
                 @for (index, entry) in report.entries.iter().enumerate() {
                     tr {
-                        th { (dot(index)) a href={ "#" (anchor(index, entry)) } { (entry.label) } }
+                        th { (dot(index)) a href={ "#" (anchor(index, entry)) } { (breakable(&entry.label)) } }
                         @match &entry.outcome {
                             Outcome::Measured(measured) => {
                                 @for (_, columns) in groups {
@@ -151,7 +151,7 @@ fn truth_card(report: &Report) -> Markup {
         section.card id=[compared.map(|index| anchor(index, &report.entries[index]))] {
             h3 { "The reference" }
             p.soft { "Ray-traced; " (milliseconds(report.truth.frame_ms.median)) " ms a frame." }
-            div.figures { figure { div.frame { img src="reference.png" alt="The scene, ray-traced"; } } }
+            div.figures.one { figure { div.frame { img src="reference.png" alt="The scene, ray-traced"; } } }
             @if let Some(Outcome::Measured(measured)) = compared.map(|index| &report.entries[index].outcome) {
                 (details(measured))
             }
@@ -259,6 +259,11 @@ fn details(measured: &Measured) -> Markup {
             }
         }
     }
+}
+
+/// A label that may go on in the next line after its punctuation.
+fn breakable(label: &str) -> Markup {
+    html! { @for part in label.split_inclusive([':', ',', '_']) { (part) wbr; } }
 }
 
 fn anchor(index: usize, entry: &Entry) -> String {

@@ -82,34 +82,36 @@ fn draw(
     let times = || points.iter().map(|point| point.time_ms).chain([reference_ms]);
     let errors = || points.iter().map(|point| point.error).filter(|error| *error > 0.0);
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
-    let (lowest, highest) = (errors().fold(1.0, f64::min).min(0.01), errors().fold(0.0, f64::max).max(0.1));
-    // Errors of 0 have no place on a logarithmic axis; they are drawn at its lower end.
-    let floor = 0.4 * lowest;
+    // Errors of 0 have no place on a logarithmic axis; they are drawn near its lower end.
+    let lowest = errors().fold(0.02, f64::min) * 0.4;
+    let (bottom, top) = (0.6 * lowest, errors().fold(0.1, f64::max) * 1.6);
+    let (left, right) = (0.5 * first, 2.0 * last);
     let root = SVGBackend::with_string(svg, SIZE_PX).into_drawing_area();
     let mut chart = ChartBuilder::on(&root)
         .margin(12)
         .margin_right(24)
         .x_label_area_size(46)
         .y_label_area_size(74)
-        .build_cartesian_2d((0.5 * first..2.0 * last).log_scale(), (floor..(1.6 * highest).min(2.0)).log_scale())?;
+        .build_cartesian_2d((left..right).log_scale(), (bottom..top).log_scale())?;
     let what = if reflectors { "mean FLIP on reflectors" } else { "mean FLIP" };
     let text = |size: i32| ("sans-serif", size).into_font().color(&BLACK);
-    chart
-        .configure_mesh()
-        .x_desc("time of a frame, ms")
-        .y_desc(what)
-        .x_labels(8)
-        .y_labels(6)
-        .x_label_formatter(&|value| short(*value))
-        .y_label_formatter(&|value| short(*value))
-        .axis_desc_style(text(15))
-        .label_style(text(13))
-        .axis_style(BLACK.mix(0.5))
-        .bold_line_style(BLACK.mix(0.14))
-        .light_line_style(BLACK.mix(0.05))
-        .draw()?;
-    let top = (1.6 * highest).min(2.0);
-    let dashes = DashedLineSeries::new([(reference_ms, floor), (reference_ms, top)], 6, 5, BLACK.mix(0.6).into());
+    // The axes' own ticks are powers of ten alone: too few for ranges this narrow.
+    let unlabelled = |_: &f64| String::new();
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_mesh().x_label_formatter(&unlabelled).y_label_formatter(&unlabelled);
+    mesh.x_desc("time of a frame, ms").y_desc(what);
+    mesh.axis_desc_style(text(15)).axis_style(BLACK.mix(0.5)).draw()?;
+    for time in ticks(left, right) {
+        let (x, y) = chart.backend_coord(&(time, bottom));
+        chart.draw_series([PathElement::new([(time, bottom), (time, top)], BLACK.mix(0.12))])?;
+        root.draw(&Text::new(short(time), (x, y + 8), text(13).pos(Pos::new(HPos::Center, VPos::Top))))?;
+    }
+    for error in ticks(bottom, top) {
+        let (x, y) = chart.backend_coord(&(left, error));
+        chart.draw_series([PathElement::new([(left, error), (right, error)], BLACK.mix(0.12))])?;
+        root.draw(&Text::new(short(error), (x - 8, y), text(13).pos(Pos::new(HPos::Right, VPos::Center))))?;
+    }
+    let dashes = DashedLineSeries::new([(reference_ms, bottom), (reference_ms, top)], 6, 5, BLACK.mix(0.6).into());
     chart.draw_series(dashes)?;
     let mut taken: Vec<[i32; 4]> = Vec::new();
     let mut labels: Vec<(String, (i32, i32), HPos)> = Vec::new();
@@ -129,20 +131,31 @@ fn draw(
         taken.push([start, y, start + length, y + LABEL_PX]);
         labels.push((label, (if left { x - 12 } else { x + 12 }, y), anchor));
     };
-    for point in points {
-        let shown = point.error.max(floor);
+    let (x, y) = chart.backend_coord(&(reference_ms, top));
+    place("reference".into(), (x - 4, y + 4));
+    // From the top, so that labels that have to move down stay in the order of their points.
+    let mut sorted: Vec<&Point> = points.iter().collect();
+    sorted.sort_by(|a, b| b.error.total_cmp(&a.error));
+    for point in sorted {
+        let shown = point.error.max(lowest);
         chart.draw_series([Circle::new((point.time_ms, shown), 6, point.color.filled())])?;
         let (x, y) = chart.backend_coord(&(point.time_ms, shown));
         let label = if point.error > 0.0 { point.label.clone() } else { format!("{} (no error)", point.label) };
         place(label, (x, y - LABEL_PX / 2));
     }
-    let (x, y) = chart.backend_coord(&(reference_ms, top));
-    place("reference".into(), (x - 4, y + 4));
     for (label, at, anchor) in labels {
         let style = text(LABEL_PX - 1).pos(Pos::new(anchor, VPos::Top));
         root.draw(&Text::new(label, at, style))?;
     }
     root.present()
+}
+
+/// The numbers 1, 2 and 5 times powers of ten in a range, thinned to powers of ten when there are many.
+fn ticks(from: f64, to: f64) -> Vec<f64> {
+    let decades = from.log10().floor() as i32..=to.log10().ceil() as i32;
+    let steps: &[f64] = if decades.clone().count() > 5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+    let all = decades.flat_map(|decade| steps.iter().map(move |step| step * 10f64.powi(decade)));
+    all.filter(|value| (from..=to).contains(value)).collect()
 }
 
 /// A number for an axis.
@@ -178,6 +191,15 @@ mod tests {
             assert!(svg.contains("</svg>") && svg.contains("reference"));
             assert!(!svg.contains("NaN") && !svg.contains("<&>"));
             assert_eq!(svg.matches("<circle").count(), points.len());
+        }
+    }
+
+    #[test]
+    fn every_range_has_ticks() {
+        assert_eq!(ticks(0.9, 6.0), [1.0, 2.0, 5.0]);
+        assert_eq!(ticks(1e-3, 1e4).len(), 8);
+        for start in [1e-3, 0.7, 3.3, 5.1, 900.0] {
+            assert!(!ticks(start, 4.0 * start).is_empty());
         }
     }
 
