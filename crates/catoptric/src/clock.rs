@@ -1,28 +1,31 @@
-//! Time for reports; where there is no clock (in browsers without one for libraries) all times are 0.
+//! Time for reports. On WebAssembly there is no clock: every time is 0 there.
 
-/// Measures time since its start.
-pub(crate) struct Stopwatch {
+/// Measures how long stages of work take.
+#[derive(Clone, Copy, Debug)]
+pub struct Stopwatch {
     #[cfg(not(target_family = "wasm"))]
     start: std::time::Instant,
 }
 
 impl Stopwatch {
-    pub(crate) fn start() -> Self {
+    /// Starts now.
+    #[allow(clippy::new_without_default)] // "default" would not say that a clock starts to run
+    pub fn new() -> Self {
         Self {
             #[cfg(not(target_family = "wasm"))]
             start: std::time::Instant::now(),
         }
     }
 
-    /// Milliseconds since the start.
-    pub(crate) fn ms(&self) -> f64 {
+    /// Milliseconds since the start or the last lap, and starts the next lap.
+    pub fn lap_ms(&mut self) -> f64 {
         #[cfg(not(target_family = "wasm"))]
         {
-            self.start.elapsed().as_secs_f64() * 1e3
+            let now = std::time::Instant::now();
+            let lap = now - std::mem::replace(&mut self.start, now);
+            lap.as_secs_f64() * 1e3
         }
         #[cfg(target_family = "wasm")]
-        {
-            0.0
-        }
+        0.0
     }
 }

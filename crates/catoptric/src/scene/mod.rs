@@ -16,7 +16,7 @@ pub use material::{AlphaMode, Material, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
-pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View};
+pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View, ViewRays};
 
 use crate::error::SceneError;
 use crate::math::Aabb;

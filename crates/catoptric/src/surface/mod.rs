@@ -2,5 +2,6 @@
 
 mod analytic;
 pub mod tracer;
+mod traversal;
 
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};

@@ -1,13 +1,12 @@
 //! The first surface along a ray: triangles and analytic surfaces in one bounding volume hierarchy.
 //!
-//! The hierarchy is `obvhs`'s eight-wide compressed one (Ylitie, Karras, Laine 2017). Triangles are met by signed
-//! volumes about the ray's origin, which are the same to the bit for both triangles at an edge: no ray slips
-//! through a closed mesh.
+//! The hierarchy is `obvhs`'s eight-wide compressed one (Ylitie, Karras, Laine 2017).
 
+use super::traversal::{Leaf, SPECIAL, meet_triangle, nearest};
 use super::{PlacedSurface, SurfaceHit};
-use crate::scene::shade::{Barycentrics, SurfacePoint};
+use crate::scene::shade::{Barycentrics, Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
-use glam::{Vec2, Vec3, Vec3A, Vec4};
+use glam::{Vec2, Vec3, Vec3A};
 use obvhs::aabb::Aabb as BvhBox;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{Boundable, BvhBuildParams};
@@ -16,15 +15,7 @@ use obvhs::{Boundable, BvhBuildParams};
 const ANALYTIC: u32 = 1 << 31;
 /// Triangles with this bit are tested for their alpha.
 const ALPHA_TESTED: u32 = 1 << 30;
-const INDEX: u32 = ALPHA_TESTED - 1;
-
-/// One primitive in the order of the hierarchy's leaves.
-#[derive(Clone, Copy)]
-struct Leaf {
-    corners: [Vec3; 3],
-    /// Index of the triangle or object, with the flags above.
-    code: u32,
-}
+const INDEX: u32 = !SPECIAL;
 
 /// Where a ray meets the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,17 +46,6 @@ impl Hit {
             Self::Surface { hit, .. } => hit.distance,
         }
     }
-}
-
-/// A hit with all that shading and the continuation of the ray need.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Encounter {
-    /// The surface's point.
-    pub point: SurfacePoint,
-    /// Change of the position with the pixel's column and row.
-    pub position_change: [Vec3; 2],
-    /// Change of the unit shading normal with the pixel's column and row.
-    pub normal_change: [Vec3; 2],
 }
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.
@@ -149,32 +129,32 @@ impl Tracer {
         if self.leaves.is_empty() || !(ray.origin.is_finite() && ray.direction.is_finite()) {
             return None;
         }
-        let traversal = obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), near, f32::INFINITY);
-        let mut best = None;
-        let mut record = obvhs::ray::RayHit::none();
-        self.bvh.ray_traverse(traversal, &mut record, |state, index| {
-            let leaf = &self.leaves[index];
+        let special = |leaf: &Leaf, far: f32| {
+            let index = leaf.code & INDEX;
             if leaf.code & ANALYTIC == 0 {
-                let Some((distance, barycentrics)) = meet(&leaf.corners, ray, near, state.tmax) else {
-                    return f32::INFINITY;
-                };
-                let triangle = leaf.code & INDEX;
-                if leaf.code & ALPHA_TESTED != 0 && !present(scene, triangle, barycentrics) {
-                    return f32::INFINITY;
-                }
-                best = Some(Hit::Triangle { distance, triangle, barycentrics });
-                distance
-            } else {
-                let object = leaf.code & INDEX;
-                let surface: Option<&PlacedSurface> = scene.objects[object as usize].surface.as_ref();
-                let Some(hit) = surface.and_then(|s| s.intersect(ray.origin, ray.direction, near, state.tmax)) else {
-                    return f32::INFINITY;
-                };
-                best = Some(Hit::Surface { object, hit });
-                hit.distance
+                let (origin, direction) = (ray.origin.into(), ray.direction.into());
+                let met = meet_triangle(&leaf.corners, origin, direction, near, far);
+                return met.filter(|(_, barycentrics)| present(scene, index, *barycentrics));
             }
-        });
-        best
+            let hit = self.meet_surface(scene, index, ray, near, far)?;
+            Some((hit.distance, Vec2::ZERO))
+        };
+        let found = nearest(&self.bvh, &self.leaves, ray, near, &special);
+        if found.distance == f32::INFINITY {
+            return None;
+        }
+        let index = found.code & INDEX;
+        if found.code & ANALYTIC == 0 {
+            return Some(Hit::Triangle { distance: found.distance, triangle: index, barycentrics: found.barycentrics });
+        }
+        // Once more for the details; the walk keeps only the distance.
+        let hit = self.meet_surface(scene, index, ray, near, f32::INFINITY)?;
+        Some(Hit::Surface { object: index, hit })
+    }
+
+    fn meet_surface(&self, scene: &Scene, object: u32, ray: &Ray, near: f32, far: f32) -> Option<SurfaceHit> {
+        let surface: &PlacedSurface = scene.objects[object as usize].surface.as_ref()?;
+        surface.intersect(ray.origin, ray.direction, near, far)
     }
 
     /// The surface's point at a hit, with its changes a pixel where the ray's are given.
@@ -186,40 +166,19 @@ impl Tracer {
                 let Some(change) = change else {
                     return Encounter { point: scene.surface_point(*triangle, &at), ..Encounter::default() };
                 };
-                let vertices = scene.triangles[*triangle as usize].map(|v| v as usize);
-                let [a, b, c] = vertices.map(|v| scene.positions[v]);
-                let (ab, ac) = (b - a, c - a);
+                let [a, b, c] = scene.triangles[*triangle as usize];
+                let a = scene.positions[a as usize];
+                let (ab, ac) = (scene.positions[b as usize] - a, scene.positions[c as usize] - a);
                 let face = ab.cross(ac);
-                let position_change = transferred(ray, change, *distance, face);
+                let moved = change.transferred(ray, *distance, face);
+                // The dual basis of the triangle's edges turns steps into changes of the weights.
                 let inverse = 1.0 / face.length_squared().max(f32::MIN_POSITIVE);
-                let [dx, dy] = position_change
-                    .map(|d| Vec2::new(d.cross(ac).dot(face) * inverse, ab.cross(d).dot(face) * inverse));
-                (at.dx, at.dy) = (dx, dy);
-                let point = scene.surface_point(*triangle, &at);
-                let [na, nb, nc] = vertices.map(|v| scene.normals[v]);
-                let (nab, nac) = (nb - na, nc - na);
-                let length = (na + nab * barycentrics.x + nac * barycentrics.y).length().max(1e-6);
-                let normal_change = [dx, dy].map(|d| {
-                    let change = (nab * d.x + nac * d.y) / length;
-                    change - point.normal * point.normal.dot(change)
-                });
-                Encounter { point, position_change, normal_change }
+                let (dual_b, dual_c) = (ac.cross(face) * inverse, face.cross(ab) * inverse);
+                at.dx = Vec2::new(moved[0].dot(dual_b), moved[0].dot(dual_c));
+                at.dy = Vec2::new(moved[1].dot(dual_b), moved[1].dot(dual_c));
+                scene.encounter(*triangle, &at)
             }
-            Hit::Surface { object, hit } => {
-                let point = SurfacePoint {
-                    object: *object,
-                    position: hit.position,
-                    geometric_normal: hit.normal,
-                    normal: hit.normal,
-                    color: Vec4::ONE,
-                    ..SurfacePoint::default()
-                };
-                let Some(change) = change else {
-                    return Encounter { point, ..Encounter::default() };
-                };
-                let position_change = transferred(ray, change, hit.distance, hit.normal);
-                Encounter { point, position_change, normal_change: position_change.map(|d| d * hit.curvature) }
-            }
+            Hit::Surface { object, hit } => scene.exact_encounter(*object, hit, ray, change),
         }
     }
 
@@ -233,47 +192,10 @@ impl Tracer {
     }
 }
 
-/// The change of the point where a ray meets a plane (Igehy 1999, equation 10).
-#[inline]
-fn transferred(ray: &Ray, change: &RayDifferential, distance: f32, normal: Vec3) -> [Vec3; 2] {
-    let cosine = ray.direction.dot(normal);
-    let inverse = if cosine.abs() > 1e-12 * normal.length() { 1.0 / cosine } else { 0.0 };
-    [(change.origin_dx, change.direction_dx), (change.origin_dy, change.direction_dy)].map(|(origin, direction)| {
-        let moved = origin + direction * distance;
-        moved - ray.direction * (moved.dot(normal) * inverse)
-    })
-}
-
 #[cold]
 fn present(scene: &Scene, triangle: u32, barycentrics: Vec2) -> bool {
     let point = scene.surface_point(triangle, &Barycentrics { value: barycentrics, ..Barycentrics::default() });
     scene.is_present(scene.material_of(point.object), &point)
-}
-
-/// Distance and barycentric coordinates where a ray meets a triangle, from either side.
-#[inline(always)]
-fn meet(corners: &[Vec3; 3], ray: &Ray, near: f32, far: f32) -> Option<(f32, Vec2)> {
-    let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-    let [a, b, c] = corners.map(|corner| Vec3A::from(corner) - origin);
-    let (ca, ab, bc) = (c - a, a - b, b - c);
-    // Six times the volumes of the tetrahedra that the ray spans with the edges; their signs decide.
-    let u = ca.cross(c + a).dot(direction);
-    let v = ab.cross(a + b).dot(direction);
-    let w = bc.cross(b + c).dot(direction);
-    let (low, high) = (u.min(v).min(w), u.max(v).max(w));
-    if low < 0.0 && high > 0.0 {
-        return None;
-    }
-    let normal = bc.cross(ab);
-    let denominator = normal.dot(direction);
-    let distance = normal.dot(a) / denominator;
-    let sum = u + v + w;
-    // Written so that a NaN is no hit.
-    if !(distance >= near && distance < far && sum != 0.0) {
-        return None;
-    }
-    let inverse = 1.0 / sum;
-    Some((distance, Vec2::new(u * inverse, v * inverse)))
 }
 
 #[cfg(test)]
@@ -293,7 +215,9 @@ mod tests {
             let target = hub.lerp(rim[(random.next_unit() * 4.0) as usize], share);
             let origin = Vec3::new(random.next_between(-3.0, 3.0), random.next_between(-3.0, 3.0), 2.0);
             let ray = Ray { origin, direction: (target - origin).normalize() };
-            assert!(triangles.iter().any(|triangle| meet(triangle, &ray, 0.0, f32::INFINITY).is_some()));
+            assert!(triangles.iter().any(|triangle| {
+                meet_triangle(triangle, ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).is_some()
+            }));
         }
     }
 
@@ -303,9 +227,10 @@ mod tests {
         let inside = corners[0] * 0.5 + corners[1] * 0.2 + corners[2] * 0.3;
         let origin = Vec3::new(1.0, 1.0, 5.0);
         let ray = Ray { origin, direction: (inside - origin).normalize() };
-        let (distance, at) = meet(&corners, &ray, 0.0, f32::INFINITY).unwrap();
+        let (distance, at) =
+            meet_triangle(&corners, ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).unwrap();
         assert!((at - Vec2::new(0.2, 0.3)).length() < 1e-5);
         assert!((origin + ray.direction * distance - inside).length() < 1e-5);
-        assert!(meet(&corners, &ray, 0.0, distance * 0.99).is_none());
+        assert!(meet_triangle(&corners, ray.origin.into(), ray.direction.into(), 0.0, distance * 0.99).is_none());
     }
 }

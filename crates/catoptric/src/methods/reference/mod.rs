@@ -5,7 +5,7 @@
 mod path;
 mod settings;
 
-pub use path::PathTracer;
+pub use path::{NearPlane, PathTracer};
 pub use settings::{PathModel, ReferenceSettings, SamplePlacement};
 
 use super::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
@@ -52,9 +52,9 @@ impl ReflectionMethod for Reference {
 
     fn prepare(&mut self, scene: &Scene, _quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         progress.begin("building the hierarchy", 1);
-        let watch = Stopwatch::start();
+        let mut watch = Stopwatch::new();
         let tracer = self.tracer.insert(Tracer::build(scene, |_| true));
-        let mut report = Report { stages_ms: vec![("bvh", watch.ms())], ..Report::default() };
+        let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
         report.bytes.insert("bvh", tracer.byte_count());
         progress.end();
         Ok(report)
@@ -65,9 +65,9 @@ impl ReflectionMethod for Reference {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         };
-        let watch = Stopwatch::start();
+        let mut watch = Stopwatch::new();
         let rays = render(&self.settings, tracer, job, target);
-        let mut report = Report { stages_ms: vec![("trace", watch.ms())], ..Report::default() };
+        let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
         report.counts.insert("rays_traced", rays);
         Ok(report)
     }
@@ -109,11 +109,12 @@ fn draw_tile(
 ) -> Vec<[f32; 4]> {
     let samples = job.quality.samples.max(1);
     let pattern = match settings.samples {
-        SamplePlacement::Pattern => sample_positions(samples),
+        SamplePlacement::Pattern => sample_positions(samples).ok(),
         SamplePlacement::Random => None,
     };
     // A sample stands for its share of the pixel, and so do its texture footprints.
     let footprint_scale = 1.0 / (samples as f32).sqrt();
+    let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
     let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
     for y in y0..y1 {
         for x in x0..x1 {
@@ -123,7 +124,7 @@ fn draw_tile(
                     Some(pattern) => pattern[sample as usize],
                     None => stratified(settings.seed, [x, y], sample, samples),
                 };
-                sum += paths.radiance(job.view, x as f32 + offset.x, y as f32 + offset.y, footprint_scale);
+                sum += paths.radiance(&rays, &near, x as f32 + offset.x, y as f32 + offset.y, footprint_scale);
             }
             pixels.push((sum / samples as f32).extend(1.0).to_array());
         }
@@ -149,11 +150,12 @@ fn stratified(seed: u64, [x, y]: [u32; 2], sample: u32, samples: u32) -> Vec2 {
 /// For every pixel whether the first surface at its centre is a reflector or lens; rows from the top.
 pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
     let tracer = Tracer::build(scene, |_| true);
+    let (rays, near) = (view.rays(), NearPlane::new(view));
     let mut mask = vec![false; view.width as usize * view.height as usize];
     parallel::for_each_chunk_mut(&mut mask, view.width as usize, |y, row| {
         for (x, pixel) in row.iter_mut().enumerate() {
-            let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
-            let hit = tracer.first_hit(scene, &ray, path::start_distance(view, &ray));
+            let ray = rays.ray(x as f32 + 0.5, y as f32 + 0.5);
+            let hit = tracer.first_hit(scene, &ray, near.distance(&ray));
             *pixel = hit.is_some_and(|hit| {
                 let encounter = tracer.encounter(scene, &ray, &hit, None);
                 scene.role_of(encounter.point.object).is_specular()

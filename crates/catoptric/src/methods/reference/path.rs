@@ -1,10 +1,12 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
 use super::PathModel;
-use crate::optics::{fresnel_dielectric, fresnel_schlick, reflect, refract, transmittance};
-use crate::scene::shade::SurfacePoint;
-use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View};
-use crate::surface::tracer::{Encounter, Tracer};
+use crate::optics::{
+    fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change, transmittance,
+};
+use crate::scene::shade::{Encounter, SurfacePoint};
+use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
+use crate::surface::tracer::Tracer;
 use glam::{Vec3, Vec4Swizzles};
 
 /// Paths that carry less than this share of the light are ended.
@@ -53,7 +55,7 @@ impl<'a> PathTracer<'a> {
     ///
     /// Texture footprints are those of a pixel, times `footprint_scale`.
     #[inline]
-    pub fn radiance(&mut self, view: &View, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
+    pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
         let (ray, change) = if self.tracer.needs_differentials() {
             let (ray, mut change) = view.ray_with_differential(x_px, y_px);
             for part in
@@ -65,7 +67,7 @@ impl<'a> PathTracer<'a> {
         } else {
             (view.ray(x_px, y_px), None)
         };
-        self.radiance_along(ray, change, start_distance(view, &ray))
+        self.radiance_along(ray, change, near.distance(&ray))
     }
 
     /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
@@ -163,7 +165,8 @@ impl<'a> PathTracer<'a> {
     fn push_reflection(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, facing: &Facing) {
         let incoming = segment.ray.direction;
         let direction = keep_on_side(reflect(incoming, facing.normal), facing.geometric);
-        let change = segment.change.as_ref().map(|change| reflected_change(incoming, change, encounter));
+        let bend = |ray, normal| reflected_change(incoming, ray, facing.normal, normal);
+        let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
         let ray = Ray { origin: encounter.point.position, direction };
         self.push(segment, Segment { ray, change, throughput, ..*segment }, &encounter.point);
     }
@@ -180,18 +183,31 @@ impl<'a> PathTracer<'a> {
         let incoming = segment.ray.direction;
         let Some(direction) = refract(incoming, facing.normal, eta) else { return };
         let direction = keep_on_side(direction, -facing.geometric);
-        let change = segment.change.as_ref().map(|change| refracted_change(incoming, change, encounter, facing, eta));
+        let bend = |ray, normal| refracted_change(incoming, ray, facing.normal, normal, eta);
+        let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
         let absorption = if facing.outside { material.absorption } else { Vec3::ZERO };
         let ray = Ray { origin: encounter.point.position, direction };
         self.push(segment, Segment { ray, change, throughput, absorption, ..*segment }, &encounter.point);
     }
 }
 
-/// The distance along a view ray where the near plane is.
-#[inline]
-pub(super) fn start_distance(view: &View, ray: &Ray) -> f32 {
-    let forward = -Vec3::from(view.world_from_view.matrix3.z_axis);
-    view.near / ray.direction.dot(forward).max(1e-6)
+/// The near plane of a view.
+pub struct NearPlane {
+    depth: f32,
+    forward: Vec3,
+}
+
+impl NearPlane {
+    /// The near plane of `view`.
+    pub fn new(view: &View) -> Self {
+        Self { depth: view.near, forward: -Vec3::from(view.world_from_view.matrix3.z_axis) }
+    }
+
+    /// The distance along a view ray where the plane is.
+    #[inline]
+    pub fn distance(&self, ray: &Ray) -> f32 {
+        self.depth / ray.direction.dot(self.forward).max(1e-6)
+    }
 }
 
 /// Which side of a surface is seen, and its normals on that side.
@@ -215,6 +231,11 @@ impl Facing {
         }
         Self { outside, geometric, normal }
     }
+
+    /// What turns outer normals to the side that is seen.
+    fn sign(&self) -> f32 {
+        if self.outside { 1.0 } else { -1.0 }
+    }
 }
 
 /// A direction that points to the side of `normal`: one that shading normals bent below the flat surface is laid along it.
@@ -227,46 +248,19 @@ fn keep_on_side(direction: Vec3, normal: Vec3) -> Vec3 {
     (direction + normal * (LEAST_SINE - sine)).try_normalize().unwrap_or(normal)
 }
 
-/// The change of a mirrored ray (Igehy 1999, equation 14).
-fn reflected_change(incoming: Vec3, change: &RayDifferential, encounter: &Encounter) -> RayDifferential {
-    let normal = encounter.point.normal;
-    let mirrored = |direction: Vec3, normal_change: Vec3| {
-        let cosine_change = direction.dot(normal) + incoming.dot(normal_change);
-        direction - (normal_change * incoming.dot(normal) + normal * cosine_change) * 2.0
-    };
-    RayDifferential {
-        origin_dx: encounter.position_change[0],
-        origin_dy: encounter.position_change[1],
-        direction_dx: mirrored(change.direction_dx, encounter.normal_change[0]),
-        direction_dy: mirrored(change.direction_dy, encounter.normal_change[1]),
-    }
-}
-
-/// The change of a refracted ray (Igehy 1999, equations 15 to 18).
-fn refracted_change(
-    incoming: Vec3,
+/// The changes of a child ray, from those of its direction.
+#[inline]
+fn child_change(
     change: &RayDifferential,
     encounter: &Encounter,
-    facing: &Facing,
-    eta: f32,
+    sign: f32,
+    bend: impl Fn(Vec3, Vec3) -> Vec3,
 ) -> RayDifferential {
-    let normal = facing.normal;
-    let sign = if facing.outside { 1.0 } else { -1.0 };
-    let cos_in = -incoming.dot(normal);
-    // Near the critical angle the change grows without bound; footprints that large blur to the mean all the same.
-    let cos_out = (1.0 - eta * eta * (1.0 - cos_in * cos_in)).max(1e-4).sqrt();
-    let along_normal = eta * cos_in - cos_out;
-    let bent = |direction: Vec3, normal_change: Vec3| {
-        let normal_change = normal_change * sign;
-        let cos_change = -(direction.dot(normal) + incoming.dot(normal_change));
-        let along_change = (eta - eta * eta * cos_in / cos_out) * cos_change;
-        direction * eta + normal_change * along_normal + normal * along_change
-    };
     RayDifferential {
         origin_dx: encounter.position_change[0],
         origin_dy: encounter.position_change[1],
-        direction_dx: bent(change.direction_dx, encounter.normal_change[0]),
-        direction_dy: bent(change.direction_dy, encounter.normal_change[1]),
+        direction_dx: bend(change.direction_dx, encounter.normal_change[0] * sign),
+        direction_dy: bend(change.direction_dy, encounter.normal_change[1] * sign),
     }
 }
 
