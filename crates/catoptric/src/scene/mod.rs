@@ -1,5 +1,6 @@
 //! What is seen: scenes in world space, and how they come from files.
 
+pub mod builtin;
 mod environment;
 mod light;
 mod material;

@@ -4,4 +4,5 @@ mod analytic;
 pub mod tracer;
 mod traversal;
 
+pub(crate) use analytic::sphere_mesh;
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};
