@@ -10,8 +10,11 @@ pub mod error;
 pub mod framebuffer;
 pub mod math;
 pub mod methods;
+pub mod metrics;
 pub mod optics;
 pub mod parallel;
+#[cfg(feature = "files")]
+pub mod picture;
 pub mod progress;
 pub mod raster;
 pub mod scene;
