@@ -1,6 +1,8 @@
 //! What is seen: scenes in world space, and how they come from files.
 
 mod environment;
+#[cfg(feature = "files")]
+pub mod import;
 mod light;
 mod material;
 pub mod model;
