@@ -144,7 +144,7 @@ fn car(spec: &str, values: &Values<'_>) -> Model {
     kit.add("nose", paint, BODY.end(NOSE, 0.2, cells), at(0.0, 0.0, 0.0));
     kit.add("tail", paint, BODY.end(TAIL, -0.12, cells), at(0.0, 0.0, 0.0));
     let dark = kit.plain("underbody", rgb(0x1d1f22));
-    kit.add_box("underbody", dark, [3.7, 0.4, 1.1], at(0.0, 0.2, 0.0));
+    kit.add_box("underbody", dark, [3.2, 0.4, 1.1], at(-0.1, 0.2, 0.0));
     kit.add_box("interior", dark, [2.0, 0.45, 1.1], at(-0.4, 0.5, 0.0));
     add_wheels(&mut kit, prop_segments(tess));
     add_street(&mut kit, values.integer("seed"), prop_segments(tess));
@@ -234,7 +234,7 @@ fn add_street(kit: &mut Kit, seed: u64, segments: u32) {
     let pole = kit.painted(textures::stripes("pole_stripes", 4, rgb(0xd8324a), rgb(0xfff6ee)));
     let crate_labels = kit.painted(textures::labels("crate_labels", 3, rgb(0x3a2a12), rgb(0xe3a93b)));
     let leaves = kit.painted(textures::marble("leaves", 77, 6, rgb(0x2f6b35), rgb(0x86b84f)));
-    for (index, (x, z)) in [(2.6, -2.1), (-2.4, -2.1), (2.75, 0.75), (-3.0, 4.2)].into_iter().enumerate() {
+    for (index, (x, z)) in [(2.6, -2.1), (-2.4, -2.1), (3.1, -0.3), (-3.0, 4.2)].into_iter().enumerate() {
         let name = format!("pole_{}", index + 1);
         kit.add(&name, pole, shapes::cylinder(0.09, 1.3, segments), at(x, 0.0, z));
     }

@@ -236,6 +236,6 @@ fn large_room(spec: &str, values: &Values<'_>) -> Model {
         Vec3::new(0.4, -1.0, -0.6),
     );
     kit.add_camera("front", Vec3::new(0.4, 1.9, 4.2), Vec3::new(0.0, 1.25, 0.0), 42.0);
-    kit.add_camera("far", Vec3::new(-1.2, 2.6, 8.2), Vec3::new(0.0, 1.2, 0.0), 42.0);
+    kit.add_camera("far", Vec3::new(0.0, 2.6, 8.2), Vec3::new(0.0, 1.2, 0.0), 42.0);
     kit.finish()
 }

@@ -124,7 +124,7 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
     kit.add_box("box_blue", blue, [0.6, 0.6, 0.6], at(-1.75, 0.0, -0.7).turned(25.0));
     kit.add_box("box_rose", rose, [0.5, 0.9, 0.5], at(1.8, 0.0, -0.9).turned(-18.0));
     kit.add_camera("front", Vec3::new(0.0, 1.45, 4.2), Vec3::new(0.0, 0.97, 0.0), 36.0);
-    kit.add_camera("side", Vec3::new(-2.9, 1.2, 2.8), Vec3::new(0.0, 1.0, 0.0), 40.0);
+    kit.add_camera("side", Vec3::new(2.7, 1.9, 3.0), Vec3::new(-0.15, 0.95, 0.0), 40.0);
     kit.finish()
 }
 
@@ -167,7 +167,7 @@ pub(super) fn pot_body(tess: u32) -> Shape {
             (point, direction)
         };
         let chord = Vec2::from(control[0]).distance(Vec2::from(control[3]));
-        let steps = ((tess as f32 * chord * 0.6).ceil() as u32).max(tess / 8).max(2);
+        let steps = ((tess as f32 * chord * 0.6).ceil() as u32).max(tess / 6).max(2);
         shapes::append(&mut shape, &shapes::revolution(&shapes::profile(steps, curve), tess * 2));
     }
     shape

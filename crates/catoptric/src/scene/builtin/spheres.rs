@@ -73,7 +73,7 @@ fn sphere_room(spec: &str, values: &Values<'_>) -> Model {
     }
     kit.add_camera("front", Vec3::new(-0.35, 1.8, 3.4), Vec3::new(0.0, 1.13, 0.0), 42.0);
     kit.add_camera("close", Vec3::new(0.6, 1.6, 2.0), Vec3::new(0.0, 1.3, 0.0), 50.0);
-    kit.add_camera("high", Vec3::new(1.9, 2.9, 2.4), Vec3::new(0.0, 0.9, 0.0), 50.0);
+    kit.add_camera("high", Vec3::new(-1.9, 2.9, 2.6), Vec3::new(0.1, 1.0, 0.0), 50.0);
     kit.finish()
 }
 

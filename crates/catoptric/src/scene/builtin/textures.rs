@@ -19,16 +19,21 @@ pub(super) fn linear(color: Vec3) -> Vec3 {
 
 /// A square texture of `size` texels a side, painted by a function of the position (0..1, y down).
 pub(super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3 + Sync + Send) -> Texture {
-    let texel = |x: u32, y: u32| {
-        // Four samples a texel soften the edges of the patterns.
-        let mut sum = Vec3::ZERO;
-        for (dx, dy) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
-            sum += color(Vec2::new(x as f32 + dx, y as f32 + dy) / size as f32);
-        }
-        let bytes = (sum * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5;
+    let at = |x: f32, y: f32| color(Vec2::new(x, y) / size as f32);
+    let columns = size as usize + 1;
+    let line = |y: usize| (0..columns).map(|x| at(x as f32, y as f32)).collect::<Vec<_>>();
+    let corners = parallel::map_collect(columns, line);
+    let texel = |x: usize, y: usize| {
+        let [a, b, c, d] = [corners[y][x], corners[y][x + 1], corners[y + 1][x], corners[y + 1][x + 1]];
+        let mean = (a + b + c + d) * 0.25;
+        let differ = [a, b, c, d].iter().any(|corner| (*corner - mean).abs().max_element() > 0.02);
+        // Where the texel lies on an edge of the pattern, four samples inside it soften the edge.
+        let quarters = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
+        let softened = || quarters.iter().map(|(dx, dy)| at(x as f32 + dx, y as f32 + dy)).sum::<Vec3>() * 0.25;
+        let bytes = if differ { softened() } else { mean }.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5;
         [bytes.x as u8, bytes.y as u8, bytes.z as u8, 255]
     };
-    let rows = parallel::map_collect(size as usize, |y| (0..size).map(|x| texel(x, y as u32)).collect::<Vec<_>>());
+    let rows = parallel::map_collect(size as usize, |y| (0..size as usize).map(|x| texel(x, y)).collect::<Vec<_>>());
     Texture::from_srgb8(name, size, size, &rows.concat(), Sampler::default())
 }
 
