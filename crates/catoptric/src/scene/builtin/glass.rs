@@ -34,7 +34,7 @@ pub(super) const LENS: BuiltinInfo = BuiltinInfo {
         TESS,
         IOR,
         number("curvature", "2", "radius of the lens's two faces; its own radius is 0.9", 1.0, 100.0),
-        number("distance", "1", "from the lens to the target", 0.5, 6.0),
+        number("distance", "1", "from the lens to the target", 0.7, 6.0),
     ],
     command: "catoptric render builtin:lens --order 4 -o lens.png",
     build: lens,
