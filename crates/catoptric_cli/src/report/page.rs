@@ -173,6 +173,9 @@ fn card(index: usize, entry: &Entry) -> Markup {
                         @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
                     }
                     @for warning in &measured.stats.warnings { p.note { (warning) } }
+                    @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
+                        p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " times" }
+                    }
                     (details(measured))
                 }
             }
