@@ -2,6 +2,8 @@
 
 pub mod builtin;
 mod environment;
+#[cfg(feature = "files")]
+pub mod import;
 mod light;
 mod material;
 pub mod model;
