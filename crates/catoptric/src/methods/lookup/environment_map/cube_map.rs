@@ -16,6 +16,9 @@ const FACES: [[Vec3A; 3]; 6] = [
 /// Texels added around each face of the finest level, so that blending across edges has both sides.
 const BORDER: u32 = 1;
 
+/// The largest ratio of a footprint's axes that is resolved by several look-ups.
+const MAX_ANISOTROPY: f32 = 8.0;
+
 /// One face at one resolution; rows from the top, linear radiance.
 #[derive(Clone, Debug)]
 struct Face {
@@ -62,11 +65,28 @@ impl CubeMap {
         self.faces.iter().flatten().map(|face| face.texels.len() as u64 * 16).sum()
     }
 
+    /// The radiance from a direction of unit length, blurred over a footprint: the changes of the direction from pixel
+    /// to pixel. Long footprints take up to eight look-ups along their longer axis.
+    pub(super) fn filtered(&self, direction: Vec3, changes: [Vec3; 2]) -> Vec3 {
+        let [x2, y2] = changes.map(Vec3::length_squared);
+        let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, changes[0]) } else { (y2, x2, changes[1]) };
+        let probes = (major2 / minor2.max(1e-20)).sqrt().clamp(1.0, MAX_ANISOTROPY).ceil();
+        if !(probes > 1.0 && major2.is_finite()) {
+            return self.radiance(direction, major2.sqrt());
+        }
+        let spread = major2.sqrt() / probes;
+        let mut sum = Vec3::ZERO;
+        for probe in 0..probes as u32 {
+            sum += self.radiance(direction + axis * ((probe as f32 + 0.5) / probes - 0.5), spread);
+        }
+        sum / probes
+    }
+
     /// The radiance from a direction (any length above 0), blurred over `spread` (radians).
     pub(super) fn radiance(&self, direction: Vec3, spread: f32) -> Vec3 {
-        let (face, at, depth) = locate(direction);
-        // A texel in the middle of a face spans 2 / size radians, less by the squared cosine towards the edges.
-        let texels = spread * self.size as f32 * 0.5 * depth;
+        let (face, at, secant2) = locate(direction);
+        // A texel in the middle of a face spans 2 / size radians; its solid angle falls with the cube of the cosine.
+        let texels = spread * self.size as f32 * 0.5 * secant2.powf(0.75);
         let levels = &self.faces[face];
         let level = if texels > 1.0 { texels.log2().min((levels.len() - 1) as f32) } else { 0.0 };
         let index = level as usize;

@@ -84,14 +84,13 @@ impl ReflectorMap {
         let Some(cube) = &self.cube else {
             return scene.background(found.try_normalize().unwrap_or(direction));
         };
-        // How far the neighbouring pixels' look-ups are, as angles.
+        // How far the neighbouring pixels' look-ups are: changes of the unit direction.
         let unit = found.normalize_or_zero();
-        let mut spread2 = 0.0f32;
-        for (moved, turned) in encounter.position_change.into_iter().zip(change) {
-            let neighbour = read(position + moved, (direction + turned).normalize_or(direction));
-            spread2 = spread2.max((neighbour.normalize_or_zero() - unit).length_squared());
-        }
-        cube.radiance(found, spread2.sqrt())
+        let neighbour = |k: usize| {
+            let turned = (direction + change[k]).normalize_or(direction);
+            read(position + encounter.position_change[k], turned).normalize_or_zero() - unit
+        };
+        cube.filtered(unit, [neighbour(0), neighbour(1)])
     }
 }
 
