@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::stats::{ErrorReport, Stats};
 use catoptric::methods::MethodInfo;
 use catoptric::picture;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
@@ -70,7 +70,7 @@ impl Report {
 /// Writes `report.json`, `error_time.svg` and `report.html`.
 pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     let plot = plot::error_against_time(report)?;
-    let objects = report.entries.iter().map(|entry| json_of(report, entry)).collect::<Result<Vec<Value>, _>>()?;
+    let objects: Vec<EntryJson<'_>> = report.entries.iter().map(|entry| EntryJson::new(report, entry)).collect();
     let page = page::page(report, &plot).into_string();
     for (name, text) in
         [("report.json", pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)]
@@ -80,28 +80,121 @@ pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     Ok(())
 }
 
-fn json_of(report: &Report, entry: &Entry) -> Result<Value, Failure> {
-    let reference_ms = report.truth.frame_ms.median;
-    let mut object = match &entry.outcome {
-        Outcome::Measured(measured) => {
-            let mut object = serde_json::to_value(&measured.stats)?;
-            object["error"] = serde_json::to_value(&measured.error)?;
-            object["speedup"] = json!(reference_ms / measured.stats.frame_ms.median);
-            object["picture"] = json!(measured.picture);
-            object["flip_picture"] = json!(measured.flip);
-            object
+/// An entry of `report.json`: the stats of the run, how wrong its picture is, and the reference's time.
+#[derive(serde::Serialize)]
+#[serde(untagged)]
+enum EntryJson<'a> {
+    Measured {
+        label: &'a str,
+        variant: Option<&'a str>,
+        #[serde(flatten)]
+        stats: &'a Stats,
+        error: &'a ErrorReport,
+        reference_ms: f64,
+        /// How many times faster than the reference a frame is; null where the clock saw no time.
+        speedup: f64,
+        picture: &'a str,
+        flip_picture: Option<&'a str>,
+    },
+    Failed {
+        label: &'a str,
+        variant: Option<&'a str>,
+        version: &'static str,
+        scene: &'a str,
+        method: &'static str,
+        settings: &'a Map<String, Value>,
+        error: Option<()>,
+        failed: &'a str,
+        reference_ms: f64,
+    },
+}
+
+impl<'a> EntryJson<'a> {
+    fn new(report: &'a Report, entry: &'a Entry) -> Self {
+        let (label, variant) = (entry.label.as_str(), entry.variant.as_deref());
+        let reference_ms = report.truth.frame_ms.median;
+        match &entry.outcome {
+            Outcome::Measured(measured) => Self::Measured {
+                label,
+                variant,
+                stats: &measured.stats,
+                error: &measured.error,
+                reference_ms,
+                speedup: reference_ms / measured.stats.frame_ms.median,
+                picture: &measured.picture,
+                flip_picture: measured.flip.as_deref(),
+            },
+            Outcome::Failed(problem) => Self::Failed {
+                label,
+                variant,
+                version: report.truth.version,
+                scene: &report.truth.scene,
+                method: entry.info.id,
+                settings: &entry.settings,
+                error: None,
+                failed: problem,
+                reference_ms,
+            },
         }
-        Outcome::Failed(problem) => json!({
-            "version": report.truth.version,
-            "scene": report.truth.scene,
-            "method": entry.info.id,
-            "settings": entry.settings,
-            "error": null,
-            "failed": problem,
-        }),
-    };
-    object["label"] = json!(entry.label);
-    object["variant"] = json!(entry.variant);
-    object["reference_ms"] = json!(reference_ms);
-    Ok(object)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::{Counts, FrameTimes, Times};
+
+    fn stats() -> Stats {
+        Stats {
+            version: "0",
+            scene: "a <scene>".into(),
+            method: "reference",
+            settings: Map::new(),
+            backend: "cpu",
+            device: "machine".into(),
+            threads: 1,
+            size: [4, 3],
+            samples: 1,
+            order: 1,
+            frames: 1,
+            motion: "none",
+            setup_ms: Times(vec![("load".into(), 1.0)]),
+            frame_ms: FrameTimes { median: 10.0, min: 10.0, max: 10.0 },
+            stages_ms: Times::default(),
+            counts: Counts { named: [("rays".into(), 5)].into(), fallbacks: [("given_up".into(), 1234)].into() },
+            bytes: Default::default(),
+            warnings: vec!["something is <odd>".into()],
+        }
+    }
+
+    fn entry(label: &str, outcome: Outcome) -> Entry {
+        let info = catoptric::methods::all()[0];
+        Entry { label: label.into(), variant: None, info, settings: Map::new(), is_truth: false, outcome }
+    }
+
+    fn report() -> Report {
+        let error = ErrorReport { image: None, reflector: None, projection_px: None };
+        let measured = Measured { stats: stats(), error, picture: "a.png".into(), flip: Some("a-flip.png".into()) };
+        let entries = vec![
+            entry("drawn", Outcome::Measured(Box::new(measured))),
+            entry("refused", Outcome::Failed("no <lenses> please".into())),
+        ];
+        Report { command: "catoptric compare 'a <scene>'".into(), truth: stats(), reflector_pixels: 0, entries }
+    }
+
+    #[test]
+    fn a_method_that_fails_is_listed_with_its_message() {
+        let report = report();
+        let json: Vec<Value> =
+            report.entries.iter().map(|entry| serde_json::to_value(EntryJson::new(&report, entry)).unwrap()).collect();
+        assert_eq!(json[1]["failed"], "no <lenses> please");
+        assert!(json[1]["error"].is_null() && json[1]["method"] == "reference" && json[1]["reference_ms"] == 10.0);
+        assert!(json[0]["failed"].is_null() && json[0]["speedup"] == 1.0 && json[0]["counts"]["rays"] == 5);
+        let plot = plot::error_against_time(&report).unwrap_or_else(|_| panic!("no plot"));
+        let page = page::page(&report, &plot).into_string();
+        for text in ["no &lt;lenses&gt; please", "something is &lt;odd&gt;", "given up", "a.png", "a-flip.png"] {
+            assert!(page.contains(text), "{text}");
+        }
+        assert!(!page.contains("<scene>") && !page.contains("<odd>"));
+    }
 }

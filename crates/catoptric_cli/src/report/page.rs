@@ -173,6 +173,9 @@ fn card(index: usize, entry: &Entry) -> Markup {
                         @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
                     }
                     @for warning in &measured.stats.warnings { p.note { (warning) } }
+                    @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
+                        p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " times" }
+                    }
                     (details(measured))
                 }
             }
@@ -301,7 +304,7 @@ fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push('\u{202f}');
         }
         text.push(digit);

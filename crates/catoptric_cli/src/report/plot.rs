@@ -100,7 +100,7 @@ fn draw(
     let mut mesh = chart.configure_mesh();
     mesh.disable_mesh().x_label_formatter(&unlabelled).y_label_formatter(&unlabelled);
     mesh.x_desc("time of a frame, ms").y_desc(what);
-    mesh.axis_desc_style(text(15)).axis_style(BLACK.mix(0.5)).draw()?;
+    mesh.set_all_tick_mark_size(0).axis_desc_style(text(15)).axis_style(BLACK.mix(0.5)).draw()?;
     for time in ticks(left, right) {
         let (x, y) = chart.backend_coord(&(time, bottom));
         chart.draw_series([PathElement::new([(time, bottom), (time, top)], BLACK.mix(0.12))])?;
