@@ -5,6 +5,7 @@
 //! ray-traced [`methods::reference`].
 //!
 
+pub mod clock;
 pub mod error;
 pub mod framebuffer;
 pub mod math;
