@@ -1,6 +1,6 @@
 //! Scenes as they stand: their objects as a list to draw, and a shader for what is seen directly.
 
-use super::{DrawList, DrawTriangle, Fragment, FragmentShader, LayerSurface};
+use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{AlphaMode, PicturePoint, Projection, Scene, View};
@@ -69,7 +69,7 @@ impl<'a> SceneShader<'a> {
     ///
     /// On an analytic surface it is where the position's ray meets the surface itself; beside its silhouette, where
     /// the ray misses, the point of the tessellation.
-    #[inline]
+    #[inline(always)]
     pub fn point(&self, surface: &LayerSurface, position: Vec2) -> (SurfacePoint, Vec3) {
         let mut point = self.scene.surface_point(surface.source, &surface.barycentrics);
         let exact = &self.scene.objects[point.object as usize].surface;
@@ -90,7 +90,7 @@ impl<'a> SceneShader<'a> {
 }
 
 impl FragmentShader for SceneShader<'_> {
-    #[inline]
+    #[inline(always)]
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
         let Some(surface) = fragment.chain.first() else {
             if self.scene.environment.is_none() {
@@ -106,8 +106,19 @@ impl FragmentShader for SceneShader<'_> {
         self.scene.radiance(&point, towards_viewer)
     }
 
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_all(self, batch, colors);
+    }
+
     fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
         let (point, _) = self.point(surface, position);
         self.scene.is_present(self.scene.material_of(point.object), &point)
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn shade_all(shader: &SceneShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    for (fragment, color) in batch.iter().zip(colors) {
+        *color = shader.shade(&fragment);
     }
 }
