@@ -55,9 +55,8 @@ pub(super) fn weights(corners: &Corners, out: &mut Weights) {
         let scale = f32::from_bits(0x7f00_0000 - exponent);
         let [wa, wb, wc] = [corners.w[0][i] * scale, corners.w[1][i] * scale, corners.w[2][i] * scale];
         // From the position: differences of large products would lose the small triangles.
-        let from_position = |corner: usize, w: f32| {
-            (corners.x[corner][i] * scale - px * w, corners.y[corner][i] * scale - py * w)
-        };
+        let from_position =
+            |corner: usize, w: f32| (corners.x[corner][i] * scale - px * w, corners.y[corner][i] * scale - py * w);
         let ((xa, ya), (xb, yb), (xc, yc)) = (from_position(0, wa), from_position(1, wb), from_position(2, wc));
         let (na, nb, nc) = (xb * yc - xc * yb, xc * ya - xa * yc, xa * yb - xb * ya);
         let (na_dx, nb_dx, nc_dx) = (yb * wc - yc * wb, yc * wa - ya * wc, ya * wb - yb * wa);

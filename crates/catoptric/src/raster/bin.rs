@@ -66,7 +66,11 @@ pub(super) fn bin(frame: &Frame, grid: &TileGrid, list: &DrawList, piece: &Piece
         report.triangles += 1;
         let [a, b, c] = triangle.vertices.map(|vertex| list.vertices.get(vertex as usize));
         let (Some(a), Some(b), Some(c)) = (a, b, c) else { continue };
-        let outcome = set_up(frame, [a, b, c], piece.first_id + index, triangle.alpha_tested, |triangle| {
+        let clip = |vertex: u32| list.clip_distances.get(vertex as usize).copied().unwrap_or(0.0);
+        let [va, vb, vc] = triangle.vertices;
+        let clip_distances = [clip(va), clip(vb), clip(vc)];
+        let id = piece.first_id + index;
+        let outcome = set_up(frame, [a, b, c], clip_distances, id, triangle.alpha_tested, |triangle| {
             let number = setup.len() as u32;
             if for_each_tile(frame, grid, &triangle, |tile| pairs.push((tile, number))) {
                 setup.push(triangle);

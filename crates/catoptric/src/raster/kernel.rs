@@ -236,9 +236,8 @@ fn draw<const STENCIL: bool>(
                     let group = first_group + index;
                     let column = (group << group_log2) >> samples_log2;
                     let lane = &lanes[group & half_mask];
-                    let base: [i32; 3] = std::array::from_fn(|e| {
-                        row_bases[e].wrapping_add(edges[e].x.wrapping_mul(column as i32 * 16))
-                    });
+                    let base: [i32; 3] =
+                        std::array::from_fn(|e| row_bases[e].wrapping_add(edges[e].x.wrapping_mul(column as i32 * 16)));
                     let key = row_key + key_step_x * column as f32;
                     let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
                     let wanted = stencil.map_or(0, |mask| mask.wanted);

@@ -64,6 +64,9 @@ pub struct DrawList {
     /// ones `depth` does (nearer is smaller, the first drawn wins where they are equal). Triangles with a vertex that
     /// is not finite are not drawn; what is nearer than the view's near plane is cut off.
     pub vertices: Vec<PicturePoint>,
+    /// For every vertex a signed distance, linear in space (the height above a mirror, say): what is below 0 is cut
+    /// off. Empty: nothing is.
+    pub clip_distances: Vec<f32>,
     /// Triangles; both windings are drawn.
     pub triangles: Vec<DrawTriangle>,
     /// The layer: 0 is what the eye sees directly, 1 what is seen in that by one reflection, and so on.

@@ -49,7 +49,8 @@ impl<'a> Plan<'a> {
     /// `piece_size` is the number of triangles that are worked on at once; results do not depend on it.
     pub(super) fn new(lists: &'a [DrawList], piece_size: u32) -> Result<Self, RenderError> {
         let limit = |problem: String| RenderError::Limit { method: "raster", problem };
-        let mut layers = vec![LayerPlan::default(); lists.iter().map(|list| list.layer as usize + 1).max().unwrap_or(0)];
+        let mut layers =
+            vec![LayerPlan::default(); lists.iter().map(|list| list.layer as usize + 1).max().unwrap_or(0)];
         let mut list_plans = Vec::with_capacity(lists.len());
         let mut ids = 0u64;
         for (index, list) in lists.iter().enumerate() {

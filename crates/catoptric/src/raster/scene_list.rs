@@ -2,8 +2,9 @@
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
-use crate::scene::shade::SurfacePoint;
-use crate::scene::{AlphaMode, PicturePoint, Projection, Scene, View};
+use crate::scene::shade::{Encounter, SurfacePoint};
+use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, View, ViewRays};
+use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3};
 
 /// Vertices that are transformed at once.
@@ -19,7 +20,7 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     let mut vertex_count = 0u32;
     for (index, object) in scene.objects.iter().enumerate() {
         let Some(group) = group(index as u32) else { continue };
-        let alpha_tested = scene.material_of(index as u32).alpha_mode != AlphaMode::Opaque;
+        let alpha_tested = scene.is_alpha_tested(index as u32);
         let first = object.vertices.start;
         for triangle in object.triangles.clone() {
             let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
@@ -47,7 +48,53 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
             object += 1;
         }
     });
-    DrawList { vertices, triangles, layer: 0, stencil: None }
+    DrawList { vertices, triangles, ..DrawList::default() }
+}
+
+impl Scene {
+    /// The point that a drawn surface (its source a triangle of the scene) shows on a ray.
+    ///
+    /// On an analytic surface it is where the ray meets the surface itself; beside its silhouette, where the ray
+    /// misses, the point of the tessellation.
+    #[inline]
+    pub fn drawn_point(&self, surface: &LayerSurface, ray: &Ray) -> SurfacePoint {
+        match self.exact_hit(surface, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, None).point,
+            None => self.surface_point(surface.source, &surface.barycentrics),
+        }
+    }
+
+    /// Like [`Self::drawn_point`], with its changes a pixel.
+    #[inline]
+    pub fn drawn_encounter(&self, surface: &LayerSurface, ray: &Ray, change: &RayDifferential) -> Encounter {
+        match self.exact_hit(surface, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, Some(change)),
+            None => self.encounter(surface.source, &surface.barycentrics),
+        }
+    }
+
+    #[inline]
+    fn exact_hit(&self, surface: &LayerSurface, ray: &Ray) -> Option<(u32, SurfaceHit)> {
+        let object = self.triangle_objects[surface.source as usize];
+        let exact = self.objects[object as usize].surface.as_ref()?;
+        // The tessellation was drawn at this place: of a ray's two meetings the nearer to it is meant.
+        let drawn = self.surface_point(surface.source, &surface.barycentrics).position;
+        let distance = (drawn - ray.origin).dot(ray.direction);
+        let middle = exact.middle_distance(ray.origin, ray.direction);
+        let near = if distance > middle { middle.max(0.0) } else { 0.0 };
+        Some((object, exact.intersect(ray.origin, ray.direction, near, f32::INFINITY)?))
+    }
+
+    /// Whether a drawn surface is there at all, by its alpha.
+    pub fn is_surface_present(&self, surface: &LayerSurface) -> bool {
+        let point = self.surface_point(surface.source, &surface.barycentrics);
+        self.is_present(self.material_of(point.object), &point)
+    }
+
+    /// Whether an object's material has holes where its alpha is low.
+    pub fn is_alpha_tested(&self, object: u32) -> bool {
+        self.material_of(object).alpha_mode != AlphaMode::Opaque
+    }
 }
 
 /// Shades what is seen directly: the first surface of a chain, or the environment. Sources are the scene's triangles.
@@ -55,64 +102,36 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
 #[derive(Clone, Copy, Debug)]
 pub struct SceneShader<'a> {
     scene: &'a Scene,
-    view: &'a View,
-    perspective: bool,
+    rays: ViewRays,
 }
 
 impl<'a> SceneShader<'a> {
     /// A shader for `scene` seen from `view`.
-    pub fn new(scene: &'a Scene, view: &'a View) -> Self {
-        Self { scene, view, perspective: matches!(view.projection, Projection::Perspective { .. }) }
-    }
-
-    /// The point of the scene that a surface shows at a picture position, and the unit direction to the viewer.
-    ///
-    /// On an analytic surface it is where the position's ray meets the surface itself; beside its silhouette, where
-    /// the ray misses, the point of the tessellation.
-    #[inline(always)]
-    pub fn point(&self, surface: &LayerSurface, position: Vec2) -> (SurfacePoint, Vec3) {
-        let mut point = self.scene.surface_point(surface.source, &surface.barycentrics);
-        let exact = &self.scene.objects[point.object as usize].surface;
-        let ray = (exact.is_some() || !self.perspective).then(|| self.view.ray(position.x, position.y));
-        if let (Some(exact), Some(ray)) = (exact, ray) {
-            if let Some(hit) = exact.intersect(ray.origin, ray.direction, self.view.near, f32::INFINITY) {
-                point.position = hit.position;
-                point.normal = hit.normal;
-                point.geometric_normal = hit.normal;
-            }
-        }
-        let towards_viewer = match ray {
-            Some(ray) => -ray.direction,
-            None => (self.view.eye() - point.position).try_normalize().unwrap_or(Vec3::Z),
-        };
-        (point, towards_viewer)
+    pub fn new(scene: &'a Scene, view: &View) -> Self {
+        Self { scene, rays: view.rays() }
     }
 }
 
 impl FragmentShader for SceneShader<'_> {
-    #[inline(always)]
+    #[inline]
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        let ray = self.rays.ray(fragment.position.x, fragment.position.y);
         let Some(surface) = fragment.chain.first() else {
-            if self.scene.environment.is_none() {
-                return Vec3::ZERO;
-            }
-            return self.scene.background(self.view.ray(fragment.position.x, fragment.position.y).direction);
+            return self.scene.background(ray.direction);
         };
         let object = self.scene.triangle_objects[surface.source as usize];
         if self.scene.role_of(object).is_specular() {
             return Vec3::ZERO;
         }
-        let (point, towards_viewer) = self.point(surface, fragment.position);
-        self.scene.radiance(&point, towards_viewer)
+        self.scene.radiance(&self.scene.drawn_point(surface, &ray), -ray.direction)
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
         shade_all(self, batch, colors);
     }
 
-    fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
-        let (point, _) = self.point(surface, position);
-        self.scene.is_present(self.scene.material_of(point.object), &point)
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface)
     }
 }
 

@@ -72,21 +72,23 @@ struct Point {
     key_w: f64,
     /// Distance behind the near plane.
     beyond_near: f64,
+    /// The list's own clip distance.
+    clip_distance: f64,
 }
 
 impl Point {
     #[inline]
-    fn new(frame: &Frame, point: &PicturePoint) -> Self {
+    fn new(frame: &Frame, point: &PicturePoint, clip_distance: f32) -> Self {
         let [cx, cy] = frame.center();
         let w = point.w as f64;
-        let (key_w, depth) =
-            if frame.perspective { (1.0, w) } else { (-(point.depth as f64) * w, point.depth as f64) };
+        let (key_w, depth) = if frame.perspective { (1.0, w) } else { (-(point.depth as f64) * w, point.depth as f64) };
         Self {
             x: point.xy.x as f64 - cx as f64 * w,
             y: point.xy.y as f64 - cy as f64 * w,
             w,
             key_w,
             beyond_near: depth - frame.near,
+            clip_distance: clip_distance as f64,
         }
     }
 
@@ -102,6 +104,7 @@ impl Point {
             w: mix(inside.w, outside.w),
             key_w: mix(inside.key_w, outside.key_w),
             beyond_near: mix(inside.beyond_near, outside.beyond_near),
+            clip_distance: mix(inside.clip_distance, outside.clip_distance),
         }
     }
 
@@ -128,17 +131,21 @@ pub(super) enum Outcome {
 pub(super) fn set_up(
     frame: &Frame,
     points: [&PicturePoint; 3],
+    clip_distances: [f32; 3],
     id: u32,
     alpha_tested: bool,
     mut emit: impl FnMut(SetupTriangle),
 ) -> Outcome {
     let finite = |p: &PicturePoint| p.xy.is_finite() && p.w.is_finite() && p.depth.is_finite();
-    if !points.iter().all(|p| finite(p)) {
+    if !points.iter().all(|p| finite(p)) || !clip_distances.iter().all(|d| d.is_finite()) {
         return Outcome::Culled;
     }
-    let points = points.map(|p| Point::new(frame, p));
+    let points: [Point; 3] = std::array::from_fn(|i| Point::new(frame, points[i], clip_distances[i]));
     let piece = |corners: [&Point; 3]| finish(frame, corners, &points, id, alpha_tested);
-    if points.iter().all(|p| p.beyond_near >= 0.0 && p.w > 0.0 && p.guard_distances().iter().all(|d| *d >= 0.0)) {
+    let whole = |p: &Point| {
+        p.beyond_near >= 0.0 && p.clip_distance >= 0.0 && p.w > 0.0 && p.guard_distances().iter().all(|d| *d >= 0.0)
+    };
+    if points.iter().all(whole) {
         return match piece([&points[0], &points[1], &points[2]]) {
             Some(triangle) => {
                 emit(triangle);
@@ -149,6 +156,7 @@ pub(super) fn set_up(
     }
     let mut polygon = Polygon::new(&points);
     polygon.clip(|p| p.beyond_near);
+    polygon.clip(|p| p.clip_distance);
     // Orthographic points have w = 1; whatever else comes is cut off before the division.
     if polygon.points().iter().any(|p| p.w <= 0.0) {
         return Outcome::Culled;
@@ -167,15 +175,15 @@ pub(super) fn set_up(
     outcome
 }
 
-/// A convex polygon; clipping a triangle by five planes gives at most eight corners.
+/// A convex polygon; clipping a triangle by six planes gives at most nine corners.
 struct Polygon {
-    points: [Point; 8],
+    points: [Point; 9],
     len: usize,
 }
 
 impl Polygon {
     fn new(corners: &[Point; 3]) -> Self {
-        let mut points = [corners[0]; 8];
+        let mut points = [corners[0]; 9];
         points[..3].copy_from_slice(corners);
         Self { points, len: 3 }
     }
@@ -204,7 +212,7 @@ impl Polygon {
     }
 
     fn push(&mut self, point: Point) {
-        // Rounding can make a polygon not quite convex; corners beyond the possible eight are then of no size.
+        // Rounding can make a polygon not quite convex; corners beyond the possible nine are then of no size.
         if self.len < self.points.len() {
             self.points[self.len] = point;
             self.len += 1;
@@ -263,9 +271,8 @@ fn key_plane(points: &[Point; 3]) -> Option<[f64; 3]> {
     let rows = [cross(b, c), cross(c, a), cross(a, b)];
     let determinant = a.x * rows[0][0] + a.y * rows[0][1] + a.w * rows[0][2];
     let inverse = 1.0 / determinant;
-    let plane: [f64; 3] = std::array::from_fn(|i| {
-        (a.key_w * rows[0][i] + b.key_w * rows[1][i] + c.key_w * rows[2][i]) * inverse
-    });
+    let plane: [f64; 3] =
+        std::array::from_fn(|i| (a.key_w * rows[0][i] + b.key_w * rows[1][i] + c.key_w * rows[2][i]) * inverse);
     // Steeper planes cannot be stepped in single precision, and no triangle of any width has one.
     plane.iter().all(|value| value.abs() < 1e30).then_some(plane)
 }

@@ -4,7 +4,8 @@
 //! has neither, by a headlight that travels with the path: it shines from the path's previous point. Normals are
 //! turned towards the viewer, so both sides of a surface are lit.
 
-use super::{AlphaMode, Material, Scene, TextureBinding, UvFootprint};
+use super::{AlphaMode, Material, Ray, RayDifferential, Scene, TextureBinding, UvFootprint};
+use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// A point of a surface with everything that shading and the continuation of a path need.
@@ -37,7 +38,65 @@ pub struct Barycentrics {
     pub dy: Vec2,
 }
 
+/// A point of a surface and how it changes from pixel to pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Encounter {
+    /// The surface's point.
+    pub point: SurfacePoint,
+    /// Change of the position with the pixel's column and row.
+    pub position_change: [Vec3; 2],
+    /// Change of the outer unit normal with the pixel's column and row (reflectors and lenses alone).
+    pub normal_change: [Vec3; 2],
+}
+
 impl Scene {
+    /// The point of a triangle and its changes a pixel, from those of the barycentric coordinates.
+    #[inline]
+    pub fn encounter(&self, triangle: u32, at: &Barycentrics) -> Encounter {
+        let point = self.surface_point(triangle, at);
+        if !self.role_of(point.object).is_specular() {
+            return Encounter { point, ..Encounter::default() };
+        }
+        let [a, b, c] = self.triangles[triangle as usize];
+        let (a, b, c) = (a as usize, b as usize, c as usize);
+        let (ab, ac) = (self.positions[b] - self.positions[a], self.positions[c] - self.positions[a]);
+        let (na, nb, nc) = (self.normals[a], self.normals[b], self.normals[c]);
+        let (nab, nac) = (nb - na, nc - na);
+        let length = (na + nab * at.value.x + nac * at.value.y).length().max(1e-6);
+        let turned = |d: Vec2| {
+            let change = (nab * d.x + nac * d.y) / length;
+            change - point.normal * point.normal.dot(change)
+        };
+        let moved = |d: Vec2| ab * d.x + ac * d.y;
+        let (position_change, normal_change) = ([moved(at.dx), moved(at.dy)], [turned(at.dx), turned(at.dy)]);
+        Encounter { point, position_change, normal_change }
+    }
+
+    /// The point where a ray met an analytic surface, and its changes a pixel where the ray's are given.
+    #[inline]
+    pub fn exact_encounter(
+        &self,
+        object: u32,
+        hit: &SurfaceHit,
+        ray: &Ray,
+        change: Option<&RayDifferential>,
+    ) -> Encounter {
+        let point = SurfacePoint {
+            object,
+            position: hit.position,
+            geometric_normal: hit.normal,
+            normal: hit.normal,
+            color: Vec4::ONE,
+            ..SurfacePoint::default()
+        };
+        let Some(change) = change else {
+            return Encounter { point, ..Encounter::default() };
+        };
+        let position_change = change.transferred(ray, hit.distance, hit.normal);
+        let normal_change = [position_change[0] * hit.curvature, position_change[1] * hit.curvature];
+        Encounter { point, position_change, normal_change }
+    }
+
     /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
     /// normals, whatever the winding.
     #[inline(always)]
