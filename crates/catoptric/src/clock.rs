@@ -2,7 +2,7 @@
 
 /// Measures how long stages of work take.
 #[derive(Clone, Copy, Debug)]
-pub struct Stopwatch {
+pub(crate) struct Stopwatch {
     #[cfg(not(target_family = "wasm"))]
     start: std::time::Instant,
 }
@@ -10,7 +10,7 @@ pub struct Stopwatch {
 impl Stopwatch {
     /// Starts now.
     #[allow(clippy::new_without_default)] // "default" would not say that a clock starts to run
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             #[cfg(not(target_family = "wasm"))]
             start: std::time::Instant::now(),
@@ -18,7 +18,7 @@ impl Stopwatch {
     }
 
     /// Milliseconds since the start or the last lap, and starts the next lap.
-    pub fn lap_ms(&mut self) -> f64 {
+    pub(crate) fn lap_ms(&mut self) -> f64 {
         #[cfg(not(target_family = "wasm"))]
         {
             let now = std::time::Instant::now();

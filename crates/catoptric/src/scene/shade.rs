@@ -99,7 +99,7 @@ impl Scene {
 
     /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
     /// normals, whatever the winding.
-    #[inline]
+    #[inline(always)]
     pub fn surface_point(&self, triangle: u32, at: &Barycentrics) -> SurfacePoint {
         let [a, b, c] = self.triangles[triangle as usize].map(|vertex| vertex as usize);
         let object = self.triangle_objects[triangle as usize];
@@ -134,7 +134,7 @@ impl Scene {
     }
 
     /// Base colour times texture times vertex colour, linear, with alpha.
-    #[inline]
+    #[inline(always)]
     pub fn base_color(&self, material: &Material, point: &SurfacePoint) -> Vec4 {
         let color = material.base_color * point.color;
         match &material.base_texture {
@@ -143,7 +143,7 @@ impl Scene {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
         let Some(texture) = self.textures.get(binding.texture as usize) else { return Vec4::ONE };
         let channel = binding.uv_channel as usize & 1;
@@ -154,7 +154,7 @@ impl Scene {
     }
 
     /// Whether the surface is there at all at a point, by its alpha.
-    #[inline]
+    #[inline(always)]
     pub fn is_present(&self, material: &Material, point: &SurfacePoint) -> bool {
         match material.alpha_mode {
             AlphaMode::Opaque => true,
@@ -165,7 +165,7 @@ impl Scene {
     /// The radiance that a point scatters and emits towards the previous point of the path.
     ///
     /// `towards_viewer` is the unit direction to the previous point of the path. Never negative, always finite.
-    #[inline]
+    #[inline(always)]
     pub fn radiance(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         let material = self.material_of(point.object);
         let base = self.base_color(material, point).xyz();
@@ -181,7 +181,7 @@ impl Scene {
         finite(radiance)
     }
 
-    #[inline]
+    #[inline(always)]
     fn irradiance_over_pi(&self, position: Vec3, normal: Vec3, towards_viewer: Vec3) -> Vec3 {
         if self.lights.is_empty() && self.environment.is_none() {
             return Vec3::splat(normal.dot(towards_viewer).max(0.0));
@@ -198,7 +198,7 @@ impl Scene {
     }
 
     /// The radiance from infinity in a direction of unit length.
-    #[inline]
+    #[inline(always)]
     pub fn background(&self, direction: Vec3) -> Vec3 {
         self.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.radiance(direction))
     }
@@ -206,7 +206,7 @@ impl Scene {
 
 impl Material {
     /// Whether anything is read from a texture.
-    #[inline]
+    #[inline(always)]
     pub fn textured(&self) -> bool {
         self.base_texture.is_some() || self.emissive_texture.is_some()
     }
