@@ -66,6 +66,34 @@ impl Hull {
         (Vec3::new(x, self.base + y, z), gradient.normalize_or(Vec3::Y))
     }
 
+    /// The bulging end of the hull at x: as far as `bulge` beyond it (negative: at the rear end).
+    ///
+    /// With r the superellipse's own radius (|z/w|^n + |y/h|^n)^(1/n), it is x + bulge (1 - r^2); the normal is the
+    /// gradient.
+    fn end(&self, x: f32, bulge: f32, cells: u32) -> Shape {
+        let n = self.exponent;
+        let ([w, _], [h, _]) = ((self.half_width)(x), (self.height)(x));
+        let facing = bulge.signum();
+        shapes::grid(cells, cells * 2, |i, j| {
+            // From the rim inwards in front, outwards behind, so that the outer side is outside.
+            let share = i as f32 / cells as f32;
+            let r = if bulge > 0.0 { 1.0 - share } else { share };
+            let angle = (-18.0 + 216.0 * j as f32 / (cells * 2) as f32).to_radians();
+            let (rim, _) = self.point(x, angle);
+            let (z, y) = (rim.z * r, (rim.y - self.base) * r);
+            let slope = |value: f32, scale: f32| {
+                let ratio = value / scale;
+                2.0 * bulge * r.max(1e-6).powf(2.0 - n) * ratio.abs().powf(n - 1.0) * ratio.signum() / scale
+            };
+            let normal = Vec3::new(1.0, slope(y, h), slope(z, w)) * facing;
+            GridVertex {
+                position: Vec3::new(x + bulge * (1.0 - r * r), self.base + y, z),
+                normal: normal.normalize_or(Vec3::X * facing),
+                uv: Vec2::new(j as f32 / (cells * 2) as f32, r),
+            }
+        })
+    }
+
     /// The part of the hull between two positions and two angles (in degrees), without a gap's width at its edges.
     fn panel(&self, [x0, x1]: [f32; 2], [from_deg, to_deg]: [f32; 2], cells: u32) -> Shape {
         let (x0, x1) = (x0 + GAP, x1 - GAP);
@@ -79,6 +107,10 @@ impl Hull {
     }
 }
 
+/// Where the body ends in front, before its nose.
+const NOSE: f32 = 2.05;
+/// Where the body ends behind.
+const TAIL: f32 = -2.1;
 /// Half the width of the joints between panels.
 const GAP: f32 = 0.012;
 
@@ -89,20 +121,19 @@ fn car(spec: &str, values: &Values<'_>) -> Model {
     let panes = kit.material(Material::mirror("panes", Vec3::new(0.38, 0.45, 0.5)));
     let cells = (tess / 2).max(2);
     for (name, material, hull, x, angles) in [
-        ("hood", paint, &BODY, [0.75, 1.95], [38.0, 142.0]),
-        ("fender_front_left", paint, &BODY, [0.75, 1.95], [-18.0, 38.0]),
-        ("fender_front_right", paint, &BODY, [0.75, 1.95], [142.0, 198.0]),
-        ("nose", paint, &BODY, [1.95, 2.12], [-18.0, 198.0]),
-        ("door_front_left", paint, &BODY, [-0.3, 0.75], [-24.0, 50.0]),
-        ("door_front_right", paint, &BODY, [-0.3, 0.75], [130.0, 204.0]),
-        ("door_rear_left", paint, &BODY, [-1.2, -0.3], [-24.0, 50.0]),
-        ("door_rear_right", paint, &BODY, [-1.2, -0.3], [130.0, 204.0]),
-        ("fender_rear_left", paint, &BODY, [-2.1, -1.2], [-18.0, 44.0]),
-        ("fender_rear_right", paint, &BODY, [-2.1, -1.2], [136.0, 198.0]),
-        ("trunk", paint, &BODY, [-2.1, -1.2], [44.0, 136.0]),
+        ("hood", paint, &BODY, [0.75, NOSE], [38.0, 142.0]),
+        ("fender_front_left", paint, &BODY, [0.75, NOSE], [-18.0, 38.0]),
+        ("fender_front_right", paint, &BODY, [0.75, NOSE], [142.0, 198.0]),
+        ("door_front_left", paint, &BODY, [-0.3, 0.75], [-24.0, 66.0]),
+        ("door_front_right", paint, &BODY, [-0.3, 0.75], [114.0, 204.0]),
+        ("door_rear_left", paint, &BODY, [-1.2, -0.3], [-24.0, 66.0]),
+        ("door_rear_right", paint, &BODY, [-1.2, -0.3], [114.0, 204.0]),
+        ("fender_rear_left", paint, &BODY, [TAIL, -1.2], [-18.0, 44.0]),
+        ("fender_rear_right", paint, &BODY, [TAIL, -1.2], [136.0, 198.0]),
+        ("trunk", paint, &BODY, [TAIL, -1.2], [44.0, 136.0]),
         ("roof", paint, &CABIN, [-1.15, 0.3], [48.0, 132.0]),
-        ("windshield", panes, &CABIN, [0.3, 0.92], [18.0, 162.0]),
-        ("rear_window", panes, &CABIN, [-1.72, -1.15], [18.0, 162.0]),
+        ("windshield", panes, &CABIN, [0.3, 1.02], [18.0, 162.0]),
+        ("rear_window", panes, &CABIN, [-1.82, -1.15], [18.0, 162.0]),
         ("window_front_left", panes, &CABIN, [-0.35, 0.3], [14.0, 48.0]),
         ("window_front_right", panes, &CABIN, [-0.35, 0.3], [132.0, 166.0]),
         ("window_rear_left", panes, &CABIN, [-1.15, -0.35], [14.0, 48.0]),
@@ -110,12 +141,14 @@ fn car(spec: &str, values: &Values<'_>) -> Model {
     ] {
         kit.add(name, material, hull.panel(x, angles, cells), at(0.0, 0.0, 0.0));
     }
+    kit.add("nose", paint, BODY.end(NOSE, 0.2, cells), at(0.0, 0.0, 0.0));
+    kit.add("tail", paint, BODY.end(TAIL, -0.12, cells), at(0.0, 0.0, 0.0));
     let dark = kit.plain("underbody", rgb(0x1d1f22));
-    kit.add_box("underbody", dark, [3.9, 0.4, 1.4], at(0.0, 0.24, 0.0));
-    kit.add_box("interior", dark, [2.6, 0.5, 1.25], at(-0.35, 0.5, 0.0));
+    kit.add_box("underbody", dark, [3.2, 0.4, 1.1], at(-0.1, 0.2, 0.0));
+    kit.add_box("interior", dark, [2.0, 0.45, 1.1], at(-0.4, 0.5, 0.0));
     add_wheels(&mut kit, prop_segments(tess));
     add_street(&mut kit, values.integer("seed"), prop_segments(tess));
-    kit.add_camera("front", Vec3::new(4.3, 1.75, 4.0), Vec3::new(0.15, 0.68, 0.0), 34.0);
+    kit.add_camera("front", Vec3::new(4.0, 1.8, 3.5), Vec3::new(0.1, 0.62, 0.0), 34.0);
     kit.add_camera("side", Vec3::new(0.0, 1.5, 5.2), Vec3::new(0.0, 0.7, 0.0), 38.0);
     kit.finish()
 }
@@ -141,12 +174,20 @@ const STREET: f32 = 12.0;
 
 fn add_street(kit: &mut Kit, seed: u64, segments: u32) {
     let mut random = Stream::new(seed);
-    let asphalt = kit.painted(textures::paint("asphalt", 512, |p| {
-        let q = p * 24.0;
-        let line = ((p.y - 0.66).abs() < 0.006 || (p.y - 0.34).abs() < 0.006) && (p.x * 16.0).fract() < 0.6;
-        let slab = (q.fract() - 0.5).abs().max_element() > 0.485;
-        let ground = if p.y < 0.28 || p.y > 0.72 { rgb(0xb3a58c) } else { rgb(0x6b6f76) };
-        if line { rgb(0xf4f1e4) } else if slab { ground * 0.75 } else { ground }
+    let paving = kit.painted(textures::paint("paving", 512, |p| {
+        let q = p * 32.0;
+        let cell = q.as_ivec2();
+        // Bands of light and dark slabs, and a white line on either side of the car.
+        let line = ((p.y - 0.62).abs() < 0.006 || (p.y - 0.38).abs() < 0.006) && (p.x * 12.0).fract() < 0.6;
+        let joint = (q.fract() - 0.5).abs().max_element() > 0.47;
+        let slab = if (cell.x + cell.y) & 1 == 0 { rgb(0x8d8578) } else { rgb(0x666a73) };
+        if line {
+            rgb(0xf4f1e4)
+        } else if joint {
+            slab * 0.7
+        } else {
+            slab
+        }
     }));
     let sky = kit.painted(textures::paint("sky", 256, |p| {
         // Round the horizon it is brightest; the texture's upper edge is the zenith.
@@ -159,7 +200,7 @@ fn add_street(kit: &mut Kit, seed: u64, segments: u32) {
         [48, 48],
         Vec2::splat(STREET * 2.0),
     );
-    kit.add("street", asphalt, ground, at(0.0, 0.0, 0.0));
+    kit.add("street", paving, ground, at(0.0, 0.0, 0.0));
     // A dome that is seen from within: a ball with its inside out.
     let mut dome = shapes::sphere(STREET * 2.5, 24);
     dome.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -193,13 +234,13 @@ fn add_street(kit: &mut Kit, seed: u64, segments: u32) {
     let pole = kit.painted(textures::stripes("pole_stripes", 4, rgb(0xd8324a), rgb(0xfff6ee)));
     let crate_labels = kit.painted(textures::labels("crate_labels", 3, rgb(0x3a2a12), rgb(0xe3a93b)));
     let leaves = kit.painted(textures::marble("leaves", 77, 6, rgb(0x2f6b35), rgb(0x86b84f)));
-    for (index, (x, z)) in [(2.6, -2.1), (-2.4, -2.1), (-1.6, 2.6), (3.0, 1.9)].into_iter().enumerate() {
+    for (index, (x, z)) in [(2.6, -2.1), (-2.4, -2.1), (3.1, -0.3), (-3.0, 4.2)].into_iter().enumerate() {
         let name = format!("pole_{}", index + 1);
         kit.add(&name, pole, shapes::cylinder(0.09, 1.3, segments), at(x, 0.0, z));
     }
     for (index, (x, z)) in [(0.4, -2.3), (-3.2, 0.4)].into_iter().enumerate() {
         kit.add(&format!("tree_{}", index + 1), leaves, shapes::cone(0.55, 2.4, segments), at(x, 0.0, z));
     }
-    kit.add_box("crate_near", crate_labels, [0.6, 0.6, 0.6], at(0.7, 0.0, 2.0).turned(25.0));
-    kit.add_box("crate_far", crate_labels, [0.8, 0.8, 0.8], at(3.4, 0.0, -0.9).turned(-15.0));
+    kit.add_box("crate_near", crate_labels, [0.6, 0.6, 0.6], at(-0.9, 0.0, 2.1).turned(25.0));
+    kit.add_box("crate_far", crate_labels, [0.8, 0.8, 0.8], at(3.3, 0.0, -1.2).turned(-15.0));
 }

@@ -7,7 +7,7 @@ use super::textures::{self, rgb};
 use super::{BuiltinInfo, ParameterInfo, TESS};
 use crate::scene::Material;
 use crate::scene::model::Model;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 const IOR: ParameterInfo = number("ior", "1.5", "index of refraction of the glass", 1.0, 3.0);
 
@@ -34,7 +34,7 @@ pub(super) const LENS: BuiltinInfo = BuiltinInfo {
         TESS,
         IOR,
         number("curvature", "2", "radius of the lens's two faces; its own radius is 0.9", 1.0, 100.0),
-        number("distance", "1", "from the lens to the target", 0.5, 6.0),
+        number("distance", "1", "from the lens to the target", 0.7, 6.0),
     ],
     command: "catoptric render builtin:lens --order 4 -o lens.png",
     build: lens,
@@ -68,7 +68,7 @@ fn glass_sphere(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
     let segments = prop_segments(values.tess());
     let glass = glass(&mut kit, values);
-    let checker = kit.painted(textures::checker("checker", 8, rgb(0x24466b), rgb(0xf3ead2)));
+    let checker = kit.painted(textures::checker("checker", 12, rgb(0x24466b), rgb(0xf3ead2)));
     studio(&mut kit, 2.2, (checker, 3.2));
     let stone = kit.painted(textures::marble("marble", 22, 4, rgb(0x6f7d78), rgb(0xdde6df)));
     kit.add("pedestal", stone, shapes::cylinder(0.4, 0.55, segments), at(0.0, 0.0, 0.0));
@@ -112,7 +112,10 @@ fn lens(spec: &str, values: &Values<'_>) -> Model {
     let glass = glass(&mut kit, values);
     let distance = values.number("distance");
     let target = kit.painted(textures::target("target", 12, rgb(0xfdf6e3), rgb(0x2f5d7c), rgb(0xc8321f)));
-    studio(&mut kit, distance, (target, 3.2));
+    let plaster = kit.painted(textures::marble("plaster", 44, 3, rgb(0x6d7f86), rgb(0xaebbbd)));
+    studio(&mut kit, distance + 0.04, (plaster, 3.2));
+    let panel = shapes::rectangle(Vec3::new(-1.6, -1.4, 0.0), Vec3::X * 3.2, Vec3::Y * 2.8, [16, 14], Vec2::splat(3.2));
+    kit.add("target", target, panel, at(0.0, 1.5, -distance));
     let body = shapes::biconvex_lens(values.number("curvature"), LENS_RADIUS, tess);
     kit.add("lens", glass, body, at(0.0, 1.5, 0.0).turned_yxz(0.0, 90.0, 0.0));
     let wood = kit.painted(textures::planks("stand_wood", 4, rgb(0x8b5a33)));

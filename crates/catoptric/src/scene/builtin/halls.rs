@@ -179,7 +179,8 @@ fn large_room(spec: &str, values: &Values<'_>) -> Model {
     // Two rings of columns around the sphere.
     for (ring, count, distance) in [(1, 6, 3.4), (2, 12, 6.6)] {
         for index in 0..count {
-            let direction = shapes::around(count * 2, index * 2 + 1) * distance;
+            // The first ring leaves the way from the camera free, the second stands in the gaps of the first.
+            let direction = shapes::around(count * 2, index * 2 + ring - 1) * distance;
             let name = format!("column_{ring}_{}", index + 1);
             things.push((name, stone, Part::Column, at(direction.x, 0.0, direction.y)));
         }
@@ -225,10 +226,16 @@ fn large_room(spec: &str, values: &Values<'_>) -> Model {
     {
         let color = Vec3::new(0.85, 0.92, 1.0).lerp(Vec3::new(1.0, 0.88, 0.7), warmth);
         let kind = LightKind::Point { range: f32::INFINITY };
-        kit.add_light(&format!("lamp_{}", index + 1), kind, color * 16.0, position, Vec3::NEG_Y);
+        kit.add_light(&format!("lamp_{}", index + 1), kind, color * 34.0, position, Vec3::NEG_Y);
     }
-    kit.add_light("daylight", LightKind::Directional, Vec3::new(0.5, 0.55, 0.65), Vec3::ZERO, Vec3::new(0.4, -1.0, -0.6));
+    kit.add_light(
+        "daylight",
+        LightKind::Directional,
+        Vec3::new(0.5, 0.55, 0.65),
+        Vec3::ZERO,
+        Vec3::new(0.4, -1.0, -0.6),
+    );
     kit.add_camera("front", Vec3::new(0.4, 1.9, 4.2), Vec3::new(0.0, 1.25, 0.0), 42.0);
-    kit.add_camera("far", Vec3::new(-1.2, 2.6, 8.2), Vec3::new(0.0, 1.2, 0.0), 42.0);
+    kit.add_camera("far", Vec3::new(0.0, 2.6, 8.2), Vec3::new(0.0, 1.2, 0.0), 42.0);
     kit.finish()
 }

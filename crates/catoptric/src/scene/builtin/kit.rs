@@ -114,7 +114,8 @@ impl Kit {
     /// In unlit scenes faces get the brightness of their direction, as if a broad light came from above.
     pub(super) fn add(&mut self, name: &str, material: usize, shape: Shape, place: Place) -> usize {
         let unlit = self.model.materials[material].unlit;
-        let colors = if unlit { shape.normals.iter().map(|n| shade(place.rotation * *n)).collect() } else { Vec::new() };
+        let colors =
+            if unlit { shape.normals.iter().map(|n| shade(place.rotation * *n)).collect() } else { Vec::new() };
         let primitive = Primitive {
             positions: shape.positions,
             normals: shape.normals,

@@ -42,15 +42,13 @@ const HALF: [[f32; 2]; 30] = [
     [0.008, -1.0],
 ];
 
-/// The number of vertices of [`lizard`].
-pub(super) const LIZARD_VERTICES: usize = 2 * HALF.len() + 1;
-
 /// A flat lizard in the xy plane, nose upwards, facing +z, about `length` long.
 pub(super) fn lizard(length: f32) -> Shape {
     // Counter-clockwise: down the left side, up the right side.
     let left = HALF.iter().map(|[x, y]| Vec2::new(-x, *y));
     let right = HALF.iter().rev().map(|[x, y]| Vec2::new(*x, *y));
-    let outline: Vec<Vec2> = std::iter::once(Vec2::Y).chain(left).chain(right).map(|p| walking(p) * (length * 0.5)).collect();
+    let outline: Vec<Vec2> =
+        std::iter::once(Vec2::Y).chain(left).chain(right).map(|p| walking(p) * (length * 0.5)).collect();
     shapes::polygon(&outline)
 }
 

@@ -79,17 +79,12 @@ pub(super) const fn number(
 }
 
 /// A parameter that takes one of several words; the first is the default.
-pub(super) const fn choice(
-    name: &'static str,
-    help: &'static str,
-    words: &'static [&'static str],
-) -> ParameterInfo {
+pub(super) const fn choice(name: &'static str, help: &'static str, words: &'static [&'static str]) -> ParameterInfo {
     ParameterInfo { name, default: words[0], help, allowed: Allowed::Choice(words) }
 }
 
 /// The seed of whatever is random in a scene.
-pub(super) const SEED: ParameterInfo =
-    integer("seed", "1", "another arrangement for every number", 0, u32::MAX as u64);
+pub(super) const SEED: ParameterInfo = integer("seed", "1", "another arrangement for every number", 0, u32::MAX as u64);
 
 /// Whether a mirror is a mesh or the exact surface.
 pub(super) const SURFACE: ParameterInfo =
@@ -112,8 +107,7 @@ impl<'a> Values<'a> {
         let mut texts: Vec<Option<&'a str>> = vec![None; infos.len()];
         for (key, value) in given {
             let Some(index) = infos.iter().position(|info| info.name == *key) else {
-                let known: Vec<String> =
-                    infos.iter().map(|info| format!("{} ({})", info.name, info.allowed)).collect();
+                let known: Vec<String> = infos.iter().map(|info| format!("{} ({})", info.name, info.allowed)).collect();
                 return Err(invalid(key, format!("no such parameter; there are: {}", known.join(", "))));
             };
             let allowed = infos[index].allowed;

@@ -87,12 +87,18 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
         let scale = (p * 14.0).fract() - 0.5;
         let green = rgb(0x3f9b45).lerp(rgb(0xe8c437), (p.y * 1.1 - 0.05).clamp(0.0, 1.0));
         let eye = [Vec2::new(0.215, 0.055), Vec2::new(0.275, 0.065)].iter().any(|e| e.distance(p) < 0.012);
-        if eye { rgb(0x101010) } else if scale.length() < 0.3 { green * 0.62 } else { green }
+        if eye {
+            rgb(0x101010)
+        } else if scale.length() < 0.3 {
+            green * 0.62
+        } else {
+            green
+        }
     }));
-    kit.add("lizard", skin, lizard(1.35), at(-1.3, 1.25, 1.15).turned_yxz(62.0, -12.0, 24.0));
+    kit.add("lizard", skin, lizard(1.35), at(-1.05, 1.3, 0.75).turned_yxz(48.0, -10.0, 24.0));
 
     let pivot = kit.pivot("orbit", at(0.0, 0.62, 0.0));
-    let faces = kit.painted(textures::labels("icosahedron_faces", 5, rgb(0x2b1a3a), rgb(0xf4c95d)));
+    let faces = kit.painted(textures::patches("icosahedron_faces", 5));
     let icosahedron = kit.add("icosahedron", faces, shapes::icosahedron(0.3), at(1.42, 0.0, 0.0));
     kit.set_parent(icosahedron, pivot);
     let turns = |axis: Vec3, start: f32, turns: usize| -> (Vec<f32>, Vec<Quat>) {
@@ -117,8 +123,8 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
     let rose = kit.painted(textures::dots("rose_dots", 5, rgb(0xd65a7b), rgb(0xffe3ea)));
     kit.add_box("box_blue", blue, [0.6, 0.6, 0.6], at(-1.75, 0.0, -0.7).turned(25.0));
     kit.add_box("box_rose", rose, [0.5, 0.9, 0.5], at(1.8, 0.0, -0.9).turned(-18.0));
-    kit.add_camera("front", Vec3::new(0.0, 1.45, 4.3), Vec3::new(0.0, 0.98, 0.0), 36.0);
-    kit.add_camera("side", Vec3::new(-2.9, 1.2, 2.8), Vec3::new(0.0, 1.0, 0.0), 40.0);
+    kit.add_camera("front", Vec3::new(0.0, 1.45, 4.2), Vec3::new(0.0, 0.97, 0.0), 36.0);
+    kit.add_camera("side", Vec3::new(2.7, 1.9, 3.0), Vec3::new(-0.15, 0.95, 0.0), 40.0);
     kit.finish()
 }
 
@@ -142,7 +148,11 @@ fn bezier(control: &[[f32; 2]; 4], t: f32) -> [Vec2; 3] {
     let (ab, bc, cd) = (b - a, c - b, d - c);
     let s = 1.0 - t;
     // The end itself is taken exactly, so that neighbouring curves meet.
-    let point = if t == 1.0 { d } else { a + (ab * (3.0 * s * s + 3.0 * s * t + t * t) + bc * (t * (3.0 - 2.0 * t)) + cd * (t * t)) * t };
+    let point = if t == 1.0 {
+        d
+    } else {
+        a + (ab * (3.0 * s * s + 3.0 * s * t + t * t) + bc * (t * (3.0 - 2.0 * t)) + cd * (t * t)) * t
+    };
     let first = (ab * (s * s) + bc * (2.0 * s * t) + cd * (t * t)) * 3.0;
     let second = ((bc - ab) * s + (cd - bc) * t) * 6.0;
     [point, first, second]
@@ -157,7 +167,7 @@ pub(super) fn pot_body(tess: u32) -> Shape {
             (point, direction)
         };
         let chord = Vec2::from(control[0]).distance(Vec2::from(control[3]));
-        let steps = ((tess as f32 * chord * 0.6).ceil() as u32).max(2);
+        let steps = ((tess as f32 * chord * 0.6).ceil() as u32).max(tess / 6).max(2);
         shapes::append(&mut shape, &shapes::revolution(&shapes::profile(steps, curve), tess * 2));
     }
     shape
@@ -214,7 +224,12 @@ fn teapot(spec: &str, values: &Values<'_>) -> Model {
     let book = kit.painted(textures::labels("book_labels", 3, rgb(0x3a2440), rgb(0xd9a441)));
     let cup_outline = [[0.0, 0.0], [0.2, 0.0], [0.3, 0.44], [0.27, 0.44], [0.18, 0.05], [0.0, 0.05]].map(Vec2::from);
     kit.add("cup", cup, shapes::turned(&cup_outline, segments), at(1.15, 0.0, 1.05));
-    kit.add("lemon", lemon, shapes::ellipsoid(Vec3::new(0.24, 0.17, 0.17), segments), at(-0.75, 0.17, 1.2).turned(35.0));
+    kit.add(
+        "lemon",
+        lemon,
+        shapes::ellipsoid(Vec3::new(0.24, 0.17, 0.17), segments),
+        at(-0.75, 0.17, 1.2).turned(35.0),
+    );
     kit.add("apple", apple, shapes::sphere(0.22, segments), at(-1.28, 0.22, 0.72));
     kit.add("tin", tin, shapes::cylinder(0.34, 0.85, segments), at(-1.55, 0.0, -0.45));
     kit.add_box("book_lower", book, [0.95, 0.16, 0.7], at(1.55, 0.0, -0.6).turned(20.0));
@@ -222,14 +237,20 @@ fn teapot(spec: &str, values: &Values<'_>) -> Model {
 
     let lamp = |strength: f32| (LightKind::Point { range: f32::INFINITY }, Vec3::new(1.0, 0.93, 0.82) * strength);
     for (name, strength, position) in [
-        ("lamp_left", 14.0, Vec3::new(-1.6, 2.7, 1.8)),
+        ("lamp_left", 12.0, Vec3::new(-1.6, 2.7, 1.8)),
         ("lamp_right", 10.0, Vec3::new(2.0, 2.6, 0.4)),
         ("lamp_behind", 8.0, Vec3::new(0.4, 2.2, 3.6)),
     ] {
         let (kind, intensity) = lamp(strength);
         kit.add_light(name, kind, intensity, position, Vec3::NEG_Y);
     }
-    kit.add_light("daylight", LightKind::Directional, Vec3::new(0.5, 0.6, 0.75), Vec3::ZERO, Vec3::new(0.3, -1.0, -0.5));
+    kit.add_light(
+        "daylight",
+        LightKind::Directional,
+        Vec3::new(0.5, 0.6, 0.75),
+        Vec3::ZERO,
+        Vec3::new(0.3, -1.0, -0.5),
+    );
     kit.add_camera("front", Vec3::new(0.0, 1.75, 3.7), Vec3::new(0.05, 0.62, 0.0), 36.0);
     kit.add_camera("low", Vec3::new(1.5, 0.7, 2.9), Vec3::new(0.0, 0.6, 0.0), 38.0);
     kit.finish()

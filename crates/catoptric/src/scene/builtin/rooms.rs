@@ -82,7 +82,7 @@ fn planar_mirror(spec: &str, values: &Values<'_>) -> Model {
     let red = kit.painted(textures::labels("red_labels", 3, rgb(0xfff2dc), rgb(0xd1473a)));
     let blue = kit.painted(textures::checker("blue_checker", 4, rgb(0x2f63c4), rgb(0xcfe0ff)));
     let gold = kit.painted(textures::dots("gold_dots", 4, rgb(0xf0bd2d), rgb(0x7c4a12)));
-    let faces = kit.painted(textures::labels("icosahedron_faces", 5, rgb(0x16302b), rgb(0x8fd694)));
+    let faces = kit.painted(textures::patches("icosahedron_faces", 5));
     let ball = kit.painted(textures::checker("ball_checker", 8, rgb(0xc2336f), rgb(0xffe6ef)));
     kit.add_box("box_red", red, [0.6, 0.6, 0.6], at(-0.9, 0.0, -0.9).turned(25.0));
     kit.add_box("box_blue", blue, [0.5, 1.2, 0.5], at(0.2, 0.0, -1.6).turned(-15.0));

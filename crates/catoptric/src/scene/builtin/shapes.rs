@@ -268,7 +268,9 @@ pub(super) fn icosahedron(radius: f32) -> Shape {
                 let face = shape.triangles.len() as u32;
                 let cell = Vec2::new((face % 5) as f32, (face / 5) as f32);
                 let offsets = [Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::new(0.5, 0.0)];
-                for (vertex, offset) in [a, if flipped { c } else { b }, if flipped { b } else { c }].into_iter().zip(offsets) {
+                for (vertex, offset) in
+                    [a, if flipped { c } else { b }, if flipped { b } else { c }].into_iter().zip(offsets)
+                {
                     shape.positions.push(corner(vertex).normalize() * radius);
                     shape.normals.push(normal);
                     shape.uvs.push((cell + offset) / 5.0);

@@ -11,7 +11,10 @@ use glam::Vec3;
 pub(super) const DISH: BuiltinInfo = BuiltinInfo {
     name: "dish",
     summary: "a hollow mirror with things inside its focus (upright, enlarged) and beyond it (upside down)",
-    parameters: &[TESS, choice("shape", "the form of the mirror; both have their focus 1 before it", &["sphere", "parabola"])],
+    parameters: &[
+        TESS,
+        choice("shape", "the form of the mirror; both have their focus 1 before it", &["sphere", "parabola"]),
+    ],
     command: "catoptric render builtin:dish -o dish.png",
     build: dish,
 };
@@ -69,7 +72,7 @@ fn dish(spec: &str, values: &Values<'_>) -> Model {
     let red = kit.painted(textures::labels("red_labels", 2, rgb(0xfff2dc), rgb(0xd9483b)));
     let yellow = kit.painted(textures::stripes("yellow_stripes", 6, rgb(0xf0bd2d), rgb(0x7c4a12)));
     let blue = kit.painted(textures::checker("blue_checker", 4, rgb(0x2f63c4), rgb(0xcfe0ff)));
-    let faces = kit.painted(textures::labels("icosahedron_faces", 5, rgb(0x16302b), rgb(0x8fd694)));
+    let faces = kit.painted(textures::patches("icosahedron_faces", 5));
     kit.add("column_inside", yellow, shapes::cylinder(0.07, 1.35, segments), at(-0.5, 0.0, -0.45));
     kit.add_box("box_inside", red, [0.24, 0.24, 0.24], at(-0.5, 1.35, -0.45).turned(25.0));
     kit.add("icosahedron_beyond", faces, shapes::icosahedron(0.24), at(0.72, 0.95, 1.0).turned(10.0));
@@ -88,7 +91,7 @@ fn gallery(kit: &mut Kit, values: &Values<'_>, accent: u32, ground: u32, pedesta
     let front = kit.painted(textures::labels("labels", 8, accent * 0.3, ground));
     let left = kit.painted(textures::bricks("bricks", 12, accent, ground));
     let right = kit.painted(textures::windows("windows", 17, ground * 0.9));
-    let ceiling = kit.painted(textures::stripes("ceiling_stripes", 8, ground, ground.lerp(accent, 0.3)));
+    let ceiling = kit.painted(textures::dots("ceiling_dots", 6, ground, accent.lerp(ground, 0.25)));
     kit.add_room(
         Vec3::new(-3.0, 0.0, -2.6),
         Vec3::new(3.0, 3.2, 4.8),
@@ -107,9 +110,9 @@ fn gallery(kit: &mut Kit, values: &Values<'_>, accent: u32, ground: u32, pedesta
     let blue = kit.painted(textures::checker("blue_checker", 4, rgb(0x2f63c4), rgb(0xcfe0ff)));
     let gold = kit.painted(textures::stripes("gold_stripes", 6, rgb(0xe0a526), rgb(0x6b3d10)));
     let green = kit.painted(textures::dots("green_dots", 5, rgb(0x3f8f54), rgb(0xe3f5d8)));
-    kit.add_box("box_red", red, [0.55, 0.55, 0.55], at(-1.45, 0.0, 0.95).turned(28.0));
+    kit.add_box("box_red", red, [0.55, 0.55, 0.55], at(-1.35, 0.0, 0.6).turned(28.0));
     kit.add_box("box_blue", blue, [0.6, 1.3, 0.6], at(1.55, 0.0, -0.7).turned(15.0));
-    kit.add_box("box_green", green, [0.45, 0.45, 0.45], at(1.15, 0.0, 1.2).turned(-35.0));
+    kit.add_box("box_green", green, [0.45, 0.45, 0.45], at(1.1, 0.0, 0.85).turned(-35.0));
     kit.add_box("box_low", blue, [0.4, 0.3, 0.4], at(-0.55, 0.0, 1.35).turned(12.0));
     kit.add("column_left", gold, shapes::cylinder(0.15, 3.2, segments), at(-1.75, 0.0, -0.35));
     kit.add("column_right", red, shapes::cylinder(0.15, 3.2, segments), at(1.8, 0.0, 0.5));

@@ -55,25 +55,25 @@ fn sphere_room(spec: &str, values: &Values<'_>) -> Model {
     let blue = kit.painted(textures::checker("blue_checker", 4, rgb(0x2f63c4), rgb(0xcfe0ff)));
     let yellow = kit.painted(textures::dots("yellow_dots", 4, rgb(0xf2c230), rgb(0x7c4a12)));
     let violet = kit.painted(textures::checker("violet_checker", 4, rgb(0x7a3fa0), rgb(0xe6ccf2)));
-    kit.add_box("box_red", red, [0.62, 0.62, 0.62], at(-1.25, 0.0, 0.95).turned(28.0));
-    kit.add_box("box_yellow", yellow, [0.4, 0.4, 0.4], at(-1.2, 0.62, 0.92).turned(-12.0));
+    kit.add_box("box_red", red, [0.62, 0.62, 0.62], at(-1.2, 0.0, 0.5).turned(28.0));
+    kit.add_box("box_yellow", yellow, [0.4, 0.4, 0.4], at(-1.16, 0.62, 0.48).turned(-12.0));
     kit.add_box("box_blue", blue, [0.7, 1.15, 0.7], at(1.35, 0.0, -0.75).turned(20.0));
-    kit.add_box("box_violet", violet, [0.5, 0.5, 0.5], at(0.95, 0.0, 1.15).turned(-30.0));
+    kit.add_box("box_violet", violet, [0.5, 0.5, 0.5], at(0.95, 0.0, 0.85).turned(-30.0));
     kit.add_box("box_low", red, [0.9, 0.3, 0.5], at(0.1, 0.0, -1.5).turned(8.0));
 
     let candy = kit.painted(textures::stripes("candy_stripes", 6, rgb(0xd8324a), rgb(0xfff6ee)));
     let teal = kit.painted(textures::bricks("teal_bricks", 8, rgb(0x2d9c95), rgb(0xe7f4ee)));
     for (name, material, x, z) in [
-        ("column_left", candy, -1.45, -0.55),
+        ("column_left", candy, -1.6, -0.75),
         ("column_right", teal, 1.3, 0.45),
         ("column_back", teal, -0.55, -1.75),
         ("column_front", candy, 0.9, 3.3),
     ] {
         kit.add(name, material, shapes::cylinder(0.16, 3.2, segments), at(x, 0.0, z));
     }
-    kit.add_camera("front", Vec3::new(-0.35, 1.75, 3.3), Vec3::new(0.0, 1.22, 0.0), 42.0);
+    kit.add_camera("front", Vec3::new(-0.35, 1.8, 3.4), Vec3::new(0.0, 1.13, 0.0), 42.0);
     kit.add_camera("close", Vec3::new(0.6, 1.6, 2.0), Vec3::new(0.0, 1.3, 0.0), 50.0);
-    kit.add_camera("high", Vec3::new(1.9, 2.9, 2.4), Vec3::new(0.0, 0.9, 0.0), 50.0);
+    kit.add_camera("high", Vec3::new(-1.9, 2.9, 2.6), Vec3::new(0.1, 1.0, 0.0), 50.0);
     kit.finish()
 }
 

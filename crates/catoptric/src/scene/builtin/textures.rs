@@ -3,6 +3,7 @@
 //! Colours are sRGB values from 0 to 1, as one would pick them.
 
 use crate::math::random;
+use crate::parallel;
 use crate::scene::{Sampler, Texture};
 use glam::{Vec2, Vec3};
 
@@ -17,20 +18,23 @@ pub(super) fn linear(color: Vec3) -> Vec3 {
 }
 
 /// A square texture of `size` texels a side, painted by a function of the position (0..1, y down).
-pub(super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3) -> Texture {
-    let mut texels = Vec::with_capacity((size * size) as usize);
-    for y in 0..size {
-        for x in 0..size {
-            // Four samples a texel soften the edges of the patterns.
-            let mut sum = Vec3::ZERO;
-            for (dx, dy) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
-                sum += color(Vec2::new(x as f32 + dx, y as f32 + dy) / size as f32);
-            }
-            let bytes = (sum * 0.25).clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5;
-            texels.push([bytes.x as u8, bytes.y as u8, bytes.z as u8, 255]);
-        }
-    }
-    Texture::from_srgb8(name, size, size, &texels, Sampler::default())
+pub(super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3 + Sync + Send) -> Texture {
+    let at = |x: f32, y: f32| color(Vec2::new(x, y) / size as f32);
+    let columns = size as usize + 1;
+    let line = |y: usize| (0..columns).map(|x| at(x as f32, y as f32)).collect::<Vec<_>>();
+    let corners = parallel::map_collect(columns, line);
+    let texel = |x: usize, y: usize| {
+        let [a, b, c, d] = [corners[y][x], corners[y][x + 1], corners[y + 1][x], corners[y + 1][x + 1]];
+        let mean = (a + b + c + d) * 0.25;
+        let differ = [a, b, c, d].iter().any(|corner| (*corner - mean).abs().max_element() > 0.02);
+        // Where the texel lies on an edge of the pattern, four samples inside it soften the edge.
+        let quarters = [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)];
+        let softened = || quarters.iter().map(|(dx, dy)| at(x as f32 + dx, y as f32 + dy)).sum::<Vec3>() * 0.25;
+        let bytes = if differ { softened() } else { mean }.clamp(Vec3::ZERO, Vec3::ONE) * 255.0 + 0.5;
+        [bytes.x as u8, bytes.y as u8, bytes.z as u8, 255]
+    };
+    let rows = parallel::map_collect(size as usize, |y| (0..size as usize).map(|x| texel(x, y)).collect::<Vec<_>>());
+    Texture::from_srgb8(name, size, size, &rows.concat(), Sampler::default())
 }
 
 /// A checkerboard of `cells` times `cells` squares.
@@ -134,7 +138,8 @@ pub(super) fn windows(name: &str, seed: u64, wall: Vec3) -> Texture {
 /// Soft patches between two colours, like marble or clouds.
 pub(super) fn marble(name: &str, seed: u64, cells: u32, a: Vec3, b: Vec3) -> Texture {
     paint(name, 256, |p| {
-        let sum: f32 = (0..4).map(|octave| noise(seed + octave, p, cells << octave) * 0.5f32.powi(octave as i32 + 1)).sum();
+        let sum: f32 =
+            (0..4).map(|octave| noise(seed + octave, p, cells << octave) * 0.5f32.powi(octave as i32 + 1)).sum();
         a.lerp(b, ((sum - 0.47) * 2.2 + 0.5).clamp(0.0, 1.0))
     })
 }
@@ -144,6 +149,18 @@ pub(super) fn dots(name: &str, count: u32, ground: Vec3, dot: Vec3) -> Texture {
     paint(name, 256, |p| {
         let q = p * count as f32;
         if (q.fract() - 0.5).length() < 0.32 { dot } else { ground }
+    })
+}
+
+/// Cells of all hues, each with a light dot in its middle.
+pub(super) fn patches(name: &str, cells: u32) -> Texture {
+    paint(name, 256, |p| {
+        let q = p * cells as f32;
+        let cell = q.as_ivec2();
+        let index = (cell.x + cell.y * cells as i32) as u64;
+        // The golden section keeps neighbours apart.
+        let color = spectrum((index as f32 * 0.618_034).fract()) * 0.8 + 0.1;
+        if (q.fract() - Vec2::new(0.5, 0.64)).length() < 0.13 { color * 0.3 + 0.7 } else { color }
     })
 }
 
