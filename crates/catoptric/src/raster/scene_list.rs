@@ -1,6 +1,6 @@
 //! Scenes as they stand: their objects as a list to draw, and a shader for what is seen directly.
 
-use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
+use super::{DrawList, DrawTriangle, Fragment, FragmentShader, LayerSurface};
 use crate::parallel;
 use crate::scene::shade::{Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, View, ViewRays};
@@ -126,18 +126,7 @@ impl FragmentShader for SceneShader<'_> {
         self.scene.radiance(&self.scene.drawn_point(surface, &ray), -ray.direction)
     }
 
-    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_all(self, batch, colors);
-    }
-
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
         self.scene.is_surface_present(surface)
-    }
-}
-
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn shade_all(shader: &SceneShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-    for (fragment, color) in batch.iter().zip(colors) {
-        *color = shader.shade(&fragment);
     }
 }

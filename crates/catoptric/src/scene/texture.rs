@@ -1,6 +1,7 @@
 //! Textures: linear 16-bit texels with mip levels, glTF samplers, and filtered look-ups.
 
 use crate::framebuffer::linear_from_srgb;
+use crate::raster::sample_positions;
 use glam::{Vec2, Vec4};
 
 /// What happens beyond the edges of a texture.
@@ -59,6 +60,8 @@ pub struct UvFootprint {
     pub dx: Vec2,
     /// Change with the pixel's row.
     pub dy: Vec2,
+    /// One look-up stands for this many samples of the pixel: see [`Barycentrics::samples`](super::shade::Barycentrics).
+    pub samples: u32,
 }
 
 /// The largest ratio of the footprint's axes that is resolved by several look-ups; beyond it the result is blurred.
@@ -121,11 +124,47 @@ impl Texture {
     /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
     ///
     /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis.
+    /// Where one look-up stands for several samples of a pixel, their places are looked up, each with its share of the
+    /// footprint: what supersampling would see.
     #[inline(always)]
     pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
         if !uv.is_finite() {
             return Vec4::ONE;
         }
+        let wanted = match self.extent2_texels(footprint) {
+            _ if footprint.samples < 2 => 1,
+            // Within a third of a texel a texture is a ramp, within one it has a bend or two.
+            extent2 if extent2 < 0.1 => 1,
+            extent2 if extent2 < 1.0 => footprint.samples.next_power_of_two().min(4),
+            _ => footprint.samples.next_power_of_two().min(16),
+        };
+        if wanted == 1 {
+            return self.filtered(uv, footprint);
+        }
+        let Ok(places) = sample_positions(wanted) else {
+            return self.filtered(uv, footprint);
+        };
+        let share = 1.0 / places.len() as f32;
+        let side = share.sqrt();
+        let part = UvFootprint { dx: footprint.dx * side, dy: footprint.dy * side, samples: 1 };
+        let mut sum = Vec4::ZERO;
+        for place in places {
+            let place = *place - 0.5;
+            sum += self.filtered(uv + footprint.dx * place.x + footprint.dy * place.y, &part);
+        }
+        sum * share
+    }
+
+    /// The squared length of a footprint's longer axis, in texels of the finest level.
+    #[inline(always)]
+    fn extent2_texels(&self, footprint: &UvFootprint) -> f32 {
+        let scale = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
+        (footprint.dx * scale).length_squared().max((footprint.dy * scale).length_squared())
+    }
+
+    /// One filtered look-up.
+    #[inline(always)]
+    fn filtered(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
         let base = &self.levels[0];
         let scale = Vec2::new(base.width as f32, base.height as f32);
         let (dx, dy) = (footprint.dx * scale, footprint.dy * scale);
@@ -331,7 +370,7 @@ mod tests {
     #[test]
     fn minification_averages() {
         let texture = checker(Sampler::default());
-        let wide = UvFootprint { dx: Vec2::new(1.0, 0.0), dy: Vec2::new(0.0, 1.0) };
+        let wide = UvFootprint { dx: Vec2::new(1.0, 0.0), dy: Vec2::new(0.0, 1.0), samples: 1 };
         let value = texture.sample(Vec2::new(0.3, 0.7), &wide);
         assert!((value.x - 0.5).abs() < 1e-3, "{value}");
     }
@@ -342,7 +381,7 @@ mod tests {
         let texels: Vec<[u8; 4]> =
             (0..64 * 64).map(|i| if (i % 64) / 8 % 2 == 0 { [255; 4] } else { [0; 4] }).collect();
         let texture = Texture::from_srgb8("columns", 64, 64, &texels, Sampler::default());
-        let tall = UvFootprint { dx: Vec2::new(1.0 / 64.0, 0.0), dy: Vec2::new(0.0, 8.0 / 64.0) };
+        let tall = UvFootprint { dx: Vec2::new(1.0 / 64.0, 0.0), dy: Vec2::new(0.0, 8.0 / 64.0), samples: 1 };
         assert!(texture.sample(Vec2::new(4.0 / 64.0, 0.5), &tall).x > 0.99);
         assert!(texture.sample(Vec2::new(12.0 / 64.0, 0.5), &tall).x < 0.01);
     }
