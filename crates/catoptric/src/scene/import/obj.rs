@@ -30,7 +30,6 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
         single_index: true,
         ignore_points: true,
         ignore_lines: true,
-        ..tobj::LoadOptions::default()
     };
     let load_materials = |file: &Path| {
         let file = file.to_string_lossy().replace('\\', "/");
