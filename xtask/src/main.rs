@@ -1,3 +1,55 @@
-//! Chores of the project's developers.
+//! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
-fn main() {}
+use anyhow::{Context, Result, bail};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const HELP: &str = "\
+Usage: cargo run -p xtask -- COMMAND
+
+Commands:
+  figures    draw the pictures of the README into docs/pictures
+  ci         run what continuous integration runs";
+
+fn main() -> Result<()> {
+    match std::env::args().nth(1).as_deref() {
+        Some("figures") => figures(),
+        Some("ci") => run(Command::new("bash").arg(".ci/run")),
+        Some(other) => bail!("there is no command `{other}`\n\n{HELP}"),
+        None => bail!("{HELP}"),
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
+}
+
+fn run(command: &mut Command) -> Result<()> {
+    let status = command.current_dir(root()).status().with_context(|| format!("cannot start {command:?}"))?;
+    if !status.success() {
+        bail!("{command:?} failed: {status}");
+    }
+    Ok(())
+}
+
+/// The pictures that README.md shows.
+fn figures() -> Result<()> {
+    let folder = root().join("docs/pictures");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let pictures = [
+        ("sphere_room-reference", "builtin:sphere_room", "reference"),
+        ("sphere_room-environment_map", "builtin:sphere_room", "environment_map"),
+        ("vase", "builtin:vase", "reference"),
+        ("lens", "builtin:lens", "reference"),
+        ("dish", "builtin:dish", "reference"),
+        ("car", "builtin:car", "reference"),
+    ];
+    for (name, scene, method) in pictures {
+        let output = folder.join(format!("{name}.png"));
+        run(Command::new(env!("CARGO"))
+            .args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--", "render", scene])
+            .args(["--method", method, "--size", "480x320", "--samples", "16", "--order", "4", "-o"])
+            .arg(output))?;
+    }
+    Ok(())
+}

@@ -5,12 +5,16 @@
 //! ray-traced [`methods::reference`].
 //!
 
+mod clock;
 pub mod error;
 pub mod framebuffer;
 pub mod math;
 pub mod methods;
+pub mod metrics;
 pub mod optics;
 pub mod parallel;
+#[cfg(feature = "files")]
+pub mod picture;
 pub mod progress;
 pub mod raster;
 pub mod scene;

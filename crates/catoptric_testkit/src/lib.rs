@@ -1,1 +1,3 @@
 //! Analytic scenes and helpers for the tests of catoptric.
+
+pub mod scenes;

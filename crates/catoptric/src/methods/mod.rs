@@ -1,5 +1,8 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
+pub mod lookup;
+pub mod projection;
+pub mod reference;
 mod settings;
 
 pub use settings::{SettingInfo, Settings};
@@ -7,6 +10,7 @@ pub use settings::{SettingInfo, Settings};
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::progress::Progress;
+use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
 use std::collections::BTreeMap;
 
@@ -94,6 +98,17 @@ pub struct Report {
     pub warnings: Vec<String>,
 }
 
+impl Report {
+    /// Takes over what the rasteriser says.
+    pub fn add_raster(&mut self, raster: &RasterReport) {
+        self.stages_ms.push(("raster_setup", raster.setup_ms));
+        self.stages_ms.push(("raster_and_shade", raster.tiles_ms));
+        self.counts.insert("triangles_drawn", raster.triangles);
+        self.counts.insert("triangles_clipped", raster.clipped);
+        self.counts.insert("fragments", raster.fragments);
+    }
+}
+
 /// A way to draw reflections, with its settings.
 pub trait ReflectionMethod: Send {
     /// What the method is.
@@ -109,7 +124,8 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    &[]
+    static ALL: [&MethodInfo; 3] = [&reference::INFO, &lookup::environment_map::INFO, &projection::planar_mirror::INFO];
+    &ALL
 }
 
 /// The method with this id and these settings.

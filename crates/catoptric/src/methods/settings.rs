@@ -32,7 +32,7 @@ pub trait Settings: Default + Serialize + DeserializeOwned {
         let fail = |problem: String| RenderError::Setting { method: Self::METHOD, problem };
         let settings: Self = toml::Value::Table(table.clone())
             .try_into()
-            .map_err(|error: toml::de::Error| fail(error.message().to_owned()))?;
+            .map_err(|error: toml::de::Error| fail(error.to_string().trim().replace('\n', " ")))?;
         settings.check().map_err(fail)?;
         Ok(settings)
     }

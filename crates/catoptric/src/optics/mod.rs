@@ -1,5 +1,9 @@
 //! How light is reflected and refracted at a surface: directions, Fresnel factors, attenuation.
 
+mod differential;
+
+pub use differential::{reflected_change, refracted_change};
+
 use glam::Vec3;
 
 /// The mirror direction of `incoming` about `normal` (both unit length; the sign of the normal does not matter).

@@ -1,18 +1,51 @@
 //! The CPU rasteriser: draws real and moved (virtual) geometry alike into layers of coverage samples, tile by tile,
 //! and hands each visible surface to a shader once a pixel.
+//!
+//! A call sets up and sorts the triangles into tiles, then draws tile after tile on all cores: its samples stay in
+//! the cache, and nothing is kept a sample for the whole picture. Pictures do not depend on the number of threads.
 
-use crate::scene::{PicturePoint, shade::Barycentrics};
-use glam::{Vec2, Vec3};
+mod attributes;
+mod bin;
+mod fragment;
+mod kernel;
+mod plan;
+mod resolve;
+mod samples;
+mod scene_list;
+mod setup;
+#[cfg(test)]
+mod tests;
+mod tile;
+
+pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
+pub use samples::{SAMPLE_COUNTS, sample_positions};
+pub use scene_list::{SceneShader, scene_draw_list};
+
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::parallel;
+use crate::scene::{PicturePoint, View};
+use bin::{TileGrid, bin};
+use kernel::TILE;
+use plan::Plan;
+use samples::Pattern;
+use setup::{Frame, MAX_PICTURE_PX};
+use std::sync::{Mutex, PoisonError};
+use tile::{Scratch, draw_tile};
 
 /// A triangle to be drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTriangle {
-    /// Indices into the list's vertices.
+    /// Indices into the list's vertices. Triangles that point beyond them are not drawn.
     pub vertices: [u32; 3],
     /// What the shader is told: the triangle of the scene whose attributes it carries.
     pub source: u32,
     /// A number that later lists can be confined to: [`Stencil::group`].
     pub group: u32,
+    /// The shader is asked at every sample whether the surface is there: [`FragmentShader::is_present`]. At equal
+    /// depth such triangles lie behind all others.
+    pub alpha_tested: bool,
 }
 
 /// Confines a list to those samples where the layer below shows a triangle of a group.
@@ -27,40 +60,111 @@ pub struct Stencil {
 /// Geometry that is drawn together.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    /// Vertices in the picture's homogeneous coordinates. Depth orders visibility (nearer is smaller).
+    /// Vertices in the picture's homogeneous coordinates. In perspective views `w` orders visibility, in orthographic
+    /// ones `depth` does (nearer is smaller, the first drawn wins where they are equal). Triangles with a vertex that
+    /// is not finite are not drawn; what is nearer than the view's near plane is cut off.
     pub vertices: Vec<PicturePoint>,
+    /// For every vertex a signed distance, linear in space (the height above a mirror, say): what is below 0 is cut
+    /// off. Empty: nothing is.
+    pub clip_distances: Vec<f32>,
     /// Triangles; both windings are drawn.
     pub triangles: Vec<DrawTriangle>,
     /// The layer: 0 is what the eye sees directly, 1 what is seen in that by one reflection, and so on.
     pub layer: u32,
-    /// Where it may be drawn; none: everywhere (layer 0).
+    /// Where it may be drawn: none in layer 0, and a list of the layer below in all others.
     pub stencil: Option<Stencil>,
 }
 
-/// What a pixel shows in one layer.
+/// What the rasteriser did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LayerSurface {
-    /// The list that drew it.
-    pub list: u32,
-    /// [`DrawTriangle::source`].
-    pub source: u32,
-    /// [`DrawTriangle::group`].
-    pub group: u32,
-    /// Perspective-correct barycentric coordinates at `Fragment::position`, and their true screen derivatives.
-    pub barycentrics: Barycentrics,
+pub struct RasterReport {
+    /// Triangles in all lists.
+    pub triangles: u64,
+    /// Triangles that were cut at the near plane or at the guard band.
+    pub clipped: u64,
+    /// Pairs of a triangle (or a piece of a clipped one) and a tile that it may touch.
+    pub binned: u64,
+    /// Fragments that were shaded.
+    pub fragments: u64,
+    /// Time for setting up and sorting triangles, in milliseconds; 0 where there is no clock.
+    pub setup_ms: f64,
+    /// Time for drawing and shading tiles, in milliseconds; 0 where there is no clock.
+    pub tiles_ms: f64,
 }
 
-/// A part of a pixel that shows one chain of surfaces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fragment<'a> {
-    /// Where it is shaded, in pixels: the pixel's centre, or the centroid of its samples where it is covered in part.
-    pub position: Vec2,
-    /// The surfaces, layer 0 first; a chain ends where a layer shows nothing. Empty: the background.
-    pub chain: &'a [LayerSurface],
+/// Draws `lists` into `target`, which has the view's size, with `samples` coverage samples a pixel.
+///
+/// Every pixel becomes the mean over its samples of what the shader gives; alpha becomes 1.
+///
+/// # Errors
+/// [`RenderError::Limit`] when `samples` is none of [`SAMPLE_COUNTS`], when the picture is larger than 16,384 pixels
+/// or differs in size from the target, when a list is in a layer beyond 63, or when a stencil is missing or names no
+/// list of the layer below.
+pub fn draw<S: FragmentShader + ?Sized>(
+    view: &View,
+    samples: u32,
+    lists: &[DrawList],
+    shader: &S,
+    target: &mut Framebuffer,
+) -> Result<RasterReport, RenderError> {
+    let limit = |problem: String| RenderError::Limit { method: "raster", problem };
+    let (width, height) = (view.width, view.height);
+    if width > MAX_PICTURE_PX || height > MAX_PICTURE_PX {
+        return Err(limit(format!("the picture has {width} x {height} pixels; a side can have {MAX_PICTURE_PX}")));
+    }
+    let pixels = width as usize * height as usize;
+    if (target.width, target.height) != (width, height) || target.pixels.len() != pixels {
+        let (have, rows) = (target.width, target.height);
+        return Err(limit(format!("the view has {width} x {height} pixels, but the target {have} x {rows}")));
+    }
+    let frame = Frame::new(view, Pattern::new(samples)?);
+    let total: usize = lists.iter().map(|list| list.triangles.len()).sum();
+    let piece_size = (total / (parallel::thread_count() * 8)).clamp(1024, 65_536) as u32;
+    let plan = Plan::new(lists, piece_size)?;
+    if pixels == 0 {
+        return Ok(RasterReport::default());
+    }
+    let mut clock = Stopwatch::new();
+    let grid = TileGrid::new(&frame);
+    let bins = parallel::map_collect(plan.pieces.len(), |index| {
+        let piece = &plan.pieces[index];
+        bin(&frame, &grid, &lists[piece.list as usize], piece)
+    });
+    let mut report = RasterReport::default();
+    for piece in &bins {
+        report.triangles += piece.report.triangles;
+        report.clipped += piece.report.clipped;
+        report.binned += piece.report.binned;
+    }
+    report.setup_ms = clock.lap_ms();
+
+    let mut tiles = split_into_tiles(target, &grid);
+    let scratches: Mutex<Vec<Scratch>> = Mutex::default();
+    parallel::for_each_mut(&mut tiles, |index, tile| {
+        let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut scratch = locked().pop().unwrap_or_default();
+        let place = grid.place(&frame, index);
+        tile.fragments = draw_tile(&frame, &plan, &bins, (index, place), shader, &mut scratch, &mut tile.rows);
+        locked().push(scratch);
+    });
+    report.fragments = tiles.iter().map(|tile| tile.fragments).sum();
+    report.tiles_ms = clock.lap_ms();
+    Ok(report)
 }
 
-/// Gives colours to fragments.
-pub trait FragmentShader: Sync {
-    /// The linear radiance of a fragment.
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3;
+/// The pixels of a tile in the picture.
+struct TileTarget<'a> {
+    rows: Vec<&'a mut [[f32; 4]]>,
+    fragments: u64,
+}
+
+fn split_into_tiles<'a>(target: &'a mut Framebuffer, grid: &TileGrid) -> Vec<TileTarget<'a>> {
+    let mut tiles: Vec<TileTarget<'a>> = Vec::with_capacity(grid.columns * grid.rows);
+    tiles.resize_with(grid.columns * grid.rows, || TileTarget { rows: Vec::with_capacity(TILE), fragments: 0 });
+    for (row, pixels) in target.pixels.chunks_mut(target.width as usize).enumerate() {
+        for (column, piece) in pixels.chunks_mut(TILE).enumerate() {
+            tiles[row / TILE * grid.columns + column].rows.push(piece);
+        }
+    }
+    tiles
 }

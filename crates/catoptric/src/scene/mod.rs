@@ -1,5 +1,6 @@
 //! What is seen: scenes in world space, and how they come from files.
 
+pub mod builtin;
 mod environment;
 #[cfg(feature = "files")]
 pub mod import;
@@ -18,7 +19,7 @@ pub use material::{AlphaMode, Material, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
-pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View};
+pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View, ViewRays};
 
 use crate::error::SceneError;
 use crate::math::Aabb;

@@ -4,7 +4,8 @@
 //! has neither, by a headlight that travels with the path: it shines from the path's previous point. Normals are
 //! turned towards the viewer, so both sides of a surface are lit.
 
-use super::{AlphaMode, Material, Scene, TextureBinding, UvFootprint};
+use super::{AlphaMode, Material, Ray, RayDifferential, Scene, TextureBinding, UvFootprint};
+use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// A point of a surface with everything that shading and the continuation of a path need.
@@ -37,10 +38,68 @@ pub struct Barycentrics {
     pub dy: Vec2,
 }
 
+/// A point of a surface and how it changes from pixel to pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Encounter {
+    /// The surface's point.
+    pub point: SurfacePoint,
+    /// Change of the position with the pixel's column and row.
+    pub position_change: [Vec3; 2],
+    /// Change of the outer unit normal with the pixel's column and row (reflectors and lenses alone).
+    pub normal_change: [Vec3; 2],
+}
+
 impl Scene {
+    /// The point of a triangle and its changes a pixel, from those of the barycentric coordinates.
+    #[inline]
+    pub fn encounter(&self, triangle: u32, at: &Barycentrics) -> Encounter {
+        let point = self.surface_point(triangle, at);
+        if !self.role_of(point.object).is_specular() {
+            return Encounter { point, ..Encounter::default() };
+        }
+        let [a, b, c] = self.triangles[triangle as usize];
+        let (a, b, c) = (a as usize, b as usize, c as usize);
+        let (ab, ac) = (self.positions[b] - self.positions[a], self.positions[c] - self.positions[a]);
+        let (na, nb, nc) = (self.normals[a], self.normals[b], self.normals[c]);
+        let (nab, nac) = (nb - na, nc - na);
+        let length = (na + nab * at.value.x + nac * at.value.y).length().max(1e-6);
+        let turned = |d: Vec2| {
+            let change = (nab * d.x + nac * d.y) / length;
+            change - point.normal * point.normal.dot(change)
+        };
+        let moved = |d: Vec2| ab * d.x + ac * d.y;
+        let (position_change, normal_change) = ([moved(at.dx), moved(at.dy)], [turned(at.dx), turned(at.dy)]);
+        Encounter { point, position_change, normal_change }
+    }
+
+    /// The point where a ray met an analytic surface, and its changes a pixel where the ray's are given.
+    #[inline]
+    pub fn exact_encounter(
+        &self,
+        object: u32,
+        hit: &SurfaceHit,
+        ray: &Ray,
+        change: Option<&RayDifferential>,
+    ) -> Encounter {
+        let point = SurfacePoint {
+            object,
+            position: hit.position,
+            geometric_normal: hit.normal,
+            normal: hit.normal,
+            color: Vec4::ONE,
+            ..SurfacePoint::default()
+        };
+        let Some(change) = change else {
+            return Encounter { point, ..Encounter::default() };
+        };
+        let position_change = change.transferred(ray, hit.distance, hit.normal);
+        let normal_change = [position_change[0] * hit.curvature, position_change[1] * hit.curvature];
+        Encounter { point, position_change, normal_change }
+    }
+
     /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
     /// normals, whatever the winding.
-    #[inline]
+    #[inline(always)]
     pub fn surface_point(&self, triangle: u32, at: &Barycentrics) -> SurfacePoint {
         let [a, b, c] = self.triangles[triangle as usize].map(|vertex| vertex as usize);
         let object = self.triangle_objects[triangle as usize];
@@ -75,7 +134,7 @@ impl Scene {
     }
 
     /// Base colour times texture times vertex colour, linear, with alpha.
-    #[inline]
+    #[inline(always)]
     pub fn base_color(&self, material: &Material, point: &SurfacePoint) -> Vec4 {
         let color = material.base_color * point.color;
         match &material.base_texture {
@@ -84,7 +143,7 @@ impl Scene {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
         let Some(texture) = self.textures.get(binding.texture as usize) else { return Vec4::ONE };
         let channel = binding.uv_channel as usize & 1;
@@ -95,7 +154,7 @@ impl Scene {
     }
 
     /// Whether the surface is there at all at a point, by its alpha.
-    #[inline]
+    #[inline(always)]
     pub fn is_present(&self, material: &Material, point: &SurfacePoint) -> bool {
         match material.alpha_mode {
             AlphaMode::Opaque => true,
@@ -106,7 +165,7 @@ impl Scene {
     /// The radiance that a point scatters and emits towards the previous point of the path.
     ///
     /// `towards_viewer` is the unit direction to the previous point of the path. Never negative, always finite.
-    #[inline]
+    #[inline(always)]
     pub fn radiance(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         let material = self.material_of(point.object);
         let base = self.base_color(material, point).xyz();
@@ -122,7 +181,7 @@ impl Scene {
         finite(radiance)
     }
 
-    #[inline]
+    #[inline(always)]
     fn irradiance_over_pi(&self, position: Vec3, normal: Vec3, towards_viewer: Vec3) -> Vec3 {
         if self.lights.is_empty() && self.environment.is_none() {
             return Vec3::splat(normal.dot(towards_viewer).max(0.0));
@@ -139,7 +198,7 @@ impl Scene {
     }
 
     /// The radiance from infinity in a direction of unit length.
-    #[inline]
+    #[inline(always)]
     pub fn background(&self, direction: Vec3) -> Vec3 {
         self.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.radiance(direction))
     }
@@ -147,7 +206,7 @@ impl Scene {
 
 impl Material {
     /// Whether anything is read from a texture.
-    #[inline]
+    #[inline(always)]
     pub fn textured(&self) -> bool {
         self.base_texture.is_some() || self.emissive_texture.is_some()
     }

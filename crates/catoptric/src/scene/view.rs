@@ -1,7 +1,7 @@
 //! Cameras and views: rays through pixels, and pixels of points.
 
 use crate::math::Aabb;
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// How a camera maps directions to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +82,21 @@ pub struct RayDifferential {
     pub direction_dy: Vec3,
 }
 
+impl RayDifferential {
+    /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
+    #[inline]
+    pub fn transferred(&self, ray: &Ray, distance: f32, normal: Vec3) -> [Vec3; 2] {
+        let cosine = ray.direction.dot(normal);
+        let inverse = if cosine.abs() > 1e-12 * normal.length() { 1.0 / cosine } else { 0.0 };
+        let moved_x = self.origin_dx + self.direction_dx * distance;
+        let moved_y = self.origin_dy + self.direction_dy * distance;
+        [
+            moved_x - ray.direction * (moved_x.dot(normal) * inverse),
+            moved_y - ray.direction * (moved_y.dot(normal) * inverse),
+        ]
+    }
+}
+
 /// A camera with a picture size: what is to be drawn.
 ///
 /// Picture coordinates are pixels from the top left corner of the picture, x to the right, y down; the centre of
@@ -120,42 +135,33 @@ impl View {
         2.0 * half / self.height as f32
     }
 
-    /// The view-space offset of a picture position from the axis, at distance 1.
-    fn offset(&self, x_px: f32, y_px: f32) -> Vec2 {
-        Vec2::new(x_px - self.width as f32 * 0.5, self.height as f32 * 0.5 - y_px) * self.pixel_size()
+    /// The rays of all positions of the picture. Worth keeping where many are asked for.
+    pub fn rays(&self) -> ViewRays {
+        let pixel_size = self.pixel_size();
+        let axes = self.world_from_view.matrix3;
+        let right = axes.x_axis * pixel_size;
+        let down = axes.y_axis * -pixel_size;
+        let corner = right * (-0.5 * self.width as f32) + down * (-0.5 * self.height as f32);
+        let eye = self.world_from_view.translation;
+        let forward = -axes.z_axis;
+        match self.projection {
+            Projection::Perspective { .. } => {
+                ViewRays { perspective: true, origin: eye, direction: forward + corner, right, down }
+            }
+            Projection::Orthographic { .. } => {
+                ViewRays { perspective: false, origin: eye + corner, direction: forward.normalize(), right, down }
+            }
+        }
     }
 
     /// The ray through a picture position.
     pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
-        let offset = self.offset(x_px, y_px);
-        let (origin, direction) = match self.projection {
-            Projection::Perspective { .. } => (Vec3A::ZERO, Vec3A::new(offset.x, offset.y, -1.0)),
-            Projection::Orthographic { .. } => (Vec3A::new(offset.x, offset.y, 0.0), Vec3A::NEG_Z),
-        };
-        Ray {
-            origin: self.world_from_view.transform_point3a(origin).into(),
-            direction: self.world_from_view.transform_vector3a(direction).normalize().into(),
-        }
+        self.rays().ray(x_px, y_px)
     }
 
     /// The ray through a picture position and its change a pixel.
     pub fn ray_with_differential(&self, x_px: f32, y_px: f32) -> (Ray, RayDifferential) {
-        let ray = self.ray(x_px, y_px);
-        let right = Vec3::from(self.world_from_view.matrix3.x_axis) * self.pixel_size();
-        let down = Vec3::from(self.world_from_view.matrix3.y_axis) * -self.pixel_size();
-        let differential = match self.projection {
-            Projection::Perspective { .. } => {
-                // d = v / |v| with v at distance 1 along the axis: dd = (dv - d (d . dv)) / |v|.
-                let offset = self.offset(x_px, y_px);
-                let inverse_length = 1.0 / (offset.length_squared() + 1.0).sqrt();
-                let change = |dv: Vec3| (dv - ray.direction * ray.direction.dot(dv)) * inverse_length;
-                RayDifferential { direction_dx: change(right), direction_dy: change(down), ..Default::default() }
-            }
-            Projection::Orthographic { .. } => {
-                RayDifferential { origin_dx: right, origin_dy: down, ..Default::default() }
-            }
-        };
-        (ray, differential)
+        self.rays().ray_with_differential(x_px, y_px)
     }
 
     /// Homogeneous picture coordinates of a world point: (x w, y w, w); w is the depth along the view axis for
@@ -171,10 +177,69 @@ impl View {
         }
     }
 
+    /// Like [`Self::picture_from_world`], for points that `world_from_moved` moves first.
+    ///
+    /// The product is taken in double precision, so that far moves do not cost any.
+    pub fn picture_from_moved(&self, world_from_moved: &DAffine3) -> PictureTransform {
+        let place = &self.world_from_view;
+        let world_from_view = DAffine3 {
+            matrix3: Mat3::from(place.matrix3).as_dmat3(),
+            translation: Vec3::from(place.translation).as_dvec3(),
+        };
+        let view_from_moved = world_from_view.inverse() * *world_from_moved;
+        PictureTransform { view_from_world: view_from_moved.as_affine3a(), ..self.picture_from_world() }
+    }
+
     /// The picture position of a world point, or none when it is nearer than the near plane or behind the eye.
     pub fn pixel_of(&self, point: Vec3) -> Option<Vec2> {
         let projected = self.picture_from_world().apply(point);
         (projected.depth >= self.near).then(|| projected.xy / projected.w)
+    }
+}
+
+/// The rays of a view: see [`View::rays`].
+#[derive(Clone, Copy, Debug)]
+pub struct ViewRays {
+    perspective: bool,
+    /// The eye, or the origin of the ray through the picture's corner.
+    origin: Vec3A,
+    /// Through the picture's corner at distance 1 along the axis, or the common direction.
+    direction: Vec3A,
+    /// The step to the next column.
+    right: Vec3A,
+    /// The step to the next row.
+    down: Vec3A,
+}
+
+impl ViewRays {
+    /// The ray through a picture position.
+    #[inline]
+    pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
+        let offset = self.right * x_px + self.down * y_px;
+        if self.perspective {
+            Ray { origin: self.origin.into(), direction: (self.direction + offset).normalize().into() }
+        } else {
+            Ray { origin: (self.origin + offset).into(), direction: self.direction.into() }
+        }
+    }
+
+    /// The ray through a picture position and its change a pixel.
+    #[inline]
+    pub fn ray_with_differential(&self, x_px: f32, y_px: f32) -> (Ray, RayDifferential) {
+        let (right, down) = (self.right, self.down);
+        if !self.perspective {
+            let change =
+                RayDifferential { origin_dx: right.into(), origin_dy: down.into(), ..RayDifferential::default() };
+            return (self.ray(x_px, y_px), change);
+        }
+        // d = v / |v|, so dd = (dv - d (d . dv)) / |v|.
+        let through = self.direction + right * x_px + down * y_px;
+        let inverse_length = through.length_recip();
+        let direction = through * inverse_length;
+        let change = |step: Vec3A| Vec3::from((step - direction * direction.dot(step)) * inverse_length);
+        let change =
+            RayDifferential { direction_dx: change(right), direction_dy: change(down), ..RayDifferential::default() };
+        (Ray { origin: self.origin.into(), direction: direction.into() }, change)
     }
 }
 

@@ -144,6 +144,16 @@ impl PlacedSurface {
         self.surface.bounds().transformed(&self.world_from_surface)
     }
 
+    /// The distance along a ray that separates its two meetings with the surface: below it lies the nearer.
+    ///
+    /// Negative infinity where there is one meeting at most.
+    pub fn middle_distance(&self, origin: Vec3, direction: Vec3) -> f32 {
+        match self.surface {
+            AnalyticSurface::Sphere { .. } => (Vec3::from(self.world_from_surface.translation) - origin).dot(direction),
+            AnalyticSurface::Plane { .. } => f32::NEG_INFINITY,
+        }
+    }
+
     /// The first point of the ray on the surface with a distance between `near` and `far`.
     ///
     /// `direction` is of unit length. Solved in double precision; the distance is rounded to single.
@@ -166,7 +176,10 @@ impl PlacedSurface {
                     return None;
                 }
                 let half = discriminant.sqrt();
-                let distance = [along - half, along + half].into_iter().find(|t| *t >= near && *t < far)?;
+                let distance = if along - half >= near { along - half } else { along + half };
+                if !(distance >= near && distance < far) {
+                    return None;
+                }
                 let normal = (relative + direction * distance).normalize();
                 Some(SurfaceHit {
                     distance: distance as f32,

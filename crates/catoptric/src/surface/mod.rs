@@ -1,5 +1,8 @@
 //! What reflects: analytic surfaces, their ray intersections and tessellations, and the ray tracer's hierarchy.
 
 mod analytic;
+pub mod tracer;
+mod traversal;
 
+pub(crate) use analytic::sphere_mesh;
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};

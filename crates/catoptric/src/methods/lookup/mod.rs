@@ -1,0 +1,3 @@
+//! Methods that look up the radiance of reflected rays.
+
+pub mod environment_map;

@@ -1,0 +1,166 @@
+//! The ray-traced truth that every method is measured against: a plain Whitted ray tracer.
+//!
+//! See this folder's `README.md`.
+
+mod path;
+mod settings;
+
+pub use path::{NearPlane, PathTracer};
+pub use settings::{PathModel, ReferenceSettings, SamplePlacement};
+
+use super::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::math::random;
+use crate::parallel;
+use crate::progress::Progress;
+use crate::raster::sample_positions;
+use crate::scene::{Scene, View};
+use crate::surface::tracer::Tracer;
+use glam::{Vec2, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What the reference is.
+pub static INFO: MethodInfo = MethodInfo {
+    id: "reference",
+    family: Family::Reference,
+    summary: "ray-traced truth: every specular path up to the order, traced exactly",
+    paper: "Whitted 1980, An improved illumination model for shaded display; \
+            two-path model: Hakura, Snyder 2001, section 3",
+    assumptions: "none beyond perfect mirrors, smooth dielectrics and shadowless shading",
+    cpu: true,
+    gpu: false,
+    bake: false,
+    settings: ReferenceSettings::describe,
+    create: |table| Ok(Box::new(Reference { settings: ReferenceSettings::from_table(table)?, tracer: None })),
+};
+
+/// Pixels a side of the squares that threads take one by one.
+const TILE: u32 = 16;
+
+/// The ray tracer as a method.
+struct Reference {
+    settings: ReferenceSettings,
+    tracer: Option<Tracer>,
+}
+
+impl ReflectionMethod for Reference {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(&mut self, scene: &Scene, _quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
+        progress.begin("building the hierarchy", 1);
+        let mut watch = Stopwatch::new();
+        let tracer = self.tracer.insert(Tracer::build(scene, |_| true));
+        let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
+        report.bytes.insert("bvh", tracer.byte_count());
+        progress.end();
+        Ok(report)
+    }
+
+    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
+        let Some(tracer) = &self.tracer else {
+            let problem = "it has not been prepared for the scene".into();
+            return Err(RenderError::Limit { method: INFO.id, problem });
+        };
+        let mut watch = Stopwatch::new();
+        let rays = render(&self.settings, tracer, job, target);
+        let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
+        report.counts.insert("rays_traced", rays);
+        Ok(report)
+    }
+}
+
+/// Draws the view and returns the number of rays traced.
+fn render(settings: &ReferenceSettings, tracer: &Tracer, job: &Job<'_>, target: &mut Framebuffer) -> u64 {
+    let (width, height) = (job.view.width, job.view.height);
+    let columns = width.div_ceil(TILE);
+    let tiles = columns as usize * height.div_ceil(TILE) as usize;
+    let rays = AtomicU64::new(0);
+    job.progress.begin("tracing", tiles as u64);
+    let init = || PathTracer::new(job.scene, tracer, settings.paths, job.quality.order);
+    let pictures = parallel::map_init_collect(tiles, init, |paths, tile| {
+        let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
+        let pixels = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);
+        rays.fetch_add(paths.take_ray_count(), Ordering::Relaxed);
+        job.progress.advance(1);
+        pixels
+    });
+    for (tile, pixels) in pictures.iter().enumerate() {
+        let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
+        let tile_width = TILE.min(width - x0) as usize;
+        for (row, pixels) in pixels.chunks(tile_width).enumerate() {
+            let start = (y0 as usize + row) * width as usize + x0 as usize;
+            target.pixels[start..start + tile_width].copy_from_slice(pixels);
+        }
+    }
+    job.progress.end();
+    rays.into_inner()
+}
+
+fn draw_tile(
+    settings: &ReferenceSettings,
+    paths: &mut PathTracer<'_>,
+    job: &Job<'_>,
+    [x0, y0]: [u32; 2],
+    [x1, y1]: [u32; 2],
+) -> Vec<[f32; 4]> {
+    let samples = job.quality.samples.max(1);
+    let pattern = match settings.samples {
+        SamplePlacement::Pattern => sample_positions(samples).ok(),
+        SamplePlacement::Random => None,
+    };
+    // A sample stands for its share of the pixel, and so do its texture footprints.
+    let footprint_scale = 1.0 / (samples as f32).sqrt();
+    let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
+    let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
+    for y in y0..y1 {
+        for x in x0..x1 {
+            let mut sum = Vec3::ZERO;
+            for sample in 0..samples {
+                let offset = match pattern {
+                    Some(pattern) => pattern[sample as usize],
+                    None => stratified(settings.seed, [x, y], sample, samples),
+                };
+                sum += paths.radiance(&rays, &near, x as f32 + offset.x, y as f32 + offset.y, footprint_scale);
+            }
+            pixels.push((sum / samples as f32).extend(1.0).to_array());
+        }
+    }
+    pixels
+}
+
+/// A jittered position in the pixel: one sample in each cell of a grid with as many cells as samples, or a few more.
+fn stratified(seed: u64, [x, y]: [u32; 2], sample: u32, samples: u32) -> Vec2 {
+    if samples == 1 {
+        return Vec2::splat(0.5);
+    }
+    let columns = (samples as f32).sqrt().ceil() as u32;
+    let rows = samples.div_ceil(columns);
+    let (column, row) = (sample % columns, sample / columns);
+    // The last row may have fewer cells; they are wider, so that the pixel is covered evenly.
+    let in_row = columns.min(samples - row * columns);
+    let pixel = (x as u64) << 32 | y as u64;
+    let jitter = |axis: u64| random::unit(seed, pixel, (sample as u64) << 1 | axis);
+    Vec2::new((column as f32 + jitter(0)) / in_row as f32, (row as f32 + jitter(1)) / rows as f32)
+}
+
+/// For every pixel whether the first surface at its centre is a reflector or lens; rows from the top.
+pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
+    let tracer = Tracer::build(scene, |_| true);
+    let (rays, near) = (view.rays(), NearPlane::new(view));
+    let mut mask = vec![false; view.width as usize * view.height as usize];
+    parallel::for_each_chunk_mut(&mut mask, view.width as usize, |y, row| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let ray = rays.ray(x as f32 + 0.5, y as f32 + 0.5);
+            let hit = tracer.first_hit(scene, &ray, near.distance(&ray));
+            *pixel = hit.is_some_and(|hit| {
+                let encounter = tracer.encounter(scene, &ray, &hit, None);
+                scene.role_of(encounter.point.object).is_specular()
+            });
+        }
+    });
+    mask
+}

@@ -1,0 +1,330 @@
+//! Specular paths, from the eye to the diffuse surfaces that they end on.
+
+use super::PathModel;
+use crate::optics::{
+    fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change, transmittance,
+};
+use crate::scene::shade::{Encounter, SurfacePoint};
+use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
+use crate::surface::tracer::Tracer;
+use glam::{Vec3, Vec4Swizzles};
+
+/// Paths that carry less than this share of the light are ended.
+const LEAST_THROUGHPUT: f32 = 1e-5;
+
+/// How a new direction is kept on the side of the flat surface where it belongs: the sine of the least angle to it.
+const LEAST_SINE: f32 = 1e-3;
+
+/// A ray that waits to be traced.
+#[derive(Clone, Copy)]
+struct Segment {
+    ray: Ray,
+    change: Option<RayDifferential>,
+    near: f32,
+    throughput: Vec3,
+    /// Specular events so far.
+    order: u32,
+    /// Absorption of the medium that it crosses.
+    absorption: Vec3,
+    /// The two-path model has split already.
+    split: bool,
+}
+
+/// Follows specular paths; one a thread.
+pub struct PathTracer<'a> {
+    scene: &'a Scene,
+    tracer: &'a Tracer,
+    model: PathModel,
+    max_order: u32,
+    waiting: Vec<Segment>,
+    ray_count: u64,
+}
+
+impl<'a> PathTracer<'a> {
+    /// A tracer of paths with at most `max_order` specular events.
+    pub fn new(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32) -> Self {
+        Self { scene, tracer, model, max_order, waiting: Vec::new(), ray_count: 0 }
+    }
+
+    /// The number of rays traced since the last call.
+    pub fn take_ray_count(&mut self) -> u64 {
+        std::mem::take(&mut self.ray_count)
+    }
+
+    /// The radiance that arrives at a position of the picture (in pixels).
+    ///
+    /// Texture footprints are those of a pixel, times `footprint_scale`.
+    #[inline]
+    pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
+        let (ray, change) = if self.tracer.needs_differentials() {
+            let (ray, mut change) = view.ray_with_differential(x_px, y_px);
+            for part in
+                [&mut change.origin_dx, &mut change.origin_dy, &mut change.direction_dx, &mut change.direction_dy]
+            {
+                *part *= footprint_scale;
+            }
+            (ray, Some(change))
+        } else {
+            (view.ray(x_px, y_px), None)
+        };
+        self.radiance_along(ray, change, near.distance(&ray))
+    }
+
+    /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
+    pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        self.waiting.push(Segment {
+            ray,
+            change,
+            near,
+            throughput: Vec3::ONE,
+            order: 0,
+            absorption: Vec3::ZERO,
+            split: false,
+        });
+        while let Some(segment) = self.waiting.pop() {
+            sum += self.follow(&segment);
+        }
+        // A sum of finite terms can still overflow.
+        if sum.is_finite() { sum } else { Vec3::ZERO }
+    }
+
+    /// Traces one ray: the light that ends the path here; children wait.
+    #[inline]
+    fn follow(&mut self, segment: &Segment) -> Vec3 {
+        self.ray_count += 1;
+        let (scene, ray) = (self.scene, &segment.ray);
+        let Some(hit) = self.tracer.first_hit(scene, ray, segment.near) else {
+            return segment.throughput * scene.background(ray.direction);
+        };
+        let throughput = segment.throughput * transmittance(segment.absorption, hit.distance());
+        let encounter = self.tracer.encounter(scene, ray, &hit, segment.change.as_ref());
+        let material = scene.material_of(encounter.point.object);
+        match material.role {
+            Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
+            _ => self.scatter(segment, throughput, &encounter, material),
+        }
+    }
+
+    /// Goes on at a reflector or lens.
+    fn scatter(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, material: &Material) -> Vec3 {
+        let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
+        let last = segment.order >= self.max_order;
+        let facing = Facing::of(direction, point);
+        let cosine = -direction.dot(facing.normal);
+        let base = || scene.base_color(material, point).xyz();
+        match material.role {
+            Role::Diffuse => Vec3::ZERO,
+            Role::Reflector => {
+                let blind = facing.outside && scene.objects[point.object as usize].inside;
+                if !last && !blind {
+                    let tint = if material.schlick { fresnel_schlick(base(), cosine) } else { base() };
+                    self.push_reflection(segment, throughput * tint, encounter, &facing);
+                }
+                Vec3::ZERO
+            }
+            Role::Coated => {
+                let reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);
+                if !last {
+                    self.push_reflection(segment, throughput * reflectance, encounter, &facing);
+                }
+                throughput * (1.0 - reflectance) * scene.radiance(point, -direction)
+            }
+            Role::Lens => {
+                if last {
+                    return Vec3::ZERO;
+                }
+                let eta = if facing.outside { 1.0 / material.ior } else { material.ior };
+                let reflectance = fresnel_dielectric(cosine, eta);
+                let (mut reflects, mut refracts) = (true, true);
+                if self.model == PathModel::TwoPath && segment.split {
+                    reflects = reflectance > 0.5;
+                    refracts = !reflects;
+                }
+                let segment = &Segment { split: true, ..*segment };
+                if refracts && reflectance < 1.0 {
+                    let carried = throughput * (1.0 - reflectance) * base();
+                    self.push_refraction(segment, carried, encounter, &facing, eta, material);
+                }
+                if reflects {
+                    self.push_reflection(segment, throughput * reflectance, encounter, &facing);
+                }
+                Vec3::ZERO
+            }
+        }
+    }
+
+    fn push(&mut self, segment: &Segment, child: Segment, point: &SurfacePoint) {
+        if child.throughput.max_element() >= LEAST_THROUGHPUT {
+            let origin = self.tracer.departure(point, child.ray.direction);
+            let ray = Ray { origin, direction: child.ray.direction };
+            self.waiting.push(Segment { ray, near: 0.0, order: segment.order + 1, ..child });
+        }
+    }
+
+    fn push_reflection(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, facing: &Facing) {
+        let incoming = segment.ray.direction;
+        let direction = keep_on_side(reflect(incoming, facing.normal), facing.geometric);
+        let bend = |ray, normal| reflected_change(incoming, ray, facing.normal, normal);
+        let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
+        let ray = Ray { origin: encounter.point.position, direction };
+        self.push(segment, Segment { ray, change, throughput, ..*segment }, &encounter.point);
+    }
+
+    fn push_refraction(
+        &mut self,
+        segment: &Segment,
+        throughput: Vec3,
+        encounter: &Encounter,
+        facing: &Facing,
+        eta: f32,
+        material: &Material,
+    ) {
+        let incoming = segment.ray.direction;
+        let Some(direction) = refract(incoming, facing.normal, eta) else { return };
+        let direction = keep_on_side(direction, -facing.geometric);
+        let bend = |ray, normal| refracted_change(incoming, ray, facing.normal, normal, eta);
+        let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
+        let absorption = if facing.outside { material.absorption } else { Vec3::ZERO };
+        let ray = Ray { origin: encounter.point.position, direction };
+        self.push(segment, Segment { ray, change, throughput, absorption, ..*segment }, &encounter.point);
+    }
+}
+
+/// The near plane of a view.
+pub struct NearPlane {
+    depth: f32,
+    forward: Vec3,
+}
+
+impl NearPlane {
+    /// The near plane of `view`.
+    pub fn new(view: &View) -> Self {
+        Self { depth: view.near, forward: -Vec3::from(view.world_from_view.matrix3.z_axis) }
+    }
+
+    /// The distance along a view ray where the plane is.
+    #[inline]
+    pub fn distance(&self, ray: &Ray) -> f32 {
+        self.depth / ray.direction.dot(self.forward).max(1e-6)
+    }
+}
+
+/// Which side of a surface is seen, and its normals on that side.
+struct Facing {
+    /// The outer side is seen.
+    outside: bool,
+    geometric: Vec3,
+    normal: Vec3,
+}
+
+impl Facing {
+    #[inline]
+    fn of(direction: Vec3, point: &SurfacePoint) -> Self {
+        let outside = direction.dot(point.geometric_normal) <= 0.0;
+        let sign = if outside { 1.0 } else { -1.0 };
+        let (geometric, mut normal) = (point.geometric_normal * sign, point.normal * sign);
+        // A shading normal that turns away from the viewer is bent back until the view just grazes it.
+        let cosine = direction.dot(normal);
+        if cosine > -LEAST_SINE {
+            normal = (normal - direction * (cosine + LEAST_SINE)).try_normalize().unwrap_or(geometric);
+        }
+        Self { outside, geometric, normal }
+    }
+
+    /// What turns outer normals to the side that is seen.
+    fn sign(&self) -> f32 {
+        if self.outside { 1.0 } else { -1.0 }
+    }
+}
+
+/// A direction that points to the side of `normal`: one that shading normals bent below the flat surface is laid along it.
+#[inline]
+fn keep_on_side(direction: Vec3, normal: Vec3) -> Vec3 {
+    let sine = direction.dot(normal);
+    if sine >= LEAST_SINE {
+        return direction;
+    }
+    (direction + normal * (LEAST_SINE - sine)).try_normalize().unwrap_or(normal)
+}
+
+/// The changes of a child ray, from those of its direction.
+#[inline]
+fn child_change(
+    change: &RayDifferential,
+    encounter: &Encounter,
+    sign: f32,
+    bend: impl Fn(Vec3, Vec3) -> Vec3,
+) -> RayDifferential {
+    RayDifferential {
+        origin_dx: encounter.position_change[0],
+        origin_dy: encounter.position_change[1],
+        direction_dx: bend(change.direction_dx, encounter.normal_change[0] * sign),
+        direction_dy: bend(change.direction_dy, encounter.normal_change[1] * sign),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, model::*};
+    use crate::surface::AnalyticSurface;
+
+    /// A ball and a smooth patch of triangles, seen obliquely.
+    fn scene(material: Material) -> Scene {
+        let mut model = Model { materials: vec![material], ..Model::default() };
+        let surface = AnalyticSurface::Sphere { radius: 1.0 };
+        let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
+        model.nodes.push(Node { analytic, ..Node::default() });
+        let normal = |x: f32, y: f32| Vec3::new(x * 0.2, y * 0.3, 1.0).normalize();
+        let primitive = Primitive {
+            positions: vec![Vec3::new(1.5, -1.0, 0.0), Vec3::new(4.0, -1.0, 0.3), Vec3::new(2.0, 2.0, 0.1)],
+            normals: vec![normal(0.0, 0.0), normal(1.0, 0.0), normal(0.0, 1.0)],
+            triangles: vec![[0, 1, 2]],
+            ..Primitive::default()
+        };
+        model.meshes.push(MeshAsset { primitives: vec![primitive], ..MeshAsset::default() });
+        model.nodes.push(Node { mesh: Some(0), ..Node::default() });
+        model.pose(&Default::default()).unwrap()
+    }
+
+    /// The child of a view ray at its first hit.
+    fn child(scene: &Scene, view: &View, x_px: f32, y_px: f32) -> Segment {
+        let tracer = Tracer::build(scene, |_| true);
+        let mut paths = PathTracer::new(scene, &tracer, PathModel::Tree, 4);
+        let (ray, change) = view.ray_with_differential(x_px, y_px);
+        let start = Segment {
+            ray,
+            change: Some(change),
+            near: 0.0,
+            throughput: Vec3::ONE,
+            order: 0,
+            absorption: Vec3::ZERO,
+            split: false,
+        };
+        paths.follow(&start);
+        // The refracted child, where there is one, was pushed first.
+        paths.waiting[0]
+    }
+
+    #[test]
+    fn ray_changes_match_differences() {
+        let camera = Camera::look_at("", Vec3::new(1.2, 0.4, 6.0), Vec3::new(1.2, 0.2, 0.0), Vec3::Y, 45.0);
+        let view = View::new(&camera, 400, 300, 1e-3);
+        for material in [Material::mirror("", Vec3::ONE), Material::glass("", 1.4)] {
+            let scene = scene(material);
+            for (x, y) in [(110.0, 150.0), (90.0, 130.0), (280.0, 160.0), (300.0, 175.0)] {
+                let change = child(&scene, &view, x, y).change.unwrap();
+                let step = 0.5;
+                let (a, b) = (child(&scene, &view, x - step, y).ray, child(&scene, &view, x + step, y).ray);
+                let origin = (b.origin - a.origin) / (2.0 * step);
+                let direction = (b.direction - a.direction) / (2.0 * step);
+                assert!((origin - change.origin_dx).length() < 2e-3 * origin.length(), "{x} {y}: {origin}");
+                assert!((direction - change.direction_dx).length() < 5e-3 * direction.length(), "{x} {y}: {direction}");
+                let (a, b) = (child(&scene, &view, x, y - step).ray, child(&scene, &view, x, y + step).ray);
+                let direction = (b.direction - a.direction) / (2.0 * step);
+                assert!((direction - change.direction_dy).length() < 5e-3 * direction.length(), "{x} {y}: {direction}");
+            }
+        }
+    }
+}

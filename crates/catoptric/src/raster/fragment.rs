@@ -1,0 +1,80 @@
+//! What the rasteriser hands to shaders.
+
+use crate::scene::shade::Barycentrics;
+use glam::{Vec2, Vec3};
+
+/// What a pixel shows in one layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LayerSurface {
+    /// The list that drew it.
+    pub list: u32,
+    /// [`DrawTriangle::source`](super::DrawTriangle::source).
+    pub source: u32,
+    /// [`DrawTriangle::group`](super::DrawTriangle::group).
+    pub group: u32,
+    /// Perspective-correct barycentric coordinates at `Fragment::position` in the triangle as it was given (not as
+    /// it was clipped), and their true screen derivatives.
+    pub barycentrics: Barycentrics,
+}
+
+/// A part of a pixel that shows one chain of surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fragment<'a> {
+    /// Where it is shaded, in pixels: the pixel's centre, or the centroid of its samples where it is covered in part.
+    pub position: Vec2,
+    /// The surfaces, layer 0 first; a chain ends where a layer shows nothing. Empty: the background.
+    pub chain: &'a [LayerSurface],
+}
+
+/// The fragments of a tile.
+#[derive(Clone, Copy, Debug)]
+pub struct FragmentBatch<'a> {
+    pub(super) positions: &'a [Vec2],
+    /// Where the chain of each fragment ends in `surfaces`; the next one begins there.
+    pub(super) chain_ends: &'a [u32],
+    pub(super) surfaces: &'a [LayerSurface],
+}
+
+impl<'a> FragmentBatch<'a> {
+    /// How many fragments there are.
+    pub fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.positions.is_empty()
+    }
+
+    /// All fragments, pixel after pixel.
+    #[inline]
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Fragment<'a>> + use<'a> {
+        let surfaces = self.surfaces;
+        let mut start = 0;
+        self.positions.iter().zip(self.chain_ends).map(move |(&position, &end)| {
+            let chain = &surfaces[start..end as usize];
+            start = end as usize;
+            Fragment { position, chain }
+        })
+    }
+}
+
+/// Gives colours to fragments.
+pub trait FragmentShader: Sync {
+    /// The linear radiance of a fragment.
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3;
+
+    /// The linear radiance of every fragment of a tile; `colors` is as long as the batch.
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        for (fragment, color) in batch.iter().zip(colors) {
+            *color = self.shade(&fragment);
+        }
+    }
+
+    /// Whether a surface is there at all at a sample. Asked only for triangles that are
+    /// [`alpha_tested`](super::DrawTriangle::alpha_tested); `position` is the sample's, in pixels.
+    fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
+        let _ = (surface, position);
+        true
+    }
+}

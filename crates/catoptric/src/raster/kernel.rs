@@ -1,0 +1,282 @@
+//! The inner loop: coverage and depth of triangles over the samples of a tile, eight samples at a time.
+//!
+//! It is compiled for several instruction sets; the one to run is chosen when the program runs. All of them do the
+//! same operations in the same order, so results are the same bit for bit.
+//!
+//! Edge functions are integers and exact. Samples lie on sixteenths of a pixel, so an edge function in units of
+//! 1/256 px is divided by 16 (rounding down, which keeps its sign); within a block of 8 x 8 pixels it then changes by
+//! less than 2^31 for any triangle within the guard band.
+
+use super::samples::{LANES, Pattern};
+use super::setup::{SUBPIXELS, SetupTriangle};
+use bytemuck::{Pod, Zeroable};
+
+/// Width and height of a block, in pixels.
+pub(super) const BLOCK: usize = 8;
+/// Width and height of a tile, in pixels.
+pub(super) const TILE: usize = 32;
+/// Blocks along a side of a tile.
+pub(super) const TILE_BLOCKS: usize = TILE / BLOCK;
+/// The id of a sample that shows nothing.
+pub(super) const EMPTY: u32 = u32::MAX;
+
+/// Eight keys of samples.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(32))]
+pub(super) struct Keys(pub(super) [f32; LANES]);
+
+/// Eight ids of samples.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(32))]
+pub(super) struct Ids(pub(super) [u32; LANES]);
+
+/// Groups of samples in a tile. Blocks follow each other row by row, in them the pixels row by row.
+pub(super) const fn groups_in_tile(samples: usize) -> usize {
+    TILE * TILE * samples / LANES
+}
+
+/// A tile of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TilePlace {
+    /// Its first pixel column and row.
+    pub(super) pixel: [i32; 2],
+    /// The same from the picture's centre.
+    pub(super) from_center: [i32; 2],
+}
+
+/// Where triangles may be drawn in a tile.
+#[derive(Clone, Copy)]
+pub(super) struct StencilMask<'a> {
+    /// A label a sample.
+    pub(super) labels: &'a [Ids],
+    /// Draw where the label is this.
+    pub(super) wanted: u32,
+    /// For each block the labels in it, as bits (label modulo 64).
+    pub(super) in_blocks: &'a [u64; TILE_BLOCKS * TILE_BLOCKS],
+}
+
+/// The samples of a tile in one layer.
+pub(super) struct Target<'a> {
+    pub(super) keys: &'a mut [Keys],
+    pub(super) ids: &'a mut [Ids],
+}
+
+/// Draws those triangles of `setup` that `indices` names and that are not alpha tested, in order.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub(super) fn draw_triangles(
+    pattern: &Pattern,
+    place: &TilePlace,
+    setup: &[SetupTriangle],
+    indices: &[u32],
+    stencil: Option<StencilMask<'_>>,
+    target: &mut Target<'_>,
+) {
+    draw_triangles_portably(pattern, place, setup, indices, stencil, target);
+}
+
+/// [`draw_triangles`] for the instruction set of the caller.
+#[inline(always)]
+pub(super) fn draw_triangles_portably(
+    pattern: &Pattern,
+    place: &TilePlace,
+    setup: &[SetupTriangle],
+    indices: &[u32],
+    stencil: Option<StencilMask<'_>>,
+    target: &mut Target<'_>,
+) {
+    for &index in indices {
+        let triangle = &setup[index as usize];
+        if triangle.alpha_tested {
+            continue;
+        }
+        match stencil {
+            None => draw::<false>(pattern, place, triangle, None, target),
+            Some(_) => draw::<true>(pattern, place, triangle, stencil, target),
+        }
+    }
+}
+
+/// An edge: `x * X + y * Y + constant >= 0` inside, with X and Y in sixteenths of a pixel from the tile's corner.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Edge {
+    x: i32,
+    y: i32,
+    constant: i64,
+}
+
+impl Edge {
+    /// The edge from `from` to `to`. Samples on it belong to the triangle if it is a top or a left edge.
+    #[inline(always)]
+    fn new(from: [i32; 2], to: [i32; 2], place: &TilePlace) -> Self {
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        // With y down and the inside on the positive side, left edges go up and top edges go to the right.
+        let included = dy < 0 || (dy == 0 && dx > 0);
+        let corner = place.from_center.map(|pixel| pixel as i64 * SUBPIXELS as i64);
+        let at_corner = dx as i64 * (corner[1] - from[1] as i64) - dy as i64 * (corner[0] - from[0] as i64);
+        let biased = at_corner - i64::from(!included);
+        Self { x: -dy, y: dx, constant: biased >> 4 }
+    }
+
+    /// The smallest and largest change over `pixels` pixels to the right and down, at samples.
+    #[inline(always)]
+    fn change_over(&self, pixels: i64) -> [i64; 2] {
+        let last = pixels * 16 - 1;
+        let (x, y) = (self.x as i64 * last, self.y as i64 * last);
+        [x.min(0) + y.min(0), x.max(0) + y.max(0)]
+    }
+
+    #[inline(always)]
+    pub(super) fn at(&self, x: i64, y: i64) -> i64 {
+        self.x as i64 * x + self.y as i64 * y + self.constant
+    }
+}
+
+/// The three edges of a triangle, from the corner of a tile.
+#[inline(always)]
+pub(super) fn edges(triangle: &SetupTriangle, place: &TilePlace) -> [Edge; 3] {
+    let [a, b, c] = triangle.corners;
+    [Edge::new(a, b, place), Edge::new(b, c, place), Edge::new(c, a, place)]
+}
+
+/// Whether a triangle may cover a sample of a tile.
+pub(super) fn touches_tile(triangle: &SetupTriangle, place: &TilePlace) -> bool {
+    edges(triangle, place).iter().all(|edge| edge.constant + edge.change_over(TILE as i64)[1] >= 0)
+}
+
+/// First and last pixel of a triangle's extent in a tile; nothing if they do not overlap.
+#[inline(always)]
+pub(super) fn overlap(range: [u16; 2], first_pixel: i32) -> Option<[usize; 2]> {
+    let first = (range[0] as i32 - first_pixel).max(0);
+    let last = (range[1] as i32 - first_pixel).min(TILE as i32 - 1);
+    (first <= last).then_some([first as usize, last as usize])
+}
+
+/// What the lanes of a group differ by, for a triangle.
+struct LanePattern {
+    edges: [[i32; LANES]; 3],
+    key: [f32; LANES],
+}
+
+#[inline(always)]
+fn draw<const STENCIL: bool>(
+    pattern: &Pattern,
+    place: &TilePlace,
+    triangle: &SetupTriangle,
+    stencil: Option<StencilMask<'_>>,
+    target: &mut Target<'_>,
+) {
+    let Some(columns) = overlap(triangle.columns, place.pixel[0]) else { return };
+    let Some(rows) = overlap(triangle.rows, place.pixel[1]) else { return };
+    let edges = edges(triangle, place);
+    let [key_x, key_y, key_constant] = triangle.key_plane;
+    let key_corner = key_constant + key_x * place.from_center[0] as f64 + key_y * place.from_center[1] as f64;
+    let (key_step_x, key_step_y) = (key_x as f32, key_y as f32);
+    let lanes: [LanePattern; 2] = std::array::from_fn(|half| {
+        let half = half & (pattern.halves - 1);
+        LanePattern {
+            edges: std::array::from_fn(|e| {
+                std::array::from_fn(|lane| {
+                    let x = edges[e].x.wrapping_mul(pattern.x[half][lane]);
+                    x.wrapping_add(edges[e].y.wrapping_mul(pattern.y[half][lane]))
+                })
+            }),
+            key: std::array::from_fn(|lane| {
+                let (x, y) = (pattern.x[half][lane] as f32, pattern.y[half][lane] as f32);
+                key_step_x * (x * (1.0 / 16.0)) + key_step_y * (y * (1.0 / 16.0))
+            }),
+        }
+    });
+    let changes = edges.map(|edge| edge.change_over(BLOCK as i64));
+    let group_log2 = LANES.trailing_zeros();
+    let samples_log2 = pattern.samples_log2;
+    let half_mask = pattern.halves - 1;
+
+    for block_y in rows[0] / BLOCK..=rows[1] / BLOCK {
+        for block_x in columns[0] / BLOCK..=columns[1] / BLOCK {
+            let block = block_y * TILE_BLOCKS + block_x;
+            let (x0, y0) = ((block_x * BLOCK) as i64 * 16, (block_y * BLOCK) as i64 * 16);
+            let mut bases = [0i32; 3];
+            let mut rejected = false;
+            for e in 0..3 {
+                let value = edges[e].at(x0, y0);
+                rejected |= value + changes[e][1] < 0;
+                // Where the whole block is inside, the value may be too large: any that stays positive serves.
+                bases[e] = value.min(i32::MAX as i64 - changes[e][1]) as i32;
+            }
+            if rejected {
+                continue;
+            }
+            if let Some(mask) = stencil
+                && STENCIL
+                && mask.in_blocks[block] >> (mask.wanted & 63) & 1 == 0
+            {
+                continue;
+            }
+            let key_block = (key_corner + key_x * (block_x * BLOCK) as f64 + key_y * (block_y * BLOCK) as f64) as f32;
+            let within = |range: [usize; 2], index: usize| {
+                (range[0].max(index * BLOCK) - index * BLOCK, (range[1] - index * BLOCK).min(BLOCK - 1))
+            };
+            let (first_column, last_column) = within(columns, block_x);
+            let (first_row, last_row) = within(rows, block_y);
+            let first_group = (first_column << samples_log2) >> group_log2;
+            let last_group = (((last_column + 1) << samples_log2) - 1) >> group_log2;
+            for row in first_row..=last_row {
+                let row_bases: [i32; 3] =
+                    std::array::from_fn(|e| bases[e].wrapping_add(edges[e].y.wrapping_mul(row as i32 * 16)));
+                let row_key = key_block + key_step_y * row as f32;
+                let first = ((block * BLOCK + row) << samples_log2) + first_group;
+                let range = first..first + (last_group - first_group + 1);
+                let keys = &mut target.keys[range.clone()];
+                let ids = &mut target.ids[range.clone()];
+                let labels = match stencil {
+                    Some(mask) if STENCIL => &mask.labels[range],
+                    _ => &[],
+                };
+                for (index, (keys, ids)) in keys.iter_mut().zip(ids).enumerate() {
+                    let group = first_group + index;
+                    let column = (group << group_log2) >> samples_log2;
+                    let lane = &lanes[group & half_mask];
+                    let base: [i32; 3] =
+                        std::array::from_fn(|e| row_bases[e].wrapping_add(edges[e].x.wrapping_mul(column as i32 * 16)));
+                    let key = row_key + key_step_x * column as f32;
+                    let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
+                    let wanted = stencil.map_or(0, |mask| mask.wanted);
+                    draw_group::<STENCIL>(base, key, lane, triangle, label, wanted, keys, ids);
+                }
+            }
+        }
+    }
+}
+
+/// Draws a triangle over eight samples.
+#[allow(clippy::too_many_arguments)] // inlined; a struct would only hide what is loop-invariant
+#[allow(clippy::needless_range_loop)] // the lanes of six arrays, for the vectoriser
+#[inline(always)]
+fn draw_group<const STENCIL: bool>(
+    base: [i32; 3],
+    key: f32,
+    lane: &LanePattern,
+    triangle: &SetupTriangle,
+    labels: Option<&[u32; LANES]>,
+    wanted: u32,
+    keys: &mut Keys,
+    ids: &mut Ids,
+) {
+    let [low, high] = triangle.key_range;
+    let none = [0u32; LANES];
+    let labels = labels.unwrap_or(&none);
+    for i in 0..LANES {
+        let e0 = base[0].wrapping_add(lane.edges[0][i]);
+        let e1 = base[1].wrapping_add(lane.edges[1][i]);
+        let e2 = base[2].wrapping_add(lane.edges[2][i]);
+        let value = key + lane.key[i];
+        let value = if value < low { low } else { value };
+        let value = if value > high { high } else { value };
+        let mut pass = (e0 | e1 | e2 >= 0) & (value > keys.0[i]);
+        if STENCIL {
+            pass &= labels[i] == wanted;
+        }
+        keys.0[i] = if pass { value } else { keys.0[i] };
+        ids.0[i] = if pass { triangle.id } else { ids.0[i] };
+    }
+}

@@ -1,0 +1,134 @@
+//! From samples to fragments: the samples of a pixel that show the same chain of surfaces are shaded together.
+
+use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
+use super::samples::Pattern;
+use glam::Vec2;
+
+/// Where a fragment's colour goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct FragmentTarget {
+    pub(super) column: u8,
+    pub(super) row: u8,
+    /// How many samples show it.
+    pub(super) weight: u8,
+}
+
+/// The fragments of a tile, without their attributes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Chains {
+    pub(super) positions: Vec<Vec2>,
+    pub(super) targets: Vec<FragmentTarget>,
+    /// Ids of the triangles of all chains.
+    pub(super) ids: Vec<u32>,
+    /// Where each fragment's chain ends in `ids`.
+    pub(super) ends: Vec<u32>,
+}
+
+/// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub(super) fn resolve(
+    pattern: &Pattern,
+    layers: &[Vec<Ids>],
+    extent: [usize; 2],
+    first_pixel: [i32; 2],
+    chains: &mut Chains,
+) {
+    let Chains { positions, targets, ids, ends } = chains;
+    positions.clear();
+    targets.clear();
+    ids.clear();
+    ends.clear();
+    let samples = pattern.samples;
+    let whole = Vec2::splat(0.5);
+    let all = (1u32 << samples) - 1;
+    for block in 0..TILE_BLOCKS * TILE_BLOCKS {
+        let [block_x, block_y] = [block % TILE_BLOCKS * BLOCK, block / TILE_BLOCKS * BLOCK];
+        for row in block_y..(block_y + BLOCK).min(extent[1]) {
+            for column in block_x..(block_x + BLOCK).min(extent[0]) {
+                let corner = Vec2::new((first_pixel[0] + column as i32) as f32, (first_pixel[1] + row as i32) as f32);
+                let first = (block * BLOCK * BLOCK + (row - block_y) * BLOCK + (column - block_x)) * samples;
+                let target = FragmentTarget { column: column as u8, row: row as u8, weight: samples as u8 };
+                let mut splits = false;
+                let start = ids.len();
+                for layer in layers {
+                    let layer: &[u32] = &bytemuck::cast_slice(layer)[first..first + samples];
+                    let id = layer[0];
+                    let differences = layer.iter().fold(0, |sum, other| sum | (other ^ id));
+                    if differences != 0 {
+                        splits = true;
+                        break;
+                    }
+                    if id == EMPTY {
+                        break;
+                    }
+                    ids.push(id);
+                }
+                if !splits {
+                    positions.push(corner + whole);
+                    targets.push(target);
+                    ends.push(ids.len() as u32);
+                    continue;
+                }
+                ids.truncate(start);
+                let mut prefix = [0u32; 64];
+                split(layers, first, samples, all, &mut prefix, 0, &mut |mask, chain| {
+                    let offset = if mask == all { whole } else { centroid(pattern, mask) };
+                    positions.push(corner + offset);
+                    targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
+                    ids.extend_from_slice(chain);
+                    ends.push(ids.len() as u32);
+                });
+            }
+        }
+    }
+}
+
+/// The mean position of some samples of a pixel.
+#[inline]
+fn centroid(pattern: &Pattern, mask: u32) -> Vec2 {
+    let mut sum = Vec2::ZERO;
+    let mut rest = mask;
+    while rest != 0 {
+        sum += pattern.positions[rest.trailing_zeros() as usize];
+        rest &= rest - 1;
+    }
+    sum / mask.count_ones() as f32
+}
+
+/// Calls `found` for every different chain among the samples in `mask`, in the order of their first samples within
+/// each layer. `prefix[..depth]` is what they have in common so far.
+fn split(
+    layers: &[Vec<Ids>],
+    first: usize,
+    samples: usize,
+    mask: u32,
+    prefix: &mut [u32; 64],
+    depth: usize,
+    found: &mut impl FnMut(u32, &[u32]),
+) {
+    let Some(layer) = layers.get(depth) else {
+        found(mask, &prefix[..depth]);
+        return;
+    };
+    let layer: &[u32] = &bytemuck::cast_slice(layer)[first..first + samples];
+    let mut rest = mask;
+    while rest != 0 {
+        let id = layer[rest.trailing_zeros() as usize];
+        let mut same = 0;
+        for (sample, other) in layer.iter().enumerate() {
+            same |= u32::from(*other == id) << sample;
+        }
+        let same = same & rest;
+        rest &= !same;
+        if id == EMPTY {
+            found(same, &prefix[..depth]);
+        } else {
+            prefix[depth] = id;
+            if depth + 1 == layers.len() {
+                found(same, &prefix[..depth + 1]);
+            } else {
+                split(layers, first, samples, same, prefix, depth + 1, found);
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Scenes as they stand: their objects as a list to draw, and a shader for what is seen directly.
+
+use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
+use crate::parallel;
+use crate::scene::shade::{Encounter, SurfacePoint};
+use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, View, ViewRays};
+use crate::surface::SurfaceHit;
+use glam::{Vec2, Vec3};
+
+/// Vertices that are transformed at once.
+const VERTICES_AT_ONCE: usize = 4096;
+
+/// The triangles of the wanted objects as a list in layer 0, seen from `view`. `group` gives the group of an object's
+/// triangles, or none where the object is not wanted. Sources are the scene's triangles.
+///
+/// The list is as the tessellation stands: what is nearer than the near plane is cut off while drawing.
+pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option<u32>) -> DrawList {
+    let mut vertices_from = Vec::new();
+    let mut triangles = Vec::new();
+    let mut vertex_count = 0u32;
+    for (index, object) in scene.objects.iter().enumerate() {
+        let Some(group) = group(index as u32) else { continue };
+        let alpha_tested = scene.is_alpha_tested(index as u32);
+        let first = object.vertices.start;
+        for triangle in object.triangles.clone() {
+            let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
+            triangles.push(DrawTriangle { vertices, source: triangle, group, alpha_tested });
+        }
+        vertices_from.push((vertex_count as usize, object.vertices.clone()));
+        vertex_count += object.vertices.len() as u32;
+    }
+    let transform = view.picture_from_world();
+    let mut vertices = vec![PicturePoint::default(); vertex_count as usize];
+    parallel::for_each_chunk_mut(&mut vertices, VERTICES_AT_ONCE, |chunk, points| {
+        let first = chunk * VERTICES_AT_ONCE;
+        // The object that the chunk begins in, then on through the next ones.
+        let mut object = vertices_from.partition_point(|(start, _)| *start <= first).saturating_sub(1);
+        let mut done = 0;
+        while done < points.len() && object < vertices_from.len() {
+            let (start, range) = &vertices_from[object];
+            let from = range.start as usize + (first + done - start);
+            let count = (range.end as usize - from).min(points.len() - done);
+            let positions = &scene.positions[from..from + count];
+            for (point, position) in points[done..done + count].iter_mut().zip(positions) {
+                *point = transform.apply(*position);
+            }
+            done += count;
+            object += 1;
+        }
+    });
+    DrawList { vertices, triangles, ..DrawList::default() }
+}
+
+impl Scene {
+    /// The point that a drawn surface (its source a triangle of the scene) shows on a ray.
+    ///
+    /// On an analytic surface it is where the ray meets the surface itself; beside its silhouette, where the ray
+    /// misses, the point of the tessellation.
+    #[inline]
+    pub fn drawn_point(&self, surface: &LayerSurface, ray: &Ray) -> SurfacePoint {
+        match self.exact_hit(surface, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, None).point,
+            None => self.surface_point(surface.source, &surface.barycentrics),
+        }
+    }
+
+    /// Like [`Self::drawn_point`], with its changes a pixel.
+    #[inline]
+    pub fn drawn_encounter(&self, surface: &LayerSurface, ray: &Ray, change: &RayDifferential) -> Encounter {
+        match self.exact_hit(surface, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, Some(change)),
+            None => self.encounter(surface.source, &surface.barycentrics),
+        }
+    }
+
+    #[inline]
+    fn exact_hit(&self, surface: &LayerSurface, ray: &Ray) -> Option<(u32, SurfaceHit)> {
+        let object = self.triangle_objects[surface.source as usize];
+        let exact = self.objects[object as usize].surface.as_ref()?;
+        // The tessellation was drawn at this place: of a ray's two meetings the nearer to it is meant.
+        let drawn = self.surface_point(surface.source, &surface.barycentrics).position;
+        let distance = (drawn - ray.origin).dot(ray.direction);
+        let middle = exact.middle_distance(ray.origin, ray.direction);
+        let near = if distance > middle { middle.max(0.0) } else { 0.0 };
+        Some((object, exact.intersect(ray.origin, ray.direction, near, f32::INFINITY)?))
+    }
+
+    /// Whether a drawn surface is there at all, by its alpha.
+    pub fn is_surface_present(&self, surface: &LayerSurface) -> bool {
+        let point = self.surface_point(surface.source, &surface.barycentrics);
+        self.is_present(self.material_of(point.object), &point)
+    }
+
+    /// Whether an object's material has holes where its alpha is low.
+    pub fn is_alpha_tested(&self, object: u32) -> bool {
+        self.material_of(object).alpha_mode != AlphaMode::Opaque
+    }
+}
+
+/// Shades what is seen directly: the first surface of a chain, or the environment. Sources are the scene's triangles.
+/// Objects that reflect or refract are black.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneShader<'a> {
+    scene: &'a Scene,
+    rays: ViewRays,
+}
+
+impl<'a> SceneShader<'a> {
+    /// A shader for `scene` seen from `view`.
+    pub fn new(scene: &'a Scene, view: &View) -> Self {
+        Self { scene, rays: view.rays() }
+    }
+}
+
+impl FragmentShader for SceneShader<'_> {
+    #[inline]
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        let ray = self.rays.ray(fragment.position.x, fragment.position.y);
+        let Some(surface) = fragment.chain.first() else {
+            return self.scene.background(ray.direction);
+        };
+        let object = self.scene.triangle_objects[surface.source as usize];
+        if self.scene.role_of(object).is_specular() {
+            return Vec3::ZERO;
+        }
+        self.scene.radiance(&self.scene.drawn_point(surface, &ray), -ray.direction)
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_all(self, batch, colors);
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface)
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn shade_all(shader: &SceneShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    for (fragment, color) in batch.iter().zip(colors) {
+        *color = shader.shade(&fragment);
+    }
+}

@@ -1,0 +1,213 @@
+//! A tile of the picture: its layers of samples are drawn, and read back as fragments.
+
+use super::attributes::{Corners, Weights, barycentrics, lane, weights};
+use super::bin::Bins;
+use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
+use super::kernel::{
+    BLOCK, EMPTY, Ids, Keys, StencilMask, TILE_BLOCKS, Target, TilePlace, draw_triangles, edges, groups_in_tile,
+    overlap,
+};
+use super::plan::{LayerPlan, Plan};
+use super::resolve::{Chains, resolve};
+use super::samples::{LANES, Pattern};
+use super::setup::{Frame, SetupTriangle};
+use glam::{Vec2, Vec3};
+
+/// What a worker needs for a tile, reused from tile to tile.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    keys: Vec<Keys>,
+    layers: Vec<Vec<Ids>>,
+    labels: Vec<Ids>,
+    chains: Chains,
+    surfaces: Vec<LayerSurface>,
+    colors: Vec<Vec3>,
+}
+
+/// Draws one tile; `rows` are its pixels in the picture. Returns the number of fragments that were shaded.
+pub(super) fn draw_tile<S: FragmentShader + ?Sized>(
+    frame: &Frame,
+    plan: &Plan<'_>,
+    bins: &[Bins],
+    (tile, place): (usize, TilePlace),
+    shader: &S,
+    scratch: &mut Scratch,
+    rows: &mut [&mut [[f32; 4]]],
+) -> u64 {
+    let layers = draw_layers(frame, plan, bins, (tile, place), shader, scratch);
+    let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
+    let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
+    resolve(&frame.pattern, &ids[..layers], extent, place.pixel, chains);
+    fetch_surfaces(plan, chains, surfaces);
+    colors.clear();
+    colors.resize(chains.positions.len(), Vec3::ZERO);
+    let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces };
+    shader.shade_batch(&batch, colors);
+    for row in rows.iter_mut() {
+        row.fill([0.0, 0.0, 0.0, 1.0]);
+    }
+    let unit = 1.0 / frame.pattern.samples as f32;
+    for (target, color) in chains.targets.iter().zip(colors.iter()) {
+        let pixel = &mut rows[target.row as usize][target.column as usize];
+        let weight = target.weight as f32 * unit;
+        for (channel, value) in pixel.iter_mut().zip(color.to_array()) {
+            *channel += value * weight;
+        }
+    }
+    colors.len() as u64
+}
+
+/// Draws the layers of a tile into `scratch` and returns how many of them show anything.
+fn draw_layers<S: FragmentShader + ?Sized>(
+    frame: &Frame,
+    plan: &Plan<'_>,
+    bins: &[Bins],
+    (tile, place): (usize, TilePlace),
+    shader: &S,
+    scratch: &mut Scratch,
+) -> usize {
+    let groups = groups_in_tile(frame.pattern.samples);
+    let Scratch { keys, layers, labels, .. } = scratch;
+    for (index, layer) in plan.layers.iter().enumerate() {
+        let in_blocks = match index {
+            0 => [0; TILE_BLOCKS * TILE_BLOCKS],
+            _ => label(plan, layer, &layers[index - 1], labels),
+        };
+        let present = in_blocks.iter().fold(0, |all, block| all | block);
+        let visible = |bins: &&Bins| {
+            let wanted = plan.list_plans[bins.list as usize].label;
+            !bins.of_tile(tile).is_empty() && (index == 0 || present >> (wanted & 63) & 1 != 0)
+        };
+        let bins = || bins[layer.pieces.clone()].iter().filter(visible);
+        if bins().next().is_none() {
+            return index;
+        }
+        if layers.len() <= index {
+            layers.push(Vec::new());
+        }
+        let ids = &mut layers[index];
+        keys.clear();
+        keys.resize(groups, Keys([f32::NEG_INFINITY; LANES]));
+        ids.clear();
+        ids.resize(groups, Ids([EMPTY; LANES]));
+        let mut target = Target { keys, ids };
+        let stencil = |bins: &Bins| {
+            let wanted = plan.list_plans[bins.list as usize].label;
+            (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
+        };
+        for bins in bins() {
+            draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
+        }
+        for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
+            let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
+            for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
+                let stencil = stencil(bins);
+                draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
+                    shader.is_present(&surface_at(plan, triangle.id, position), position)
+                });
+            }
+        }
+    }
+    plan.layers.len()
+}
+
+/// Gives every sample the label of what it shows in the layer below, and says which labels each block holds.
+fn label(plan: &Plan<'_>, layer: &LayerPlan, below: &[Ids], labels: &mut Vec<Ids>) -> [u64; TILE_BLOCKS * TILE_BLOCKS] {
+    let mut in_blocks = [0; TILE_BLOCKS * TILE_BLOCKS];
+    labels.clear();
+    let groups_in_block = below.len() / in_blocks.len();
+    // Neighbours mostly show the same.
+    let (mut last_id, mut last_label) = (EMPTY, 0);
+    for (index, ids) in below.iter().enumerate() {
+        labels.push(Ids(ids.0.map(|id| {
+            if id != last_id {
+                last_id = id;
+                last_label = 0;
+                if id != EMPTY {
+                    let (list, triangle) = plan.triangle(id);
+                    last_label = layer.label(list, triangle.group);
+                }
+            }
+            if last_label != 0 {
+                in_blocks[index / groups_in_block] |= 1 << (last_label & 63);
+            }
+            last_label
+        })));
+    }
+    in_blocks
+}
+
+/// Draws a triangle sample by sample; `is_present` says whether it is there at a position in the picture (in pixels).
+fn draw_tested(
+    pattern: &Pattern,
+    place: &TilePlace,
+    triangle: &SetupTriangle,
+    stencil: Option<StencilMask<'_>>,
+    target: &mut Target<'_>,
+    is_present: impl Fn(Vec2) -> bool,
+) {
+    let Some(columns) = overlap(triangle.columns, place.pixel[0]) else { return };
+    let Some(rows) = overlap(triangle.rows, place.pixel[1]) else { return };
+    let edges = edges(triangle, place);
+    let [key_x, key_y, key_constant] = triangle.key_plane;
+    let keys: &mut [f32] = bytemuck::cast_slice_mut(target.keys);
+    let ids: &mut [u32] = bytemuck::cast_slice_mut(target.ids);
+    let labels: Option<(&[u32], u32)> = stencil.map(|mask| (bytemuck::cast_slice(mask.labels), mask.wanted));
+    for row in rows[0]..=rows[1] {
+        for column in columns[0]..=columns[1] {
+            let block = row / BLOCK * TILE_BLOCKS + column / BLOCK;
+            let pixel = (block * BLOCK + row % BLOCK) * BLOCK + column % BLOCK;
+            for (sample, offset) in pattern.positions.iter().enumerate() {
+                let at = (Vec2::new(column as f32, row as f32) + *offset) * 16.0;
+                if edges.iter().any(|edge| edge.at(at.x as i64, at.y as i64) < 0) {
+                    continue;
+                }
+                let index = pixel * pattern.samples + sample;
+                if labels.is_some_and(|(labels, wanted)| labels[index] != wanted) {
+                    continue;
+                }
+                let from_center = place.from_center.map(f64::from);
+                let (x, y) = (from_center[0] + at.x as f64 / 16.0, from_center[1] + at.y as f64 / 16.0);
+                let key = (key_constant + key_x * x + key_y * y) as f32;
+                let key = key.max(triangle.key_range[0]).min(triangle.key_range[1]);
+                let position = Vec2::new(place.pixel[0] as f32, place.pixel[1] as f32) + at / 16.0;
+                if key > keys[index] && is_present(position) {
+                    keys[index] = key;
+                    ids[index] = triangle.id;
+                }
+            }
+        }
+    }
+}
+
+/// A surface as the shader sees it at a position in the picture.
+fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
+    let (list, triangle) = plan.triangle(id);
+    let barycentrics = barycentrics(plan.corners(list, triangle), position);
+    LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
+}
+
+/// The surfaces of all chains, with their attributes.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, surfaces: &mut Vec<LayerSurface>) {
+    surfaces.clear();
+    surfaces.resize(chains.ids.len(), LayerSurface::default());
+    let (mut corners, mut result) = (Corners::default(), Weights::default());
+    let mut fragment = 0;
+    for (index, surfaces) in surfaces.chunks_mut(LANES).enumerate() {
+        let first = index * LANES;
+        let ids = &chains.ids[first..first + surfaces.len()];
+        for (index, (&id, surface)) in ids.iter().zip(surfaces.iter_mut()).enumerate() {
+            while chains.ends[fragment] as usize <= first + index {
+                fragment += 1;
+            }
+            let (list, triangle) = plan.triangle(id);
+            (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
+            corners.set(index, plan.corners(list, triangle), chains.positions[fragment]);
+        }
+        weights(&corners, &mut result);
+        for (index, surface) in surfaces.iter_mut().enumerate() {
+            surface.barycentrics = lane(&result, index);
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! What the rasteriser sees is what the ray tracer sees.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{self, Job, Quality};
+use catoptric::metrics::Comparison;
+use catoptric::progress::Silent;
+use catoptric::raster::{SceneShader, draw, scene_draw_list};
+use catoptric::scene::{PoseOptions, Role, Scene, View, builtin};
+use catoptric_testkit::scenes::sphere_in_room;
+
+/// The share of pixels (sRGB channel off by more than 0.1) where the two disagree, everything being diffuse.
+fn disagreement(mut scene: Scene, view: &View, samples: u32) -> f64 {
+    for material in &mut scene.materials {
+        material.role = Role::Diffuse;
+    }
+    let mut drawn = Framebuffer::new(view.width, view.height);
+    let list = scene_draw_list(&scene, view, |_| Some(0));
+    draw(view, samples, &[list], &SceneShader::new(&scene, view), &mut drawn).unwrap();
+    let mut reference = methods::create("reference", &Default::default()).unwrap();
+    let quality = Quality { samples, order: 0 };
+    reference.prepare(&scene, quality, &Silent).unwrap();
+    let mut traced = Framebuffer::new(view.width, view.height);
+    reference.render(&Job { scene: &scene, view, quality, progress: &Silent }, &mut traced).unwrap();
+    Comparison::new(&drawn, &traced).unwrap().whole().unwrap().over_0_1
+}
+
+#[test]
+fn built_in_scenes_look_alike_drawn_and_traced() {
+    for info in builtin::all() {
+        let scene = builtin::load(info.name, &[]).unwrap().pose(&PoseOptions::default()).unwrap();
+        let view = scene.default_view(480, 320);
+        let share = disagreement(scene, &view, 1);
+        assert!(share <= 5e-4, "{}: {share}", info.name);
+    }
+}
+
+#[test]
+fn antialiased_edges_and_exact_surfaces_look_alike_too() {
+    for analytic in [false, true] {
+        let scene = sphere_in_room(analytic);
+        let view = scene.default_view(300, 200);
+        for samples in [4, 16] {
+            let share = disagreement(scene.clone(), &view, samples);
+            assert!(share <= 5e-4, "{analytic} {samples}: {share}");
+        }
+    }
+}

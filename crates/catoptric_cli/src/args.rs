@@ -1,0 +1,227 @@
+//! The command line.
+
+use crate::parse;
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use glam::Vec3;
+use std::path::PathBuf;
+
+/// Reflections and refractions of near objects in curved mirrors and glass, by several methods, each measured
+/// against a ray-traced reference.
+#[derive(Parser)]
+#[command(name = "catoptric", version, max_term_width = 100)]
+#[command(after_help = "Example:\n  catoptric scenes\n  catoptric render SCENE -o picture.png")]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) global: Global,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Args)]
+pub(crate) struct Global {
+    /// Print errors alone
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Print times, counts and every warning
+    #[arg(long, short, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
+    /// Threads to work with [default: one for each core]
+    #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Draw one picture
+    #[command(after_help = "Examples:\n  \
+        catoptric render room.glb -o room.png --size 640x360 --camera 0\n  \
+        catoptric render room.glb -o room.exr --method reference --samples 16 --eye -2,1,3 --target 0,1,0 --fov 40")]
+    Render(Box<RenderArgs>),
+    /// Draw methods side by side, measure them against the reference, and write a report
+    #[command(after_help = "Examples:\n  \
+        catoptric compare room.glb --report report --size 640x360\n  \
+        catoptric compare room.glb --report report --method environment_map --method environment_map:parallax=box\n\n\
+        A method may be given several times with settings after a colon: ID:KEY=VALUE,KEY=VALUE.\n\
+        Open `report.html` of that folder in any browser.")]
+    Compare(Box<CompareArgs>),
+    /// List the methods with their settings
+    #[command(after_help = "Example:\n  catoptric methods --json")]
+    Methods(JsonArgs),
+    /// Show what is in a scene
+    #[command(after_help = "Example:\n  catoptric info room.glb --reflector 'Mirror*'")]
+    Info(InfoArgs),
+    /// List the built-in scenes with their parameters
+    #[command(after_help = "Example:\n  catoptric scenes --json")]
+    Scenes(JsonArgs),
+    /// Show what this machine offers
+    #[command(after_help = "Example:\n  catoptric doctor")]
+    Doctor(JsonArgs),
+    /// Print a script that completes commands and options in a shell
+    #[command(
+        after_help = "Example:\n  catoptric completions bash > ~/.local/share/bash-completion/completions/catoptric"
+    )]
+    Completions(CompletionsArgs),
+}
+
+#[derive(Args)]
+pub(crate) struct JsonArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct CompletionsArgs {
+    /// The shell
+    pub(crate) shell: Shell,
+}
+
+/// What is to be seen, and what its parts are.
+#[derive(Args)]
+pub(crate) struct SceneArgs {
+    /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// Light from infinity, an equirectangular picture (.hdr or .exr)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) environment: Option<PathBuf>,
+    /// Make objects of this node or material name mirrors (repeat; later roles win)
+    #[arg(long, value_name = "GLOB")]
+    pub(crate) reflector: Vec<String>,
+    /// Make objects of this node or material name glass (repeat; later roles win)
+    #[arg(long, value_name = "GLOB[:IOR]")]
+    pub(crate) lens: Vec<String>,
+    /// Make objects of this node or material name diffuse (repeat; later roles win)
+    #[arg(long, value_name = "GLOB")]
+    pub(crate) diffuse: Vec<String>,
+    /// Time in the file's animation, seconds
+    #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
+    pub(crate) time: f32,
+}
+
+/// From where it is seen.
+#[derive(Args)]
+pub(crate) struct ViewArgs {
+    /// Picture size in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
+    pub(crate) size: [u32; 2],
+    /// A camera of the scene [default: its first, else one that frames it]
+    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "eye")]
+    pub(crate) camera: Option<String>,
+    /// Where the eye is
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
+    pub(crate) eye: Option<Vec3>,
+    /// What the eye looks at
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
+    pub(crate) target: Option<Vec3>,
+    /// What is up [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
+    pub(crate) up: Option<Vec3>,
+    /// Vertical field of view in degrees [default: the camera's; 40 with --eye]
+    #[arg(long, value_name = "DEG", value_parser = parse::field_of_view, allow_hyphen_values = true)]
+    pub(crate) fov: Option<f32>,
+}
+
+/// How well, and how often.
+#[derive(Args)]
+pub(crate) struct DrawArgs {
+    /// Antialiasing samples a pixel
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) samples: u32,
+    /// Highest number of reflections and refractions on a path; what lies beyond is black
+    #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
+    pub(crate) order: u32,
+    /// What moves from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
+    #[arg(long, value_enum, default_value = "none")]
+    pub(crate) motion: Motion,
+    /// What computes
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// A merged bake for the method (repeat)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) baked: Vec<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Motion {
+    None,
+    Eye,
+    Animation,
+}
+
+impl Motion {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Eye => "eye",
+            Self::Animation => "animation",
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    Cpu,
+    Gpu,
+    Auto,
+}
+
+#[derive(Args)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) draw: DrawArgs,
+    /// Frames to draw; the last one is written
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: u32,
+    /// The method; `catoptric methods` lists them
+    #[arg(long, value_name = "ID", default_value = "reference")]
+    pub(crate) method: String,
+    /// A setting of the method, over the scene's own (repeat)
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Where the picture goes: .png (8-bit sRGB) or .exr (linear RGBA floats)
+    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path)]
+    pub(crate) output: PathBuf,
+    /// Write times and counts to this file (JSON)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) stats: Option<PathBuf>,
+    /// Write a picture that is white where the first surface is a reflector or lens (.png)
+    #[arg(long, value_name = "FILE", value_parser = parse::mask_path)]
+    pub(crate) mask: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(crate) struct CompareArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    #[command(flatten)]
+    pub(crate) draw: DrawArgs,
+    /// Frames a method; times are their median, the last one is compared
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) frames: u32,
+    /// Folder for the report; created if absent
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: PathBuf,
+    /// A method, with settings after a colon (repeat) [default: all]
+    #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
+    pub(crate) method: Vec<String>,
+    /// A setting of one method, or of every method that has it (repeat)
+    #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
+#[derive(Args)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}

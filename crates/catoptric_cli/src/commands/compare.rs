@@ -1,0 +1,196 @@
+//! `catoptric compare`: methods side by side against the reference.
+
+mod selection;
+
+use super::columns;
+use crate::args::CompareArgs;
+use crate::drawing::{Drawing, Shot, check_backend};
+use crate::failure::Failure;
+use crate::report::{self, Entry, Measured, Outcome, Report};
+use crate::settings::{self, Chosen};
+use crate::stats::{ErrorReport, Stats};
+use crate::terminal::Terminal;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::metrics::{Comparison, heat_map_rgb8};
+use catoptric::{methods, picture};
+use clap::ArgMatches;
+use selection::Selected;
+use std::collections::HashSet;
+use std::path::Path;
+
+/// What every method is measured against.
+struct Truth {
+    drawing: Drawing,
+    stats: Stats,
+    /// The pixels that show a reflector or lens.
+    mask: Vec<bool>,
+}
+
+pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
+    let selected = selection::select(&args.method, &args.set)?;
+    check_backend(&args.draw)?;
+    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
+    let mut truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
+    let mut methods = Vec::new();
+    for wanted in &selected.methods {
+        methods.push((wanted, settings::choose(&wanted.id, &shot.model, &wanted.settings)?));
+    }
+    prepare_folder(&args.report)?;
+
+    terminal.set_subject("reference");
+    let drawing = shot.draw(truth_method.method.as_mut(), terminal)?;
+    let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
+    let stats = Stats::new(&shot, &truth_method, &drawing);
+    picture::write(&args.report.join("reference.png"), &drawing.picture)?;
+    let truth = Truth { drawing, stats, mask };
+
+    let mut entries = Vec::new();
+    let mut stems = HashSet::from(["reference".to_owned()]);
+    for (wanted, mut chosen) in methods {
+        terminal.set_subject(&wanted.label);
+        let is_truth = chosen.info.id == "reference" && chosen.settings == truth_method.settings;
+        let stem = if is_truth { "reference".to_owned() } else { unique(&mut stems, wanted.file_stem()) };
+        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, &args.report, &stem, terminal) {
+            Ok(measured) => Outcome::Measured(Box::new(measured)),
+            Err(Failure::Usage(problem)) => Outcome::Failed(problem),
+            Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
+        };
+        entries.push(entry(wanted, &chosen, is_truth, outcome));
+    }
+
+    let report = Report {
+        command: command_line(std::env::args().skip(1)),
+        truth: truth.stats,
+        reflector_pixels: truth.mask.iter().filter(|set| **set).count(),
+        entries,
+    };
+    report::write(&args.report, &report)?;
+    let warnings: Vec<String> = report
+        .measured()
+        .flat_map(|(entry, measured)| measured.stats.warnings.iter().map(|text| format!("{}: {text}", entry.label)))
+        .collect();
+    let failures = report.entries.iter().filter_map(|entry| match &entry.outcome {
+        Outcome::Failed(problem) => Some(format!("{} was left out: {problem}", entry.label)),
+        Outcome::Measured(_) => None,
+    });
+    let failures: Vec<String> = failures.collect();
+    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&warnings).chain(&failures));
+    if report.measured().next().is_none() {
+        return Err(Failure::input(format!("{}: no method could draw this scene", shot.model.name)));
+    }
+    Ok(terminal.unless_quiet(summary(args, &report)))
+}
+
+fn entry(wanted: &Selected, chosen: &Chosen, is_truth: bool, outcome: Outcome) -> Entry {
+    Entry {
+        label: wanted.label.clone(),
+        variant: wanted.variant.clone(),
+        info: chosen.info,
+        settings: settings::in_force(chosen.info, &chosen.settings),
+        is_truth,
+        outcome,
+    }
+}
+
+/// Draws and measures one method and writes its pictures.
+fn measure(
+    shot: &Shot<'_>,
+    truth: &Truth,
+    chosen: &mut Chosen,
+    is_truth: bool,
+    folder: &Path,
+    stem: &str,
+    terminal: &Terminal,
+) -> Result<Measured, Failure> {
+    let drawn;
+    let (drawing, stats) = if is_truth {
+        (&truth.drawing, truth.stats.clone())
+    } else {
+        drawn = shot.draw(chosen.method.as_mut(), terminal)?;
+        let stats = Stats::new(shot, chosen, &drawn);
+        (&drawn, stats)
+    };
+    let comparison = Comparison::new(&drawing.picture, &truth.drawing.picture)?;
+    let error =
+        ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px: None };
+    let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
+    if !is_truth {
+        write_pictures(folder, (&picture_name, &drawing.picture), (&flip_name, &comparison))?;
+    }
+    let flip = (!is_truth).then_some(flip_name);
+    Ok(Measured { stats, error, picture: picture_name, flip })
+}
+
+fn write_pictures(
+    folder: &Path,
+    (picture_name, picture): (&str, &Framebuffer),
+    (flip_name, comparison): (&str, &Comparison),
+) -> Result<(), Failure> {
+    picture::write(&folder.join(picture_name), picture)?;
+    let heat = heat_map_rgb8(&comparison.flip);
+    picture::write_rgb8(&folder.join(flip_name), comparison.width, comparison.height, &heat)?;
+    Ok(())
+}
+
+fn prepare_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::input(format!("--report {}: cannot create the folder: {error}", folder.display())))?;
+    Ok(picture::check_writable(&folder.join("report.html"))?)
+}
+
+fn unique(taken: &mut HashSet<String>, stem: String) -> String {
+    let mut name = stem.clone();
+    let mut number = 2;
+    while !taken.insert(name.clone()) {
+        name = format!("{stem}-{number}");
+        number += 1;
+    }
+    name
+}
+
+/// The command as it can be typed again.
+fn command_line(words: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
+    let quoted = words.map(|word| {
+        if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    });
+    std::iter::once("catoptric".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
+}
+
+fn summary(args: &CompareArgs, report: &Report) -> String {
+    let header = ["method", "FLIP reflectors", "FLIP picture", "RMSE picture", "frame ms"];
+    let mut rows = vec![header.map(String::from).to_vec()];
+    for (entry, measured) in report.measured() {
+        let flip = |error: &Option<catoptric::metrics::PictureError>| {
+            error.map_or("none".into(), |error| format!("{:.4}", error.flip_mean))
+        };
+        rows.push(vec![
+            entry.label.clone(),
+            flip(&measured.error.reflector),
+            flip(&measured.error.image),
+            measured.error.image.map_or("none".into(), |error| format!("{:.5}", error.rmse)),
+            format!("{:.1}", measured.stats.frame_ms.median),
+        ]);
+    }
+    format!("{}{}\n", columns(&rows), args.report.join("report.html").display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn command_lines_can_be_typed_again() {
+        let words = ["compare", "builtin:a?b=1&c=2", "--lens", "Glass *:1.5", "it's", ""].map(String::from);
+        let line = command_line(words.into_iter());
+        assert_eq!(line, r"catoptric compare 'builtin:a?b=1&c=2' --lens 'Glass *:1.5' 'it'\''s' ''");
+    }
+
+    #[test]
+    fn stems_are_unique() {
+        let mut taken = HashSet::from(["reference".to_owned()]);
+        assert_eq!(unique(&mut taken, "a".into()), "a");
+        assert_eq!(unique(&mut taken, "a".into()), "a-2");
+        assert_eq!(unique(&mut taken, "reference".into()), "reference-2");
+    }
+}

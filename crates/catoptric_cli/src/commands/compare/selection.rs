@@ -1,0 +1,143 @@
+//! Which methods are compared, with which settings.
+
+use crate::failure::Failure;
+use crate::{parse, settings};
+use catoptric::methods::{self, MethodInfo};
+use toml::Table;
+
+/// A method to be compared.
+#[derive(Debug)]
+pub(super) struct Selected {
+    pub(super) id: String,
+    /// As it was given: `ID` or `ID:KEY=VALUE,...`.
+    pub(super) label: String,
+    /// The part after the colon.
+    pub(super) variant: Option<String>,
+    pub(super) settings: Table,
+}
+
+/// What is compared with what.
+#[derive(Debug)]
+pub(super) struct Selection {
+    /// Settings of the reference that all are measured against.
+    pub(super) truth: Table,
+    pub(super) methods: Vec<Selected>,
+}
+
+impl Selected {
+    /// A file name that says which method it is.
+    pub(super) fn file_stem(&self) -> String {
+        let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
+        self.label.chars().map(safe).collect()
+    }
+}
+
+/// Reads `--method` and `--set`; without methods all are taken.
+pub(super) fn select(wanted: &[String], set: &[(String, String)]) -> Result<Selection, Failure> {
+    let mut chosen = Vec::new();
+    for label in wanted {
+        let (id, variant) = match label.split_once(':') {
+            Some((id, variant)) => (id, Some(variant.to_owned())),
+            None => (label.as_str(), None),
+        };
+        chosen.push((methods::find(id).map_err(Failure::usage)?, label.clone(), variant));
+    }
+    if wanted.is_empty() {
+        chosen = methods::all().iter().map(|info| (*info, info.id.to_owned(), None)).collect();
+    }
+    let truth_info = methods::find("reference").map_err(Failure::usage)?;
+    let mut used = vec![false; set.len()];
+    let truth = settings_for(truth_info, set, &mut used);
+    let mut selected = Vec::new();
+    for (info, label, variant) in chosen {
+        let mut settings = settings_for(info, set, &mut used);
+        for pair in variant.iter().flat_map(|variant| variant.split(',')) {
+            let (key, text) =
+                parse::key_value(pair).map_err(|problem| Failure::usage(format!("--method {label}: {problem}")))?;
+            settings.insert(key, settings::value(&text));
+        }
+        selected.push(Selected { id: info.id.into(), label, variant, settings });
+    }
+    if let Some(index) = used.iter().position(|used| !used) {
+        let (key, _) = &set[index];
+        return Err(Failure::usage(format!("--set {key}: {}", known(key, &selected))));
+    }
+    Ok(Selection { truth, methods: selected })
+}
+
+/// Those of the given settings that are for this method.
+fn settings_for(info: &MethodInfo, set: &[(String, String)], used: &mut [bool]) -> Table {
+    let names: Vec<String> = (info.settings)().into_iter().map(|setting| setting.name).collect();
+    let mut table = Table::new();
+    for ((key, text), used) in set.iter().zip(used) {
+        let name = match key.split_once('.') {
+            // An unknown name is kept: the method's own message says what it knows.
+            Some((id, name)) if id == info.id => name,
+            None if names.contains(key) => key,
+            _ => continue,
+        };
+        table.insert(name.into(), settings::value(text));
+        *used = true;
+    }
+    table
+}
+
+fn known(key: &str, selected: &[Selected]) -> String {
+    let ids: Vec<&str> = selected.iter().map(|method| method.id.as_str()).collect();
+    match key.split_once('.') {
+        Some((id, _)) if methods::find(id).is_ok() => format!("method `{id}` is not compared"),
+        Some((id, _)) => format!("there is no method `{id}`; those compared are: {}", ids.join(", ")),
+        None => {
+            let mut names: Vec<String> = Vec::new();
+            for info in ids.iter().filter_map(|id| methods::find(id).ok()) {
+                names.extend((info.settings)().into_iter().map(|setting| format!("{}.{}", info.id, setting.name)));
+            }
+            names.dedup();
+            format!("none of the methods compared has this setting; there are: {}", names.join(", "))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(pairs: &[(&str, &str)]) -> Vec<(String, String)> {
+        pairs.iter().map(|(key, value)| ((*key).into(), (*value).into())).collect()
+    }
+
+    fn problem(result: Result<Selection, Failure>) -> String {
+        match result {
+            Err(Failure::Usage(problem)) => problem,
+            Err(Failure::Input(error)) => panic!("not a usage error: {error}"),
+            Ok(selection) => panic!("accepted: {selection:?}"),
+        }
+    }
+
+    #[test]
+    fn all_methods_by_default_the_reference_first() {
+        let Ok(selection) = select(&[], &[]) else { panic!("refused") };
+        assert_eq!(selection.methods.len(), methods::all().len());
+        assert_eq!(selection.methods[0].id, "reference");
+    }
+
+    #[test]
+    fn settings_go_to_the_methods_that_have_them() {
+        let wanted = ["reference".to_owned(), "reference:seed=7,paths=two_path".to_owned()];
+        let Ok(selection) = select(&wanted, &set(&[("seed", "5"), ("reference.samples", "random")])) else {
+            panic!("refused")
+        };
+        assert_eq!(selection.truth["seed"], toml::Value::Integer(5));
+        assert_eq!(selection.methods[0].settings["samples"], toml::Value::String("random".into()));
+        assert_eq!(selection.methods[1].settings["seed"], toml::Value::Integer(7));
+        assert_eq!(selection.methods[1].file_stem(), "reference-seed-7-paths-two_path");
+    }
+
+    #[test]
+    fn what_no_method_has_is_refused() {
+        assert!(problem(select(&[], &set(&[("no_such", "1")]))).contains("reference.seed"));
+        assert!(problem(select(&[], &set(&[("nobody.seed", "1")]))).contains("nobody"));
+        assert!(problem(select(&["nobody".into()], &[])).contains("reference"));
+        assert!(problem(select(&["reference:seed".into()], &[])).contains("KEY=VALUE"));
+    }
+}

@@ -1,0 +1,182 @@
+//! `catoptric info`: what is in a scene.
+
+use super::{columns, pretty};
+use crate::args::InfoArgs;
+use crate::failure::Failure;
+use crate::{scene_source, settings};
+use catoptric::math::Aabb;
+use catoptric::scene::{Camera, LightKind, Model, Projection, Role, Scene};
+use clap::ArgMatches;
+use glam::Vec3;
+use serde_json::{Value, json};
+
+pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
+    let roles = scene_source::roles(&args.scene, options)?;
+    let mut model = scene_source::load(&args.scene)?;
+    let scene = scene_source::pose(&model, args.scene.time, &roles)?;
+    model.warnings.extend(settings::unknown_methods(&model));
+    if args.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
+}
+
+fn as_json(model: &Model, scene: &Scene) -> Value {
+    let objects = scene.objects.iter().map(|object| {
+        let material = &scene.materials[object.material as usize];
+        json!({
+            "name": object.name,
+            "role": material.role.name(),
+            "material": material.name,
+            "triangles": object.triangles.len(),
+            "vertices": object.vertices.len(),
+            "surface": object.surface.as_ref().map(|placed| placed.surface.kind()),
+            "inside": object.inside,
+            "bounds": bounds_json(&object.bounds),
+        })
+    });
+    let materials = scene.materials.iter().map(|material| {
+        json!({
+            "name": material.name,
+            "role": material.role.name(),
+            "base_color": material.base_color.to_array(),
+            "base_texture": material.base_texture.as_ref().map(|binding| binding.texture),
+            "unlit": material.unlit,
+            "ior": if matches!(material.role, Role::Lens | Role::Coated) { Some(material.ior) } else { None },
+        })
+    });
+    let cameras = scene.cameras.iter().enumerate().map(|(index, camera)| {
+        let (kind, field) = projection(camera);
+        let eye = Vec3::from(camera.world_from_camera.translation).to_array();
+        json!({ "index": index, "name": camera.name, "kind": kind, "eye": eye, field.0: field.1 })
+    });
+    let lights = scene.lights.iter().map(|light| {
+        json!({
+            "kind": light_kind(light.kind),
+            "intensity": light.intensity.to_array(),
+            "position": light.position.to_array(),
+            "direction": light.direction.to_array(),
+        })
+    });
+    let textures = scene.textures.iter().map(|texture| {
+        let (width, height) = texture.size();
+        json!({ "name": texture.name, "size": [width, height], "bytes": texture.byte_count() })
+    });
+    let animations = model
+        .animations
+        .iter()
+        .map(|animation| json!({ "name": animation.name, "channels": animation.channels.len() }));
+    json!({
+        "scene": model.name,
+        "triangles": scene.triangles.len(),
+        "vertices": scene.positions.len(),
+        "bounds": bounds_json(&scene.bounds),
+        "objects": objects.collect::<Vec<_>>(),
+        "materials": materials.collect::<Vec<_>>(),
+        "cameras": cameras.collect::<Vec<_>>(),
+        "lights": lights.collect::<Vec<_>>(),
+        "environment": scene.environment.as_ref().map(|environment| environment.name.clone()),
+        "textures": textures.collect::<Vec<_>>(),
+        "animations": animations.collect::<Vec<_>>(),
+        "duration": model.duration(),
+        "region": scene.region.as_ref().map(bounds_json),
+        "methods": model.method_settings,
+        "warnings": model.warnings,
+    })
+}
+
+fn as_text(model: &Model, scene: &Scene) -> String {
+    let mut text = format!("{}\n", model.name);
+    let specular = scene.specular_objects().len();
+    text += &format!(
+        "{} triangles, {} vertices, {} objects ({specular} reflectors or lenses), bounds {}\n",
+        scene.triangles.len(),
+        scene.positions.len(),
+        scene.objects.len(),
+        bounds_text(&scene.bounds)
+    );
+    section(&mut text, "Objects", &scene.objects, |object| {
+        let material = &scene.materials[object.material as usize];
+        let shape = match &object.surface {
+            Some(placed) => placed.surface.kind().to_owned(),
+            None => format!("{} triangles", object.triangles.len()),
+        };
+        vec![shown(&object.name), material.role.name().into(), shape, format!("material {}", shown(&material.name))]
+    });
+    section(&mut text, "Materials", &scene.materials, |material| {
+        let [r, g, b, _] = material.base_color.to_array();
+        let mut row = vec![shown(&material.name), material.role.name().into(), format!("colour {r:.3} {g:.3} {b:.3}")];
+        if material.textured() {
+            row.push("textured".into());
+        }
+        if material.unlit {
+            row.push("unlit".into());
+        }
+        if matches!(material.role, Role::Lens | Role::Coated) {
+            row.push(format!("ior {}", material.ior));
+        }
+        row
+    });
+    section(&mut text, "Cameras", &scene.cameras, |camera| {
+        let eye = Vec3::from(camera.world_from_camera.translation);
+        let (kind, (field, value)) = projection(camera);
+        vec![shown(&camera.name), kind.into(), format!("{field} {value:.3}"), format!("eye {}", vector_text(eye))]
+    });
+    section(&mut text, "Lights", &scene.lights, |light| {
+        vec![light_kind(light.kind).into(), format!("intensity {}", vector_text(light.intensity))]
+    });
+    section(&mut text, "Textures", &scene.textures, |texture| {
+        let (width, height) = texture.size();
+        vec![shown(&texture.name), format!("{width}x{height}")]
+    });
+    section(&mut text, "Animations", &model.animations, |animation| {
+        vec![shown(&animation.name), format!("{} channels", animation.channels.len())]
+    });
+    if let Some(environment) = &scene.environment {
+        text += &format!("\nEnvironment: {}\n", environment.name);
+    }
+    section(&mut text, "Warnings", &model.warnings, |warning| vec![warning.clone()]);
+    text
+}
+
+fn section<T>(text: &mut String, title: &str, items: &[T], row: impl Fn(&T) -> Vec<String>) {
+    if items.is_empty() {
+        return;
+    }
+    *text += &format!("\n{title} ({})\n", items.len());
+    let rows: Vec<Vec<String>> =
+        items.iter().enumerate().map(|(index, item)| [vec![format!("  {index}")], row(item)].concat()).collect();
+    *text += &columns(&rows);
+}
+
+fn shown(name: &str) -> String {
+    if name.is_empty() { "(no name)".into() } else { name.into() }
+}
+
+fn projection(camera: &Camera) -> (&'static str, (&'static str, f32)) {
+    match camera.projection {
+        Projection::Perspective { fov_y } => ("perspective", ("fov_deg", fov_y.to_degrees())),
+        Projection::Orthographic { half_height } => ("orthographic", ("half_height", half_height)),
+    }
+}
+
+fn light_kind(kind: LightKind) -> &'static str {
+    match kind {
+        LightKind::Directional => "directional",
+        LightKind::Point { .. } => "point",
+        LightKind::Spot { .. } => "spot",
+    }
+}
+
+fn bounds_json(bounds: &Aabb) -> Value {
+    if bounds.is_empty() { Value::Null } else { json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }) }
+}
+
+fn bounds_text(bounds: &Aabb) -> String {
+    if bounds.is_empty() {
+        "none".into()
+    } else {
+        format!("{} to {}", vector_text(bounds.min), vector_text(bounds.max))
+    }
+}
+
+fn vector_text(vector: Vec3) -> String {
+    format!("({:.3}, {:.3}, {:.3})", vector.x, vector.y, vector.z)
+}

@@ -1,0 +1,40 @@
+//! What each command does; each gives the text that goes to standard output.
+
+pub(crate) mod compare;
+pub(crate) mod doctor;
+pub(crate) mod info;
+pub(crate) mod methods;
+pub(crate) mod render;
+pub(crate) mod scenes;
+
+use crate::failure::Failure;
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+/// The completion script of a shell.
+pub(crate) fn completions(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut crate::args::Cli::command(), "catoptric", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
+}
+
+/// Readable JSON with a line end.
+pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
+}
+
+/// Columns of text, each as wide as its widest cell.
+pub(crate) fn columns(rows: &[Vec<String>]) -> String {
+    let mut widths: Vec<usize> = Vec::new();
+    for row in rows {
+        widths.resize(widths.len().max(row.len()), 0);
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let line = |row: &Vec<String>| {
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:<width$}")).collect();
+        cells.join("  ").trim_end().to_owned() + "\n"
+    };
+    rows.iter().map(line).collect()
+}

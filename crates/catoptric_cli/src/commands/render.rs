@@ -1,0 +1,80 @@
+//! `catoptric render`: one picture.
+
+use super::{columns, pretty};
+use crate::args::RenderArgs;
+use crate::drawing::{Shot, check_backend};
+use crate::failure::Failure;
+use crate::settings;
+use crate::stats::Stats;
+use crate::terminal::Terminal;
+use catoptric::{methods, picture};
+use clap::ArgMatches;
+use std::io::Write;
+use std::path::PathBuf;
+
+pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
+    methods::find(&args.method).map_err(Failure::usage)?;
+    check_backend(&args.draw)?;
+    check_outputs(args)?;
+    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
+    let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
+    let mut chosen = settings::choose(&args.method, &shot.model, &given)?;
+    terminal.set_subject(&args.method);
+    let drawing = shot.draw(chosen.method.as_mut(), terminal)?;
+    let stats = Stats::new(&shot, &chosen, &drawing);
+    picture::write(&args.output, &drawing.picture)?;
+    if let Some(path) = &args.mask {
+        let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
+        picture::write_mask(path, drawing.view.width, drawing.view.height, &mask)?;
+    }
+    if let Some(path) = &args.stats {
+        let json = pretty(&stats)?;
+        picture::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
+    }
+    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&stats.warnings));
+    Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
+}
+
+/// Finds outputs that cannot be written before the work is done.
+fn check_outputs(args: &RenderArgs) -> Result<(), Failure> {
+    let outputs: Vec<&PathBuf> =
+        [Some(&args.output), args.stats.as_ref(), args.mask.as_ref()].into_iter().flatten().collect();
+    for (index, path) in outputs.iter().enumerate() {
+        if outputs[..index].contains(path) {
+            return Err(Failure::usage(format!("{} is named for two outputs", path.display())));
+        }
+        picture::check_writable(path)?;
+    }
+    Ok(())
+}
+
+fn summary(args: &RenderArgs, stats: &Stats, verbose: bool) -> String {
+    let [width, height] = stats.size;
+    let time = &stats.frame_ms;
+    let mut text = format!(
+        "{}: {}, {width}x{height}, {} samples, order {}: {:.1} ms",
+        args.output.display(),
+        stats.method,
+        stats.samples,
+        stats.order,
+        time.median
+    );
+    if stats.frames > 1 {
+        text += &format!(" a frame ({:.1} to {:.1} over {} frames)", time.min, time.max, stats.frames);
+    }
+    text += "\n";
+    if verbose {
+        let ms = |times: &[(String, f64)], kind: &str| -> Vec<Vec<String>> {
+            times.iter().map(|(name, time)| vec![format!("  {kind} {name}"), format!("{time:.2} ms")]).collect()
+        };
+        let mut rows = ms(&stats.setup_ms.0, "setup");
+        rows.extend(ms(&stats.stages_ms.0, "frame"));
+        let counts = stats.counts.named.iter().map(|(name, count)| vec![format!("  {name}"), count.to_string()]);
+        rows.extend(counts);
+        let fallbacks = stats.counts.fallbacks.iter();
+        rows.extend(fallbacks.map(|(name, count)| vec![format!("  fallback {name}"), count.to_string()]));
+        rows.extend(stats.bytes.iter().map(|(name, count)| vec![format!("  bytes {name}"), count.to_string()]));
+        text += &columns(&rows);
+    }
+    text
+}

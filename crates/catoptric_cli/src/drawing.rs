@@ -1,0 +1,259 @@
+//! Draws the frames of one method and takes their times.
+
+use crate::args::{Backend, DrawArgs, Motion, SceneArgs, ViewArgs};
+use crate::failure::Failure;
+use crate::scene_source;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{Job, Quality, ReflectionMethod, Report};
+use catoptric::progress::Progress;
+use catoptric::scene::roles::RoleRule;
+use catoptric::scene::{Camera, Model, Projection, Scene, View};
+use clap::ArgMatches;
+use glam::{Affine3A, Quat, Vec3};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+const FRAMES_PER_SECOND: f32 = 30.0;
+const ORBIT_STEP_DEG: f32 = 1.0;
+/// The field of view of `--eye` without `--fov`.
+const DEFAULT_FOV_DEG: f32 = 40.0;
+
+/// What is drawn, the same for every method.
+pub(crate) struct Shot<'a> {
+    pub(crate) model: Model,
+    /// The scene of the first frame.
+    pub(crate) scene: Scene,
+    pub(crate) quality: Quality,
+    pub(crate) frames: u32,
+    pub(crate) motion: Motion,
+    /// Times of loading, before any method.
+    pub(crate) setup_ms: Vec<(String, f64)>,
+    roles: Vec<RoleRule>,
+    time: f32,
+    view: &'a ViewArgs,
+}
+
+/// What a method drew.
+pub(crate) struct Drawing {
+    /// The last frame.
+    pub(crate) picture: Framebuffer,
+    /// Its view.
+    pub(crate) view: View,
+    /// Its scene, where it is not the first frame's.
+    pub(crate) moved_scene: Option<Scene>,
+    pub(crate) setup_ms: Vec<(String, f64)>,
+    pub(crate) frame_ms: Vec<f64>,
+    /// Times of each stage, frame by frame, in order.
+    pub(crate) stages_ms: Vec<(String, Vec<f64>)>,
+    /// Counts of the last frame and of the preparation.
+    pub(crate) counts: BTreeMap<&'static str, u64>,
+    pub(crate) fallbacks: BTreeMap<&'static str, u64>,
+    pub(crate) bytes: BTreeMap<&'static str, u64>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Refuses what this version cannot do at all.
+pub(crate) fn check_backend(args: &DrawArgs) -> Result<(), Failure> {
+    if args.backend == Backend::Gpu {
+        return Err(Failure::input("--backend gpu: this version has no GPU backend; use cpu or auto"));
+    }
+    match args.baked.first() {
+        Some(path) => {
+            Err(Failure::input(format!("--baked {}: the methods of this version take no bakes", path.display())))
+        }
+        None => Ok(()),
+    }
+}
+
+impl<'a> Shot<'a> {
+    pub(crate) fn load(
+        args: &SceneArgs,
+        options: &ArgMatches,
+        view: &'a ViewArgs,
+        draw: &DrawArgs,
+        frames: u32,
+    ) -> Result<Self, Failure> {
+        if view.eye.is_some() && view.eye == view.target {
+            return Err(Failure::usage("--eye and --target are the same point"));
+        }
+        let roles = scene_source::roles(args, options)?;
+        let start = Instant::now();
+        let model = scene_source::load(args)?;
+        let load_ms = milliseconds(start);
+        let start = Instant::now();
+        let scene = scene_source::pose(&model, args.time, &roles)?;
+        let setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
+        let quality = Quality { samples: draw.samples, order: draw.order };
+        let shot = Self { model, scene, quality, frames, motion: draw.motion, setup_ms, roles, time: args.time, view };
+        // A camera that does not exist is found before any work.
+        shot.frame_view(&shot.scene, 0)?;
+        Ok(shot)
+    }
+
+    /// Prepares the method and draws all frames.
+    pub(crate) fn draw(&self, method: &mut dyn ReflectionMethod, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        let prepared = method.prepare(&self.scene, self.quality, progress)?;
+        let mut setup_ms = self.setup_ms.clone();
+        setup_ms.extend(prepared.stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));
+        let [width, height] = self.view.size;
+        let mut drawing = Drawing {
+            picture: Framebuffer::new(width, height),
+            view: self.frame_view(&self.scene, 0)?,
+            moved_scene: None,
+            setup_ms,
+            frame_ms: Vec::with_capacity(self.frames as usize),
+            stages_ms: Vec::new(),
+            counts: BTreeMap::new(),
+            fallbacks: BTreeMap::new(),
+            bytes: BTreeMap::new(),
+            warnings: Vec::new(),
+        };
+        drawing.note(&prepared);
+        for frame in 0..self.frames {
+            let start = Instant::now();
+            let mut stages = Vec::new();
+            if self.motion == Motion::Animation {
+                let time = self.time + frame as f32 / FRAMES_PER_SECOND;
+                let scene = scene_source::pose(&self.model, time, &self.roles)?;
+                stages.push(("pose", milliseconds(start)));
+                let prepared = method.prepare(&scene, self.quality, progress)?;
+                stages.extend(prepared.stages_ms.iter().copied());
+                drawing.note(&prepared);
+                drawing.moved_scene = Some(scene);
+            }
+            let scene = drawing.moved_scene.as_ref().unwrap_or(&self.scene);
+            drawing.view = self.frame_view(scene, frame)?;
+            let job = Job { scene, view: &drawing.view, quality: self.quality, progress };
+            let report = method.render(&job, &mut drawing.picture)?;
+            drawing.frame_ms.push(milliseconds(start));
+            stages.extend(report.stages_ms.iter().copied());
+            drawing.note(&report);
+            drawing.note_stages(&stages);
+        }
+        Ok(drawing)
+    }
+
+    /// The scene of the last frame.
+    pub(crate) fn last_scene<'b>(&'b self, drawing: &'b Drawing) -> &'b Scene {
+        drawing.moved_scene.as_ref().unwrap_or(&self.scene)
+    }
+
+    fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
+        let mut camera = camera(self.view, scene)?;
+        if self.motion == Motion::Eye {
+            let angle = (frame as f32 * ORBIT_STEP_DEG).to_radians();
+            let up = self.view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
+            let pivot = self.view.target.unwrap_or_else(|| point_looked_at(&camera, scene));
+            let turn = Affine3A::from_translation(pivot)
+                * Affine3A::from_quat(Quat::from_axis_angle(up, angle))
+                * Affine3A::from_translation(-pivot);
+            camera.world_from_camera = turn * camera.world_from_camera;
+        }
+        let [width, height] = self.view.size;
+        Ok(scene.view(&camera, width, height))
+    }
+}
+
+impl Drawing {
+    fn note(&mut self, report: &Report) {
+        self.counts.extend(&report.counts);
+        self.fallbacks.extend(&report.fallbacks);
+        self.bytes.extend(&report.bytes);
+        for warning in &report.warnings {
+            if !self.warnings.contains(warning) {
+                self.warnings.push(warning.clone());
+            }
+        }
+    }
+
+    fn note_stages(&mut self, stages: &[(&'static str, f64)]) {
+        let mut frame: Vec<(&str, f64)> = Vec::new();
+        for (name, time) in stages {
+            match frame.iter_mut().find(|(known, _)| known == name) {
+                Some((_, sum)) => *sum += time,
+                None => frame.push((name, *time)),
+            }
+        }
+        for (name, time) in frame {
+            match self.stages_ms.iter_mut().find(|(known, _)| known == name) {
+                Some((_, times)) => times.push(time),
+                None => self.stages_ms.push((name.into(), vec![time])),
+            }
+        }
+    }
+
+    /// The median time of a frame, milliseconds.
+    pub(crate) fn median_ms(&self) -> f64 {
+        median(&self.frame_ms)
+    }
+}
+
+fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
+    if let (Some(eye), Some(target)) = (args.eye, args.target) {
+        let up = args.up.unwrap_or(Vec3::Y);
+        return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
+    }
+    let mut camera = scene
+        .camera(args.camera.as_deref())
+        .map_err(|error| Failure::input(format!("{}: --camera: {error}", scene.name)))?;
+    if let Some(degrees) = args.fov {
+        match &mut camera.projection {
+            Projection::Perspective { fov_y } => *fov_y = degrees.to_radians(),
+            Projection::Orthographic { .. } => {
+                let problem = format!("--fov: camera `{}` is orthographic and has no field of view", camera.name);
+                return Err(Failure::input(problem));
+            }
+        }
+    }
+    Ok(camera)
+}
+
+/// The point on the view axis at the depth of the scene's centre, or one scene size ahead when that lies behind.
+fn point_looked_at(camera: &Camera, scene: &Scene) -> Vec3 {
+    let eye = Vec3::from(camera.world_from_camera.translation);
+    let forward = -Vec3::from(camera.world_from_camera.matrix3.z_axis);
+    let depth = (scene.bounds.center() - eye).dot(forward);
+    let depth = if depth > scene.near() { depth } else { scene.bounds.diagonal() };
+    eye + forward * depth
+}
+
+fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// The middle of some times; of an even number the mean of the two in the middle; 0 when there are none.
+pub(crate) fn median(times: &[f64]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    match sorted.len() {
+        0 => 0.0,
+        length if length % 2 == 1 => sorted[middle],
+        _ => 0.5 * (sorted[middle - 1] + sorted[middle]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(&[]), 0.0);
+        assert_eq!(median(&[3.0]), 3.0);
+        assert_eq!(median(&[5.0, 1.0, 3.0]), 3.0);
+        assert_eq!(median(&[4.0, 1.0, 3.0, 100.0]), 3.5);
+    }
+
+    #[test]
+    fn the_orbit_turns_about_the_point_looked_at() {
+        let scene = Scene {
+            bounds: catoptric::math::Aabb { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::ONE },
+            ..Scene::default()
+        };
+        let camera = Camera::look_at("", Vec3::new(0.5, 0.0, 4.0), Vec3::new(0.5, 0.0, 0.0), Vec3::Y, 40.0);
+        assert!((point_looked_at(&camera, &scene) - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-5);
+        let away = Camera::look_at("", Vec3::new(0.0, 0.0, 4.0), Vec3::new(0.0, 0.0, 9.0), Vec3::Y, 40.0);
+        assert!(point_looked_at(&away, &scene).z > 4.0);
+    }
+}

@@ -1,0 +1,43 @@
+//! How the program ends when it cannot do what was asked.
+
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// Why the program stops.
+pub(crate) enum Failure {
+    /// The command line is wrong: exit code 2.
+    Usage(String),
+    /// The input or the environment is at fault: exit code 1.
+    Input(anyhow::Error),
+}
+
+impl Failure {
+    pub(crate) fn usage(problem: impl Display) -> Self {
+        Self::Usage(problem.to_string())
+    }
+
+    pub(crate) fn input(problem: impl Display) -> Self {
+        Self::Input(anyhow::anyhow!("{problem}"))
+    }
+
+    /// Prints the one message and gives the exit code.
+    pub(crate) fn report(&self) -> ExitCode {
+        match self {
+            Self::Usage(problem) => {
+                eprintln!("error: {problem}\n\nFor more information, try '--help'.");
+                ExitCode::from(2)
+            }
+            Self::Input(error) => {
+                // The library's messages already say what caused them.
+                eprintln!("error: {error}");
+                ExitCode::from(1)
+            }
+        }
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Input(error.into())
+    }
+}

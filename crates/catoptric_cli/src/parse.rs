@@ -1,0 +1,97 @@
+//! Readers of option values; each message says what is allowed.
+
+use catoptric::picture::PictureFormat;
+use glam::Vec3;
+use std::path::PathBuf;
+
+/// The longest side of a picture.
+const MAX_SIDE: u32 = 16_384;
+/// The most pixels of a picture.
+const MAX_PIXELS: u64 = 1 << 27;
+/// Coordinates and times beyond this are taken for slips.
+const MAX_NUMBER: f32 = 1e9;
+
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
+    let side = |part: &str| {
+        let side = part.trim().parse::<u32>().map_err(|_| format!("`{part}` is not a whole number"))?;
+        if (1..=MAX_SIDE).contains(&side) { Ok(side) } else { Err(format!("a side must be 1 to {MAX_SIDE} pixels")) }
+    };
+    let (width, height) = text.split_once(['x', 'X']).ok_or("write it as WxH, such as 1280x720")?;
+    let size = [side(width)?, side(height)?];
+    if u64::from(size[0]) * u64::from(size[1]) > MAX_PIXELS {
+        return Err(format!("more than {MAX_PIXELS} pixels"));
+    }
+    Ok(size)
+}
+
+pub(crate) fn number(text: &str) -> Result<f32, String> {
+    match text.trim().parse::<f32>() {
+        Ok(value) if value.abs() <= MAX_NUMBER => Ok(value),
+        Ok(_) => Err(format!("`{text}` is not between -1e9 and 1e9")),
+        Err(_) => Err(format!("`{text}` is not a number")),
+    }
+}
+
+pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
+    let numbers = text.split(',').map(number).collect::<Result<Vec<f32>, String>>()?;
+    match numbers[..] {
+        [x, y, z] => Ok(Vec3::new(x, y, z)),
+        _ => Err("write it as X,Y,Z, such as -2,1,3".into()),
+    }
+}
+
+pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
+    let degrees = number(text)?;
+    if (0.1..=179.0).contains(&degrees) { Ok(degrees) } else { Err("it must be 0.1 to 179 degrees".into()) }
+}
+
+pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.trim().into())),
+        _ => Err("write it as KEY=VALUE".into()),
+    }
+}
+
+pub(crate) fn picture_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    PictureFormat::from_path(&path).map(|_| path).ok_or_else(|| "the name must end in .png or .exr".into())
+}
+
+pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match PictureFormat::from_path(&path) {
+        Some(PictureFormat::Png) => Ok(path),
+        _ => Err("the name must end in .png".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("64x48"), Ok([64, 48]));
+        assert_eq!(size("16384x1"), Ok([16384, 1]));
+        for wrong in ["0x1", "1x16385", "64", "64x", "-1x4", "16384x16384", "1e3x2", ""] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn vectors() {
+        assert_eq!(vector("-2,1.5, 3e0"), Ok(Vec3::new(-2.0, 1.5, 3.0)));
+        for wrong in ["1,2", "1,2,3,4", "a,b,c", "nan,0,0", "inf,0,0", "1e30,0,0", ""] {
+            assert!(vector(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn pairs_and_names() {
+        assert_eq!(key_value("a = b=c"), Ok(("a".into(), "b=c".into())));
+        assert!(key_value("a").is_err() && key_value("=a").is_err());
+        assert!(picture_path("a.PNG").is_ok() && picture_path("a.jpg").is_err() && picture_path("png").is_err());
+        assert!(mask_path("a.exr").is_err());
+        assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("40").is_ok());
+    }
+}

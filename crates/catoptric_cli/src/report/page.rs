@@ -1,0 +1,327 @@
+//! The report's page: one file that opens from disk, with its pictures beside it.
+
+use super::plot::{self, Plot};
+use super::{Entry, Measured, Outcome, Report};
+use catoptric::metrics::{PictureError, heat_color};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use plotters::style::RGBColor;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// A column of the table: its heading, its value, how it is written.
+type Column = (&'static str, fn(&Measured) -> Option<f64>, fn(f64) -> String);
+
+const REFLECTOR_COLUMNS: [Column; 4] = [
+    ("FLIP mean", |m| m.error.reflector.map(|e| e.flip_mean), four_digits),
+    ("FLIP p99", |m| m.error.reflector.map(|e| e.flip_p99), four_digits),
+    ("RMSE", |m| m.error.reflector.map(|e| e.rmse), four_digits),
+    ("off by > 0.1", |m| m.error.reflector.map(|e| e.over_0_1), percent),
+];
+const PICTURE_COLUMNS: [Column; 2] = [
+    ("FLIP mean", |m| m.error.image.map(|e| e.flip_mean), four_digits),
+    ("RMSE", |m| m.error.image.map(|e| e.rmse), four_digits),
+];
+const TIME_COLUMNS: [Column; 2] = [
+    ("a frame", |m| Some(m.stats.frame_ms.median), milliseconds),
+    ("set-up", |m| Some(m.stats.setup_ms.0.iter().map(|(_, time)| time).sum()), milliseconds),
+];
+
+pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
+    let truth = &report.truth;
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "catoptric: methods on " (truth.scene) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    h1 { "Methods on " (truth.scene) }
+                    p.soft { "Each method drew the same view as the ray-traced reference and was measured against it." }
+                    pre { (report.command) }
+                    (facts(report))
+                    h2 { "Error beside time" }
+                    div.card.wide { (table(report)) }
+                    p.soft {
+                        "FLIP is the difference that people see when they flip between two pictures: 0 is none, 1 the largest. "
+                        "RMSE is of linear values. “Off by > 0.1” is the share of pixels with an sRGB channel off by more than 0.1. "
+                        "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best method."
+                    }
+                    div.card.wide.plot { (PreEscaped(plot.inline())) }
+                    h2 { "Pictures" }
+                    (truth_card(report))
+                    @for (index, entry) in report.entries.iter().enumerate() {
+                        @if !entry.is_truth { (card(index, entry)) }
+                    }
+                }
+                script { (PreEscaped(SCRIPT)) }
+            }
+        }
+    }
+}
+
+fn facts(report: &Report) -> Markup {
+    let truth = &report.truth;
+    let [width, height] = truth.size;
+    let share = report.reflector_pixels as f64 / (f64::from(width) * f64::from(height));
+    let frames = match (truth.frames, truth.motion) {
+        (1, _) => "1".to_owned(),
+        (frames, "none") => format!("{frames}, times are medians"),
+        (frames, motion) => format!("{frames}, moving: {motion}; times are medians"),
+    };
+    let facts = [
+        ("Picture", format!("{width} × {height}")),
+        ("Samples a pixel", truth.samples.to_string()),
+        ("Highest order", truth.order.to_string()),
+        ("Reflector pixels", percent(share)),
+        ("Frames", frames),
+        ("Machine", truth.device.clone()),
+        ("Threads", truth.threads.to_string()),
+        ("Version", truth.version.to_owned()),
+    ];
+    html! {
+        dl.facts { @for (name, value) in facts { div { dt { (name) } dd { (value) } } } }
+    }
+}
+
+fn table(report: &Report) -> Markup {
+    let groups: [(&str, &[Column]); 3] =
+        [("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS), ("Time, ms", &TIME_COLUMNS)];
+    let reference_ms = report.truth.frame_ms.median;
+    html! {
+        table {
+            thead {
+                tr {
+                    th {}
+                    @for (name, columns) in groups { th.group colspan=(columns.len()) { (name) } }
+                    th.group {}
+                }
+                tr {
+                    th { "Method" }
+                    @for (_, columns) in groups {
+                        @for (index, column) in columns.iter().enumerate() { th.group[index == 0] { (column.0) } }
+                    }
+                    th.group { "Speed-up" }
+                }
+            }
+            tbody {
+                @for (index, entry) in report.entries.iter().enumerate() {
+                    tr {
+                        th { (dot(index)) a href={ "#" (anchor(index, entry)) } { (breakable(&entry.label)) } }
+                        @match &entry.outcome {
+                            Outcome::Measured(measured) => {
+                                @for (_, columns) in groups {
+                                    @for (index, column) in columns.iter().enumerate() {
+                                        td.group[index == 0].best[is_best(report, entry, column)] {
+                                            (column.1(measured).map_or("–".into(), column.2))
+                                        }
+                                    }
+                                }
+                                td.group { (speedup(reference_ms, measured)) }
+                            }
+                            Outcome::Failed(_) => { td colspan="9" style="text-align:left" { "could not draw this scene, see below" } }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Whether no other method has a lower value. The reference does not compete, and alone nobody is best.
+fn is_best(report: &Report, entry: &Entry, column: &Column) -> bool {
+    let competitors = || report.measured().filter(|(other, _)| !other.is_truth).map(|(_, measured)| measured);
+    if entry.is_truth || competitors().count() < 2 {
+        return false;
+    }
+    let lowest = competitors().filter_map(column.1).fold(f64::INFINITY, f64::min);
+    match &entry.outcome {
+        Outcome::Measured(measured) => column.1(measured).is_some_and(|value| value <= lowest),
+        Outcome::Failed(_) => false,
+    }
+}
+
+fn truth_card(report: &Report) -> Markup {
+    let compared = report.entries.iter().position(|entry| entry.is_truth);
+    html! {
+        section.card id=[compared.map(|index| anchor(index, &report.entries[index]))] {
+            h3 { "The reference" }
+            p.soft { "Ray-traced; " (milliseconds(report.truth.frame_ms.median)) " ms a frame." }
+            div.figures.one { figure { div.frame { img src="reference.png" alt="The scene, ray-traced"; } } }
+            @if let Some(Outcome::Measured(measured)) = compared.map(|index| &report.entries[index].outcome) {
+                (details(measured))
+            }
+        }
+    }
+}
+
+fn card(index: usize, entry: &Entry) -> Markup {
+    html! {
+        section.card id=(anchor(index, entry)) {
+            h3 { (dot(index)) (entry.label) }
+            p.soft { (entry.info.summary) }
+            p.soft { "Paper: " (entry.info.paper) ". Assumes " (entry.info.assumptions) "." }
+            @match &entry.outcome {
+                Outcome::Failed(problem) => { p.note { "Could not draw this scene: " (problem) } }
+                Outcome::Measured(measured) => {
+                    div.figures {
+                        (slider(entry, measured))
+                        @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
+                    }
+                    @for warning in &measured.stats.warnings { p.note { (warning) } }
+                    @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
+                        p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " times" }
+                    }
+                    (details(measured))
+                }
+            }
+        }
+    }
+}
+
+fn slider(entry: &Entry, measured: &Measured) -> Markup {
+    html! {
+        figure {
+            div.frame.slider {
+                img src="reference.png" alt="The reference";
+                img.over src=(measured.picture) alt={ "Drawn by " (entry.label) };
+                span.tag.left { (entry.label) }
+                span.tag.right { "reference" }
+                input type="range" min="0" max="100" step="0.5" value="50"
+                    aria-label={ "How much of the picture " (entry.label) " shows, the reference shows the rest" };
+            }
+            figcaption {
+                span { "Drag to compare" }
+                span { a href=(measured.picture) { "method" } " · " a href="reference.png" { "reference" } }
+            }
+        }
+    }
+}
+
+fn heat_map(entry: &Entry, measured: &Measured, flip: &str) -> Markup {
+    let mean = |error: Option<PictureError>| error.map_or("none".into(), |error| four_digits(error.flip_mean));
+    let stops: Vec<String> = (0..=8)
+        .map(|step| {
+            let [r, g, b] = heat_color(step as f32 / 8.0);
+            format!("rgb({r} {g} {b})")
+        })
+        .collect();
+    html! {
+        figure {
+            div.frame { img src=(flip) alt={ "Where " (entry.label) " differs from the reference" }; }
+            figcaption {
+                span {
+                    "FLIP: 0" span.scale style={ "background:linear-gradient(90deg," (stops.join(",")) ")" } {} "1"
+                }
+                span { "reflectors " (mean(measured.error.reflector)) ", picture " (mean(measured.error.image)) }
+            }
+        }
+    }
+}
+
+fn details(measured: &Measured) -> Markup {
+    let stats = &measured.stats;
+    let times = |times: &[(String, f64)]| -> Vec<(String, String)> {
+        times.iter().map(|(name, time)| (name.clone(), format!("{} ms", milliseconds(*time)))).collect()
+    };
+    let counted = |counts: &std::collections::BTreeMap<String, u64>| -> Vec<(String, String)> {
+        counts.iter().map(|(name, count)| (name.replace('_', " "), grouped(*count))).collect()
+    };
+    let settings = stats
+        .settings
+        .iter()
+        .map(|(name, value)| (name.clone(), value.as_str().map_or_else(|| value.to_string(), ToOwned::to_owned)));
+    let frame = vec![
+        ("median".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.median))),
+        ("fastest".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.min))),
+        ("slowest".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.max))),
+    ];
+    let lists = [
+        ("Settings", settings.collect()),
+        ("A frame", frame),
+        ("Stages of a frame", times(&stats.stages_ms.0)),
+        ("Set-up, once", times(&stats.setup_ms.0)),
+        ("Counts", counted(&stats.counts.named)),
+        ("Fallbacks", counted(&stats.counts.fallbacks)),
+        ("Memory, bytes", counted(&stats.bytes)),
+    ];
+    html! {
+        details {
+            summary { "Settings, times and counts" }
+            div.lists {
+                @for (title, rows) in lists.iter().filter(|(_, rows): &&(&str, Vec<(String, String)>)| !rows.is_empty()) {
+                    div {
+                        h4 { (title) }
+                        ul { @for (name, value) in rows { li { span { (name) } span { (value) } } } }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A label that may go on in the next line after its punctuation.
+fn breakable(label: &str) -> Markup {
+    html! { @for part in label.split_inclusive([':', ',', '_']) { (part) wbr; } }
+}
+
+fn anchor(index: usize, entry: &Entry) -> String {
+    format!("m{index}-{}", entry.info.id)
+}
+
+fn dot(index: usize) -> Markup {
+    let RGBColor(r, g, b) = plot::color(index);
+    html! { span.dot style={ "--dot:rgb(" (r) " " (g) " " (b) ")" } {} }
+}
+
+fn speedup(reference_ms: f64, measured: &Measured) -> String {
+    let own = measured.stats.frame_ms.median;
+    if own > 0.0 { format!("{:.2}×", reference_ms / own) } else { "–".into() }
+}
+
+fn four_digits(value: f64) -> String {
+    if value.is_finite() { format!("{value:.4}") } else { "∞".into() }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.2} %", share * 100.0)
+}
+
+fn milliseconds(value: f64) -> String {
+    match value {
+        value if value >= 100.0 => format!("{value:.0}"),
+        value if value >= 1.0 => format!("{value:.1}"),
+        value => format!("{value:.3}"),
+    }
+}
+
+/// A whole number in groups of three digits.
+fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_legible() {
+        assert_eq!(grouped(0), "0");
+        assert_eq!(grouped(1_234_567), "1\u{202f}234\u{202f}567");
+        assert_eq!(milliseconds(1234.5), "1234");
+        assert_eq!(milliseconds(0.01), "0.010");
+        assert_eq!(four_digits(f64::INFINITY), "∞");
+    }
+}

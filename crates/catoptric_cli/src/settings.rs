@@ -1,0 +1,76 @@
+//! Settings of methods, from scenes and from the command line.
+
+use crate::failure::Failure;
+use catoptric::methods::{self, MethodInfo, ReflectionMethod};
+use catoptric::scene::Model;
+use toml::{Table, Value};
+
+/// A method that is ready to be prepared, and the settings it was made from.
+pub(crate) struct Chosen {
+    pub(crate) method: Box<dyn ReflectionMethod>,
+    pub(crate) info: &'static MethodInfo,
+    pub(crate) settings: Table,
+}
+
+/// The value that a text on the command line stands for: TOML where it is, else the text itself.
+pub(crate) fn value(text: &str) -> Value {
+    match toml::from_str::<Table>(&format!("value = {text}")) {
+        Ok(mut table) if table.len() == 1 => table.remove("value").unwrap_or_else(|| Value::String(text.into())),
+        _ => Value::String(text.into()),
+    }
+}
+
+/// The method with this id, with the scene's settings and `given` over them.
+pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, Failure> {
+    let info = methods::find(id).map_err(Failure::usage)?;
+    let mut settings = model.method_settings.get(id).cloned().unwrap_or_default();
+    // What is wrong in the scene is the scene's fault, what is wrong on the command line is wrong usage.
+    methods::create(id, &settings).map_err(|error| Failure::input(format!("{}: {error}", model.name)))?;
+    settings.extend(given.clone());
+    let method = methods::create(id, &settings).map_err(Failure::usage)?;
+    Ok(Chosen { method, info, settings })
+}
+
+/// All settings of a method with the values in force, as JSON.
+pub(crate) fn in_force(info: &MethodInfo, settings: &Table) -> serde_json::Map<String, serde_json::Value> {
+    let mut all = serde_json::Map::new();
+    for setting in (info.settings)() {
+        let value = match (settings.get(&setting.name), setting.default.as_str()) {
+            (Some(value), _) => json(value),
+            (None, "none") => serde_json::Value::Null,
+            (None, default) => json(&self::value(default)),
+        };
+        all.insert(setting.name, value);
+    }
+    all
+}
+
+fn json(value: &Value) -> serde_json::Value {
+    serde_json::to_value(value).unwrap_or_default()
+}
+
+/// Messages about settings that the scene has for methods of other versions.
+pub(crate) fn unknown_methods(model: &Model) -> Vec<String> {
+    model
+        .method_settings
+        .keys()
+        .filter_map(|id| methods::find(id).err().map(|error| format!("{}: method.{id}: {error}", model.name)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_toml_or_text() {
+        assert_eq!(value("3"), Value::Integer(3));
+        assert_eq!(value("-0.5"), Value::Float(-0.5));
+        assert_eq!(value("true"), Value::Boolean(true));
+        assert_eq!(value("box"), Value::String("box".into()));
+        assert_eq!(value("\"3\""), Value::String("3".into()));
+        assert_eq!(value("[1, 2]"), Value::Array(vec![Value::Integer(1), Value::Integer(2)]));
+        assert_eq!(value("1\nother = 2"), Value::String("1\nother = 2".into()));
+        assert_eq!(value(""), Value::String(String::new()));
+    }
+}

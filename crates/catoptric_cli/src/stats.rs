@@ -1,0 +1,125 @@
+//! The JSON object that describes a run: what was drawn, how long it took, and, in comparisons, how wrong it is.
+
+use crate::drawing::{Drawing, Shot, median};
+use crate::settings::{self, Chosen};
+use catoptric::metrics::PictureError;
+use catoptric::scene::Role;
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use std::collections::BTreeMap;
+
+/// Named times in their own order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Times(pub(crate) Vec<(String, f64)>);
+
+impl Serialize for Times {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, time) in &self.0 {
+            map.serialize_entry(name, &rounded(*time))?;
+        }
+        map.end()
+    }
+}
+
+/// Microseconds are as fine as clocks are honest.
+fn rounded(milliseconds: f64) -> f64 {
+    (milliseconds * 1e3).round() / 1e3
+}
+
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct FrameTimes {
+    pub(crate) median: f64,
+    pub(crate) min: f64,
+    pub(crate) max: f64,
+}
+
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct Counts {
+    #[serde(flatten)]
+    pub(crate) named: BTreeMap<String, u64>,
+    pub(crate) fallbacks: BTreeMap<String, u64>,
+}
+
+/// A run of one method.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct Stats {
+    pub(crate) version: &'static str,
+    pub(crate) scene: String,
+    pub(crate) method: &'static str,
+    pub(crate) settings: serde_json::Map<String, serde_json::Value>,
+    pub(crate) backend: &'static str,
+    pub(crate) device: String,
+    pub(crate) threads: usize,
+    pub(crate) size: [u32; 2],
+    pub(crate) samples: u32,
+    pub(crate) order: u32,
+    pub(crate) frames: u32,
+    pub(crate) motion: &'static str,
+    pub(crate) setup_ms: Times,
+    pub(crate) frame_ms: FrameTimes,
+    pub(crate) stages_ms: Times,
+    pub(crate) counts: Counts,
+    pub(crate) bytes: BTreeMap<String, u64>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// The error of a picture against the reference.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct ErrorReport {
+    /// Of the whole picture.
+    pub(crate) image: Option<PictureError>,
+    /// Of the pixels that show a reflector or lens; null where there are none.
+    pub(crate) reflector: Option<PictureError>,
+    /// Where scene points appear, in pixels; null for methods that do not project points.
+    pub(crate) projection_px: Option<()>,
+}
+
+impl Stats {
+    pub(crate) fn new(shot: &Shot<'_>, chosen: &Chosen, drawing: &Drawing) -> Self {
+        let scene = shot.last_scene(drawing);
+        let mut named: BTreeMap<String, u64> = owned(&drawing.counts);
+        named.entry("scene_triangles".into()).or_insert(scene.triangles.len() as u64);
+        let reflector_triangles =
+            scene.objects.iter().filter(|object| scene.materials[object.material as usize].role != Role::Diffuse);
+        let reflector_triangles = reflector_triangles.map(|object| object.triangles.len() as u64).sum();
+        named.entry("reflector_triangles".into()).or_insert(reflector_triangles);
+        let times = &drawing.frame_ms;
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: shot.model.name.clone(),
+            method: chosen.info.id,
+            settings: settings::in_force(chosen.info, &chosen.settings),
+            backend: "cpu",
+            device: device(),
+            threads: catoptric::parallel::thread_count(),
+            size: [drawing.view.width, drawing.view.height],
+            samples: shot.quality.samples,
+            order: shot.quality.order,
+            frames: shot.frames,
+            motion: shot.motion.name(),
+            setup_ms: Times(drawing.setup_ms.clone()),
+            frame_ms: FrameTimes {
+                median: rounded(drawing.median_ms()),
+                min: rounded(times.iter().copied().fold(f64::INFINITY, f64::min)),
+                max: rounded(times.iter().copied().fold(0.0, f64::max)),
+            },
+            stages_ms: Times(drawing.stages_ms.iter().map(|(name, times)| (name.clone(), median(times))).collect()),
+            counts: Counts { named, fallbacks: owned(&drawing.fallbacks) },
+            bytes: owned(&drawing.bytes),
+            warnings: shot.model.warnings.iter().chain(&drawing.warnings).cloned().collect(),
+        }
+    }
+}
+
+fn owned(counts: &BTreeMap<&'static str, u64>) -> BTreeMap<String, u64> {
+    counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
+}
+
+/// The processor's name, or its kind where the system does not tell.
+pub(crate) fn device() -> String {
+    let described = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    described.unwrap_or_else(|| std::env::consts::ARCH.into())
+}

@@ -1,0 +1,113 @@
+//! What the program says while it works.
+
+use crate::args::Global;
+use catoptric::progress::Progress;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::HashSet;
+use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// Work that is over sooner shows no bar.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// More warnings than this are counted, not printed, unless asked for.
+const MAX_WARNINGS: usize = 12;
+
+/// Messages and progress on standard error.
+pub(crate) struct Terminal {
+    quiet: bool,
+    pub(crate) verbose: bool,
+    bars: bool,
+    start: Instant,
+    steps: AtomicU64,
+    stage: Mutex<Stage>,
+}
+
+#[derive(Default)]
+struct Stage {
+    /// What the stages belong to, such as a method.
+    subject: String,
+    name: String,
+    total: u64,
+    bar: Option<ProgressBar>,
+}
+
+impl Terminal {
+    pub(crate) fn new(global: &Global) -> Self {
+        Self {
+            quiet: global.quiet,
+            verbose: global.verbose > 0,
+            bars: !global.quiet && std::io::stderr().is_terminal(),
+            start: Instant::now(),
+            steps: AtomicU64::new(0),
+            stage: Mutex::default(),
+        }
+    }
+
+    /// A line for the user on standard output, unless only errors are wanted.
+    pub(crate) fn unless_quiet(&self, line: String) -> String {
+        if self.quiet { String::new() } else { line }
+    }
+
+    /// Prints each warning once.
+    pub(crate) fn warn<'a>(&self, warnings: impl IntoIterator<Item = &'a String>) {
+        if self.quiet {
+            return;
+        }
+        let mut seen = HashSet::new();
+        let distinct: Vec<&String> = warnings.into_iter().filter(|warning| seen.insert(warning.as_str())).collect();
+        let shown = if self.verbose { distinct.len() } else { MAX_WARNINGS.min(distinct.len()) };
+        for warning in &distinct[..shown] {
+            eprintln!("warning: {warning}");
+        }
+        if shown < distinct.len() {
+            eprintln!("warning: {} more; -v shows them", distinct.len() - shown);
+        }
+    }
+
+    /// Names what the next stages belong to.
+    pub(crate) fn set_subject(&self, subject: &str) {
+        if let Ok(mut stage) = self.stage.lock() {
+            stage.subject = subject.into();
+        }
+    }
+}
+
+impl Progress for Terminal {
+    fn begin(&self, stage: &str, steps: u64) {
+        self.steps.store(0, Ordering::Relaxed);
+        if let Ok(mut current) = self.stage.lock() {
+            current.name = stage.into();
+            current.total = steps;
+        }
+    }
+
+    fn advance(&self, steps: u64) {
+        let done = self.steps.fetch_add(steps, Ordering::Relaxed) + steps;
+        if !self.bars || self.start.elapsed() < PATIENCE {
+            return;
+        }
+        // Whoever cannot have the lock now leaves the drawing to the next one: workers must not wait for a terminal.
+        if let Ok(mut stage) = self.stage.try_lock() {
+            let total = stage.total;
+            let message = format!("{} {}", stage.subject, stage.name).trim().to_owned();
+            let bar = stage.bar.get_or_insert_with(|| {
+                let bar = ProgressBar::new(total).with_message(message);
+                match ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta} left") {
+                    Ok(style) => bar.with_style(style),
+                    Err(_) => bar,
+                }
+            });
+            bar.set_position(done.min(total));
+        }
+    }
+
+    fn end(&self) {
+        if let Ok(mut stage) = self.stage.lock()
+            && let Some(bar) = stage.bar.take()
+        {
+            bar.finish_and_clear();
+        }
+    }
+}
