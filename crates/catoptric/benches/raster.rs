@@ -36,7 +36,8 @@ fn room(cells: u32) -> Scene {
     let mut mesh = MeshAsset { name: "walls".into(), ..MeshAsset::default() };
     for axis in 0..3 {
         for side in [-1.0f32, 1.0] {
-            let frame = Mat3::from_cols(Vec3::AXES[(axis + 1) % 3], Vec3::AXES[(axis + 2) % 3], Vec3::AXES[axis] * side);
+            let frame =
+                Mat3::from_cols(Vec3::AXES[(axis + 1) % 3], Vec3::AXES[(axis + 2) % 3], Vec3::AXES[axis] * side);
             let mut wall = Primitive { material: 0, ..Primitive::default() };
             for row in 0..=cells {
                 for column in 0..=cells {
