@@ -294,7 +294,7 @@ mod tests {
         let gradient = [(x * 255 / width) as u8, (y * 255 / height) as u8];
         match kind {
             "moved checkerboard" => {
-                [x, x + 2].map(|x| if (x / 8 + y / 8) % 2 == 0 { [220, 60, 40] } else { [30, 90, 200] })
+                [x, x + 2].map(|x| if (x / 8 + y / 8).is_multiple_of(2) { [220, 60, 40] } else { [30, 90, 200] })
             }
             "noise" => {
                 let clean = [gradient[0], gradient[1], ((x + y) * 255 / (width + height)) as u8];

@@ -8,7 +8,11 @@ use crate::scene::shade::{Barycentrics, Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
 use glam::{Vec2, Vec3, Vec3A};
 use obvhs::aabb::Aabb as BvhBox;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
+use obvhs::ploc::PlocBuilder;
+use obvhs::splits::split_aabbs_preset;
+use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
 
 /// Primitives with this bit are analytic surfaces; the rest of the number is the object's index.
@@ -57,47 +61,84 @@ pub struct Tracer {
     textured: bool,
 }
 
-struct Bounded(BvhBox);
+/// Boxes beyond this many are built with less care: it would take seconds.
+const CAREFUL_BUILD: usize = 2_000_000;
 
-impl Boundable for Bounded {
-    fn aabb(&self) -> BvhBox {
-        self.0
+/// Up to this many boxes every node is tried in better places, twice: it takes a tenth of a second.
+const THOROUGH_BUILD: usize = 100_000;
+
+fn split_large(boxes: &mut Vec<BvhBox>, indices: &mut Vec<u32>, triangles: &[Triangle]) {
+    if boxes.is_empty() || boxes.len() > CAREFUL_BUILD {
+        return;
     }
+    let areas = boxes.iter().map(|bounds| bounds.half_area());
+    let (sum, largest) = areas.fold((0.0f64, 0.0f32), |(sum, largest), area| (sum + area as f64, area.max(largest)));
+    let mean = (sum / boxes.len() as f64) as f32;
+    if mean.is_finite() && largest.is_finite() {
+        split_aabbs_preset(boxes, indices, triangles, mean, largest);
+    }
+}
+
+/// Primitives in a leaf; the compressed layout holds three at most.
+const MAX_LEAF: u32 = 3;
+
+/// The hierarchy over boxes that stand for the primitives `indices`.
+fn build(boxes: &[BvhBox], indices: Vec<u32>, split: bool) -> CwBvh {
+    let preset = match boxes.len() {
+        0..=THOROUGH_BUILD => BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() },
+        0..=CAREFUL_BUILD => BvhBuildParams::slow_build(),
+        _ => BvhBuildParams::fast_build(),
+    };
+    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
+        preset.ploc_search_distance,
+        boxes,
+        indices,
+        preset.sort_precision,
+        preset.search_depth_threshold,
+    );
+    bvh.uses_spatial_splits = split;
+    ReinsertionOptimizer::default().run(&mut bvh, preset.reinsertion_batch_ratio, None);
+    bvh2_to_cwbvh(&bvh, MAX_LEAF, true, false)
 }
 
 impl Tracer {
     /// The hierarchy over all objects of a scene for which `include` is true.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
         let mut codes = Vec::new();
-        let mut boxes = Vec::new();
+        let mut triangles = Vec::new();
+        let mut analytic = Vec::new();
         for (index, object) in scene.objects.iter().enumerate() {
             let index = index as u32;
             if !include(index) {
                 continue;
             }
-            if let Some(surface) = &object.surface {
-                let bounds = surface.bounds();
-                // A plane's box is flat, and the tests of boxes are not exact: leave some room.
-                let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);
-                boxes.push(Bounded(BvhBox::new(Vec3A::from(bounds.min) - margin, Vec3A::from(bounds.max) + margin)));
-                codes.push(ANALYTIC | index);
+            if object.surface.is_some() {
+                analytic.push(index);
                 continue;
             }
             let tested =
                 if matches!(scene.material_of(index).alpha_mode, AlphaMode::Mask(_)) { ALPHA_TESTED } else { 0 };
             for triangle in object.triangles.clone() {
-                let corners = scene.triangles[triangle as usize].map(|v| Vec3A::from(scene.positions[v as usize]));
-                boxes.push(Bounded(BvhBox::from_points(&corners)));
+                let [v0, v1, v2] = scene.triangles[triangle as usize].map(|v| Vec3A::from(scene.positions[v as usize]));
+                triangles.push(Triangle { v0, v1, v2 });
                 codes.push(triangle | tested);
             }
         }
-        let bvh = if boxes.is_empty() {
-            CwBvh::default()
-        } else {
-            let preset =
-                if boxes.len() > 2_000_000 { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
-            build_cwbvh(&boxes, preset, &mut core::time::Duration::default())
-        };
+        let mut boxes: Vec<BvhBox> = triangles.iter().map(Boundable::aabb).collect();
+        let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
+        // Large triangles (walls, floors) get several small boxes each, or they would overlap everything near them.
+        split_large(&mut boxes, &mut indices, &triangles);
+        for object in analytic {
+            let Some(surface) = &scene.objects[object as usize].surface else { continue };
+            let bounds = surface.bounds();
+            // A plane's box is flat, and the tests of boxes are not exact: leave some room.
+            let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);
+            boxes.push(BvhBox::new(Vec3A::from(bounds.min) - margin, Vec3A::from(bounds.max) + margin));
+            indices.push(codes.len() as u32);
+            codes.push(ANALYTIC | object);
+        }
+        let split = boxes.len() > codes.len();
+        let bvh = if boxes.is_empty() { CwBvh::default() } else { build(&boxes, indices, split) };
         let leaf = |index: &u32| {
             let code = codes[*index as usize];
             let corners = if code & ANALYTIC != 0 {

@@ -1,11 +1,10 @@
-//! The walk of a ray through `obvhs`'s compressed hierarchy, compiled for several SIMD levels and chosen at run time.
+//! The walk of a ray through `obvhs`'s compressed hierarchy, with AVX2 where the machine has it.
 //!
 //! The crate's own walk tests four boxes at a time with SSE2; this one tests all eight children of a node at once
 //! where the machine can, and widens boxes by the rounding of the test, so that no scale of scene loses hits.
 
 use crate::scene::Ray;
 use glam::{UVec2, Vec2, Vec3, Vec3A};
-use multiversion::multiversion;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::traverse;
@@ -37,88 +36,107 @@ impl Nearest {
     const NOTHING: Self = Self { distance: f32::INFINITY, barycentrics: Vec2::ZERO, code: u32::MAX };
 }
 
+/// What is asked about leaves with [`SPECIAL`] bits: the distance and barycentric coordinates, if the ray meets the
+/// leaf before the given distance.
+pub(super) type SpecialLeaf<'a> = dyn Fn(&Leaf, f32) -> Option<(f32, Vec2)> + 'a;
+
 /// The nearest primitive at a distance of at least `near`.
-///
-/// `special(leaf, far)` is asked about leaves with [`SPECIAL`] bits: the distance and barycentric coordinates, if the
-/// ray meets it before `far`.
 #[inline]
-pub(super) fn nearest(
-    bvh: &CwBvh,
-    leaves: &[Leaf],
-    ray: &Ray,
-    near: f32,
-    special: &dyn Fn(&Leaf, f32) -> Option<(f32, Vec2)>,
-) -> Nearest {
+pub(super) fn nearest(bvh: &CwBvh, leaves: &[Leaf], ray: &Ray, near: f32, special: &SpecialLeaf<'_>) -> Nearest {
+    #[cfg(target_arch = "x86_64")]
+    if avx2::is_available() {
+        #[allow(unsafe_code, reason = "the machine has just been asked for the features that the function needs")]
+        return unsafe { avx2::walk(bvh, leaves, ray, near, special) };
+    }
     walk(bvh, leaves, ray, near, special)
 }
 
-#[multiversion(targets("x86_64+avx2+fma+bmi1+bmi2+lzcnt+popcnt", "x86_64+sse4.2+popcnt"))]
-fn walk(
-    bvh: &CwBvh,
-    leaves: &[Leaf],
-    ray: &Ray,
-    near: f32,
-    special: &dyn Fn(&Leaf, f32) -> Option<(f32, Vec2)>,
-) -> Nearest {
-    let direction = Vec3A::from(ray.direction);
-    let origin = Vec3A::from(ray.origin);
-    // Zero components get a huge inverse of their sign: such rays stay within their slabs.
-    let smallest = Vec3A::splat(1e-18);
-    let limited = Vec3A::select(direction.abs().cmplt(smallest), smallest.copysign(direction), direction);
-    let inverse = limited.recip();
-    let backwards = [inverse.x < 0.0, inverse.y < 0.0, inverse.z < 0.0];
-    let mut best = Nearest::NOTHING;
-    let mut state = bvh.new_traversal(direction);
-    let mut node;
-    traverse!(bvh, node, state, meet_children(node, origin, inverse, backwards, best.distance, state.oct_inv4), {
-        let leaf = &leaves[state.primitive_id as usize];
-        let met = if leaf.code & SPECIAL == 0 {
-            meet_triangle(&leaf.corners, origin, direction, near, best.distance)
-        } else {
-            special(leaf, best.distance)
-        };
-        if let Some((distance, barycentrics)) = met {
-            best = Nearest { distance, barycentrics, code: leaf.code };
-        }
-    });
-    best
+/// The walk, with the test of a node's children filled in. A macro, because a function that takes the test as an
+/// argument could not be compiled for the instructions that the test needs.
+macro_rules! walk {
+    ($meet_children:path, $bvh:ident, $leaves:ident, $ray:ident, $near:ident, $special:ident) => {{
+        let direction = Vec3A::from($ray.direction);
+        let origin = Vec3A::from($ray.origin);
+        let slabs = Slabs::new(origin, direction);
+        let mut best = Nearest::NOTHING;
+        let mut state = $bvh.new_traversal(direction);
+        let mut node;
+        traverse!($bvh, node, state, children($meet_children(node, &slabs, best.distance), node, state.oct_inv4), {
+            let leaf = &$leaves[state.primitive_id as usize];
+            let met = if leaf.code & SPECIAL == 0 {
+                meet_triangle(&leaf.corners, origin, direction, $near, best.distance)
+            } else {
+                $special(leaf, best.distance)
+            };
+            if let Some((distance, barycentrics)) = met {
+                best = Nearest { distance, barycentrics, code: leaf.code };
+            }
+        });
+        best
+    }};
 }
 
-/// Which children of a node a ray may meet before `far`, in the form that `traverse!` expects.
-#[inline(always)]
-fn meet_children(
-    node: &CwBvhNode,
+/// For machines without AVX2.
+fn walk(bvh: &CwBvh, leaves: &[Leaf], ray: &Ray, near: f32, special: &SpecialLeaf<'_>) -> Nearest {
+    walk!(meet_children, bvh, leaves, ray, near, special)
+}
+
+/// A ray, prepared for tests against boxes.
+struct Slabs {
     origin: Vec3A,
     inverse: Vec3A,
     backwards: [bool; 3],
-    far: f32,
-    oct_inv4: u32,
-) -> u32 {
-    let step = node.compute_extent() * inverse;
-    let start = (Vec3A::from(node.p) - origin) * inverse;
-    // The rounding of `start` is the error that matters: it moves all planes of an axis alike.
-    let slack = start.abs() * 4e-7;
-    let (near_start, far_start) = (start - slack, start + slack);
-    let (low_x, high_x) = ordered(&node.child_min_x, &node.child_max_x, backwards[0]);
-    let (low_y, high_y) = ordered(&node.child_min_y, &node.child_max_y, backwards[1]);
-    let (low_z, high_z) = ordered(&node.child_min_z, &node.child_max_z, backwards[2]);
-    // Loops over eight numbers with nothing else in them become single instructions.
-    let x0 = planes(low_x, step.x, near_start.x);
-    let y0 = planes(low_y, step.y, near_start.y);
-    let z0 = planes(low_z, step.z, near_start.z);
-    let x1 = planes(high_x, step.x, far_start.x);
-    let y1 = planes(high_y, step.y, far_start.y);
-    let z1 = planes(high_z, step.z, far_start.z);
-    let mut flags = [0u32; 8];
+}
+
+impl Slabs {
+    #[inline(always)]
+    fn new(origin: Vec3A, direction: Vec3A) -> Self {
+        // Zero components get a huge inverse of their sign: such rays stay within their slabs.
+        let smallest = Vec3A::splat(1e-18);
+        let limited = Vec3A::select(direction.abs().cmplt(smallest), smallest.copysign(direction), direction);
+        let inverse = limited.recip();
+        Self { origin, inverse, backwards: [inverse.x < 0.0, inverse.y < 0.0, inverse.z < 0.0] }
+    }
+
+    /// The distance to a node's planes grows by the first value from plane to plane, and starts between the others.
+    #[inline(always)]
+    fn of(&self, node: &CwBvhNode) -> (Vec3A, Vec3A, Vec3A) {
+        let step = node.compute_extent() * self.inverse;
+        let start = (Vec3A::from(node.p) - self.origin) * self.inverse;
+        // The rounding of the start is the error that matters: it moves all planes of an axis alike.
+        let slack = start.abs() * 4e-7;
+        (step, start - slack, start + slack)
+    }
+}
+
+/// How much further boxes reach, as a share of the distance: the rounding of the test.
+const REACH: f32 = 1.000_001;
+
+/// Which children of a node a ray may meet before `far`, one bit each.
+#[inline(always)]
+fn meet_children(node: &CwBvhNode, slabs: &Slabs, far: f32) -> u32 {
+    let (step, near_start, far_start) = slabs.of(node);
+    let (low_x, high_x) = ordered(&node.child_min_x, &node.child_max_x, slabs.backwards[0]);
+    let (low_y, high_y) = ordered(&node.child_min_y, &node.child_max_y, slabs.backwards[1]);
+    let (low_z, high_z) = ordered(&node.child_min_z, &node.child_max_z, slabs.backwards[2]);
+    let mut met = 0;
     for child in 0..8 {
-        let enter = larger(larger(x0[child], y0[child]), larger(z0[child], 0.0));
-        let leave = smaller(smaller(x1[child], y1[child]), smaller(z1[child], far));
-        flags[child] = if enter <= leave * 1.000_001 { 1 << child } else { 0 };
+        let x0 = low_x[child] as f32 * step.x + near_start.x;
+        let y0 = low_y[child] as f32 * step.y + near_start.y;
+        let z0 = low_z[child] as f32 * step.z + near_start.z;
+        let x1 = high_x[child] as f32 * step.x + far_start.x;
+        let y1 = high_y[child] as f32 * step.y + far_start.y;
+        let z1 = high_z[child] as f32 * step.z + far_start.z;
+        let enter = larger(larger(x0, y0), larger(z0, 0.0));
+        let leave = smaller(smaller(x1, y1), smaller(z1, far));
+        met |= u32::from(enter <= leave * REACH) << child;
     }
-    let mut met = 0u32;
-    for flag in flags {
-        met |= flag;
-    }
+    met
+}
+
+/// The children that are met, in the form that `traverse!` expects.
+#[inline(always)]
+fn children(mut met: u32, node: &CwBvhNode, oct_inv4: u32) -> u32 {
     let (child_bits8, bit_index8) = node.get_child_and_index_bits(oct_inv4);
     let mut hits = 0u32;
     while met != 0 {
@@ -129,19 +147,55 @@ fn meet_children(
     hits
 }
 
+/// The same walk with all eight children in one register.
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::*;
+    use std::arch::x86_64::*;
+
+    #[inline(always)]
+    pub(super) fn is_available() -> bool {
+        is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt")
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    pub(super) fn walk(bvh: &CwBvh, leaves: &[Leaf], ray: &Ray, near: f32, special: &SpecialLeaf<'_>) -> Nearest {
+        walk!(meet_children, bvh, leaves, ray, near, special)
+    }
+
+    /// Where a ray meets eight planes of one axis.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn planes(at: &[u8; 8], step: f32, start: f32) -> __m256 {
+        let at = _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_cvtsi64_si128(i64::from_le_bytes(*at))));
+        _mm256_add_ps(_mm256_mul_ps(at, _mm256_set1_ps(step)), _mm256_set1_ps(start))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn meet_children(node: &CwBvhNode, slabs: &Slabs, far: f32) -> u32 {
+        let (step, near_start, far_start) = slabs.of(node);
+        let (low_x, high_x) = ordered(&node.child_min_x, &node.child_max_x, slabs.backwards[0]);
+        let (low_y, high_y) = ordered(&node.child_min_y, &node.child_max_y, slabs.backwards[1]);
+        let (low_z, high_z) = ordered(&node.child_min_z, &node.child_max_z, slabs.backwards[2]);
+        let (x0, x1) = (planes(low_x, step.x, near_start.x), planes(high_x, step.x, far_start.x));
+        let (y0, y1) = (planes(low_y, step.y, near_start.y), planes(high_y, step.y, far_start.y));
+        let (z0, z1) = (planes(low_z, step.z, near_start.z), planes(high_z, step.z, far_start.z));
+        let enter = _mm256_max_ps(_mm256_max_ps(x0, y0), _mm256_max_ps(z0, _mm256_setzero_ps()));
+        let leave = _mm256_min_ps(_mm256_min_ps(x1, y1), _mm256_min_ps(z1, _mm256_set1_ps(far)));
+        let leave = _mm256_mul_ps(leave, _mm256_set1_ps(REACH));
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32
+    }
+}
+
 #[inline(always)]
 fn ordered<'a>(low: &'a [u8; 8], high: &'a [u8; 8], backwards: bool) -> (&'a [u8; 8], &'a [u8; 8]) {
     if backwards { (high, low) } else { (low, high) }
-}
-
-/// Where a ray meets eight planes of one axis.
-#[inline(always)]
-fn planes(at: &[u8; 8], step: f32, start: f32) -> [f32; 8] {
-    let mut distances = [0.0; 8];
-    for child in 0..8 {
-        distances[child] = at[child] as f32 * step + start;
-    }
-    distances
 }
 
 /// The larger one, as one instruction: the second where either is not a number.

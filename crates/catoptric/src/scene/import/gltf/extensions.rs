@@ -33,8 +33,11 @@ const WITHOUT_EFFECT: [&str; 6] = [
     "KHR_materials_specular",
 ];
 
-/// Refuses files that cannot be drawn without an extension that is not understood.
+/// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions.
 pub(super) fn check_required(source: &Source<'_>) -> Result<(), SceneError> {
+    if let Some(version) = source.document.asset.min_version.as_ref().filter(|version| *version != "2.0") {
+        source.warn(format!("asset.minVersion is {version}: what is newer than glTF 2.0 in the file is not drawn"));
+    }
     for required in &source.document.extensions_required {
         if WITHOUT_EFFECT.contains(&required.as_str()) {
             source.warn(format!("{required} is drawn without its effect"));

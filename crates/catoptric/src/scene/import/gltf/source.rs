@@ -78,7 +78,7 @@ impl<'a> Source<'a> {
         list_name: &str,
     ) -> Result<&'l T, SceneError> {
         list.get(index).ok_or_else(|| {
-            let problem = format!("there is no {list_name}[{index}], only {} of them", list.len());
+            let problem = format!("there is no {list_name}[{index}]; the file has {}", list.len());
             self.invalid(field(), problem)
         })
     }

@@ -1,1 +1,228 @@
+use super::super::load;
+use super::*;
+use crate::scene::model::LocalTransform;
+use crate::scene::{PoseOptions, Projection};
+use crate::surface::AnalyticSurface;
 
+fn read(text: &str) -> Model {
+    parse("scene.toml", text).unwrap().model
+}
+
+/// The error must name this line and this text.
+#[track_caller]
+fn assert_error(text: &str, line: usize, needle: &str) {
+    let message = parse("scene.toml", text).unwrap_err().to_string();
+    assert!(message.starts_with(&format!("scene.toml: line {line}: ")) && message.contains(needle), "{message}");
+}
+
+const FULL: &str = r#"
+gltf = ["room.glb", "more/chairs.gltf"]
+environment = "sky.hdr"
+[camera]
+eye = [0, 1, 4]
+target = [0, 1, 0]
+up = [0, 1, 0]
+fov_deg = 40
+[[reflector]]
+name = "ball"
+surface = "sphere"
+center = [0, 1, 0]
+radius = 0.5
+tint = [0.95, 0.9, 0.85]
+[[reflector]]
+name = "drop"
+surface = "sphere"
+center = [2, 1, 0]
+radius = 0.25
+ior = 1.5
+[[reflector]]
+name = "bowl"
+surface = "sphere"
+center = [4, 1, 0]
+radius = 1e0
+inside = true
+[[reflector]]
+name = "wall"
+surface = "plane"
+center = [0, 0, -2]
+normal = [0, 0, 5]
+size = [4, 2]
+rotation_deg = [0, 90, 0]
+[role]
+"ball" = "reflector"
+"chair*" = "diffuse"
+[region]
+min = [-1, 0, -1]
+max = [1, 2, 1]
+[method.sample_based_camera]
+accuracy_px = 1.0
+[method.reference]
+"#;
+
+#[test]
+fn everything_is_read() {
+    let SceneFile { gltf, environment, model } = parse("scene.toml", FULL).unwrap();
+    assert_eq!(gltf, ["room.glb", "more/chairs.gltf"]);
+    assert_eq!(environment.as_deref(), Some("sky.hdr"));
+    let camera = &model.cameras[0];
+    assert_eq!(camera.projection, Projection::Perspective { fov_y: 40f32.to_radians() });
+    assert_eq!(camera.placement.translation, Vec3::new(0.0, 1.0, 4.0).into());
+    let names: Vec<&str> = model.nodes.iter().map(|node| node.name.as_str()).collect();
+    assert_eq!(names, ["ball", "drop", "bowl", "wall"]);
+    assert_eq!(model.materials[0].base_color.truncate(), Vec3::new(0.95, 0.9, 0.85));
+    assert_eq!(
+        model.materials.iter().map(|material| material.role).collect::<Vec<_>>(),
+        [Role::Reflector, Role::Lens, Role::Reflector, Role::Reflector]
+    );
+    assert_eq!((model.materials[1].name.as_str(), model.materials[1].ior), ("drop", 1.5));
+    let wall = model.nodes[3].analytic.as_ref().unwrap();
+    assert_eq!(wall.surface, AnalyticSurface::Plane { half_width: 2.0, half_height: 1.0 });
+    assert!(model.nodes[2].analytic.as_ref().unwrap().inside && !wall.inside);
+    let LocalTransform::Parts { rotation, .. } = model.nodes[3].local else { panic!("a matrix") };
+    assert!((rotation * Vec3::Y - Vec3::X).length() < 1e-6); // the normal, turned from z to x
+    assert!((rotation * Vec3::X - Vec3::NEG_Z).length() < 1e-6);
+    assert_eq!(model.roles.iter().map(RoleRule::pattern).collect::<Vec<_>>(), ["ball", "chair*"]);
+    assert_eq!(model.region, Some(Aabb { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 2.0, 1.0) }));
+    assert_eq!(model.method_settings["sample_based_camera"]["accuracy_px"].as_float(), Some(1.0));
+    assert!(model.method_settings["reference"].is_empty());
+}
+
+#[test]
+fn an_empty_file_is_an_empty_scene() {
+    assert!(read("").nodes.is_empty());
+    assert!(read("# nothing\n").pose(&PoseOptions::default()).is_ok());
+}
+
+#[test]
+fn reflectors_become_objects() {
+    let text = "[[reflector]]\nsurface = \"sphere\"\ncenter = [1, 2, 3]\nradius = 0.5\n";
+    let scene = read(text).pose(&PoseOptions::default()).unwrap();
+    assert_eq!(scene.objects[0].name, "reflector 0");
+    assert!((scene.bounds.center() - Vec3::new(1.0, 2.0, 3.0)).length() < 1e-4);
+}
+
+#[test]
+fn errors_name_the_line() {
+    assert_error("a = \n", 1, "TOML");
+    assert_error("\n\n[camera\n", 3, "TOML");
+    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: gltf, environment, camera, reflector, role");
+    assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
+    assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
+    assert_error("gltf = [1]\n", 1, "gltf");
+    assert_error("environment = \"sky.png\"\n", 1, "`sky.png`");
+    assert_error("environment = 3\n", 1, "must be a text, not `3`");
+    assert_error("camera = 3\n", 1, "camera: must be a table");
+    assert_error("[camera]\neye = [0, 0, 0]\n", 1, "camera.target: missing");
+    assert_error("[camera]\neye = [0, 0]\ntarget = [0, 0, 0]\n", 2, "camera.eye: must be 3 finite numbers");
+    assert_error("[camera]\neye = [0, 0, nan]\ntarget = [0, 0, 0]\n", 2, "camera.eye");
+    assert_error("[camera]\neye = [0, 0, 1]\ntarget = [0, 0, 1]\n", 3, "is where the eye is");
+    assert_error("[camera]\neye = [0, 0, 1]\ntarget = [0, 0, 0]\nfov_deg = 180\n", 4, "0.01 to 179");
+    assert_error("[camera]\neye = [0, 0, 1]\ntarget = [0, 0, 0]\nfov = 40\n", 4, "camera.fov: unknown key");
+    assert_error("[camera]\neye = [0, 0, 1]\ntarget = [0, 0, 0]\nup = [0, 0, 0]\n", 4, "must not be zero");
+    assert_error("[camera]\neye = [0, 0, 1e30]\ntarget = [0, 0, 0]\n", 2, "from the origin");
+    assert_error("[role]\nball = \"mirror\"\n", 2, "role.ball: must be \"reflector\", \"lens\" or \"diffuse\"");
+    assert_error("[region]\nmin = [0, 0, 0]\nmax = [1, 0, 1]\n", 3, "greater than `min`");
+    assert_error("[region]\nmin = [0, 0, 0]\n", 1, "region.max: missing");
+    assert_error("[method]\nreference = 3\n", 2, "must be a table");
+    assert_error("reflector = 3\n", 1, "[[reflector]]");
+    assert_error("[reflector]\nsurface = \"sphere\"\n", 1, "[[reflector]]");
+}
+
+#[test]
+fn errors_of_reflectors_name_the_line() {
+    let ball = "[[reflector]]\nsurface = \"sphere\"\ncenter = [0, 0, 0]\n";
+    for (line, needle) in [
+        ("radius = 0", "a length must be"),
+        ("radius = -1.5", "-1.5"),
+        ("radius = inf", "must be a finite number, not `inf`"),
+        ("radius = \"1\"", "must be a finite number, not the text \"1\""),
+        ("radius = 1\ntint = [2, 0, 0]", "from 0 to 1"),
+        ("radius = 1\nior = 0.05", "0.1 to 10"),
+        ("radius = 1\nior = 1.5\ninside = true", "is for mirrors"),
+        ("radius = 1\ninside = 1", "must be true or false"),
+        ("radius = 1\nrotation_deg = [0, 0]", "3 finite numbers"),
+        ("radius = 1\nsize = [1, 1]", "reflector.size: unknown key"),
+        ("radius = 1\nradii = [1, 1, 1]", "reflector.radii: unknown key; known are: surface, name, center"),
+    ] {
+        let text = format!("{ball}{line}\n");
+        assert_error(&text, text.lines().count(), needle);
+    }
+    assert_error(ball, 1, "reflector.radius: missing");
+    assert_error("\n[[reflector]]\nname = \"a\"\n", 2, "reflector.surface: missing");
+    assert_error("[[reflector]]\nsurface = \"sphere\"\nradius = 1\n", 1, "reflector.center: missing");
+    assert_error(
+        "[[reflector]]\nsurface = \"torus\"\nmajor_radius = 1\n",
+        2,
+        "`torus` is not supported in this version",
+    );
+    assert_error("[[reflector]]\nsurface = \"ball\"\n", 2, "supported are `plane` and `sphere`");
+    let plane = "[[reflector]]\nsurface = \"plane\"\ncenter = [0, 0, 0]\n";
+    assert_error(&format!("{plane}size = [1, 1]\n"), 1, "reflector.normal: missing");
+    assert_error(&format!("{plane}normal = [0, 1, 0]\n"), 1, "reflector.size: missing");
+    assert_error(&format!("{plane}normal = [0, 0, 0]\nsize = [1, 1]\n"), 4, "must not be zero");
+    assert_error(&format!("{plane}normal = [0, 1, 0]\nsize = [1, 0]\n"), 5, "a length must be");
+    let named = "[[reflector]]\nname = \"a\"\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    assert_error(&format!("{named}{named}"), 6, "there is a reflector `a` already");
+}
+
+#[test]
+fn nesting_has_an_end() {
+    for (open, close) in [("[", "]"), ("{a=", "}")] {
+        let text = format!("gltf = {}{}\n", open.repeat(100_000), close.repeat(100_000));
+        assert_error(&text, 1, "TOML");
+    }
+    let text = format!("[method]\n{}b = 1\n", "a.".repeat(100_000));
+    assert!(parse("deep", &text).is_err());
+    let text = format!("[{}b]\n", "a.".repeat(100_000));
+    assert!(parse("deep", &text).is_err());
+}
+
+#[test]
+fn mutated_scenes_never_panic() {
+    const SYMBOLS: &[u8] = b"[]{}\"'=.,#-+e_0123456789\n ";
+    let mut sound = 0;
+    for iteration in 0..4000u64 {
+        let mut random = crate::math::random::Stream::new(iteration);
+        let mut below = |limit: usize| (random.next_unit() * limit as f32) as usize;
+        let mut bytes = FULL.as_bytes().to_vec();
+        for _ in 0..1 + below(3) {
+            let place = below(bytes.len());
+            match below(4) {
+                0 => bytes[place] = SYMBOLS[below(SYMBOLS.len())],
+                1 => bytes[place] ^= 1 << below(8),
+                2 => {
+                    let end = (place + below(40)).min(bytes.len());
+                    let piece = bytes[place..end].to_vec();
+                    let to = below(bytes.len());
+                    bytes.splice(to..to, piece);
+                }
+                _ => drop(bytes.drain(place..(place + below(20)).min(place + 1))),
+            }
+        }
+        let Ok(text) = String::from_utf8(bytes) else { continue };
+        if let Ok(scene) = parse("mutated", &text) {
+            // Roles may name nothing here, which is an error of its own.
+            sound += usize::from(scene.model.pose(&PoseOptions::default()).is_ok());
+            sound += 1;
+        }
+    }
+    assert!(sound > 100, "only {sound}");
+}
+
+#[test]
+fn files_are_found_beside_the_scene() {
+    let folder = std::env::temp_dir().join(format!("catoptric_toml_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let scene = folder.join("scene.toml");
+    std::fs::write(&scene, "gltf = [\"gone.glb\"]\n").unwrap();
+    let message = load(&scene).unwrap_err().to_string();
+    assert!(message.contains("gone.glb"), "{message}");
+    let mut hdr = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&[image::Rgb([1.0f32; 3]); 2], 2, 1).unwrap();
+    std::fs::write(folder.join("sky.hdr"), hdr).unwrap();
+    std::fs::write(&scene, "environment = \"sky.hdr\"\n").unwrap();
+    assert_eq!(load(&scene).unwrap().environment.unwrap().name, "sky.hdr");
+    std::fs::remove_dir_all(&folder).unwrap();
+    let message = load(Path::new("scene.fbx")).unwrap_err().to_string();
+    assert!(message.contains(".toml"), "{message}");
+}
