@@ -113,6 +113,13 @@ impl Point {
         let limit = GUARD_BAND_PX * self.w;
         [limit - self.x, limit + self.x, limit - self.y, limit + self.y]
     }
+
+    /// Moves the point onto a side of the guard band; the sides are in the order of the distances.
+    fn set_on_guard(&mut self, side: usize) {
+        let limit = GUARD_BAND_PX * self.w;
+        let limit = if side % 2 == 0 { limit } else { -limit };
+        if side < 2 { self.x = limit } else { self.y = limit }
+    }
 }
 
 /// What became of a triangle.
@@ -155,14 +162,14 @@ pub(super) fn set_up(
         };
     }
     let mut polygon = Polygon::new(&points);
-    polygon.clip(|p| p.beyond_near);
-    polygon.clip(|p| p.clip_distance);
+    polygon.clip(|p| p.beyond_near, |_| {});
+    polygon.clip(|p| p.clip_distance, |_| {});
     // Orthographic points have w = 1; whatever else comes is cut off before the division.
     if polygon.points().iter().any(|p| p.w <= 0.0) {
         return Outcome::Culled;
     }
     for side in 0..4 {
-        polygon.clip(|p| p.guard_distances()[side]);
+        polygon.clip(|p| p.guard_distances()[side], |p| p.set_on_guard(side));
     }
     let corners = polygon.points();
     let mut outcome = Outcome::Culled;
@@ -192,8 +199,9 @@ impl Polygon {
         &self.points[..self.len]
     }
 
-    /// Keeps the part where `distance` is not negative (Sutherland and Hodgman 1974).
-    fn clip(&mut self, distance: impl Fn(&Point) -> f64) {
+    /// Keeps the part where `distance` is not negative (Sutherland and Hodgman 1974). `settle` moves new points onto
+    /// the border, from where rounding has left them.
+    fn clip(&mut self, distance: impl Fn(&Point) -> f64, settle: impl Fn(&mut Point)) {
         let old = self.points;
         let old = &old[..self.len];
         self.len = 0;
@@ -203,10 +211,13 @@ impl Polygon {
             if here >= 0.0 {
                 self.push(*current);
             }
-            if here >= 0.0 && there < 0.0 {
-                self.push(Point::between(current, next, here, there));
-            } else if here < 0.0 && there >= 0.0 {
-                self.push(Point::between(next, current, there, here));
+            if (here >= 0.0) != (there >= 0.0) {
+                let mut point = match here >= 0.0 {
+                    true => Point::between(current, next, here, there),
+                    false => Point::between(next, current, there, here),
+                };
+                settle(&mut point);
+                self.push(point);
             }
         }
     }
@@ -230,7 +241,8 @@ fn finish(
 ) -> Option<SetupTriangle> {
     let inverse = corners.map(|p| 1.0 / p.w);
     let snap = |value: f64| {
-        let scaled = value * SUBPIXELS as f64;
+        // Corners of triangles of astronomical size may miss the guard band by rounding.
+        let scaled = value.clamp(-GUARD_BAND_PX, GUARD_BAND_PX) * SUBPIXELS as f64;
         (scaled + 0.5f64.copysign(scaled)) as i32
     };
     let mut snapped: [[i32; 2]; 3] =
