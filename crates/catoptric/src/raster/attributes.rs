@@ -77,7 +77,7 @@ pub(super) fn weights(corners: &Corners, out: &mut Weights) {
             size += value.abs();
         }
         let usable = size < f32::MAX;
-        let (b, c) = (b.max(0.0).min(1.0), c.max(0.0).min(1.0));
+        let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
         // Keeps the sum at 1 when the first weight would be negative.
         let excess = ((b + c - 1.0) * 0.5).max(0.0);
         let inside = [(b - excess).max(0.0), (c - excess).max(0.0)];

@@ -3,7 +3,7 @@
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
 use crate::scene::shade::{Encounter, SurfacePoint};
-use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, View, ViewRays};
+use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, SurfaceQuery, View, ViewRays};
 use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3};
 
@@ -110,6 +110,13 @@ impl<'a> SceneShader<'a> {
     pub fn new(scene: &'a Scene, view: &View) -> Self {
         Self { scene, rays: view.rays() }
     }
+
+    /// Whether a surface is that of a triangle that does not reflect.
+    #[inline]
+    fn is_plain(&self, surface: &LayerSurface) -> bool {
+        let object = self.scene.triangle_objects[surface.source as usize];
+        self.scene.objects[object as usize].surface.is_none() && !self.scene.role_of(object).is_specular()
+    }
 }
 
 impl FragmentShader for SceneShader<'_> {
@@ -127,17 +134,27 @@ impl FragmentShader for SceneShader<'_> {
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_all(self, batch, colors);
+        let mut queries = Vec::with_capacity(batch.len());
+        let mut targets = Vec::with_capacity(batch.len());
+        for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
+            match fragment.chain.first() {
+                Some(surface) if self.is_plain(surface) => {
+                    let towards_viewer = -self.rays.direction(fragment.position.x, fragment.position.y);
+                    let (triangle, barycentrics) = (surface.source, surface.barycentrics);
+                    queries.push(SurfaceQuery { triangle, barycentrics, towards_viewer });
+                    targets.push(index as u32);
+                }
+                _ => *color = self.shade(&fragment),
+            }
+        }
+        let mut results = vec![Vec3::ZERO; queries.len()];
+        self.scene.radiance_batch(&queries, &mut results);
+        for (target, result) in targets.into_iter().zip(results) {
+            colors[target as usize] = result;
+        }
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
         self.scene.is_surface_present(surface)
-    }
-}
-
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn shade_all(shader: &SceneShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-    for (fragment, color) in batch.iter().zip(colors) {
-        *color = shader.shade(&fragment);
     }
 }
