@@ -111,10 +111,8 @@ impl<'a> SceneShader<'a> {
         Self { scene, rays: view.rays() }
     }
 
-    /// Whether a surface is that of a triangle that does not reflect.
-    #[inline]
-    fn is_plain(&self, surface: &LayerSurface) -> bool {
-        let object = self.scene.triangle_objects[surface.source as usize];
+    /// Whether an object is one of triangles that do not reflect.
+    fn is_plain(&self, object: u32) -> bool {
         self.scene.objects[object as usize].surface.is_none() && !self.scene.role_of(object).is_specular()
     }
 }
@@ -136,9 +134,18 @@ impl FragmentShader for SceneShader<'_> {
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
         let mut queries = Vec::with_capacity(batch.len());
         let mut targets = Vec::with_capacity(batch.len());
+        // Neighbours are mostly of one object.
+        let (mut last_object, mut last_plain) = (u32::MAX, false);
+        let mut is_plain = |surface: &LayerSurface| {
+            let object = self.scene.triangle_objects[surface.source as usize];
+            if object != last_object {
+                (last_object, last_plain) = (object, self.is_plain(object));
+            }
+            last_plain
+        };
         for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
             match fragment.chain.first() {
-                Some(surface) if self.is_plain(surface) => {
+                Some(surface) if is_plain(surface) => {
                     let towards_viewer = -self.rays.direction(fragment.position.x, fragment.position.y);
                     let (triangle, barycentrics) = (surface.source, surface.barycentrics);
                     queries.push(SurfaceQuery { triangle, barycentrics, towards_viewer });

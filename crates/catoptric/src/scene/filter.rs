@@ -64,13 +64,9 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
     }
     let mut sums = [Vec4::ZERO; N];
     for probe in 0..most_probes as u32 {
-        let mut wrapped = [[0.0f32; N]; 2];
-        for axis in 0..2 {
-            for i in 0..N {
-                let along = (probe as f32 + 0.5) / taps.probes[i] - 0.5;
-                wrapped[axis][i] = wrap(at.uv[axis][i] + taps.step[axis][i] * along, traits.wrap[axis][i]);
-            }
-        }
+        // No closures here: they would not be compiled for the caller's instruction set.
+        let wrapped =
+            [along(probe, &at.uv[0], &taps, 0, &traits.wrap[0]), along(probe, &at.uv[1], &taps, 1, &traits.wrap[1])];
         let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
         let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
         for i in 0..N {
@@ -85,10 +81,11 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
             }
         }
     }
-    std::array::from_fn(|i| {
+    for i in 0..N {
         let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
-        if textures[i].is_some() && finite { sums[i] * (1.0 / (65535.0 * taps.probes[i])) } else { Vec4::ONE }
-    })
+        sums[i] = if textures[i].is_some() && finite { sums[i] / (65535.0 * taps.probes[i]) } else { Vec4::ONE };
+    }
+    sums
 }
 
 #[inline(always)]
@@ -125,52 +122,62 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
 #[inline(always)]
 fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
     let mut taps = Taps { probes: [1.0; N], step: [[0.0; N]; 2], level: [0.0; N], blend: [0.0; N], half: [0.0; N] };
+    // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..N {
         let [width, height] = [traits.size[0][i], traits.size[1][i]];
-        let (xu, xv) = (at.dx[0][i] * width, at.dx[1][i] * height);
-        let (yu, yv) = (at.dy[0][i] * width, at.dy[1][i] * height);
+        let [dx_u, dx_v, dy_u, dy_v] = [at.dx[0][i], at.dx[1][i], at.dy[0][i], at.dy[1][i]];
+        let (last_level, nearest_level) = (traits.last_level[i], traits.nearest_level[i]);
+        let (magnified_half, minified_half) = (traits.magnified_half[i], traits.minified_half[i]);
+        let (xu, xv, yu, yv) = (dx_u * width, dx_v * height, dy_u * width, dy_v * height);
         let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
         let across = x2 >= y2;
-        let (major2, minor2) = if across { (x2, y2) } else { (y2, x2) };
+        let major2 = if across { x2 } else { y2 };
+        let minor2 = if across { y2 } else { x2 };
         // Footprints that are not a number, infinite or tiny are magnification.
-        let minified = major2 > 1.0 && major2 < f32::INFINITY;
-        let mipped = minified && traits.last_level[i] >= 0.0;
+        let minified = (major2 > 1.0) & (major2 < f32::INFINITY);
+        let mipped = minified & (last_level >= 0.0);
         let major2 = if mipped { major2 } else { 1.0 };
         let minor2 = if minor2 > 1e-20 { minor2 } else { 1e-20 };
         let ratio2 = major2 / minor2;
         let ratio2 = if ratio2 < MAX_ANISOTROPY * MAX_ANISOTROPY { ratio2 } else { MAX_ANISOTROPY * MAX_ANISOTROPY };
-        let ratio = if ratio2 < major2 { ratio2 } else { major2 }.sqrt();
-        let probes = -floor(-ratio);
+        let ratio2 = if ratio2 < major2 { ratio2 } else { major2 };
+        let probes = -floor(-ratio2.sqrt());
         let probes = if probes > 1.0 { probes } else { 1.0 };
         let inverse = 1.0 / probes;
         let level = 0.5 * log2(major2 * inverse * inverse);
-        let last = if mipped { traits.last_level[i] } else { 0.0 };
+        let last = if mipped { last_level } else { 0.0 };
         let level = if level > 0.0 { level } else { 0.0 };
         let level = if level < last { level } else { last };
-        let whole = floor(if traits.nearest_level[i] > 0.0 { level + 0.5 } else { level });
+        // The nearest level is the lower one of a level half a step up.
+        let whole = floor(level + 0.5 * nearest_level);
         taps.probes[i] = probes;
         taps.level[i] = whole;
-        taps.blend[i] = if traits.nearest_level[i] > 0.0 { 0.0 } else { level - whole };
-        taps.half[i] = if minified { traits.minified_half[i] } else { traits.magnified_half[i] };
-        for axis in 0..2 {
-            let step = if across { at.dx[axis][i] } else { at.dy[axis][i] };
-            taps.step[axis][i] = if mipped { step } else { 0.0 };
-        }
+        taps.blend[i] = (level - whole) * (1.0 - nearest_level);
+        taps.half[i] = if minified { minified_half } else { magnified_half };
+        let (step_u, step_v) = (if across { dx_u } else { dy_u }, if across { dx_v } else { dy_v });
+        taps.step[0][i] = if mipped { step_u } else { 0.0 };
+        taps.step[1][i] = if mipped { step_v } else { 0.0 };
     }
     taps
 }
 
-/// A coordinate of any size brought into 0..1.
+/// Coordinates of the look-ups along the footprints, brought into 0..1.
 #[inline(always)]
-fn wrap(coordinate: f32, wrap: f32) -> f32 {
-    let scaled = coordinate * wrap;
-    let fraction = scaled - floor(scaled);
-    let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
-    let result = if wrap == 1.0 { fraction } else { mirrored };
-    let result = if wrap == 0.0 { coordinate } else { result };
-    // Not a number, and what rounding of far coordinates leaves outside.
-    let result = if result > 0.0 { result } else { 0.0 };
-    if result < 1.0 { result } else { 1.0 }
+fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize, wrap: &[f32; N]) -> [f32; N] {
+    let mut result = [0.0; N];
+    for i in 0..N {
+        let (at, step, probes, wrap) = (at[i], taps.step[axis][i], taps.probes[i], wrap[i]);
+        let coordinate = at + step * ((probe as f32 + 0.5) / probes - 0.5);
+        let scaled = coordinate * wrap;
+        let fraction = scaled - floor(scaled);
+        let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
+        let folded = if wrap == 1.0 { fraction } else { mirrored };
+        let folded = if wrap == 0.0 { coordinate } else { folded };
+        // Not a number, and what rounding of far coordinates leaves outside.
+        let folded = if folded > 0.0 { folded } else { 0.0 };
+        result[i] = if folded < 1.0 { folded } else { 1.0 };
+    }
+    result
 }
 
 /// Columns and rows of the texels to be blended, and the shares of the second ones.
@@ -190,18 +197,20 @@ fn corners<const N: usize>(
     let mut texels = Texels { first: [[0; N]; 2], second: [[0; N]; 2], share: [[0.0; N]; 2] };
     for axis in 0..2 {
         for i in 0..N {
-            let last = size[axis][i] - 1.0;
-            let position = wrapped[axis][i] * size[axis][i] - half[i];
+            let (size, wrap, half) = (size[axis][i], wrap[axis][i], half[i]);
+            let last = size - 1.0;
+            let position = wrapped[axis][i] * size - half;
             let first = floor(position);
             // Mirrored coordinates are already folded: beyond the edge lies the edge's own texel.
-            let (below, above) = if wrap[axis][i] == 1.0 { (last, 0.0) } else { (0.0, last) };
+            let below = if wrap == 1.0 { last } else { 0.0 };
+            let above = last - below;
             let second = first + 1.0;
             let second = if second > last { above } else { second };
             let inside = if first < 0.0 { below } else { first };
             let inside = if first > last { above } else { inside };
             texels.first[axis][i] = index(inside);
             texels.second[axis][i] = index(second);
-            texels.share[axis][i] = if half[i] > 0.0 { position - first } else { 0.0 };
+            texels.share[axis][i] = if half > 0.0 { position - first } else { 0.0 };
         }
     }
     texels

@@ -35,7 +35,10 @@ impl Scene {
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn radiance_batch(scene: &Scene, queries: &[SurfaceQuery], colors: &mut [Vec3]) {
     for (queries, colors) in queries.chunks(LANES).zip(colors.chunks_mut(LANES)) {
-        let lanes: [&SurfaceQuery; LANES] = std::array::from_fn(|i| queries.get(i).unwrap_or(&queries[0]));
+        let mut lanes = [&queries[0]; LANES];
+        for (lane, query) in lanes.iter_mut().zip(queries) {
+            *lane = query;
+        }
         let result = radiance(scene, &lanes);
         for (color, (value, query)) in colors.iter_mut().zip(result.iter().zip(queries)) {
             *color = value.unwrap_or_else(|| one_by_one(scene, query));
@@ -118,7 +121,7 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
         for i in 0..LANES {
             let [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
             let length2 = x * x + y * y + z * z;
-            usable[i] = length2 > 1e-36 && length2 < f32::INFINITY;
+            usable[i] = (length2 > 1e-36) & (length2 < f32::INFINITY);
             let towards = x * viewers[0][i] + y * viewers[1][i] + z * viewers[2][i];
             let inverse = 1.0 / length2.sqrt();
             let inverse = if towards < 0.0 { -inverse } else { inverse };
@@ -126,19 +129,21 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
         }
         light = irradiance_over_pi(scene, &positions, &normals, &viewers);
     }
-    std::array::from_fn(|i| {
-        let material = materials[i]?;
-        let color = (base[i] * texels[i]).xyz();
-        let emits = material.emissive != Vec3::ZERO && material.emissive_texture.is_some();
-        let color = if material.unlit {
-            color
-        } else if usable[i] && !emits {
-            color * Vec3::new(light[0][i], light[1][i], light[2][i]) + material.emissive
-        } else {
-            return None;
-        };
-        color.is_finite().then(|| color.max(Vec3::ZERO))
-    })
+    let mut result = [None; LANES];
+    for i in 0..LANES {
+        let Some(material) = materials[i] else { continue };
+        let mut color = (base[i] * texels[i]).xyz();
+        if !material.unlit {
+            if !usable[i] || (material.emissive_texture.is_some() && material.emissive != Vec3::ZERO) {
+                continue;
+            }
+            color = color * Vec3::new(light[0][i], light[1][i], light[2][i]) + material.emissive;
+        }
+        if color.is_finite() {
+            result[i] = Some(color.max(Vec3::ZERO));
+        }
+    }
+    result
 }
 
 #[inline(always)]
