@@ -97,6 +97,76 @@ impl Scene {
     }
 }
 
+/// What a fragment of a scene looks like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Look {
+    /// This.
+    Color(Vec3),
+    /// What a point of a diffuse surface scatters: many such points are worked out together.
+    Scattered {
+        /// The point.
+        query: SurfaceQuery,
+        /// What becomes of its radiance on the way.
+        throughput: Vec3,
+        /// What comes from before it.
+        added: Vec3,
+    },
+}
+
+impl Look {
+    /// What a surface (not one that reflects) looks like along a ray.
+    #[inline]
+    pub fn of_diffuse(scene: &Scene, surface: &LayerSurface, ray: &Ray, throughput: Vec3, added: Vec3) -> Self {
+        let object = scene.triangle_objects[surface.source as usize];
+        if scene.objects[object as usize].surface.is_some() {
+            let point = scene.drawn_point(surface, ray);
+            return Self::Color(added + throughput * scene.radiance(&point, -ray.direction));
+        }
+        let (triangle, barycentrics) = (surface.source, surface.barycentrics);
+        let query = SurfaceQuery { triangle, barycentrics, towards_viewer: -ray.direction };
+        Self::Scattered { query, throughput, added }
+    }
+
+    /// The colour, worked out alone.
+    #[inline]
+    pub fn color(&self, scene: &Scene) -> Vec3 {
+        match self {
+            Self::Color(color) => *color,
+            Self::Scattered { query, throughput, added } => {
+                let point = scene.surface_point(query.triangle, &query.barycentrics);
+                *added + *throughput * scene.radiance(&point, query.towards_viewer)
+            }
+        }
+    }
+}
+
+/// The colours of a batch, with all scattering points worked out together.
+#[inline(always)]
+pub fn shade_looks(
+    scene: &Scene,
+    batch: &FragmentBatch<'_>,
+    colors: &mut [Vec3],
+    look: impl Fn(&Fragment<'_>) -> Look,
+) {
+    let mut queries = Vec::with_capacity(batch.len());
+    let mut targets = Vec::with_capacity(batch.len());
+    for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
+        match look(&fragment) {
+            Look::Color(found) => *color = found,
+            Look::Scattered { query, throughput, added } => {
+                queries.push(query);
+                targets.push((index as u32, throughput));
+                *color = added;
+            }
+        }
+    }
+    let mut results = vec![Vec3::ZERO; queries.len()];
+    scene.radiance_batch(&queries, &mut results);
+    for ((target, throughput), result) in targets.into_iter().zip(results) {
+        colors[target as usize] += throughput * result;
+    }
+}
+
 /// Shades what is seen directly: the first surface of a chain, or the environment. Sources are the scene's triangles.
 /// Objects that reflect or refract are black.
 #[derive(Clone, Copy, Debug)]
@@ -111,54 +181,27 @@ impl<'a> SceneShader<'a> {
         Self { scene, rays: view.rays() }
     }
 
-    /// Whether an object is one of triangles that do not reflect.
-    fn is_plain(&self, object: u32) -> bool {
-        self.scene.objects[object as usize].surface.is_none() && !self.scene.role_of(object).is_specular()
+    #[inline]
+    fn look(&self, fragment: &Fragment<'_>) -> Look {
+        let ray = self.rays.ray(fragment.position.x, fragment.position.y);
+        let Some(surface) = fragment.chain.first() else {
+            return Look::Color(self.scene.background(ray.direction));
+        };
+        let object = self.scene.triangle_objects[surface.source as usize];
+        if self.scene.role_of(object).is_specular() {
+            return Look::Color(Vec3::ZERO);
+        }
+        Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO)
     }
 }
 
 impl FragmentShader for SceneShader<'_> {
-    #[inline]
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        let ray = self.rays.ray(fragment.position.x, fragment.position.y);
-        let Some(surface) = fragment.chain.first() else {
-            return self.scene.background(ray.direction);
-        };
-        let object = self.scene.triangle_objects[surface.source as usize];
-        if self.scene.role_of(object).is_specular() {
-            return Vec3::ZERO;
-        }
-        self.scene.radiance(&self.scene.drawn_point(surface, &ray), -ray.direction)
+        self.look(fragment).color(self.scene)
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        let mut queries = Vec::with_capacity(batch.len());
-        let mut targets = Vec::with_capacity(batch.len());
-        // Neighbours are mostly of one object.
-        let (mut last_object, mut last_plain) = (u32::MAX, false);
-        let mut is_plain = |surface: &LayerSurface| {
-            let object = self.scene.triangle_objects[surface.source as usize];
-            if object != last_object {
-                (last_object, last_plain) = (object, self.is_plain(object));
-            }
-            last_plain
-        };
-        for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
-            match fragment.chain.first() {
-                Some(surface) if is_plain(surface) => {
-                    let towards_viewer = -self.rays.direction(fragment.position.x, fragment.position.y);
-                    let (triangle, barycentrics) = (surface.source, surface.barycentrics);
-                    queries.push(SurfaceQuery { triangle, barycentrics, towards_viewer });
-                    targets.push(index as u32);
-                }
-                _ => *color = self.shade(&fragment),
-            }
-        }
-        let mut results = vec![Vec3::ZERO; queries.len()];
-        self.scene.radiance_batch(&queries, &mut results);
-        for (target, result) in targets.into_iter().zip(results) {
-            colors[target as usize] = result;
-        }
+        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {

@@ -3,7 +3,7 @@
 use super::cube_map::CubeMap;
 use super::parallax::Surround;
 use crate::optics::{fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change};
-use crate::raster::{Fragment, FragmentShader, LayerSurface};
+use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
 use crate::scene::shade::Encounter;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, ViewRays};
 use glam::{Vec2, Vec3, Vec4Swizzles};
@@ -94,20 +94,32 @@ impl ReflectorMap {
     }
 }
 
-impl FragmentShader for MapShader<'_> {
+impl MapShader<'_> {
     #[inline]
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        let (ray, change) = self.rays.ray_with_differential(fragment.position.x, fragment.position.y);
+    fn look(&self, fragment: &Fragment<'_>) -> Look {
+        let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
-            return self.scene.background(ray.direction);
+            return Look::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));
         };
-        let encounter = self.scene.drawn_encounter(surface, &ray, &change);
-        let material = self.scene.material_of(encounter.point.object);
-        if material.role.is_specular() {
-            self.specular(&encounter, material, &ray, &change)
-        } else {
-            self.scene.radiance(&encounter.point, -ray.direction)
+        let object = self.scene.triangle_objects[surface.source as usize];
+        let material = self.scene.material_of(object);
+        if !material.role.is_specular() {
+            let ray = self.rays.ray(at.x, at.y);
+            return Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
         }
+        let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+        let encounter = self.scene.drawn_encounter(surface, &ray, &change);
+        Look::Color(self.specular(&encounter, material, &ray, &change))
+    }
+}
+
+impl FragmentShader for MapShader<'_> {
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        self.look(fragment).color(self.scene)
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {

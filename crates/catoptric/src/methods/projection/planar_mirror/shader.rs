@@ -3,7 +3,7 @@
 use super::paths::MirrorPath;
 use super::planes::Mirrors;
 use crate::optics::{fresnel_dielectric, fresnel_schlick};
-use crate::raster::{Fragment, FragmentShader, LayerSurface};
+use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
 use crate::scene::{Ray, Role, Scene, ViewRays};
 use glam::{DAffine3, Vec2, Vec3, Vec4Swizzles};
 use std::collections::HashMap;
@@ -33,9 +33,9 @@ impl MirrorShader<'_> {
     }
 }
 
-impl FragmentShader for MirrorShader<'_> {
+impl MirrorShader<'_> {
     #[inline]
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+    fn look(&self, fragment: &Fragment<'_>) -> Look {
         let mut sum = Vec3::ZERO;
         let mut throughput = Vec3::ONE;
         let mut path = 0u32;
@@ -43,13 +43,13 @@ impl FragmentShader for MirrorShader<'_> {
             // The list is the path: one list is drawn for each.
             debug_assert_eq!(surface.list, path);
             let ray = self.ray(path, fragment.position);
-            let point = self.scene.drawn_point(surface, &ray);
-            let material = self.scene.material_of(point.object);
+            let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
             match material.role {
-                Role::Diffuse => return sum + throughput * self.scene.radiance(&point, -ray.direction),
-                Role::Lens => return sum,
+                Role::Diffuse => return Look::of_diffuse(self.scene, surface, &ray, throughput, sum),
+                Role::Lens => return Look::Color(sum),
                 Role::Reflector | Role::Coated => {}
             }
+            let point = self.scene.drawn_point(surface, &ray);
             let cosine = ray.direction.dot(point.normal).abs();
             let base = self.scene.base_color(material, &point).xyz();
             let tint = if material.role == Role::Coated {
@@ -66,11 +66,21 @@ impl FragmentShader for MirrorShader<'_> {
             match self.children.get(&(path, mirror)) {
                 Some(child) => path = *child,
                 // The last order, a curved reflector or a blind side.
-                None => return sum,
+                None => return Look::Color(sum),
             }
         }
         // Nothing is drawn in the last mirror of the chain, or no mirror is seen at all: light from infinity.
-        sum + throughput * self.scene.background(self.ray(path, fragment.position).direction)
+        Look::Color(sum + throughput * self.scene.background(self.ray(path, fragment.position).direction))
+    }
+}
+
+impl FragmentShader for MirrorShader<'_> {
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        self.look(fragment).color(self.scene)
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
