@@ -18,9 +18,10 @@ pub(super) struct LookUps<const N: usize> {
 
 /// Which texels of which levels each look-up reads.
 struct Taps<const N: usize> {
-    /// Look-ups along the footprint's longer axis.
+    /// Look-ups along the footprint's longer axis, and 1 over them.
     probes: [f32; N],
-    /// Their distance.
+    share: [f32; N],
+    /// The footprint's longer axis.
     step: [[f32; N]; 2],
     /// The finer level's index, and the share of the coarser one.
     level: [f32; N],
@@ -83,7 +84,7 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
     }
     for i in 0..N {
         let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
-        sums[i] = if textures[i].is_some() && finite { sums[i] / (65535.0 * taps.probes[i]) } else { Vec4::ONE };
+        sums[i] = if textures[i].is_some() && finite { sums[i] * (taps.share[i] * (1.0 / 65535.0)) } else { Vec4::ONE };
     }
     sums
 }
@@ -104,8 +105,8 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
         Wrap::Repeat => 1.0,
         Wrap::MirroredRepeat => 0.5,
     };
-    for i in 0..N {
-        let Some(texture) = textures[i] else { continue };
+    for (i, texture) in textures.iter().enumerate() {
+        let Some(texture) = texture else { continue };
         let sampler = &texture.sampler;
         (traits.size[0][i], traits.size[1][i]) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
         if sampler.mip_filter != MipFilter::None {
@@ -121,7 +122,14 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
 
 #[inline(always)]
 fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
-    let mut taps = Taps { probes: [1.0; N], step: [[0.0; N]; 2], level: [0.0; N], blend: [0.0; N], half: [0.0; N] };
+    let mut taps = Taps {
+        probes: [1.0; N],
+        share: [1.0; N],
+        step: [[0.0; N]; 2],
+        level: [0.0; N],
+        blend: [0.0; N],
+        half: [0.0; N],
+    };
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..N {
         let [width, height] = [traits.size[0][i], traits.size[1][i]];
@@ -151,6 +159,7 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
         // The nearest level is the lower one of a level half a step up.
         let whole = floor(level + 0.5 * nearest_level);
         taps.probes[i] = probes;
+        taps.share[i] = inverse;
         taps.level[i] = whole;
         taps.blend[i] = (level - whole) * (1.0 - nearest_level);
         taps.half[i] = if minified { minified_half } else { magnified_half };
@@ -166,8 +175,8 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
 fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize, wrap: &[f32; N]) -> [f32; N] {
     let mut result = [0.0; N];
     for i in 0..N {
-        let (at, step, probes, wrap) = (at[i], taps.step[axis][i], taps.probes[i], wrap[i]);
-        let coordinate = at + step * ((probe as f32 + 0.5) / probes - 0.5);
+        let (at, step, share, wrap) = (at[i], taps.step[axis][i], taps.share[i], wrap[i]);
+        let coordinate = at + step * ((probe as f32 + 0.5) * share - 0.5);
         let scaled = coordinate * wrap;
         let fraction = scaled - floor(scaled);
         let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
