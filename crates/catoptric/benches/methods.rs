@@ -33,7 +33,13 @@ fn prepared(id: &str, settings: &str, scene: &Scene, quality: Quality) -> Box<dy
     method
 }
 
-fn draw(method: &mut dyn ReflectionMethod, scene: &Scene, view: &View, quality: Quality, to: &mut Framebuffer) -> Report {
+fn draw(
+    method: &mut dyn ReflectionMethod,
+    scene: &Scene,
+    view: &View,
+    quality: Quality,
+    to: &mut Framebuffer,
+) -> Report {
     let job = Job { scene, view, quality, progress: &Silent };
     method.render(&job, to).expect("built-in scenes can be drawn")
 }
@@ -54,7 +60,10 @@ fn frames(criterion: &mut Criterion) {
             let comparison = Comparison::new(&picture, &truth).expect("the sizes are equal");
             let error = comparison.masked(&specular_mask(&scene, &view)).ok().flatten();
             if let Some(error) = error {
-                eprintln!("{name} {id} {settings}: FLIP {:.4}, off by over 0.1: {:.5}", error.flip_mean, error.over_0_1);
+                eprintln!(
+                    "{name} {id} {settings}: FLIP {:.4}, off by over 0.1: {:.5}",
+                    error.flip_mean, error.over_0_1
+                );
             }
         }
         for samples in [1, 16] {

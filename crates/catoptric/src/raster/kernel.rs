@@ -158,6 +158,22 @@ struct LanePattern {
 }
 
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+fn lane_pattern(pattern: &Pattern, half: usize, edges: &[Edge; 3], key_step: [f32; 2]) -> LanePattern {
+    let (x, y) = (&pattern.x[half], &pattern.y[half]);
+    let mut lanes = LanePattern { edges: [[0; LANES]; 3], key: [0.0; LANES] };
+    for i in 0..LANES {
+        lanes.key[i] = key_step[0] * (x[i] as f32 * (1.0 / 16.0)) + key_step[1] * (y[i] as f32 * (1.0 / 16.0));
+    }
+    for (values, edge) in lanes.edges.iter_mut().zip(edges) {
+        for i in 0..LANES {
+            values[i] = edge.x.wrapping_mul(x[i]).wrapping_add(edge.y.wrapping_mul(y[i]));
+        }
+    }
+    lanes
+}
+
+#[inline(always)]
 fn draw<const STENCIL: bool>(
     pattern: &Pattern,
     place: &TilePlace,
@@ -171,21 +187,10 @@ fn draw<const STENCIL: bool>(
     let [key_x, key_y, key_constant] = triangle.key_plane;
     let key_corner = key_constant + key_x * place.from_center[0] as f64 + key_y * place.from_center[1] as f64;
     let (key_step_x, key_step_y) = (key_x as f32, key_y as f32);
-    let lanes: [LanePattern; 2] = std::array::from_fn(|half| {
-        let half = half & (pattern.halves - 1);
-        LanePattern {
-            edges: std::array::from_fn(|e| {
-                std::array::from_fn(|lane| {
-                    let x = edges[e].x.wrapping_mul(pattern.x[half][lane]);
-                    x.wrapping_add(edges[e].y.wrapping_mul(pattern.y[half][lane]))
-                })
-            }),
-            key: std::array::from_fn(|lane| {
-                let (x, y) = (pattern.x[half][lane] as f32, pattern.y[half][lane] as f32);
-                key_step_x * (x * (1.0 / 16.0)) + key_step_y * (y * (1.0 / 16.0))
-            }),
-        }
-    });
+    let lanes = [
+        lane_pattern(pattern, 0, &edges, [key_step_x, key_step_y]),
+        lane_pattern(pattern, pattern.halves - 1, &edges, [key_step_x, key_step_y]),
+    ];
     let changes = edges.map(|edge| edge.change_over(BLOCK as i64));
     let group_log2 = LANES.trailing_zeros();
     let samples_log2 = pattern.samples_log2;

@@ -24,6 +24,15 @@ pub(super) struct Chains {
     pub(super) ends: Vec<u32>,
 }
 
+impl Chains {
+    fn clear(&mut self) {
+        self.positions.clear();
+        self.targets.clear();
+        self.ids.clear();
+        self.ends.clear();
+    }
+}
+
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub(super) fn resolve(
@@ -33,11 +42,11 @@ pub(super) fn resolve(
     first_pixel: [i32; 2],
     chains: &mut Chains,
 ) {
+    chains.clear();
+    if let ([layer], 1) = (layers, pattern.samples) {
+        return resolve_simple(layer, extent, first_pixel, chains);
+    }
     let Chains { positions, targets, ids, ends } = chains;
-    positions.clear();
-    targets.clear();
-    ids.clear();
-    ends.clear();
     let samples = pattern.samples;
     let whole = Vec2::splat(0.5);
     let all = (1u32 << samples) - 1;
@@ -110,6 +119,31 @@ fn first_samples(mask: u32, count: u32) -> u32 {
         rest &= rest - 1;
     }
     mask & !rest
+}
+
+/// One layer and one sample a pixel: every pixel is a fragment.
+#[inline(always)]
+fn resolve_simple(layer: &[Ids], extent: [usize; 2], first_pixel: [i32; 2], chains: &mut Chains) {
+    let layer: &[u32] = bytemuck::cast_slice(layer);
+    for (block, pixels) in layer.chunks_exact(BLOCK * BLOCK).enumerate() {
+        let [block_x, block_y] = [block % TILE_BLOCKS * BLOCK, block / TILE_BLOCKS * BLOCK];
+        let columns = extent[0].saturating_sub(block_x).min(BLOCK);
+        let rows = extent[1].saturating_sub(block_y).min(BLOCK);
+        for (row, pixels) in pixels.chunks_exact(BLOCK).take(rows).enumerate() {
+            let row = block_y + row;
+            let y = (first_pixel[1] + row as i32) as f32 + 0.5;
+            let x = (first_pixel[0] + block_x as i32) as f32 + 0.5;
+            chains.positions.extend((0..columns).map(|column| Vec2::new(x + column as f32, y)));
+            let target = |column: usize| FragmentTarget { column: (block_x + column) as u8, row: row as u8, weight: 1 };
+            chains.targets.extend((0..columns).map(target));
+            for &id in &pixels[..columns] {
+                if id != EMPTY {
+                    chains.ids.push(id);
+                }
+                chains.ends.push(chains.ids.len() as u32);
+            }
+        }
+    }
 }
 
 /// The mean position of some samples of a pixel.

@@ -1,9 +1,9 @@
 //! Scenes as they stand: their objects as a list to draw, and a shader for what is seen directly.
 
-use super::{DrawList, DrawTriangle, Fragment, FragmentShader, LayerSurface};
+use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
 use crate::scene::shade::{Encounter, SurfacePoint};
-use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, View, ViewRays};
+use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, SurfaceQuery, View, ViewRays};
 use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3};
 
@@ -110,6 +110,11 @@ impl<'a> SceneShader<'a> {
     pub fn new(scene: &'a Scene, view: &View) -> Self {
         Self { scene, rays: view.rays() }
     }
+
+    /// Whether an object is one of triangles that do not reflect.
+    fn is_plain(&self, object: u32) -> bool {
+        self.scene.objects[object as usize].surface.is_none() && !self.scene.role_of(object).is_specular()
+    }
 }
 
 impl FragmentShader for SceneShader<'_> {
@@ -124,6 +129,36 @@ impl FragmentShader for SceneShader<'_> {
             return Vec3::ZERO;
         }
         self.scene.radiance(&self.scene.drawn_point(surface, &ray), -ray.direction)
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        let mut queries = Vec::with_capacity(batch.len());
+        let mut targets = Vec::with_capacity(batch.len());
+        // Neighbours are mostly of one object.
+        let (mut last_object, mut last_plain) = (u32::MAX, false);
+        let mut is_plain = |surface: &LayerSurface| {
+            let object = self.scene.triangle_objects[surface.source as usize];
+            if object != last_object {
+                (last_object, last_plain) = (object, self.is_plain(object));
+            }
+            last_plain
+        };
+        for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
+            match fragment.chain.first() {
+                Some(surface) if is_plain(surface) => {
+                    let towards_viewer = -self.rays.direction(fragment.position.x, fragment.position.y);
+                    let (triangle, barycentrics) = (surface.source, surface.barycentrics);
+                    queries.push(SurfaceQuery { triangle, barycentrics, towards_viewer });
+                    targets.push(index as u32);
+                }
+                _ => *color = self.shade(&fragment),
+            }
+        }
+        let mut results = vec![Vec3::ZERO; queries.len()];
+        self.scene.radiance_batch(&queries, &mut results);
+        for (target, result) in targets.into_iter().zip(results) {
+            colors[target as usize] = result;
+        }
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {

@@ -117,7 +117,7 @@ impl Point {
     /// Moves the point onto a side of the guard band; the sides are in the order of the distances.
     fn set_on_guard(&mut self, side: usize) {
         let limit = GUARD_BAND_PX * self.w;
-        let limit = if side.is_multiple_of(2) { limit } else { -limit };
+        let limit = if side & 1 == 0 { limit } else { -limit };
         if side < 2 { self.x = limit } else { self.y = limit }
     }
 }

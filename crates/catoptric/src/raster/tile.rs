@@ -11,7 +11,7 @@ use super::plan::{LayerPlan, Plan};
 use super::resolve::{Chains, resolve};
 use super::samples::{LANES, Pattern};
 use super::setup::{Frame, SetupTriangle};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// What a worker needs for a tile, reused from tile to tile.
 #[derive(Debug, Default)]
@@ -43,16 +43,21 @@ pub(super) fn draw_tile<S: FragmentShader + ?Sized>(
     colors.resize(chains.positions.len(), Vec3::ZERO);
     let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces };
     shader.shade_batch(&batch, colors);
+    if frame.pattern.samples == 1 {
+        // Every pixel is one fragment.
+        for (target, color) in chains.targets.iter().zip(colors.iter()) {
+            rows[target.row as usize][target.column as usize] = color.extend(1.0).to_array();
+        }
+        return colors.len() as u64;
+    }
     for row in rows.iter_mut() {
         row.fill([0.0, 0.0, 0.0, 1.0]);
     }
     let unit = 1.0 / frame.pattern.samples as f32;
     for (target, color) in chains.targets.iter().zip(colors.iter()) {
         let pixel = &mut rows[target.row as usize][target.column as usize];
-        let weight = target.weight as f32 * unit;
-        for (channel, value) in pixel.iter_mut().zip(color.to_array()) {
-            *channel += value * weight;
-        }
+        let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
+        *pixel = sum.to_array();
     }
     colors.len() as u64
 }

@@ -2,6 +2,7 @@
 
 pub mod builtin;
 mod environment;
+mod filter;
 #[cfg(feature = "files")]
 pub mod import;
 mod light;
@@ -10,6 +11,7 @@ pub mod model;
 mod pose;
 pub mod roles;
 pub mod shade;
+mod shade_batch;
 mod texture;
 mod view;
 
@@ -18,6 +20,7 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
+pub use shade_batch::SurfaceQuery;
 pub use texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
 pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View, ViewRays};
 

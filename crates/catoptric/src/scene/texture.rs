@@ -1,7 +1,7 @@
 //! Textures: linear 16-bit texels with mip levels, glTF samplers, and filtered look-ups.
 
+use super::filter::{self, LookUps};
 use crate::framebuffer::linear_from_srgb;
-use crate::raster::sample_positions;
 use glam::{Vec2, Vec4};
 
 /// What happens beyond the edges of a texture.
@@ -64,15 +64,12 @@ pub struct UvFootprint {
     pub samples: u32,
 }
 
-/// The largest ratio of the footprint's axes that is resolved by several look-ups; beyond it the result is blurred.
-const MAX_ANISOTROPY: f32 = 8.0;
-
 #[derive(Clone, Debug, PartialEq)]
-struct Level {
-    width: u32,
-    height: u32,
+pub(super) struct Level {
+    pub(super) width: u32,
+    pub(super) height: u32,
     /// Linear RGBA, 65535 for 1.
-    texels: Vec<[u16; 4]>,
+    pub(super) texels: Vec<[u16; 4]>,
 }
 
 /// An image with its mip levels and sampler. Values are linear, alpha is not premultiplied.
@@ -80,8 +77,8 @@ struct Level {
 pub struct Texture {
     /// The image's name or file, for messages.
     pub name: String,
-    sampler: Sampler,
-    levels: Vec<Level>,
+    pub(super) sampler: Sampler,
+    pub(super) levels: Vec<Level>,
 }
 
 impl Texture {
@@ -123,135 +120,14 @@ impl Texture {
 
     /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
     ///
-    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis.
-    /// Where one look-up stands for several samples of a pixel, their places are looked up, each with its share of the
-    /// footprint: what supersampling would see.
-    #[inline(always)]
-    pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
-        if !uv.is_finite() {
-            return Vec4::ONE;
-        }
-        let wanted = match self.extent2_texels(footprint) {
-            _ if footprint.samples < 2 => 1,
-            // Within a third of a texel a texture is a ramp, within one it has a bend or two.
-            extent2 if extent2 < 0.1 => 1,
-            extent2 if extent2 < 1.0 => footprint.samples.next_power_of_two().min(4),
-            _ => footprint.samples.next_power_of_two().min(16),
-        };
-        if wanted == 1 {
-            return self.filtered(uv, footprint);
-        }
-        let Ok(places) = sample_positions(wanted) else {
-            return self.filtered(uv, footprint);
-        };
-        let share = 1.0 / places.len() as f32;
-        let side = share.sqrt();
-        let part = UvFootprint { dx: footprint.dx * side, dy: footprint.dy * side, samples: 1 };
-        let mut sum = Vec4::ZERO;
-        for place in places {
-            let place = *place - 0.5;
-            sum += self.filtered(uv + footprint.dx * place.x + footprint.dy * place.y, &part);
-        }
-        sum * share
-    }
-
-    /// The squared length of a footprint's longer axis, in texels of the finest level.
-    #[inline(always)]
-    fn extent2_texels(&self, footprint: &UvFootprint) -> f32 {
-        let scale = Vec2::new(self.levels[0].width as f32, self.levels[0].height as f32);
-        (footprint.dx * scale).length_squared().max((footprint.dy * scale).length_squared())
-    }
-
-    /// One filtered look-up.
-    #[inline(always)]
-    fn filtered(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
-        let base = &self.levels[0];
-        let scale = Vec2::new(base.width as f32, base.height as f32);
-        let (dx, dy) = (footprint.dx * scale, footprint.dy * scale);
-        let (x2, y2) = (dx.length_squared(), dy.length_squared());
-        let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint.dx) } else { (y2, x2, footprint.dy) };
-        // Not a number, infinite or tiny footprints are magnification.
-        if !(major2 > 1.0 && major2.is_finite()) {
-            return base.filtered(uv, self.sampler, self.sampler.magnify_linear);
-        }
-        if self.sampler.mip_filter == MipFilter::None {
-            return base.filtered(uv, self.sampler, self.sampler.minify_linear);
-        }
-        let probes = (major2 / minor2.max(1e-20)).min(MAX_ANISOTROPY * MAX_ANISOTROPY).min(major2).sqrt();
-        // Rounded up; at least 1.
-        let probes = probes as u32 + u32::from(probes > (probes as u32) as f32);
-        let inverse = 1.0 / probes as f32;
-        let (index, blend) = self.level(0.5 * log2(major2 * inverse * inverse));
-        let fine = &self.levels[index];
-        let coarse = &self.levels[index + usize::from(blend > 0.0)];
-        let mut sum = Vec4::ZERO;
-        for probe in 0..probes {
-            let at = uv + axis * ((probe as f32 + 0.5) * inverse - 0.5);
-            let value = fine.filtered(at, self.sampler, self.sampler.minify_linear);
-            sum += value;
-            if blend > 0.0 {
-                sum += (coarse.filtered(at, self.sampler, self.sampler.minify_linear) - value) * blend;
-            }
-        }
-        sum * inverse
-    }
-
-    /// The mip level to read, and how much of the next one is blended in.
+    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis. Where one look-up stands for
+    /// several samples of a pixel, the places of the samples are looked up, each with its share of the footprint: what
+    /// supersampling would see.
     #[inline]
-    fn level(&self, level: f32) -> (usize, f32) {
-        let last = self.levels.len() - 1;
-        if level <= 0.0 {
-            return (0, 0.0);
-        }
-        match self.sampler.mip_filter {
-            MipFilter::Linear if level < last as f32 => (level as usize, level - (level as usize) as f32),
-            _ => (((level + 0.5) as usize).min(last), 0.0),
-        }
-    }
-}
-
-/// The binary logarithm of a positive, normal number, to 1e-6. The library's would not be inlined.
-#[inline]
-fn log2(value: f32) -> f32 {
-    const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
-    let bits = value.to_bits();
-    let exponent = (bits.wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
-    let mantissa = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32));
-    // ln m = 2 artanh t.
-    let t = (mantissa - 1.0) / (mantissa + 1.0);
-    let t2 = t * t;
-    let series = 1.0 + t2 * (1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0))));
-    exponent as f32 + 2.0 * std::f32::consts::LOG2_E * t * series
-}
-
-/// Rounds a number of any size towards negative infinity.
-#[inline]
-fn floor_of_any(value: f32) -> f32 {
-    // From 2^23 on all numbers are whole.
-    if value.abs() < 8_388_608.0 { floor(value).1 } else { value }
-}
-
-/// Rounds towards negative infinity. `value` is within +-2^30; the library's would not be inlined everywhere.
-#[inline]
-fn floor(value: f32) -> (i32, f32) {
-    let truncated = value as i32;
-    let floor = truncated - i32::from(truncated as f32 > value);
-    (floor, floor as f32)
-}
-
-/// The index of a texel beyond the edges. `texel` is within +-2^30 of zero.
-#[inline]
-fn wrapped(texel: i32, size: i32, wrap: Wrap) -> i32 {
-    if (texel as u32) < size as u32 {
-        return texel; // the common case costs no division
-    }
-    match wrap {
-        Wrap::ClampToEdge => texel.clamp(0, size - 1),
-        Wrap::Repeat => texel.rem_euclid(size),
-        Wrap::MirroredRepeat => {
-            let t = texel.rem_euclid(2 * size);
-            if t < size { t } else { 2 * size - 1 - t }
-        }
+    pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
+        let UvFootprint { dx, dy, samples } = *footprint;
+        let at = LookUps { uv: [[uv.x], [uv.y]], dx: [[dx.x], [dx.y]], dy: [[dy.x], [dy.y]], samples: [samples] };
+        filter::sample(&[Some(self)], &at)[0]
     }
 }
 
@@ -280,58 +156,6 @@ impl Level {
             }
         }
         Some(Self { width, height, texels })
-    }
-
-    #[inline]
-    fn texel(&self, x: i32, y: i32) -> Vec4 {
-        let t = self.texels[y as usize * self.width as usize + x as usize];
-        Vec4::new(t[0] as f32, t[1] as f32, t[2] as f32, t[3] as f32)
-    }
-
-    /// The texels of a row at two columns.
-    #[inline(always)]
-    fn pair(&self, x0: i32, x1: i32, y: i32) -> [f32; 8] {
-        let row = y as usize * self.width as usize;
-        if x1 == x0 + 1 {
-            // Neighbours in memory are read at once.
-            let first = row + x0 as usize;
-            if let Some(pair) = self.texels[first..first + 2].as_flattened().first_chunk::<8>() {
-                return pair.map(|value| value as f32);
-            }
-        }
-        let (a, b) = (self.texels[row + x0 as usize], self.texels[row + x1 as usize]);
-        std::array::from_fn(|i| if i < 4 { a[i] } else { b[i - 4] } as f32)
-    }
-
-    #[inline(always)]
-    fn filtered(&self, uv: Vec2, sampler: Sampler, linear: bool) -> Vec4 {
-        const SCALE: f32 = 1.0 / 65535.0;
-        const LIMIT: f32 = (1 << 30) as f32;
-        let (width, height) = (self.width as i32, self.height as i32);
-        // Whole repeats are taken off before the scaling, so that far coordinates keep their fraction.
-        let reduced = |t: f32, wrap| match wrap {
-            Wrap::ClampToEdge => t.clamp(-1.0, 2.0),
-            Wrap::Repeat if !(0.0..1.0).contains(&t) => t - floor_of_any(t),
-            Wrap::MirroredRepeat if !(0.0..1.0).contains(&t) => t - 2.0 * floor_of_any(t * 0.5),
-            _ => t,
-        };
-        let x = (reduced(uv.x, sampler.wrap_u) * width as f32).clamp(-LIMIT, LIMIT);
-        let y = (reduced(uv.y, sampler.wrap_v) * height as f32).clamp(-LIMIT, LIMIT);
-        if !linear {
-            let column = wrapped(floor(x).0, width, sampler.wrap_u);
-            let row = wrapped(floor(y).0, height, sampler.wrap_v);
-            return self.texel(column, row) * SCALE;
-        }
-        let (x, y) = (x - 0.5, y - 0.5);
-        let ((left, left_x), (top, top_y)) = (floor(x), floor(y));
-        let (fx, fy) = (x - left_x, y - top_y);
-        let (x0, x1) = (wrapped(left, width, sampler.wrap_u), wrapped(left + 1, width, sampler.wrap_u));
-        let (y0, y1) = (wrapped(top, height, sampler.wrap_v), wrapped(top + 1, height, sampler.wrap_v));
-        let (upper, lower) = (self.pair(x0, x1, y0), self.pair(x0, x1, y1));
-        let (scaled, other) = (fy * SCALE, (1.0 - fy) * SCALE);
-        let both: [f32; 8] = std::array::from_fn(|i| upper[i] * other + lower[i] * scaled);
-        let half = |first: usize| Vec4::new(both[first], both[first + 1], both[first + 2], both[first + 3]);
-        half(0) * (1.0 - fx) + half(4) * fx
     }
 }
 

@@ -212,6 +212,13 @@ pub struct ViewRays {
 }
 
 impl ViewRays {
+    /// The direction of the ray through a picture position, of any length.
+    #[inline]
+    pub fn direction(&self, x_px: f32, y_px: f32) -> Vec3 {
+        let offset = if self.perspective { self.right * x_px + self.down * y_px } else { Vec3A::ZERO };
+        (self.direction + offset).into()
+    }
+
     /// The ray through a picture position.
     #[inline]
     pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {

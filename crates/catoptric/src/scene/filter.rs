@@ -1,0 +1,427 @@
+//! Filtered look-ups in textures, several at a time: what does not touch texels is done for all of them at once.
+
+use super::texture::{Level, MipFilter, Texture, Wrap};
+use crate::raster::sample_positions;
+use glam::{Vec2, Vec4};
+
+/// The largest ratio of the footprint's axes that is resolved by several look-ups; beyond it the result is blurred.
+const MAX_ANISOTROPY: f32 = 8.0;
+
+/// Where to look up: texture coordinates and their change a pixel, along u and v each.
+#[derive(Clone, Debug)]
+pub(super) struct LookUps<const N: usize> {
+    pub(super) uv: [[f32; N]; 2],
+    /// Change with the pixel's column.
+    pub(super) dx: [[f32; N]; 2],
+    /// Change with the pixel's row.
+    pub(super) dy: [[f32; N]; 2],
+    /// How many samples of the pixel a look-up stands for; 0 as 1.
+    pub(super) samples: [u32; N],
+}
+
+/// Which texels of which levels each look-up reads.
+struct Taps<const N: usize> {
+    /// Look-ups along the footprint's longer axis.
+    probes: [f32; N],
+    /// Their distance.
+    step: [[f32; N]; 2],
+    /// The finer level's index, and the share of the coarser one.
+    level: [f32; N],
+    blend: [f32; N],
+    /// Half a texel where texels are blended, else 0.
+    half: [f32; N],
+}
+
+/// What is read of textures before the look-up.
+struct Traits<const N: usize> {
+    size: [[f32; N]; 2],
+    /// The index of the coarsest level; below 0 where levels are not used.
+    last_level: [f32; N],
+    /// 1 where the nearest level is taken, not a blend of two.
+    nearest_level: [f32; N],
+    /// Half a texel where texels are blended, when magnified and when minified.
+    magnified_half: [f32; N],
+    minified_half: [f32; N],
+    /// How coordinates wrap: 0 clamped, 1 repeated, 0.5 mirrored.
+    wrap: [[f32; N]; 2],
+}
+
+/// The filtered values of textures; white where there is none, or where the place is not finite.
+///
+/// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
+#[inline(always)]
+pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
+    if at.samples.iter().all(|samples| *samples < 2) {
+        return sample_once(textures, at);
+    }
+    let places: [&[Vec2]; N] = std::array::from_fn(|i| places(textures[i], at, i));
+    let most = places.iter().map(|places| places.len()).max().unwrap_or(1);
+    if most < 2 {
+        return sample_once(textures, at);
+    }
+    let mut sums = [Vec4::ZERO; N];
+    for place in 0..most {
+        let mut part = at.clone();
+        let mut wanted = *textures;
+        for i in 0..N {
+            let Some(offset) = places[i].get(place) else {
+                wanted[i] = None;
+                continue;
+            };
+            let offset = *offset - 0.5;
+            let side = (1.0 / places[i].len() as f32).sqrt();
+            for axis in 0..2 {
+                let (dx, dy) = (at.dx[axis][i], at.dy[axis][i]);
+                part.uv[axis][i] += dx * offset.x + dy * offset.y;
+                part.dx[axis][i] = dx * side;
+                part.dy[axis][i] = dy * side;
+            }
+        }
+        let values = sample_once(&wanted, &part);
+        for i in 0..N {
+            if place < places[i].len() {
+                sums[i] += values[i];
+            }
+        }
+    }
+    std::array::from_fn(|i| sums[i] / places[i].len() as f32)
+}
+
+/// The places in a pixel (0..1) at which a texture is looked up; one, in the middle, where it shows no detail.
+#[inline(always)]
+fn places<const N: usize>(texture: Option<&Texture>, at: &LookUps<N>, i: usize) -> &'static [Vec2] {
+    const MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
+    let Some(texture) = texture else { return &MIDDLE };
+    let (width, height) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
+    let squared = |change: &[[f32; N]; 2]| {
+        let (u, v) = (change[0][i] * width, change[1][i] * height);
+        u * u + v * v
+    };
+    let extent2_texels = squared(&at.dx).max(squared(&at.dy));
+    let samples = at.samples[i].max(1).next_power_of_two();
+    // Within a third of a texel a texture is a ramp, within one it has a bend or two.
+    let wanted = match extent2_texels {
+        extent2 if extent2 < 0.1 => 1,
+        extent2 if extent2 < 1.0 => samples.min(4),
+        _ => samples.min(16),
+    };
+    sample_positions(wanted).unwrap_or(&MIDDLE)
+}
+
+/// [`sample`], for look-ups that stand for one sample each.
+#[inline(always)]
+fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
+    let traits = traits(textures);
+    let taps = taps(&traits, at);
+    let mut levels: [Option<[&Level; 2]>; N] = [None; N];
+    let mut sizes = [[[1.0f32; N]; 2]; 2];
+    let mut most_probes = 0.0f32;
+    for i in 0..N {
+        let Some(texture) = textures[i] else { continue };
+        let fine = (taps.level[i] as usize).min(texture.levels.len() - 1);
+        let coarse = (fine + usize::from(taps.blend[i] > 0.0)).min(texture.levels.len() - 1);
+        let pair = [&texture.levels[fine], &texture.levels[coarse]];
+        for (sizes, level) in sizes.iter_mut().zip(pair) {
+            (sizes[0][i], sizes[1][i]) = (level.width as f32, level.height as f32);
+        }
+        levels[i] = Some(pair);
+        most_probes = most_probes.max(taps.probes[i]);
+    }
+    let mut sums = [Vec4::ZERO; N];
+    for probe in 0..most_probes as u32 {
+        // No closures here: they would not be compiled for the caller's instruction set.
+        let wrapped =
+            [along(probe, &at.uv[0], &taps, 0, &traits.wrap[0]), along(probe, &at.uv[1], &taps, 1, &traits.wrap[1])];
+        let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
+        let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
+        for i in 0..N {
+            let Some(levels) = levels[i] else { continue };
+            if probe as f32 >= taps.probes[i] {
+                continue;
+            }
+            let value = fine.blended(levels[0], i);
+            sums[i] += value;
+            if taps.blend[i] > 0.0 {
+                sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+            }
+        }
+    }
+    for i in 0..N {
+        let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
+        sums[i] = if textures[i].is_some() && finite { sums[i] / (65535.0 * taps.probes[i]) } else { Vec4::ONE };
+    }
+    sums
+}
+
+#[inline(always)]
+fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
+    let mut traits = Traits {
+        size: [[1.0; N]; 2],
+        last_level: [-1.0; N],
+        nearest_level: [0.0; N],
+        magnified_half: [0.5; N],
+        minified_half: [0.5; N],
+        wrap: [[1.0; N]; 2],
+    };
+    let half = |linear: bool| if linear { 0.5 } else { 0.0 };
+    let wrap = |wrap: Wrap| match wrap {
+        Wrap::ClampToEdge => 0.0,
+        Wrap::Repeat => 1.0,
+        Wrap::MirroredRepeat => 0.5,
+    };
+    for i in 0..N {
+        let Some(texture) = textures[i] else { continue };
+        let sampler = &texture.sampler;
+        (traits.size[0][i], traits.size[1][i]) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
+        if sampler.mip_filter != MipFilter::None {
+            traits.last_level[i] = (texture.levels.len() - 1) as f32;
+        }
+        traits.nearest_level[i] = if sampler.mip_filter == MipFilter::Nearest { 1.0 } else { 0.0 };
+        traits.magnified_half[i] = half(sampler.magnify_linear);
+        traits.minified_half[i] = half(sampler.minify_linear);
+        (traits.wrap[0][i], traits.wrap[1][i]) = (wrap(sampler.wrap_u), wrap(sampler.wrap_v));
+    }
+    traits
+}
+
+#[inline(always)]
+fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
+    let mut taps = Taps { probes: [1.0; N], step: [[0.0; N]; 2], level: [0.0; N], blend: [0.0; N], half: [0.0; N] };
+    // All loads come first and nothing branches, so that the loop becomes vector instructions.
+    for i in 0..N {
+        let [width, height] = [traits.size[0][i], traits.size[1][i]];
+        let [dx_u, dx_v, dy_u, dy_v] = [at.dx[0][i], at.dx[1][i], at.dy[0][i], at.dy[1][i]];
+        let (last_level, nearest_level) = (traits.last_level[i], traits.nearest_level[i]);
+        let (magnified_half, minified_half) = (traits.magnified_half[i], traits.minified_half[i]);
+        let (xu, xv, yu, yv) = (dx_u * width, dx_v * height, dy_u * width, dy_v * height);
+        let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        let across = x2 >= y2;
+        let major2 = if across { x2 } else { y2 };
+        let minor2 = if across { y2 } else { x2 };
+        // Footprints that are not a number, infinite or tiny are magnification.
+        let minified = (major2 > 1.0) & (major2 < f32::INFINITY);
+        let mipped = minified & (last_level >= 0.0);
+        let major2 = if mipped { major2 } else { 1.0 };
+        let minor2 = if minor2 > 1e-20 { minor2 } else { 1e-20 };
+        let ratio2 = major2 / minor2;
+        let ratio2 = if ratio2 < MAX_ANISOTROPY * MAX_ANISOTROPY { ratio2 } else { MAX_ANISOTROPY * MAX_ANISOTROPY };
+        let ratio2 = if ratio2 < major2 { ratio2 } else { major2 };
+        let probes = -floor(-ratio2.sqrt());
+        let probes = if probes > 1.0 { probes } else { 1.0 };
+        let inverse = 1.0 / probes;
+        let level = 0.5 * log2(major2 * inverse * inverse);
+        let last = if mipped { last_level } else { 0.0 };
+        let level = if level > 0.0 { level } else { 0.0 };
+        let level = if level < last { level } else { last };
+        // The nearest level is the lower one of a level half a step up.
+        let whole = floor(level + 0.5 * nearest_level);
+        taps.probes[i] = probes;
+        taps.level[i] = whole;
+        taps.blend[i] = (level - whole) * (1.0 - nearest_level);
+        taps.half[i] = if minified { minified_half } else { magnified_half };
+        let (step_u, step_v) = (if across { dx_u } else { dy_u }, if across { dx_v } else { dy_v });
+        taps.step[0][i] = if mipped { step_u } else { 0.0 };
+        taps.step[1][i] = if mipped { step_v } else { 0.0 };
+    }
+    taps
+}
+
+/// Coordinates of the look-ups along the footprints, brought into 0..1.
+#[inline(always)]
+fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize, wrap: &[f32; N]) -> [f32; N] {
+    let mut result = [0.0; N];
+    for i in 0..N {
+        let (at, step, probes, wrap) = (at[i], taps.step[axis][i], taps.probes[i], wrap[i]);
+        let coordinate = at + step * ((probe as f32 + 0.5) / probes - 0.5);
+        let scaled = coordinate * wrap;
+        let fraction = scaled - floor(scaled);
+        let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
+        let folded = if wrap == 1.0 { fraction } else { mirrored };
+        let folded = if wrap == 0.0 { coordinate } else { folded };
+        // Not a number, and what rounding of far coordinates leaves outside.
+        let folded = if folded > 0.0 { folded } else { 0.0 };
+        result[i] = if folded < 1.0 { folded } else { 1.0 };
+    }
+    result
+}
+
+/// Columns and rows of the texels to be blended, and the shares of the second ones.
+struct Texels<const N: usize> {
+    first: [[u32; N]; 2],
+    second: [[u32; N]; 2],
+    share: [[f32; N]; 2],
+}
+
+#[inline(always)]
+fn corners<const N: usize>(
+    wrapped: &[[f32; N]; 2],
+    size: &[[f32; N]; 2],
+    wrap: &[[f32; N]; 2],
+    half: &[f32; N],
+) -> Texels<N> {
+    let mut texels = Texels { first: [[0; N]; 2], second: [[0; N]; 2], share: [[0.0; N]; 2] };
+    for axis in 0..2 {
+        for i in 0..N {
+            let (size, wrap, half) = (size[axis][i], wrap[axis][i], half[i]);
+            let last = size - 1.0;
+            let position = wrapped[axis][i] * size - half;
+            let first = floor(position);
+            // Mirrored coordinates are already folded: beyond the edge lies the edge's own texel.
+            let below = if wrap == 1.0 { last } else { 0.0 };
+            let above = last - below;
+            let second = first + 1.0;
+            let second = if second > last { above } else { second };
+            let inside = if first < 0.0 { below } else { first };
+            let inside = if first > last { above } else { inside };
+            texels.first[axis][i] = index(inside);
+            texels.second[axis][i] = index(second);
+            texels.share[axis][i] = if half > 0.0 { position - first } else { 0.0 };
+        }
+    }
+    texels
+}
+
+impl<const N: usize> Texels<N> {
+    /// The blend of four texels, 65535 for 1.
+    #[inline(always)]
+    fn blended(&self, level: &Level, i: usize) -> Vec4 {
+        let (x0, x1) = (self.first[0][i] as usize, self.second[0][i] as usize);
+        let (upper, lower) = (pair(level, x0, x1, self.first[1][i]), pair(level, x0, x1, self.second[1][i]));
+        let (x, y) = (self.share[0][i], self.share[1][i]);
+        let both: [f32; 8] = std::array::from_fn(|k| upper[k] + (lower[k] - upper[k]) * y);
+        let left = Vec4::new(both[0], both[1], both[2], both[3]);
+        let right = Vec4::new(both[4], both[5], both[6], both[7]);
+        left + (right - left) * x
+    }
+}
+
+/// The texels of a row at two columns.
+#[inline(always)]
+fn pair(level: &Level, x0: usize, x1: usize, row: u32) -> [f32; 8] {
+    let row = row as usize * level.width as usize;
+    if x1 == x0 + 1 {
+        // Neighbours in memory are read at once.
+        let first = row + x0;
+        if let Some(pair) = level.texels[first..first + 2].as_flattened().first_chunk::<8>() {
+            return pair.map(f32::from);
+        }
+    }
+    let (a, b) = (level.texels[row + x0], level.texels[row + x1]);
+    std::array::from_fn(|k| f32::from(if k < 4 { a[k] } else { b[k - 4] }))
+}
+
+/// 1.5 * 2^23: added to a number within +-2^22, it leaves the number's nearest integer in the lowest bits.
+const ROUNDER: f32 = 12_582_912.0;
+
+/// Rounds a number within +-2^22 towards negative infinity. The library's is a call on machines without SSE 4.1.
+#[inline(always)]
+fn floor(value: f32) -> f32 {
+    let rounded = (value + ROUNDER) - ROUNDER;
+    if rounded > value { rounded - 1.0 } else { rounded }
+}
+
+/// A whole number of at least 0 and below 2^22 as an index.
+#[inline(always)]
+fn index(value: f32) -> u32 {
+    (value + ROUNDER).to_bits() & 0x3f_ffff
+}
+
+/// The binary logarithm of a positive, normal number, to 1e-6. The library's is a call.
+#[inline(always)]
+fn log2(value: f32) -> f32 {
+    const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+    let bits = value.to_bits();
+    let exponent = (bits.wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;
+    let mantissa = f32::from_bits(bits.wrapping_sub((exponent << 23) as u32));
+    // ln m = 2 artanh t.
+    let t = (mantissa - 1.0) / (mantissa + 1.0);
+    let t2 = t * t;
+    let series = 1.0 + t2 * (1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (1.0 / 7.0 + t2 * (1.0 / 9.0))));
+    exponent as f32 + 2.0 * std::f32::consts::LOG2_E * t * series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+    use crate::scene::{Sampler, UvFootprint};
+    use glam::Vec2;
+
+    #[test]
+    fn logarithms_and_floors_are_right() {
+        let mut random = Stream::new(3);
+        for _ in 0..10_000 {
+            let value = 2.0f32.powf(random.next_between(-60.0, 60.0));
+            assert!((log2(value) - value.log2()).abs() < 1e-6 * (1.0 + value.log2().abs()), "{value}");
+            let value = random.next_between(-4e6, 4e6);
+            assert_eq!(floor(value), value.floor());
+            let near = (value.floor() / 1024.0).floor() + random.next_between(-1e-3, 1e-3);
+            assert_eq!(floor(near), near.floor());
+        }
+        for whole in [0.0f32, 1.0, 4095.0, 100_000.0] {
+            assert_eq!((index(whole), floor(whole), floor(-whole)), (whole as u32, whole, -whole));
+        }
+    }
+
+    #[test]
+    fn lanes_do_not_influence_each_other() {
+        let mut random = Stream::new(4);
+        let wraps = [Wrap::ClampToEdge, Wrap::Repeat, Wrap::MirroredRepeat];
+        let mips = [MipFilter::None, MipFilter::Nearest, MipFilter::Linear];
+        let textures: Vec<Texture> = (0..18u32)
+            .map(|number| {
+                let sampler = Sampler {
+                    wrap_u: wraps[number as usize % 3],
+                    wrap_v: wraps[number as usize / 3 % 3],
+                    magnify_linear: number % 2 == 0,
+                    minify_linear: number % 5 != 0,
+                    mip_filter: mips[number as usize % 7 % 3],
+                };
+                let (width, height) = (1 + number * 3 % 16, 1 + number * 7 % 11);
+                let texels = (0..width * height).map(|i| [(i * 7919 % 65_536) as u16, i as u16 * 99, 65_535, 0]);
+                Texture::from_linear16("", width, height, texels.collect(), sampler)
+            })
+            .collect();
+        for round in 0..2000 {
+            let scale = [0.3, 3.0, 1e5, 1e12][round % 4];
+            let mut vector =
+                |scale: f32| Vec2::new(random.next_between(-scale, scale), random.next_between(-scale, scale));
+            let places: [(Vec2, UvFootprint); 8] = std::array::from_fn(|lane| {
+                let size = [0.0, 0.01, 0.4, 30.0][(round + lane) / 4 % 4];
+                (vector(scale), UvFootprint { dx: vector(size), dy: vector(size) })
+            });
+            let chosen: [Option<&Texture>; 8] = std::array::from_fn(|lane| textures.get((round + lane * 5) % 19));
+            let lanes = |value: &dyn Fn(&(Vec2, UvFootprint)) -> Vec2| {
+                [std::array::from_fn(|i| value(&places[i]).x), std::array::from_fn(|i| value(&places[i]).y)]
+            };
+            let at = LookUps { uv: lanes(&|p| p.0), dx: lanes(&|p| p.1.dx), dy: lanes(&|p| p.1.dy) };
+            let together = sample(&chosen, &at);
+            for lane in 0..8 {
+                let alone = chosen[lane].map_or(Vec4::ONE, |texture| texture.sample(places[lane].0, &places[lane].1));
+                assert_eq!(together[lane], alone);
+                assert!(alone.min_element() >= 0.0 && alone.max_element() <= 1.0 + 1e-6, "{alone}");
+            }
+        }
+    }
+
+    #[test]
+    fn mirrors_and_clamps_continue_at_the_edges() {
+        let texels: Vec<[u16; 4]> = (0..4).map(|i| [i * 20_000; 4]).collect();
+        let with = |wrap_u| {
+            let sampler = Sampler { wrap_u, ..Sampler::default() };
+            Texture::from_linear16("", 4, 1, texels.clone(), sampler)
+        };
+        let still = UvFootprint::default();
+        let value = |wrap, u: f32| with(wrap).sample(Vec2::new(u, 0.5), &still).x * 65535.0;
+        let near = |a: f32, b: f32| assert!((a - b).abs() < 1.0, "{a} against {b}");
+        near(value(Wrap::MirroredRepeat, 1.125), 60_000.0);
+        near(value(Wrap::MirroredRepeat, 1.0), 60_000.0);
+        near(value(Wrap::MirroredRepeat, -0.375), 20_000.0);
+        near(value(Wrap::MirroredRepeat, 2.25), 10_000.0);
+        near(value(Wrap::ClampToEdge, 7.0), 60_000.0);
+        near(value(Wrap::ClampToEdge, -7.0), 0.0);
+        near(value(Wrap::Repeat, 0.0), 30_000.0);
+        near(value(Wrap::Repeat, 1.0), 30_000.0);
+        near(value(Wrap::Repeat, -0.25), 50_000.0);
+    }
+}

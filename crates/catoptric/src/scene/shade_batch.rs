@@ -1,0 +1,267 @@
+//! The colours of many points at once: the same as [`Scene::radiance`], worked out for eight points together.
+
+use super::filter::{self, LookUps};
+use super::shade::Barycentrics;
+use super::{Light, LightKind, Material, Scene, Texture};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+/// A point whose colour is wanted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfaceQuery {
+    /// The triangle of the scene.
+    pub triangle: u32,
+    /// Where on it.
+    pub barycentrics: Barycentrics,
+    /// The direction to the previous point of the path, of any length.
+    pub towards_viewer: Vec3,
+}
+
+/// Points that are worked on together.
+const LANES: usize = 8;
+
+/// A number of each point.
+type Lane = [f32; LANES];
+/// A vector of each point.
+type Lane3 = [Lane; 3];
+
+impl Scene {
+    /// The radiance that points of triangles scatter and emit to their viewers: [`Self::radiance`] of
+    /// [`Self::surface_point`], to rounding. `colors` is as long as `queries`.
+    pub fn radiance_batch(&self, queries: &[SurfaceQuery], colors: &mut [Vec3]) {
+        radiance_batch(self, queries, colors);
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn radiance_batch(scene: &Scene, queries: &[SurfaceQuery], colors: &mut [Vec3]) {
+    for (queries, colors) in queries.chunks(LANES).zip(colors.chunks_mut(LANES)) {
+        let mut lanes = [&queries[0]; LANES];
+        for (lane, query) in lanes.iter_mut().zip(queries) {
+            *lane = query;
+        }
+        let result = radiance(scene, &lanes);
+        for (color, (value, query)) in colors.iter_mut().zip(result.iter().zip(queries)) {
+            *color = value.unwrap_or_else(|| one_by_one(scene, query));
+        }
+    }
+}
+
+/// For points with what is too rare to be done together.
+#[cold]
+fn one_by_one(scene: &Scene, query: &SurfaceQuery) -> Vec3 {
+    let towards_viewer = query.towards_viewer.normalize_or_zero();
+    scene.radiance(&scene.surface_point(query.triangle, &query.barycentrics), towards_viewer)
+}
+
+/// Attributes of the three corners of the triangles.
+struct Corners {
+    positions: [Lane3; 3],
+    normals: [Lane3; 3],
+    uvs: [[Lane; 2]; 3],
+}
+
+/// The radiance of eight points; none where the general way must be gone.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)] // lanes of many arrays, for the vectoriser
+fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; LANES] {
+    let mut corners =
+        Corners { positions: [[[0.0; LANES]; 3]; 3], normals: [[[0.0; LANES]; 3]; 3], uvs: [[[0.0; LANES]; 2]; 3] };
+    let mut materials: [Option<&Material>; LANES] = [None; LANES];
+    let mut textures: [Option<&Texture>; LANES] = [None; LANES];
+    let mut base = [Vec4::ONE; LANES];
+    // Rows of the map from the vertices' to the textures' coordinates.
+    let mut texture_from_uv = [[[0.0; LANES]; 3]; 2];
+    let mut samples = [1u32; LANES];
+    let (mut weights, mut dx, mut dy) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+    let mut viewers: Lane3 = [[0.0; LANES]; 3];
+    let mut any_lit = false;
+    for (i, query) in queries.iter().enumerate() {
+        let triangle = query.triangle as usize;
+        let vertices = scene.triangles[triangle].map(|vertex| vertex as usize);
+        let material = scene.material_of(scene.triangle_objects[triangle]);
+        let channel = material.base_texture.as_ref().map_or(0, |binding| binding.uv_channel as usize & 1);
+        for (corner, &vertex) in vertices.iter().enumerate() {
+            set(&mut corners.positions[corner], i, scene.positions[vertex]);
+            set(&mut corners.normals[corner], i, scene.normals[vertex]);
+            let uv = scene.uvs[vertex][channel];
+            (corners.uvs[corner][0][i], corners.uvs[corner][1][i]) = (uv.x, uv.y);
+        }
+        let Barycentrics { value, dx: at_dx, dy: at_dy, samples: at_samples } = query.barycentrics;
+        samples[i] = at_samples;
+        for axis in 0..2 {
+            weights[axis][i] = value[axis];
+            dx[axis][i] = at_dx[axis];
+            dy[axis][i] = at_dy[axis];
+        }
+        set(&mut viewers, i, query.towards_viewer);
+        any_lit |= !material.unlit;
+        materials[i] = Some(material);
+        base[i] = material.base_color;
+        if !scene.colors.is_empty() {
+            let [a, b, c] = vertices.map(|vertex| Vec4::from(scene.colors[vertex]));
+            base[i] *= a * (1.0 - value.x - value.y) + b * value.x + c * value.y;
+        }
+        if let Some(binding) = &material.base_texture {
+            textures[i] = scene.textures.get(binding.texture as usize).map(|texture| &**texture);
+            let map = &binding.texture_from_uv;
+            for row in 0..2 {
+                let entries = [map.matrix2.x_axis[row], map.matrix2.y_axis[row], map.translation[row]];
+                for (column, entry) in entries.into_iter().enumerate() {
+                    texture_from_uv[row][column][i] = entry;
+                }
+            }
+        }
+    }
+
+    let look_ups = LookUps { samples, ..look_ups(&corners.uvs, &texture_from_uv, &weights, &dx, &dy) };
+    let texels = filter::sample(&textures, &look_ups);
+    let mut light = [[1.0; LANES]; 3];
+    let mut usable = [true; LANES];
+    if any_lit {
+        let positions = interpolated(&corners.positions, &weights);
+        let mut normals = interpolated(&corners.normals, &weights);
+        for i in 0..LANES {
+            let [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
+            let length2 = x * x + y * y + z * z;
+            usable[i] = (length2 > 1e-36) & (length2 < f32::INFINITY);
+            let towards = x * viewers[0][i] + y * viewers[1][i] + z * viewers[2][i];
+            let inverse = 1.0 / length2.sqrt();
+            let inverse = if towards < 0.0 { -inverse } else { inverse };
+            (normals[0][i], normals[1][i], normals[2][i]) = (x * inverse, y * inverse, z * inverse);
+        }
+        light = irradiance_over_pi(scene, &positions, &normals, &viewers);
+    }
+    let mut result = [None; LANES];
+    for i in 0..LANES {
+        let Some(material) = materials[i] else { continue };
+        let mut color = (base[i] * texels[i]).xyz();
+        if !material.unlit {
+            if !usable[i] || (material.emissive_texture.is_some() && material.emissive != Vec3::ZERO) {
+                continue;
+            }
+            color = color * Vec3::new(light[0][i], light[1][i], light[2][i]) + material.emissive;
+        }
+        if color.is_finite() {
+            result[i] = Some(color.max(Vec3::ZERO));
+        }
+    }
+    result
+}
+
+#[inline(always)]
+fn set(lanes: &mut Lane3, i: usize, vector: Vec3) {
+    (lanes[0][i], lanes[1][i], lanes[2][i]) = (vector.x, vector.y, vector.z);
+}
+
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn interpolated(corners: &[Lane3; 3], weights: &[Lane; 2]) -> Lane3 {
+    let mut result = [[0.0; LANES]; 3];
+    for axis in 0..3 {
+        for i in 0..LANES {
+            let [a, b, c] = [corners[0][axis][i], corners[1][axis][i], corners[2][axis][i]];
+            result[axis][i] = a + (b - a) * weights[0][i] + (c - a) * weights[1][i];
+        }
+    }
+    result
+}
+
+/// Texture coordinates and footprints.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn look_ups(
+    corners: &[[Lane; 2]; 3],
+    texture_from_uv: &[[Lane; 3]; 2],
+    weights: &[Lane; 2],
+    dx: &[Lane; 2],
+    dy: &[Lane; 2],
+) -> LookUps<LANES> {
+    let zero = [[0.0; LANES]; 2];
+    let mut result = LookUps { uv: zero, dx: zero, dy: zero, samples: [1; LANES] };
+    for i in 0..LANES {
+        let corner = |k: usize| Vec2::new(corners[k][0][i], corners[k][1][i]);
+        let (a, b, c) = (corner(0), corner(1) - corner(0), corner(2) - corner(0));
+        let at = a + b * weights[0][i] + c * weights[1][i];
+        let (at_dx, at_dy) = (b * dx[0][i] + c * dx[1][i], b * dy[0][i] + c * dy[1][i]);
+        for row in 0..2 {
+            let [x, y, translation] = [0, 1, 2].map(|column| texture_from_uv[row][column][i]);
+            result.uv[row][i] = x * at.x + y * at.y + translation;
+            result.dx[row][i] = x * at_dx.x + y * at_dx.y;
+            result.dy[row][i] = x * at_dy.x + y * at_dy.y;
+        }
+    }
+    result
+}
+
+/// What arrives, over pi. Normals are of unit length and towards the viewers, whose directions are of any length.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn irradiance_over_pi(scene: &Scene, positions: &Lane3, normals: &Lane3, viewers: &Lane3) -> Lane3 {
+    let mut sum: Lane3 = [[0.0; LANES]; 3];
+    if scene.lights.is_empty() && scene.environment.is_none() {
+        for i in 0..LANES {
+            let [x, y, z] = [viewers[0][i], viewers[1][i], viewers[2][i]];
+            let length2 = x * x + y * y + z * z;
+            let cosine = (normals[0][i] * x + normals[1][i] * y + normals[2][i] * z) / length2.sqrt();
+            let cosine = if cosine > 0.0 { cosine } else { 0.0 };
+            (sum[0][i], sum[1][i], sum[2][i]) = (cosine, cosine, cosine);
+        }
+        return sum;
+    }
+    for light in &scene.lights {
+        let strength = arriving(light, positions, normals);
+        for (channel, intensity) in light.intensity.to_array().into_iter().enumerate() {
+            for i in 0..LANES {
+                sum[channel][i] += strength[i] * intensity;
+            }
+        }
+    }
+    if let Some(environment) = &scene.environment {
+        for i in 0..LANES {
+            let irradiance = environment.irradiance(Vec3::new(normals[0][i], normals[1][i], normals[2][i]));
+            for channel in 0..3 {
+                sum[channel][i] += irradiance[channel];
+            }
+        }
+    }
+    sum.map(|channel| channel.map(|value| value * std::f32::consts::FRAC_1_PI))
+}
+
+/// The share of a light's intensity that arrives on surfaces: [`Light::arriving`] times the cosine.
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn arriving(light: &Light, positions: &Lane3, normals: &Lane3) -> Lane {
+    let mut strength = [0.0; LANES];
+    let (range, inner_cos, outer_cos) = match light.kind {
+        LightKind::Directional => {
+            let towards = -light.direction;
+            for i in 0..LANES {
+                let cosine = normals[0][i] * towards.x + normals[1][i] * towards.y + normals[2][i] * towards.z;
+                strength[i] = if cosine > 0.0 { cosine } else { 0.0 };
+            }
+            return strength;
+        }
+        // A point light is a spot that has not begun to fade behind itself.
+        LightKind::Point { range } => (range, -3.0, -4.0),
+        LightKind::Spot { range, inner_cos, outer_cos } => (range, inner_cos, outer_cos),
+    };
+    let inverse_range2 = if range.is_finite() { 1.0 / (range * range) } else { 0.0 };
+    let inverse_fade = 1.0 / (inner_cos - outer_cos).max(1e-4);
+    let (at, shines) = (light.position, light.direction);
+    for i in 0..LANES {
+        let [x, y, z] = [at.x - positions[0][i], at.y - positions[1][i], at.z - positions[2][i]];
+        let distance2 = x * x + y * y + z * z;
+        let distance2 = if distance2 > 1e-12 { distance2 } else { 1e-12 };
+        let inverse = 1.0 / distance2.sqrt();
+        let cosine = (normals[0][i] * x + normals[1][i] * y + normals[2][i] * z) * inverse;
+        let cosine = if cosine > 0.0 { cosine } else { 0.0 };
+        let ratio2 = distance2 * inverse_range2;
+        let window = 1.0 - ratio2 * ratio2;
+        let window = if window > 0.0 { window } else { 0.0 };
+        let fade = (-(shines.x * x + shines.y * y + shines.z * z) * inverse - outer_cos) * inverse_fade;
+        let fade = if fade > 0.0 { fade } else { 0.0 };
+        let fade = if fade < 1.0 { fade } else { 1.0 };
+        strength[i] = cosine * window * (fade * fade) / distance2;
+    }
+    strength
+}
