@@ -4,6 +4,23 @@
 //! can be *looked up* (the lookup family: radiance is fetched). Every method is measured against the same
 //! ray-traced [`methods::reference`].
 //!
+//!
+//! ```
+//! use catoptric::framebuffer::Framebuffer;
+//! use catoptric::methods::{self, Job, Quality};
+//! use catoptric::progress::Silent;
+//! use catoptric::scene::{PoseOptions, builtin};
+//!
+//! let model = builtin::load("sphere_room", &[("tess", "16")]).unwrap();
+//! let scene = model.pose(&PoseOptions::default()).unwrap();
+//! let view = scene.default_view(64, 48);
+//! let mut method = methods::create("reference", &Default::default()).unwrap();
+//! let quality = Quality { samples: 1, order: 2 };
+//! method.prepare(&scene, quality, &Silent).unwrap();
+//! let mut picture = Framebuffer::new(64, 48);
+//! method.render(&Job { scene: &scene, view: &view, quality, progress: &Silent }, &mut picture).unwrap();
+//! assert!(picture.pixels.iter().all(|pixel| pixel[0].is_finite()));
+//! ```
 
 mod clock;
 pub mod error;

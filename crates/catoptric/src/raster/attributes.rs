@@ -96,6 +96,7 @@ pub(super) fn lane(weights: &Weights, lane: usize) -> Barycentrics {
         value: Vec2::new(weights[0][lane], weights[1][lane]),
         dx: Vec2::new(weights[2][lane], weights[3][lane]),
         dy: Vec2::new(weights[4][lane], weights[5][lane]),
+        samples: 1,
     }
 }
 

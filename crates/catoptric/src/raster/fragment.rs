@@ -65,10 +65,10 @@ pub trait FragmentShader: Sync {
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3;
 
     /// The linear radiance of every fragment of a tile; `colors` is as long as the batch.
+    ///
+    /// Compiled with [`Self::shade`], as far as it can be inlined, for the instructions that the machine has.
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        for (fragment, color) in batch.iter().zip(colors) {
-            *color = self.shade(&fragment);
-        }
+        shade_all(self, batch, colors);
     }
 
     /// Whether a surface is there at all at a sample. Asked only for triangles that are
@@ -76,5 +76,12 @@ pub trait FragmentShader: Sync {
     fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
         let _ = (surface, position);
         true
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn shade_all<S: FragmentShader + ?Sized>(shader: &S, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    for (fragment, color) in batch.iter().zip(colors) {
+        *color = shader.shade(&fragment);
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn draw_tile<S: FragmentShader + ?Sized>(
     let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
     let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
     resolve(&frame.pattern, &ids[..layers], extent, place.pixel, chains);
-    fetch_surfaces(plan, chains, surfaces);
+    fetch_surfaces(plan, chains, frame.pattern.samples, surfaces);
     colors.clear();
     colors.resize(chains.positions.len(), Vec3::ZERO);
     let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces };
@@ -194,10 +194,11 @@ fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
 
 /// The surfaces of all chains, with their attributes.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, surfaces: &mut Vec<LayerSurface>) {
+fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &mut Vec<LayerSurface>) {
     surfaces.clear();
     surfaces.resize(chains.ids.len(), LayerSurface::default());
     let (mut corners, mut result) = (Corners::default(), Weights::default());
+    let mut fragment_weights = [0u8; LANES];
     let mut fragment = 0;
     for (index, surfaces) in surfaces.chunks_mut(LANES).enumerate() {
         let first = index * LANES;
@@ -209,10 +210,20 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, surfaces: &mut Vec<LayerSurf
             let (list, triangle) = plan.triangle(id);
             (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
             corners.set(index, plan.corners(list, triangle), chains.positions[fragment]);
+            fragment_weights[index] = chains.targets[fragment].weight;
         }
         weights(&corners, &mut result);
         for (index, surface) in surfaces.iter_mut().enumerate() {
-            surface.barycentrics = lane(&result, index);
+            let weight = fragment_weights[index];
+            let mut barycentrics = lane(&result, index);
+            if (weight as usize) < samples {
+                // A part of a pixel stands for its share of the footprint.
+                let side = (weight as f32 / samples as f32).sqrt();
+                barycentrics.dx *= side;
+                barycentrics.dy *= side;
+            }
+            barycentrics.samples = weight.into();
+            surface.barycentrics = barycentrics;
         }
     }
 }

@@ -36,6 +36,8 @@ pub struct Barycentrics {
     pub dx: Vec2,
     /// Change with the pixel's row.
     pub dy: Vec2,
+    /// How many antialiasing samples are shaded at once here, 0 as 1: textures are then looked up as if each were.
+    pub samples: u32,
 }
 
 /// A point of a surface and how it changes from pixel to pixel.
@@ -121,7 +123,11 @@ impl Scene {
             for channel in 0..2 {
                 let (du, dv) = (ub[channel] - ua[channel], uc[channel] - ua[channel]);
                 uvs[channel] = ua[channel] + du * wb + dv * wc;
-                footprints[channel] = UvFootprint { dx: du * at.dx.x + dv * at.dx.y, dy: du * at.dy.x + dv * at.dy.y };
+                footprints[channel] = UvFootprint {
+                    dx: du * at.dx.x + dv * at.dx.y,
+                    dy: du * at.dy.x + dv * at.dy.y,
+                    samples: at.samples,
+                };
             }
         }
         let color = if self.colors.is_empty() {
@@ -149,7 +155,8 @@ impl Scene {
         let channel = binding.uv_channel as usize & 1;
         let (uv, footprint) = (point.uvs[channel], &point.footprints[channel]);
         let matrix = binding.texture_from_uv.matrix2;
-        let footprint = UvFootprint { dx: matrix * footprint.dx, dy: matrix * footprint.dy };
+        let footprint =
+            UvFootprint { dx: matrix * footprint.dx, dy: matrix * footprint.dy, samples: footprint.samples };
         texture.sample(binding.texture_from_uv.transform_point2(uv), &footprint)
     }
 

@@ -71,6 +71,7 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
     let mut base = [Vec4::ONE; LANES];
     // Rows of the map from the vertices' to the textures' coordinates.
     let mut texture_from_uv = [[[0.0; LANES]; 3]; 2];
+    let mut samples = [1u32; LANES];
     let (mut weights, mut dx, mut dy) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2], [[0.0; LANES]; 2]);
     let mut viewers: Lane3 = [[0.0; LANES]; 3];
     let mut any_lit = false;
@@ -85,7 +86,8 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
             let uv = scene.uvs[vertex][channel];
             (corners.uvs[corner][0][i], corners.uvs[corner][1][i]) = (uv.x, uv.y);
         }
-        let Barycentrics { value, dx: at_dx, dy: at_dy } = query.barycentrics;
+        let Barycentrics { value, dx: at_dx, dy: at_dy, samples: at_samples } = query.barycentrics;
+        samples[i] = at_samples;
         for axis in 0..2 {
             weights[axis][i] = value[axis];
             dx[axis][i] = at_dx[axis];
@@ -111,7 +113,7 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
         }
     }
 
-    let look_ups = look_ups(&corners.uvs, &texture_from_uv, &weights, &dx, &dy);
+    let look_ups = LookUps { samples, ..look_ups(&corners.uvs, &texture_from_uv, &weights, &dx, &dy) };
     let texels = filter::sample(&textures, &look_ups);
     let mut light = [[1.0; LANES]; 3];
     let mut usable = [true; LANES];
@@ -175,7 +177,7 @@ fn look_ups(
     dy: &[Lane; 2],
 ) -> LookUps<LANES> {
     let zero = [[0.0; LANES]; 2];
-    let mut result = LookUps { uv: zero, dx: zero, dy: zero };
+    let mut result = LookUps { uv: zero, dx: zero, dy: zero, samples: [1; LANES] };
     for i in 0..LANES {
         let corner = |k: usize| Vec2::new(corners[k][0][i], corners[k][1][i]);
         let (a, b, c) = (corner(0), corner(1) - corner(0), corner(2) - corner(0));

@@ -60,6 +60,8 @@ pub struct UvFootprint {
     pub dx: Vec2,
     /// Change with the pixel's row.
     pub dy: Vec2,
+    /// One look-up stands for this many samples of the pixel: see [`Barycentrics::samples`](super::shade::Barycentrics).
+    pub samples: u32,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -118,11 +120,13 @@ impl Texture {
 
     /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
     ///
-    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis.
+    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis. Where one look-up stands for
+    /// several samples of a pixel, the places of the samples are looked up, each with its share of the footprint: what
+    /// supersampling would see.
     #[inline]
     pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
-        let UvFootprint { dx, dy } = *footprint;
-        let at = LookUps { uv: [[uv.x], [uv.y]], dx: [[dx.x], [dx.y]], dy: [[dy.x], [dy.y]] };
+        let UvFootprint { dx, dy, samples } = *footprint;
+        let at = LookUps { uv: [[uv.x], [uv.y]], dx: [[dx.x], [dx.y]], dy: [[dy.x], [dy.y]], samples: [samples] };
         filter::sample(&[Some(self)], &at)[0]
     }
 }
@@ -190,7 +194,7 @@ mod tests {
     #[test]
     fn minification_averages() {
         let texture = checker(Sampler::default());
-        let wide = UvFootprint { dx: Vec2::new(1.0, 0.0), dy: Vec2::new(0.0, 1.0) };
+        let wide = UvFootprint { dx: Vec2::new(1.0, 0.0), dy: Vec2::new(0.0, 1.0), samples: 1 };
         let value = texture.sample(Vec2::new(0.3, 0.7), &wide);
         assert!((value.x - 0.5).abs() < 1e-3, "{value}");
     }
@@ -201,7 +205,7 @@ mod tests {
         let texels: Vec<[u8; 4]> =
             (0..64 * 64).map(|i| if (i % 64) / 8 % 2 == 0 { [255; 4] } else { [0; 4] }).collect();
         let texture = Texture::from_srgb8("columns", 64, 64, &texels, Sampler::default());
-        let tall = UvFootprint { dx: Vec2::new(1.0 / 64.0, 0.0), dy: Vec2::new(0.0, 8.0 / 64.0) };
+        let tall = UvFootprint { dx: Vec2::new(1.0 / 64.0, 0.0), dy: Vec2::new(0.0, 8.0 / 64.0), samples: 1 };
         assert!(texture.sample(Vec2::new(4.0 / 64.0, 0.5), &tall).x > 0.99);
         assert!(texture.sample(Vec2::new(12.0 / 64.0, 0.5), &tall).x < 0.01);
     }

@@ -84,10 +84,12 @@ const MAX_LEAF: u32 = 3;
 
 /// The hierarchy over boxes that stand for the primitives `indices`.
 fn build(boxes: &[BvhBox], indices: Vec<u32>, split: bool) -> CwBvh {
-    let preset = match boxes.len() {
-        0..=THOROUGH_BUILD => BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() },
-        0..=CAREFUL_BUILD => BvhBuildParams::slow_build(),
-        _ => BvhBuildParams::fast_build(),
+    let preset = if boxes.len() <= THOROUGH_BUILD {
+        BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() }
+    } else if boxes.len() <= CAREFUL_BUILD {
+        BvhBuildParams::slow_build()
+    } else {
+        BvhBuildParams::fast_build()
     };
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         preset.ploc_search_distance,

@@ -25,13 +25,7 @@ pub fn load(path: &Path) -> Result<Model, SceneError> {
 /// [`SceneError`] when the file is broken or a texture that it uses cannot be read.
 pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
     let warnings = RefCell::new(Vec::new());
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        single_index: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
+    let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let load_materials = |file: &Path| {
         let file = file.to_string_lossy().replace('\\', "/");
         match resolver.read(&file, MAX_SCENE_BYTES) {

@@ -18,6 +18,7 @@ pub(super) struct Picture {
     pub(super) texels: Vec<[u8; 4]>,
 }
 
+#[cfg(feature = "gltf")]
 impl Picture {
     /// Whether any texel is not fully opaque.
     pub(super) fn is_translucent(&self) -> bool {

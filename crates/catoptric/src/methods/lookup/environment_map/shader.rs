@@ -95,6 +95,7 @@ impl ReflectorMap {
 }
 
 impl FragmentShader for MapShader<'_> {
+    #[inline]
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
         let (ray, change) = self.rays.ray_with_differential(fragment.position.x, fragment.position.y);
         let Some(surface) = fragment.chain.first() else {

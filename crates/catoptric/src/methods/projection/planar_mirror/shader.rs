@@ -34,6 +34,7 @@ impl MirrorShader<'_> {
 }
 
 impl FragmentShader for MirrorShader<'_> {
+    #[inline]
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let mut throughput = Vec3::ONE;

@@ -1,6 +1,6 @@
 //! Typed data in buffers: all component types, normalised integers, strides and sparse replacements.
 
-use super::schema::Accessor;
+use super::schema::{Accessor, BufferView};
 use super::source::Source;
 use crate::error::SceneError;
 use std::borrow::Cow;
@@ -93,6 +93,36 @@ impl Elements<'_> {
     }
 }
 
+/// Numbers an element of a type.
+fn width(kind: &str) -> usize {
+    match kind {
+        "SCALAR" => 1,
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" | "MAT2" => 4,
+        "MAT3" => 9,
+        _ => 16,
+    }
+}
+
+/// Bytes from one element to the next.
+fn stride(view: &BufferView, element_size: u64) -> u64 {
+    view.byte_stride.filter(|stride| *stride > 0).unwrap_or(element_size)
+}
+
+/// Where the data of an accessor ends in its view; none where no number can say.
+fn data_end(accessor: &Accessor, stride: u64, element_size: u64) -> Option<u64> {
+    let last = accessor.count.saturating_sub(1).checked_mul(stride)?;
+    last.checked_add(accessor.byte_offset)?.checked_add(element_size)
+}
+
+/// Whether the data of an accessor of a known type ends after its view.
+pub(super) fn is_too_long(accessor: &Accessor, view: &BufferView) -> bool {
+    let Some(component) = Component::from_code(accessor.component_type) else { return false };
+    let size = (width(&accessor.kind) * component.size()) as u64;
+    data_end(accessor, stride(view, size), size).is_none_or(|end| end > view.byte_length)
+}
+
 impl Source<'_> {
     /// The elements of an accessor. `kinds` are the types that are allowed here.
     pub(super) fn elements(
@@ -107,13 +137,7 @@ impl Source<'_> {
             let problem = format!("accessors[{index}] has type `{}`; allowed are {}", accessor.kind, kinds.join(", "));
             return Err(self.invalid(field(), problem));
         }
-        let width = match accessor.kind.as_str() {
-            "SCALAR" => 1,
-            "VEC2" => 2,
-            "VEC3" => 3,
-            "VEC4" => 4,
-            _ => 16,
-        };
+        let width = width(&accessor.kind);
         let component = Component::from_code(accessor.component_type).ok_or_else(|| {
             let problem = format!("{}; allowed are 5120 to 5123, 5125 and 5126", accessor.component_type);
             self.invalid(format!("{}.componentType", owner()), problem)
@@ -148,10 +172,8 @@ impl Source<'_> {
         owner: &dyn Fn() -> String,
     ) -> Result<Elements<'_>, SceneError> {
         let bytes = self.view(view, &|| format!("{}.bufferView", owner()))?;
-        let stride = self.document.buffer_views[view].byte_stride.unwrap_or(0);
-        let stride = if stride == 0 { size as u64 } else { stride };
-        let last = (accessor.count - 1).checked_mul(stride);
-        let end = last.and_then(|last| last.checked_add(accessor.byte_offset)?.checked_add(size as u64));
+        let stride = stride(&self.document.buffer_views[view], size as u64);
+        let end = data_end(accessor, stride, size as u64);
         let Some(data) = end
             .filter(|end| *end <= bytes.len() as u64)
             .and_then(|_| bytes.get(usize::try_from(accessor.byte_offset).ok()?..))

@@ -8,6 +8,8 @@ pub(super) struct Parts<'a> {
     pub(super) json: &'a [u8],
     /// The binary chunk of a GLB file.
     pub(super) binary: Option<&'a [u8]>,
+    /// All chunks fill whole words, as they must.
+    pub(super) is_aligned: bool,
 }
 
 const MAGIC: &[u8] = b"glTF";
@@ -18,7 +20,11 @@ const BINARY: u32 = u32::from_le_bytes(*b"BIN\0");
 pub(super) fn split<'a>(name: &str, bytes: &'a [u8]) -> Result<Parts<'a>, SceneError> {
     let invalid = |problem: String| SceneError::invalid(name, "GLB container", problem);
     if !bytes.starts_with(MAGIC) {
-        return Ok(Parts { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
+        return Ok(Parts {
+            json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes),
+            binary: None,
+            is_aligned: true,
+        });
     }
     let word = |offset: usize| {
         let bytes: Option<[u8; 4]> = bytes.get(offset..offset + 4).and_then(|word| word.try_into().ok());
@@ -34,7 +40,7 @@ pub(super) fn split<'a>(name: &str, bytes: &'a [u8]) -> Result<Parts<'a>, SceneE
     if length > bytes.len() {
         return Err(invalid(format!("the header promises {length} bytes, but there are {}", bytes.len())));
     }
-    let (mut json, mut binary) = (None, None);
+    let (mut json, mut binary, mut is_aligned) = (None, None, true);
     let mut offset = 12;
     while offset < length {
         let (Some(chunk_length), Some(kind)) = (word(offset), word(offset + 4)) else {
@@ -54,10 +60,11 @@ pub(super) fn split<'a>(name: &str, bytes: &'a [u8]) -> Result<Parts<'a>, SceneE
             _ => return Err(invalid("the first chunk must be JSON".into())),
         }
         // Chunks must fill whole words; a file that does not pad is read without padding.
+        is_aligned &= chunk_length.is_multiple_of(4);
         offset = end;
     }
     let json = json.ok_or_else(|| invalid("there is no JSON chunk".into()))?;
-    Ok(Parts { json, binary })
+    Ok(Parts { json, binary, is_aligned })
 }
 
 #[cfg(test)]
@@ -81,8 +88,10 @@ mod tests {
     #[test]
     fn chunks_are_found() {
         let file = glb(&[(JSON, b"{}  "), (BINARY, &[1, 2, 3, 4]), (7, b"else")]);
-        assert_eq!(split("a", &file).unwrap(), Parts { json: b"{}  ", binary: Some(&[1, 2, 3, 4]) });
-        assert_eq!(split("a", b"\xef\xbb\xbf{}").unwrap(), Parts { json: b"{}", binary: None });
+        assert_eq!(split("a", &file).unwrap(), Parts { json: b"{}  ", binary: Some(&[1, 2, 3, 4]), is_aligned: true });
+        assert_eq!(split("a", b"\xef\xbb\xbf{}").unwrap(), Parts { json: b"{}", binary: None, is_aligned: true });
+        let odd = glb(&[(JSON, b"{}")]);
+        assert!(split("a", &odd).is_ok_and(|parts| !parts.is_aligned));
     }
 
     #[test]

@@ -145,6 +145,9 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
             ..Primitive::default()
         };
         drop(positions);
+        if result.positions.iter().any(|position| !position.is_finite()) {
+            self.source.warn(format!("{}: triangles with positions that are not finite are not drawn", self.owner));
+        }
         if let Some(normals) = self.vertex_attribute("NORMAL", &["VEC3"], vertex_count)? {
             self.spend(kept.len(), 12)?;
             result.normals = kept.collect(|vertex| Vec3::from(normals.floats(vertex)));

@@ -5,6 +5,7 @@
 
 mod accessors;
 mod animation;
+mod check;
 mod container;
 mod draco;
 mod extensions;
@@ -37,11 +38,14 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
     let parts = container::split(name, bytes)?;
     let document = schema::parse(name, parts.json)?;
     let source = Source::new(name, &document, bytes.len(), parts.binary, resolver);
+    if !parts.is_aligned {
+        source.warn("GLB container: a chunk does not fill whole words of 4 bytes");
+    }
     extensions::check_required(&source)?;
-    Importer::new(&source)?.run().map(|mut model| {
-        model.warnings = source.into_warnings();
-        model
-    })
+    let mut model = Importer::new(&source)?.run()?;
+    check::warn_of_faults(&source);
+    model.warnings = source.into_warnings();
+    Ok(model)
 }
 
 struct Importer<'r, 's> {

@@ -52,6 +52,11 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// The binary chunk of a GLB file.
+    pub(super) fn binary(&self) -> Option<&'a [u8]> {
+        self.binary
+    }
+
     /// A wrong field of the file.
     pub(super) fn invalid(&self, field: impl Into<String>, problem: impl Into<String>) -> SceneError {
         SceneError::invalid(self.name, field, problem)

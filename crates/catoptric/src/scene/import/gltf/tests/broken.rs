@@ -73,10 +73,38 @@ fn numbers_that_are_none_do_not_reach_the_scene() {
     let mut file = File::triangle();
     file.binary[..4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert!(file.scene().positions.iter().all(|position| position.is_finite()));
+    assert!(file.model().warnings[0].contains("not finite"));
     file.json["nodes"][0] = json!({ "mesh": 0, "scale": [1e38, 1e38, 1e38], "translation": [3e38, 0, 0] });
     assert!(file.scene().positions.iter().all(|position| position.is_finite()));
     file.json["nodes"][0] = json!({ "mesh": 0, "rotation": [0, 0, 0, 0] });
     assert!(file.scene().positions.iter().all(|position| position.is_finite()));
+}
+
+#[test]
+fn faults_in_what_is_not_drawn_are_warnings() {
+    let mut file = File::triangle();
+    file.push("bufferViews", json!({ "buffer": 3, "byteLength": 4 }));
+    file.push("bufferViews", json!({ "buffer": 0, "byteLength": 1000 }));
+    file.push("accessors", json!({ "bufferView": 9, "componentType": U8, "type": "SCALAR", "count": 1 }));
+    file.push("accessors", json!({ "bufferView": 1, "componentType": U8, "type": "VEC4", "count": 2 }));
+    file.push("textures", json!({ "source": 1, "sampler": 1, "extensions": { "EXT_texture_webp": { "source": 2 } } }));
+    file.push("images", json!({ "bufferView": 8 }));
+    file.push("meshes", json!({ "primitives": [{ "attributes": { "POSITION": 7 }, "targets": [{ "NORMAL": 6 }] }] }));
+    let warnings = file.model().warnings.join("\n");
+    for needle in [
+        "bufferViews[1].buffer: there is no buffers[3]",
+        "bufferViews[2]: 1000 bytes from byte 0 in a buffer of 36 bytes",
+        "accessors[1].bufferView: there is no bufferViews[9]",
+        "accessors[2]: 2 elements are more than the 4 bytes",
+        "textures[0].sampler",
+        "textures[0].source",
+        "textures[0].extensions.EXT_texture_webp.source: there is no images[2]",
+        "images[0].bufferView",
+        "meshes[1].primitives[0].attributes.POSITION: there is no accessors[7]",
+        "meshes[1].primitives[0].targets[0].NORMAL",
+    ] {
+        assert!(warnings.contains(needle), "{needle} in\n{warnings}");
+    }
 }
 
 #[test]
