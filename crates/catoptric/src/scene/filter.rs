@@ -47,76 +47,26 @@ struct Traits<const N: usize> {
     wrap: [[f32; N]; 2],
 }
 
+/// The places in a pixel at which each look-up reads its texture.
+struct Places<const N: usize> {
+    /// From the corner of the pixel, in pixels.
+    offsets: [&'static [Vec2]; N],
+    /// How many there are, and the side of the square that each stands for, in pixels.
+    count: [f32; N],
+    side: [f32; N],
+}
+
 /// The filtered values of textures; white where there is none, or where the place is not finite.
 ///
 /// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
 #[inline(always)]
 pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
-    if at.samples.iter().all(|samples| *samples < 2) {
-        return sample_once(textures, at);
-    }
-    let places: [&[Vec2]; N] = std::array::from_fn(|i| places(textures[i], at, i));
-    let most = places.iter().map(|places| places.len()).max().unwrap_or(1);
-    if most < 2 {
-        return sample_once(textures, at);
-    }
-    let mut sums = [Vec4::ZERO; N];
-    for place in 0..most {
-        let mut part = at.clone();
-        let mut wanted = *textures;
-        for i in 0..N {
-            let Some(offset) = places[i].get(place) else {
-                wanted[i] = None;
-                continue;
-            };
-            let offset = *offset - 0.5;
-            let side = (1.0 / places[i].len() as f32).sqrt();
-            for axis in 0..2 {
-                let (dx, dy) = (at.dx[axis][i], at.dy[axis][i]);
-                part.uv[axis][i] += dx * offset.x + dy * offset.y;
-                part.dx[axis][i] = dx * side;
-                part.dy[axis][i] = dy * side;
-            }
-        }
-        let values = sample_once(&wanted, &part);
-        for i in 0..N {
-            if place < places[i].len() {
-                sums[i] += values[i];
-            }
-        }
-    }
-    std::array::from_fn(|i| sums[i] / places[i].len() as f32)
-}
-
-/// The places in a pixel (0..1) at which a texture is looked up; one, in the middle, where it shows no detail.
-#[inline(always)]
-fn places<const N: usize>(texture: Option<&Texture>, at: &LookUps<N>, i: usize) -> &'static [Vec2] {
-    const MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
-    let Some(texture) = texture else { return &MIDDLE };
-    let (width, height) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
-    let squared = |change: &[[f32; N]; 2]| {
-        let (u, v) = (change[0][i] * width, change[1][i] * height);
-        u * u + v * v
-    };
-    let extent2_texels = squared(&at.dx).max(squared(&at.dy));
-    let samples = at.samples[i].max(1).next_power_of_two();
-    // Within a third of a texel a texture is a ramp, within one it has a bend or two.
-    let wanted = match extent2_texels {
-        extent2 if extent2 < 0.1 => 1,
-        extent2 if extent2 < 1.0 => samples.min(4),
-        _ => samples.min(16),
-    };
-    sample_positions(wanted).unwrap_or(&MIDDLE)
-}
-
-/// [`sample`], for look-ups that stand for one sample each.
-#[inline(always)]
-fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
     let traits = traits(textures);
-    let taps = taps(&traits, at);
+    let places = places(&traits, at);
+    let taps = taps(&traits, at, &places.side);
     let mut levels: [Option<[&Level; 2]>; N] = [None; N];
     let mut sizes = [[[1.0f32; N]; 2]; 2];
-    let mut most_probes = 0.0f32;
+    let (mut most_places, mut most_probes) = (0, 0.0f32);
     for i in 0..N {
         let Some(texture) = textures[i] else { continue };
         let fine = (taps.level[i] as usize).min(texture.levels.len() - 1);
@@ -126,32 +76,76 @@ fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>
             (sizes[0][i], sizes[1][i]) = (level.width as f32, level.height as f32);
         }
         levels[i] = Some(pair);
+        most_places = most_places.max(places.offsets[i].len());
         most_probes = most_probes.max(taps.probes[i]);
     }
     let mut sums = [Vec4::ZERO; N];
-    for probe in 0..most_probes as u32 {
+    for place in 0..most_places {
         // No closures here: they would not be compiled for the caller's instruction set.
-        let wrapped =
-            [along(probe, &at.uv[0], &taps, 0, &traits.wrap[0]), along(probe, &at.uv[1], &taps, 1, &traits.wrap[1])];
-        let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
-        let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
-        for i in 0..N {
-            let Some(levels) = levels[i] else { continue };
-            if probe as f32 >= taps.probes[i] {
-                continue;
-            }
-            let value = fine.blended(levels[0], i);
-            sums[i] += value;
-            if taps.blend[i] > 0.0 {
-                sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+        let uv = [moved(at, &places, place, 0), moved(at, &places, place, 1)];
+        for probe in 0..most_probes as u32 {
+            let wrapped =
+                [along(probe, &uv[0], &taps, 0, &traits.wrap[0]), along(probe, &uv[1], &taps, 1, &traits.wrap[1])];
+            let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
+            let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
+            for i in 0..N {
+                let Some(levels) = levels[i] else { continue };
+                if probe as f32 >= taps.probes[i] || place >= places.offsets[i].len() {
+                    continue;
+                }
+                let value = fine.blended(levels[0], i);
+                sums[i] += value;
+                if taps.blend[i] > 0.0 {
+                    sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+                }
             }
         }
     }
     for i in 0..N {
         let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
-        sums[i] = if textures[i].is_some() && finite { sums[i] * (taps.share[i] * (1.0 / 65535.0)) } else { Vec4::ONE };
+        let share = taps.share[i] / (places.count[i] * 65535.0);
+        sums[i] = if textures[i].is_some() && finite { sums[i] * share } else { Vec4::ONE };
     }
     sums
+}
+
+/// The places at which each look-up reads its texture; one, in the middle, where the texture shows no detail.
+#[inline(always)]
+fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
+    static MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
+    let mut places = Places { offsets: [&MIDDLE; N], count: [1.0; N], side: [1.0; N] };
+    for i in 0..N {
+        if at.samples[i] < 2 {
+            continue;
+        }
+        let [width, height] = [traits.size[0][i], traits.size[1][i]];
+        let (xu, xv, yu, yv) = (at.dx[0][i] * width, at.dx[1][i] * height, at.dy[0][i] * width, at.dy[1][i] * height);
+        let extent2_texels = (xu * xu + xv * xv).max(yu * yu + yv * yv);
+        let samples = at.samples[i].next_power_of_two();
+        // Within a third of a texel a texture is a ramp, within one it has a bend or two.
+        let wanted = match extent2_texels {
+            extent2 if extent2 < 0.1 => continue,
+            extent2 if extent2 < 1.0 => samples.min(4),
+            _ => samples.min(16),
+        };
+        let offsets = sample_positions(wanted).unwrap_or(&MIDDLE);
+        places.offsets[i] = offsets;
+        places.count[i] = offsets.len() as f32;
+        places.side[i] = (1.0 / places.count[i]).sqrt();
+    }
+    places
+}
+
+/// The coordinates of a place in the pixel.
+#[inline(always)]
+fn moved<const N: usize>(at: &LookUps<N>, places: &Places<N>, place: usize, axis: usize) -> [f32; N] {
+    let mut result = at.uv[axis];
+    for i in 0..N {
+        if let Some(offset) = places.offsets[i].get(place) {
+            result[i] += at.dx[axis][i] * (offset.x - 0.5) + at.dy[axis][i] * (offset.y - 0.5);
+        }
+    }
+    result
 }
 
 #[inline(always)]
@@ -186,7 +180,7 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
 }
 
 #[inline(always)]
-fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
+fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>, side: &[f32; N]) -> Taps<N> {
     let mut taps = Taps {
         probes: [1.0; N],
         share: [1.0; N],
@@ -198,7 +192,9 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..N {
         let [width, height] = [traits.size[0][i], traits.size[1][i]];
-        let [dx_u, dx_v, dy_u, dy_v] = [at.dx[0][i], at.dx[1][i], at.dy[0][i], at.dy[1][i]];
+        let side = side[i];
+        let (dx_u, dx_v) = (at.dx[0][i] * side, at.dx[1][i] * side);
+        let (dy_u, dy_v) = (at.dy[0][i] * side, at.dy[1][i] * side);
         let (last_level, nearest_level) = (traits.last_level[i], traits.nearest_level[i]);
         let (magnified_half, minified_half) = (traits.magnified_half[i], traits.minified_half[i]);
         let (xu, xv, yu, yv) = (dx_u * width, dx_v * height, dy_u * width, dy_v * height);
