@@ -269,19 +269,29 @@ fn draw_group<const STENCIL: bool>(
 ) {
     let [low, high] = triangle.key_range;
     let none = [0u32; LANES];
-    let labels = labels.unwrap_or(&none);
+    let labels = *labels.unwrap_or(&none);
+    // All is read before anything is written: what might overlap is not turned into vector instructions.
+    let [x, y, z] = lane.edges;
+    let steps = lane.key;
+    let (mut new_keys, mut new_ids) = (keys.0.map(f32::to_bits), ids.0);
+    let id = triangle.id;
     for i in 0..LANES {
-        let e0 = base[0].wrapping_add(lane.edges[0][i]);
-        let e1 = base[1].wrapping_add(lane.edges[1][i]);
-        let e2 = base[2].wrapping_add(lane.edges[2][i]);
-        let value = key + lane.key[i];
+        let e0 = base[0].wrapping_add(x[i]);
+        let e1 = base[1].wrapping_add(y[i]);
+        let e2 = base[2].wrapping_add(z[i]);
+        let value = key + steps[i];
         let value = if value < low { low } else { value };
         let value = if value > high { high } else { value };
-        let mut pass = (e0 | e1 | e2 >= 0) & (value > keys.0[i]);
+        // Masks of ones and zeros; conditions would become branches.
+        let outside = ((e0 | e1 | e2) >> 31) as u32;
+        let nearer = 0u32.wrapping_sub(u32::from(value > f32::from_bits(new_keys[i])));
+        let mut pass = nearer & !outside;
         if STENCIL {
-            pass &= labels[i] == wanted;
+            pass &= 0u32.wrapping_sub(u32::from(labels[i] == wanted));
         }
-        keys.0[i] = if pass { value } else { keys.0[i] };
-        ids.0[i] = if pass { triangle.id } else { ids.0[i] };
+        new_keys[i] = (value.to_bits() & pass) | (new_keys[i] & !pass);
+        new_ids[i] = (id & pass) | (new_ids[i] & !pass);
     }
+    keys.0 = new_keys.map(f32::from_bits);
+    ids.0 = new_ids;
 }

@@ -21,9 +21,10 @@ pub(super) struct LookUps<const N: usize> {
 
 /// Which texels of which levels each look-up reads.
 struct Taps<const N: usize> {
-    /// Look-ups along the footprint's longer axis.
+    /// Look-ups along the footprint's longer axis, and 1 over them.
     probes: [f32; N],
-    /// Their distance.
+    share: [f32; N],
+    /// The footprint's longer axis.
     step: [[f32; N]; 2],
     /// The finer level's index, and the share of the coarser one.
     level: [f32; N],
@@ -44,6 +45,15 @@ struct Traits<const N: usize> {
     minified_half: [f32; N],
     /// How coordinates wrap: 0 clamped, 1 repeated, 0.5 mirrored.
     wrap: [[f32; N]; 2],
+}
+
+/// The places in a pixel at which each look-up reads its texture.
+struct Places<const N: usize> {
+    /// From the corner of the pixel, in pixels.
+    offsets: [&'static [Vec2]; N],
+    /// How many there are, and the side of the square that each stands for, in pixels.
+    count: [f32; N],
+    side: [f32; N],
 }
 
 /// The filtered values of textures; white where there is none, or where the place is not finite.
@@ -113,10 +123,11 @@ fn places<const N: usize>(texture: Option<&Texture>, at: &LookUps<N>, i: usize) 
 #[inline(always)]
 fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
     let traits = traits(textures);
-    let taps = taps(&traits, at);
+    let places = places(&traits, at);
+    let taps = taps(&traits, at, &places.side);
     let mut levels: [Option<[&Level; 2]>; N] = [None; N];
     let mut sizes = [[[1.0f32; N]; 2]; 2];
-    let mut most_probes = 0.0f32;
+    let (mut most_places, mut most_probes) = (0, 0.0f32);
     for i in 0..N {
         let Some(texture) = textures[i] else { continue };
         let fine = (taps.level[i] as usize).min(texture.levels.len() - 1);
@@ -126,32 +137,76 @@ fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>
             (sizes[0][i], sizes[1][i]) = (level.width as f32, level.height as f32);
         }
         levels[i] = Some(pair);
+        most_places = most_places.max(places.offsets[i].len());
         most_probes = most_probes.max(taps.probes[i]);
     }
     let mut sums = [Vec4::ZERO; N];
-    for probe in 0..most_probes as u32 {
+    for place in 0..most_places {
         // No closures here: they would not be compiled for the caller's instruction set.
-        let wrapped =
-            [along(probe, &at.uv[0], &taps, 0, &traits.wrap[0]), along(probe, &at.uv[1], &taps, 1, &traits.wrap[1])];
-        let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
-        let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
-        for i in 0..N {
-            let Some(levels) = levels[i] else { continue };
-            if probe as f32 >= taps.probes[i] {
-                continue;
-            }
-            let value = fine.blended(levels[0], i);
-            sums[i] += value;
-            if taps.blend[i] > 0.0 {
-                sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+        let uv = [moved(at, &places, place, 0), moved(at, &places, place, 1)];
+        for probe in 0..most_probes as u32 {
+            let wrapped =
+                [along(probe, &uv[0], &taps, 0, &traits.wrap[0]), along(probe, &uv[1], &taps, 1, &traits.wrap[1])];
+            let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
+            let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
+            for i in 0..N {
+                let Some(levels) = levels[i] else { continue };
+                if probe as f32 >= taps.probes[i] || place >= places.offsets[i].len() {
+                    continue;
+                }
+                let value = fine.blended(levels[0], i);
+                sums[i] += value;
+                if taps.blend[i] > 0.0 {
+                    sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+                }
             }
         }
     }
     for i in 0..N {
         let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
-        sums[i] = if textures[i].is_some() && finite { sums[i] / (65535.0 * taps.probes[i]) } else { Vec4::ONE };
+        let share = taps.share[i] / (places.count[i] * 65535.0);
+        sums[i] = if textures[i].is_some() && finite { sums[i] * share } else { Vec4::ONE };
     }
     sums
+}
+
+/// The places at which each look-up reads its texture; one, in the middle, where the texture shows no detail.
+#[inline(always)]
+fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
+    static MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
+    let mut places = Places { offsets: [&MIDDLE; N], count: [1.0; N], side: [1.0; N] };
+    for i in 0..N {
+        if at.samples[i] < 2 {
+            continue;
+        }
+        let [width, height] = [traits.size[0][i], traits.size[1][i]];
+        let (xu, xv, yu, yv) = (at.dx[0][i] * width, at.dx[1][i] * height, at.dy[0][i] * width, at.dy[1][i] * height);
+        let extent2_texels = (xu * xu + xv * xv).max(yu * yu + yv * yv);
+        let samples = at.samples[i].next_power_of_two();
+        // Within a third of a texel a texture is a ramp, within one it has a bend or two.
+        let wanted = match extent2_texels {
+            extent2 if extent2 < 0.1 => continue,
+            extent2 if extent2 < 1.0 => samples.min(4),
+            _ => samples.min(16),
+        };
+        let offsets = sample_positions(wanted).unwrap_or(&MIDDLE);
+        places.offsets[i] = offsets;
+        places.count[i] = offsets.len() as f32;
+        places.side[i] = (1.0 / places.count[i]).sqrt();
+    }
+    places
+}
+
+/// The coordinates of a place in the pixel.
+#[inline(always)]
+fn moved<const N: usize>(at: &LookUps<N>, places: &Places<N>, place: usize, axis: usize) -> [f32; N] {
+    let mut result = at.uv[axis];
+    for i in 0..N {
+        if let Some(offset) = places.offsets[i].get(place) {
+            result[i] += at.dx[axis][i] * (offset.x - 0.5) + at.dy[axis][i] * (offset.y - 0.5);
+        }
+    }
+    result
 }
 
 #[inline(always)]
@@ -170,8 +225,8 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
         Wrap::Repeat => 1.0,
         Wrap::MirroredRepeat => 0.5,
     };
-    for i in 0..N {
-        let Some(texture) = textures[i] else { continue };
+    for (i, texture) in textures.iter().enumerate() {
+        let Some(texture) = texture else { continue };
         let sampler = &texture.sampler;
         (traits.size[0][i], traits.size[1][i]) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
         if sampler.mip_filter != MipFilter::None {
@@ -186,12 +241,21 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
 }
 
 #[inline(always)]
-fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
-    let mut taps = Taps { probes: [1.0; N], step: [[0.0; N]; 2], level: [0.0; N], blend: [0.0; N], half: [0.0; N] };
+fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>, side: &[f32; N]) -> Taps<N> {
+    let mut taps = Taps {
+        probes: [1.0; N],
+        share: [1.0; N],
+        step: [[0.0; N]; 2],
+        level: [0.0; N],
+        blend: [0.0; N],
+        half: [0.0; N],
+    };
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..N {
         let [width, height] = [traits.size[0][i], traits.size[1][i]];
-        let [dx_u, dx_v, dy_u, dy_v] = [at.dx[0][i], at.dx[1][i], at.dy[0][i], at.dy[1][i]];
+        let side = side[i];
+        let (dx_u, dx_v) = (at.dx[0][i] * side, at.dx[1][i] * side);
+        let (dy_u, dy_v) = (at.dy[0][i] * side, at.dy[1][i] * side);
         let (last_level, nearest_level) = (traits.last_level[i], traits.nearest_level[i]);
         let (magnified_half, minified_half) = (traits.magnified_half[i], traits.minified_half[i]);
         let (xu, xv, yu, yv) = (dx_u * width, dx_v * height, dy_u * width, dy_v * height);
@@ -217,6 +281,7 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
         // The nearest level is the lower one of a level half a step up.
         let whole = floor(level + 0.5 * nearest_level);
         taps.probes[i] = probes;
+        taps.share[i] = inverse;
         taps.level[i] = whole;
         taps.blend[i] = (level - whole) * (1.0 - nearest_level);
         taps.half[i] = if minified { minified_half } else { magnified_half };
@@ -232,8 +297,8 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Taps<N> {
 fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize, wrap: &[f32; N]) -> [f32; N] {
     let mut result = [0.0; N];
     for i in 0..N {
-        let (at, step, probes, wrap) = (at[i], taps.step[axis][i], taps.probes[i], wrap[i]);
-        let coordinate = at + step * ((probe as f32 + 0.5) / probes - 0.5);
+        let (at, step, share, wrap) = (at[i], taps.step[axis][i], taps.share[i], wrap[i]);
+        let coordinate = at + step * ((probe as f32 + 0.5) * share - 0.5);
         let scaled = coordinate * wrap;
         let fraction = scaled - floor(scaled);
         let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
