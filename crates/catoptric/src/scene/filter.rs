@@ -61,66 +61,6 @@ struct Places<const N: usize> {
 /// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
 #[inline(always)]
 pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
-    if at.samples.iter().all(|samples| *samples < 2) {
-        return sample_once(textures, at);
-    }
-    let places: [&[Vec2]; N] = std::array::from_fn(|i| places(textures[i], at, i));
-    let most = places.iter().map(|places| places.len()).max().unwrap_or(1);
-    if most < 2 {
-        return sample_once(textures, at);
-    }
-    let mut sums = [Vec4::ZERO; N];
-    for place in 0..most {
-        let mut part = at.clone();
-        let mut wanted = *textures;
-        for i in 0..N {
-            let Some(offset) = places[i].get(place) else {
-                wanted[i] = None;
-                continue;
-            };
-            let offset = *offset - 0.5;
-            let side = (1.0 / places[i].len() as f32).sqrt();
-            for axis in 0..2 {
-                let (dx, dy) = (at.dx[axis][i], at.dy[axis][i]);
-                part.uv[axis][i] += dx * offset.x + dy * offset.y;
-                part.dx[axis][i] = dx * side;
-                part.dy[axis][i] = dy * side;
-            }
-        }
-        let values = sample_once(&wanted, &part);
-        for i in 0..N {
-            if place < places[i].len() {
-                sums[i] += values[i];
-            }
-        }
-    }
-    std::array::from_fn(|i| sums[i] / places[i].len() as f32)
-}
-
-/// The places in a pixel (0..1) at which a texture is looked up; one, in the middle, where it shows no detail.
-#[inline(always)]
-fn places<const N: usize>(texture: Option<&Texture>, at: &LookUps<N>, i: usize) -> &'static [Vec2] {
-    const MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
-    let Some(texture) = texture else { return &MIDDLE };
-    let (width, height) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
-    let squared = |change: &[[f32; N]; 2]| {
-        let (u, v) = (change[0][i] * width, change[1][i] * height);
-        u * u + v * v
-    };
-    let extent2_texels = squared(&at.dx).max(squared(&at.dy));
-    let samples = at.samples[i].max(1).next_power_of_two();
-    // Within a third of a texel a texture is a ramp, within one it has a bend or two.
-    let wanted = match extent2_texels {
-        extent2 if extent2 < 0.1 => 1,
-        extent2 if extent2 < 1.0 => samples.min(4),
-        _ => samples.min(16),
-    };
-    sample_positions(wanted).unwrap_or(&MIDDLE)
-}
-
-/// [`sample`], for look-ups that stand for one sample each.
-#[inline(always)]
-fn sample_once<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
     let traits = traits(textures);
     let places = places(&traits, at);
     let taps = taps(&traits, at, &places.side);
@@ -453,21 +393,13 @@ mod tests {
                 |scale: f32| Vec2::new(random.next_between(-scale, scale), random.next_between(-scale, scale));
             let places: [(Vec2, UvFootprint); 8] = std::array::from_fn(|lane| {
                 let size = [0.0, 0.01, 0.4, 30.0][(round + lane) / 4 % 4];
-                (
-                    vector(scale),
-                    UvFootprint { dx: vector(size), dy: vector(size), samples: [1, 4, 16, 0][(round + lane) % 4] },
-                )
+                (vector(scale), UvFootprint { dx: vector(size), dy: vector(size) })
             });
             let chosen: [Option<&Texture>; 8] = std::array::from_fn(|lane| textures.get((round + lane * 5) % 19));
             let lanes = |value: &dyn Fn(&(Vec2, UvFootprint)) -> Vec2| {
                 [std::array::from_fn(|i| value(&places[i]).x), std::array::from_fn(|i| value(&places[i]).y)]
             };
-            let at = LookUps {
-                uv: lanes(&|p| p.0),
-                dx: lanes(&|p| p.1.dx),
-                dy: lanes(&|p| p.1.dy),
-                samples: std::array::from_fn(|i| places[i].1.samples),
-            };
+            let at = LookUps { uv: lanes(&|p| p.0), dx: lanes(&|p| p.1.dx), dy: lanes(&|p| p.1.dy) };
             let together = sample(&chosen, &at);
             for lane in 0..8 {
                 let alone = chosen[lane].map_or(Vec4::ONE, |texture| texture.sample(places[lane].0, &places[lane].1));
