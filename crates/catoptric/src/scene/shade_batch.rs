@@ -361,7 +361,8 @@ mod tests {
                 let queries: Vec<SurfaceQuery> = (0..count)
                     .map(|index| {
                         let mut pair = |scale: f32| Vec2::new(random.next_unit(), random.next_unit()) * scale;
-                        let barycentrics = Barycentrics { value: pair(0.5), dx: pair(0.2), dy: pair(0.02) };
+                        let barycentrics =
+                            Barycentrics { value: pair(0.5), dx: pair(0.2), dy: pair(0.02), samples: index % 9 };
                         // The middle of an edge, where opposite normals cancel out.
                         let middle = Barycentrics { value: Vec2::new(0.5, 0.0), ..barycentrics };
                         SurfaceQuery {
