@@ -61,17 +61,18 @@ impl Environment {
 
 fn bilinear(texels: &[[f32; 3]], width: usize, height: usize, position: Vec2) -> Vec3 {
     let x = position.x * width as f32 - 0.5;
-    let y = (position.y * height as f32 - 0.5).clamp(0.0, height as f32 - 1.0);
+    let y = position.y * height as f32 - 0.5;
     let (left, top) = (x.floor(), y.floor());
     let (fx, fy) = (x - left, y - top);
-    let x0 = (left as i64).rem_euclid(width as i64) as usize;
-    let x1 = (x0 + 1) % width;
-    let y0 = top as usize;
-    let y1 = (y0 + 1).min(height - 1);
-    let at = |column: usize, row: usize| Vec3::from(texels[row * width + column]);
-    let upper = at(x0, y0) * (1.0 - fx) + at(x1, y0) * fx;
-    let lower = at(x0, y1) * (1.0 - fx) + at(x1, y1) * fx;
-    upper * (1.0 - fy) + lower * fy
+    let row = |y: i64| {
+        // Beyond a pole lies the same row, half way round.
+        let over = y < 0 || y >= height as i64;
+        let turned = if over { left as i64 + width as i64 / 2 } else { left as i64 };
+        let x0 = turned.rem_euclid(width as i64) as usize;
+        let start = y.clamp(0, height as i64 - 1) as usize * width;
+        Vec3::from(texels[start + x0]) * (1.0 - fx) + Vec3::from(texels[start + (x0 + 1) % width]) * fx
+    };
+    row(top as i64) * (1.0 - fy) + row(top as i64 + 1) * fy
 }
 
 /// Irradiance for a grid of normals, by summing over the picture reduced to at most 128 x 64 cells.
@@ -118,6 +119,23 @@ mod tests {
         for normal in [Vec3::X, Vec3::Y, Vec3::NEG_Z, Vec3::ONE.normalize()] {
             assert!((sky.irradiance(normal).x - std::f32::consts::PI).abs() < 0.01);
             assert_eq!(sky.radiance(normal), Vec3::ONE);
+        }
+    }
+
+    #[test]
+    fn level_floors_see_a_low_sun_alike_from_all_sides() {
+        // A sun of a few degrees at a height of 20 degrees: the irradiance of a level floor is its energy times sin 20.
+        let (width, height) = (256u32, 128u32);
+        for column in [128u32, 200, 64, 0, 30] {
+            let row = (70.0 / 180.0 * height as f32) as u32;
+            let mut radiance = vec![[0.0; 3]; (width * height) as usize];
+            radiance[(row * width + column) as usize] = [1e5; 3];
+            let sky = Environment::new("sun", width, height, radiance);
+            let polar = |edge: u32| (edge as f32 / height as f32 * std::f32::consts::PI).cos();
+            let energy = 1e5 * std::f32::consts::TAU / width as f32 * (polar(row) - polar(row + 1));
+            let towards = Environment::direction((column as f32 + 0.5) / width as f32, (row as f32 + 0.5) / height as f32);
+            let found = sky.irradiance(Vec3::Y).x;
+            assert!((found / (energy * towards.y) - 1.0).abs() < 0.03, "{column}: {found} for {}", energy * towards.y);
         }
     }
 

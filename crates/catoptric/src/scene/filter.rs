@@ -395,13 +395,14 @@ mod tests {
                 |scale: f32| Vec2::new(random.next_between(-scale, scale), random.next_between(-scale, scale));
             let places: [(Vec2, UvFootprint); 8] = std::array::from_fn(|lane| {
                 let size = [0.0, 0.01, 0.4, 30.0][(round + lane) / 4 % 4];
-                (vector(scale), UvFootprint { dx: vector(size), dy: vector(size) })
+                (vector(scale), UvFootprint { dx: vector(size), dy: vector(size), samples: 1 << ((round + lane) % 5) })
             });
             let chosen: [Option<&Texture>; 8] = std::array::from_fn(|lane| textures.get((round + lane * 5) % 19));
             let lanes = |value: &dyn Fn(&(Vec2, UvFootprint)) -> Vec2| {
                 [std::array::from_fn(|i| value(&places[i]).x), std::array::from_fn(|i| value(&places[i]).y)]
             };
-            let at = LookUps { uv: lanes(&|p| p.0), dx: lanes(&|p| p.1.dx), dy: lanes(&|p| p.1.dy) };
+            let samples = places.each_ref().map(|place| place.1.samples);
+            let at = LookUps { uv: lanes(&|p| p.0), dx: lanes(&|p| p.1.dx), dy: lanes(&|p| p.1.dy), samples };
             let together = sample(&chosen, &at);
             for lane in 0..8 {
                 let alone = chosen[lane].map_or(Vec4::ONE, |texture| texture.sample(places[lane].0, &places[lane].1));

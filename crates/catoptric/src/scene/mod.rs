@@ -133,8 +133,8 @@ impl Scene {
         self.view(&camera, width, height)
     }
 
-    /// The distance within which nothing is drawn: a millionth of the scene's size, the same for rays and triangles.
+    /// The distance within which nothing is drawn: a hundred millionth of the scene's size, for rays and triangles alike.
     pub fn near(&self) -> f32 {
-        (self.bounds.diagonal() * 1e-6).max(1e-9)
+        (self.bounds.diagonal() * 1e-8).max(1e-12)
     }
 }

@@ -1,8 +1,8 @@
 //! What a point of a surface looks like: the one place where colours are computed, for every method.
 //!
 //! Surfaces are lit by the file's lights (without shadows), by the environment's irradiance, and, where a scene
-//! has neither, by a headlight that travels with the path: it shines from the path's previous point. Normals are
-//! turned towards the viewer, so both sides of a surface are lit.
+//! has neither, by a headlight that travels with the path: it shines from the path's previous point. Both sides
+//! of a surface are lit: where its back is seen, the normal is turned over.
 
 use super::{AlphaMode, Material, Ray, RayDifferential, Scene, TextureBinding, UvFootprint};
 use crate::surface::SurfaceHit;
@@ -25,6 +25,8 @@ pub struct SurfacePoint {
     pub footprints: [UvFootprint; 2],
     /// Linear vertex colour with alpha.
     pub color: Vec4,
+    /// The size of the coordinates that the position was computed from: it is rounded in proportion to them.
+    pub coordinate_size: f32,
 }
 
 /// Barycentric coordinates of the second and third vertex, and their change a pixel.
@@ -89,6 +91,7 @@ impl Scene {
             geometric_normal: hit.normal,
             normal: hit.normal,
             color: Vec4::ONE,
+            coordinate_size: hit.position.abs().max_element(),
             ..SurfacePoint::default()
         };
         let Some(change) = change else {
@@ -136,7 +139,9 @@ impl Scene {
             let [ca, cb, cc] = [a, b, c].map(|vertex| Vec4::from(self.colors[vertex]));
             ca * wa + cb * wb + cc * wc
         };
-        SurfacePoint { object, position: pa + ab * wb + ac * wc, geometric_normal, normal, uvs, footprints, color }
+        let position = pa + ab * wb + ac * wc;
+        let coordinate_size = pa.abs().max(pb.abs()).max(pc.abs()).max_element();
+        SurfacePoint { object, position, geometric_normal, normal, uvs, footprints, color, coordinate_size }
     }
 
     /// Base colour times texture times vertex colour, linear, with alpha.
@@ -179,7 +184,7 @@ impl Scene {
         if material.unlit {
             return finite(base);
         }
-        let normal = if point.normal.dot(towards_viewer) < 0.0 { -point.normal } else { point.normal };
+        let normal = if point.geometric_normal.dot(towards_viewer) < 0.0 { -point.normal } else { point.normal };
         let mut radiance = base * self.irradiance_over_pi(point.position, normal, towards_viewer);
         if material.emissive != Vec3::ZERO {
             let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |t| self.sample(t, point).xyz());

@@ -120,13 +120,13 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
     if any_lit {
         let positions = interpolated(&corners.positions, &weights);
         let mut normals = interpolated(&corners.normals, &weights);
+        let backs = backs(&corners, &viewers);
         for i in 0..LANES {
             let [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
             let length2 = x * x + y * y + z * z;
             usable[i] = (length2 > 1e-36) & (length2 < f32::INFINITY);
-            let towards = x * viewers[0][i] + y * viewers[1][i] + z * viewers[2][i];
             let inverse = 1.0 / length2.sqrt();
-            let inverse = if towards < 0.0 { -inverse } else { inverse };
+            let inverse = if backs[i] { -inverse } else { inverse };
             (normals[0][i], normals[1][i], normals[2][i]) = (x * inverse, y * inverse, z * inverse);
         }
         light = irradiance_over_pi(scene, &positions, &normals, &viewers);
@@ -146,6 +146,22 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
         }
     }
     result
+}
+
+/// Whether the back of a triangle is seen: the side that its corners' normals do not point to.
+#[inline(always)]
+fn backs(corners: &Corners, viewers: &Lane3) -> [bool; LANES] {
+    let mut backs = [false; LANES];
+    for i in 0..LANES {
+        let at = |vectors: &Lane3| Vec3::new(vectors[0][i], vectors[1][i], vectors[2][i]);
+        let [a, b, c] = [at(&corners.positions[0]), at(&corners.positions[1]), at(&corners.positions[2])];
+        let outside = at(&corners.normals[0]) + at(&corners.normals[1]) + at(&corners.normals[2]);
+        let face = (b - a).cross(c - a);
+        let face = if face.length_squared() > 1e-36 { face } else { at(&corners.normals[0]) };
+        let sign = if face.dot(outside) < 0.0 { -1.0 } else { 1.0 };
+        backs[i] = face.dot(at(viewers)) * sign < 0.0;
+    }
+    backs
 }
 
 #[inline(always)]
@@ -361,7 +377,8 @@ mod tests {
                 let queries: Vec<SurfaceQuery> = (0..count)
                     .map(|index| {
                         let mut pair = |scale: f32| Vec2::new(random.next_unit(), random.next_unit()) * scale;
-                        let barycentrics = Barycentrics { value: pair(0.5), dx: pair(0.2), dy: pair(0.02) };
+                        let barycentrics =
+                            Barycentrics { value: pair(0.5), dx: pair(0.2), dy: pair(0.02), samples: index % 9 };
                         // The middle of an edge, where opposite normals cancel out.
                         let middle = Barycentrics { value: Vec2::new(0.5, 0.0), ..barycentrics };
                         SurfaceQuery {

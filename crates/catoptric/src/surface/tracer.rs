@@ -56,8 +56,6 @@ impl Hit {
 pub struct Tracer {
     bvh: CwBvh,
     leaves: Vec<Leaf>,
-    /// Offset of new rays from their surface, as a share of their coordinates.
-    scale: f32,
     textured: bool,
 }
 
@@ -82,8 +80,11 @@ fn split_large(boxes: &mut Vec<BvhBox>, indices: &mut Vec<u32>, triangles: &[Tri
 /// Primitives in a leaf; the compressed layout holds three at most.
 const MAX_LEAF: u32 = 3;
 
-/// The hierarchy over boxes that stand for the primitives `indices`.
-fn build(boxes: &[BvhBox], indices: Vec<u32>, split: bool) -> CwBvh {
+/// The hierarchy over boxes; its leaves name the boxes.
+///
+/// The builder could map boxes to primitives itself, but looks numbers up twice on the way to the compressed layout,
+/// which is right only where the first boxes stand for the primitives of the same numbers.
+fn build(boxes: &[BvhBox], split: bool) -> CwBvh {
     let preset = if boxes.len() <= THOROUGH_BUILD {
         BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() }
     } else if boxes.len() <= CAREFUL_BUILD {
@@ -94,7 +95,7 @@ fn build(boxes: &[BvhBox], indices: Vec<u32>, split: bool) -> CwBvh {
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         preset.ploc_search_distance,
         boxes,
-        indices,
+        (0..boxes.len() as u32).collect(),
         preset.sort_precision,
         preset.search_depth_threshold,
     );
@@ -127,6 +128,7 @@ impl Tracer {
             }
         }
         let mut boxes: Vec<BvhBox> = triangles.iter().map(Boundable::aabb).collect();
+        // Which primitive a box stands for.
         let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
         // Large triangles (walls, floors) get several small boxes each, or they would overlap everything near them.
         split_large(&mut boxes, &mut indices, &triangles);
@@ -140,9 +142,9 @@ impl Tracer {
             codes.push(ANALYTIC | object);
         }
         let split = boxes.len() > codes.len();
-        let bvh = if boxes.is_empty() { CwBvh::default() } else { build(&boxes, indices, split) };
-        let leaf = |index: &u32| {
-            let code = codes[*index as usize];
+        let bvh = if boxes.is_empty() { CwBvh::default() } else { build(&boxes, split) };
+        let leaf = |number: &u32| {
+            let code = codes[indices[*number as usize] as usize];
             let corners = if code & ANALYTIC != 0 {
                 [Vec3::ZERO; 3]
             } else {
@@ -151,9 +153,7 @@ impl Tracer {
             Leaf { corners, code }
         };
         let leaves = bvh.primitive_indices.iter().map(leaf).collect();
-        let extent = scene.bounds.min.abs().max(scene.bounds.max.abs()).max_element();
-        let scale = if extent.is_finite() { extent } else { 1.0 };
-        Self { bvh, leaves, scale, textured: scene.materials.iter().any(crate::scene::Material::textured) }
+        Self { bvh, leaves, textured: scene.materials.iter().any(crate::scene::Material::textured) }
     }
 
     /// Memory of the hierarchy and its copy of the triangles.
@@ -228,8 +228,7 @@ impl Tracer {
     /// A point a little off the surface on the side that `direction` leaves to, from which rays can start.
     #[inline]
     pub fn departure(&self, point: &SurfacePoint, direction: Vec3) -> Vec3 {
-        // Rounding of the point is in proportion to the largest coordinate that took part.
-        let offset = 16.0 * f32::EPSILON * point.position.abs().max_element().max(0.1 * self.scale);
+        let offset = 16.0 * f32::EPSILON * point.coordinate_size.max(f32::MIN_POSITIVE);
         let side = if direction.dot(point.geometric_normal) < 0.0 { -offset } else { offset };
         point.position + point.geometric_normal * side
     }
@@ -261,6 +260,47 @@ mod tests {
             assert!(triangles.iter().any(|triangle| {
                 meet_triangle(triangle, ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).is_some()
             }));
+        }
+    }
+
+    #[test]
+    fn split_triangles_and_analytic_surfaces_keep_their_numbers() {
+        use crate::scene::{Material, model::*};
+        // A long thin diagonal triangle among small ones is split into several boxes.
+        let mut primitive = Primitive {
+            positions: vec![Vec3::splat(-9.0), Vec3::splat(9.0), Vec3::new(9.0, 9.0, 8.9)],
+            triangles: vec![[0, 1, 2]],
+            ..Primitive::default()
+        };
+        for k in 0..40u32 {
+            let at = Vec3::new(20.0 + k as f32 * 0.1, 0.0, 0.0);
+            primitive.positions.extend([at, at + Vec3::Y * 0.1, at + Vec3::Z * 0.1]);
+            primitive.triangles.push([3 * k + 3, 3 * k + 4, 3 * k + 5]);
+        }
+        let mut model = Model { materials: vec![Material::default()], ..Model::default() };
+        model.meshes.push(MeshAsset { primitives: vec![primitive], ..MeshAsset::default() });
+        model.nodes.push(Node { mesh: Some(0), ..Node::default() });
+        for x in [-3.0, 3.0] {
+            let surface = crate::surface::AnalyticSurface::Sphere { radius: 0.5 };
+            let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
+            model.nodes.push(Node { analytic, local: LocalTransform::at(Vec3::new(x, -2.0, 5.0)), ..Node::default() });
+        }
+        let scene = model.pose(&Default::default()).unwrap();
+        let tracer = Tracer::build(&scene, |_| true);
+        assert!(tracer.leaves.len() > 43, "nothing was split: {}", tracer.leaves.len());
+        for (x, object) in [(-3.0, 1), (3.0, 2)] {
+            let ray = Ray { origin: Vec3::new(x, -2.0, 20.0), direction: Vec3::NEG_Z };
+            match tracer.first_hit(&scene, &ray, 0.0) {
+                Some(Hit::Surface { object: found, hit }) => assert!(found == object && hit.distance == 14.5),
+                other => panic!("{other:?}"),
+            }
+        }
+        for k in 0..40 {
+            let origin = Vec3::new(20.0 + k as f32 * 0.1 - 0.05, 0.02, 0.02);
+            match tracer.first_hit(&scene, &Ray { origin, direction: Vec3::X }, 0.0) {
+                Some(Hit::Triangle { triangle, .. }) => assert_eq!(triangle, k + 1),
+                other => panic!("{other:?}"),
+            }
         }
     }
 

@@ -97,9 +97,12 @@ impl<'a> PathTracer<'a> {
         let Some(hit) = self.tracer.first_hit(scene, ray, segment.near) else {
             return segment.throughput * scene.background(ray.direction);
         };
-        let throughput = segment.throughput * transmittance(segment.absorption, hit.distance());
         let encounter = self.tracer.encounter(scene, ray, &hit, segment.change.as_ref());
         let material = scene.material_of(encounter.point.object);
+        // Whoever meets a lens from inside was inside it, also when the eye is there or another lens lies within.
+        let inside = material.role == Role::Lens && ray.direction.dot(encounter.point.geometric_normal) > 0.0;
+        let absorption = if inside { material.absorption } else { segment.absorption };
+        let throughput = segment.throughput * transmittance(absorption, hit.distance());
         match material.role {
             Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
             _ => self.scatter(segment, throughput, &encounter, material),

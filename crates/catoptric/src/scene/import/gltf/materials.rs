@@ -142,8 +142,10 @@ fn give_role(
             }
         };
         material.absorption = volume.map_or(Vec3::ZERO, |volume| absorption(&volume));
-    } else if coat.clearcoat_factor >= MIN_CLEARCOAT && coat.clearcoat_roughness_factor <= MAX_ROUGHNESS {
-        // A rough coat is no mirror: it blurs what it reflects, so such a surface stays diffuse.
+    } else if coat.clearcoat_factor >= MIN_CLEARCOAT {
+        if coat.clearcoat_roughness_factor > MAX_ROUGHNESS {
+            source.warn(format!("{}: its rough clear coat is drawn as a smooth one", owner()));
+        }
         material.role = Role::Coated;
         material.coat = coat.clearcoat_factor.min(1.0);
         material.ior = COAT_IOR;
