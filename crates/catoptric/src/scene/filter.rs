@@ -142,9 +142,9 @@ fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
 #[inline(always)]
 fn moved<const N: usize>(at: &LookUps<N>, places: &Places<N>, place: usize, axis: usize) -> [f32; N] {
     let mut result = at.uv[axis];
-    for i in 0..N {
+    for (i, coordinate) in result.iter_mut().enumerate() {
         if let Some(offset) = places.offsets[i].get(place) {
-            result[i] += at.dx[axis][i] * (offset.x - 0.5) + at.dy[axis][i] * (offset.y - 0.5);
+            *coordinate += at.dx[axis][i] * (offset.x - 0.5) + at.dy[axis][i] * (offset.y - 0.5);
         }
     }
     result

@@ -103,7 +103,7 @@ fn fragments_lie_in_their_triangles() {
             })
         });
         let list = list(triangles);
-        let drawn = picture(&view, samples, &[list.clone()], |fragment| {
+        let drawn = picture(&view, samples, std::slice::from_ref(&list), |fragment| {
             let Some(surface) = fragment.chain.first() else { return Vec3::ZERO };
             let at = surface.barycentrics.value;
             assert!(at.min_element() >= 0.0 && at.x + at.y <= 1.0 + 1e-6, "{at}");

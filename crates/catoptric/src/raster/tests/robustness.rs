@@ -37,7 +37,7 @@ fn random_bits_do_no_harm() {
         let mut number = || {
             let bits = (random.next_unit() * 65536.0) as u32;
             let value = f32::from_bits(bits << 16 | bits);
-            if bits % 3 == 0 { value } else { (bits % 100) as f32 - 20.0 }
+            if bits.is_multiple_of(3) { value } else { (bits % 100) as f32 - 20.0 }
         };
         let triangles: Vec<[PicturePoint; 3]> = (0..200)
             .map(|_| {
