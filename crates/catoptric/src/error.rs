@@ -79,6 +79,12 @@ pub enum RenderError {
         /// What is wrong, and which settings or values there are.
         problem: String,
     },
+    /// The number of samples a pixel is not one that the rasteriser can take.
+    #[error("samples = {samples}: methods that rasterise take 1, 2, 4, 8 and 16 samples a pixel")]
+    Samples {
+        /// The number asked for.
+        samples: u32,
+    },
     /// The picture asked for is outside what the method can draw.
     #[error("method `{method}` cannot do this: {problem}")]
     Limit {

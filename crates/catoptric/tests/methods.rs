@@ -11,10 +11,13 @@ use glam::Vec3;
 use std::sync::Arc;
 
 fn picture(id: &str, settings: &str, scene: &Scene, view: &View, quality: Quality) -> (Framebuffer, Report) {
-    let mut method = methods::create(id, &toml::from_str(settings).unwrap()).unwrap();
-    let mut report = method.prepare(scene, quality, &Silent).unwrap();
+    let mut method = methods::create(id, &toml::from_str(settings).expect("the test's input is valid"))
+        .expect("the test's input is valid");
+    let mut report = method.prepare(scene, quality, &Silent).expect("the test's input is valid");
     let mut target = Framebuffer::new(view.width, view.height);
-    let frame = method.render(&Job { scene, view, quality, progress: &Silent }, &mut target).unwrap();
+    let frame = method
+        .render(&Job { scene, view, quality, progress: &Silent }, &mut target)
+        .expect("the test's input is valid");
     report.fallbacks.extend(frame.fallbacks);
     assert!(target.pixels.iter().flatten().all(|value| value.is_finite()), "{id}");
     (target, report)
@@ -26,14 +29,18 @@ fn error(id: &str, settings: &str, scene: &Scene, view: &View, quality: Quality)
     assert!(report.fallbacks.is_empty(), "{:?}", report.fallbacks);
     let (truth, _) = picture("reference", "", scene, view, quality);
     let mask = specular_mask(scene, view);
-    Comparison::new(&drawn, &truth).unwrap().masked(&mask).unwrap().expect("the reflector is seen")
+    Comparison::new(&drawn, &truth)
+        .expect("the test's input is valid")
+        .masked(&mask)
+        .expect("the test's input is valid")
+        .expect("the reflector is seen")
 }
 
 #[test]
 fn planar_mirrors_are_exact_to_the_fourth_order() {
     for mirrors in ["1", "2", "3", "4"] {
-        let scene = builtin::load("planar_mirror", &[("mirrors", mirrors)]).unwrap();
-        let scene = scene.pose(&PoseOptions::default()).unwrap();
+        let scene = builtin::load("planar_mirror", &[("mirrors", mirrors)]).expect("the test's input is valid");
+        let scene = scene.pose(&PoseOptions::default()).expect("the test's input is valid");
         let view = scene.default_view(360, 240);
         for order in 1..=4 {
             let error = error("planar_mirror", "", &scene, &view, Quality { samples: 1, order });
@@ -44,13 +51,13 @@ fn planar_mirrors_are_exact_to_the_fourth_order() {
 
 #[test]
 fn planar_mirrors_are_exact_with_antialiasing_and_parallel_rays() {
-    let scene = builtin::load("planar_mirror", &[("mirrors", "2")]).unwrap();
-    let scene = scene.pose(&PoseOptions::default()).unwrap();
+    let scene = builtin::load("planar_mirror", &[("mirrors", "2")]).expect("the test's input is valid");
+    let scene = scene.pose(&PoseOptions::default()).expect("the test's input is valid");
     let view = scene.default_view(300, 200);
     let quality = Quality { samples: 8, order: 3 };
     let over = error("planar_mirror", "", &scene, &view, quality).over_0_1;
     assert!(over <= 1e-3, "{over}");
-    let mut camera = scene.camera(None).unwrap();
+    let mut camera = scene.camera(None).expect("the test's input is valid");
     camera.projection = Projection::Orthographic { half_height: 1.2 };
     let view = scene.view(&camera, 300, 200);
     let over = error("planar_mirror", "", &scene, &view, quality).over_0_1;
@@ -161,7 +168,7 @@ fn order_zero_draws_reflectors_black_in_every_method() {
 #[test]
 fn settings_that_do_not_exist_are_named() {
     for info in methods::all() {
-        let table = toml::from_str("no_such_setting = 1").unwrap();
+        let table = toml::from_str("no_such_setting = 1").expect("the test's input is valid");
         let message = methods::create(info.id, &table).err().expect("it is refused").to_string();
         assert!(message.contains("no_such_setting") && message.contains(info.id), "{message}");
         for setting in (info.settings)() {

@@ -50,6 +50,13 @@ impl Terminal {
         if self.quiet { String::new() } else { line }
     }
 
+    /// Says errors that do not end the work, even when quiet.
+    pub(crate) fn errors(&self, errors: &[String]) {
+        for error in errors {
+            eprintln!("error: {error}");
+        }
+    }
+
     /// Prints each warning once.
     pub(crate) fn warn<'a>(&self, warnings: impl IntoIterator<Item = &'a String>) {
         if self.quiet {

@@ -97,7 +97,7 @@ pub struct RasterReport {
 /// Every pixel becomes the mean over its samples of what the shader gives; alpha becomes 1.
 ///
 /// # Errors
-/// [`RenderError::Limit`] when `samples` is none of [`SAMPLE_COUNTS`], when the picture is larger than 16,384 pixels
+/// [`RenderError::Samples`] when `samples` is none of [`SAMPLE_COUNTS`]; [`RenderError::Limit`] when the picture is larger than 16,384 pixels
 /// or differs in size from the target, when a list is in a layer beyond 63, or when a stencil is missing or names no
 /// list of the layer below.
 pub fn draw<S: FragmentShader + ?Sized>(

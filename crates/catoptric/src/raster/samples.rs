@@ -53,7 +53,7 @@ static POSITIONS_16: [Vec2; 16] = positions(4);
 /// The offsets of a pixel's samples from its top left corner, in pixels: the standard patterns of Direct3D and Vulkan.
 ///
 /// # Errors
-/// [`RenderError::Limit`] when `samples` is none of [`SAMPLE_COUNTS`].
+/// [`RenderError::Samples`] when `samples` is none of [`SAMPLE_COUNTS`].
 pub fn sample_positions(samples: u32) -> Result<&'static [Vec2], RenderError> {
     match samples {
         1 => Ok(&POSITIONS_1),
@@ -61,10 +61,7 @@ pub fn sample_positions(samples: u32) -> Result<&'static [Vec2], RenderError> {
         4 => Ok(&POSITIONS_4),
         8 => Ok(&POSITIONS_8),
         16 => Ok(&POSITIONS_16),
-        _ => Err(RenderError::Limit {
-            method: "raster",
-            problem: format!("{samples} samples a pixel were asked for; allowed are 1, 2, 4, 8 and 16"),
-        }),
+        _ => Err(RenderError::Samples { samples }),
     }
 }
 

@@ -16,7 +16,7 @@ use catoptric::{methods, picture};
 use clap::ArgMatches;
 use selection::Selected;
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What every method is measured against.
 struct Truth {
@@ -35,13 +35,14 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     for wanted in &selected.methods {
         methods.push((wanted, settings::choose(&wanted.id, &shot.model, &wanted.settings)?));
     }
-    prepare_folder(&args.report)?;
+    let staging = Staging::new(&args.report)?;
+    let folder = staging.path();
 
     terminal.set_subject("reference");
     let drawing = shot.draw(truth_method.method.as_mut(), terminal)?;
     let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
-    picture::write(&args.report.join("reference.png"), &drawing.picture)?;
+    picture::write(&folder.join("reference.png"), &drawing.picture)?;
     let truth = Truth { drawing, stats, mask };
 
     let mut entries = Vec::new();
@@ -50,7 +51,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         terminal.set_subject(&wanted.label);
         let is_truth = chosen.info.id == "reference" && chosen.settings == truth_method.settings;
         let stem = if is_truth { "reference".to_owned() } else { unique(&mut stems, wanted.file_stem()) };
-        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, &args.report, &stem, terminal) {
+        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, folder, &stem, terminal) {
             Ok(measured) => Outcome::Measured(Box::new(measured)),
             Err(Failure::Usage(problem)) => Outcome::Failed(problem),
             Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         reflector_pixels: truth.mask.iter().filter(|set| **set).count(),
         entries,
     };
-    report::write(&args.report, &report)?;
+    report::write(folder, &report)?;
     let warnings: Vec<String> = report
         .measured()
         .flat_map(|(entry, measured)| measured.stats.warnings.iter().map(|text| format!("{}: {text}", entry.label)))
@@ -74,10 +75,13 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         Outcome::Measured(_) => None,
     });
     let failures: Vec<String> = failures.collect();
-    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&warnings).chain(&failures));
+    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&warnings));
     if report.measured().next().is_none() {
-        return Err(Failure::input(format!("{}: no method could draw this scene", shot.model.name)));
+        let reasons = failures.join("; ");
+        return Err(Failure::input(format!("{}: no method could draw this scene: {reasons}", shot.model.name)));
     }
+    terminal.errors(&failures);
+    staging.publish()?;
     Ok(terminal.unless_quiet(summary(args, &report)))
 }
 
@@ -132,10 +136,57 @@ fn write_pictures(
     Ok(())
 }
 
-fn prepare_folder(folder: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("--report {}: cannot create the folder: {error}", folder.display())))?;
-    Ok(picture::check_writable(&folder.join("report.html"))?)
+/// A hidden folder beside the report's files, in which they are made before any of them appears.
+struct Staging {
+    folder: PathBuf,
+    /// The report's folder did not exist before.
+    created: bool,
+    hidden: Option<tempfile::TempDir>,
+}
+
+impl Staging {
+    fn new(folder: &Path) -> Result<Self, Failure> {
+        let created = !folder.is_dir();
+        let fail = |error: std::io::Error| {
+            Failure::input(format!("--report {}: cannot write into the folder: {error}", folder.display()))
+        };
+        std::fs::create_dir_all(folder).map_err(fail)?;
+        let mut staging = Self { folder: folder.into(), created, hidden: None };
+        let hidden = tempfile::Builder::new().prefix(".catoptric-").tempdir_in(folder).map_err(fail)?;
+        staging.hidden = Some(hidden);
+        Ok(staging)
+    }
+
+    fn path(&self) -> &Path {
+        self.hidden.as_ref().map_or(&self.folder, |hidden| hidden.path())
+    }
+
+    /// Moves all files to where they belong, the page last.
+    fn publish(mut self) -> Result<(), Failure> {
+        let fail = |error: std::io::Error| {
+            Failure::input(format!("--report {}: cannot move files into it: {error}", self.folder.display()))
+        };
+        let mut names = Vec::new();
+        for entry in std::fs::read_dir(self.path()).map_err(fail)? {
+            names.push(entry.map_err(fail)?.file_name());
+        }
+        names.sort_by_key(|name| name == "report.html");
+        for name in names {
+            std::fs::rename(self.path().join(&name), self.folder.join(&name)).map_err(fail)?;
+        }
+        self.created = false;
+        Ok(())
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        drop(self.hidden.take());
+        if self.created {
+            // Goes only if it is empty, which is what it was before.
+            let _ = std::fs::remove_dir(&self.folder);
+        }
+    }
 }
 
 fn unique(taken: &mut HashSet<String>, stem: String) -> String {

@@ -106,7 +106,7 @@ fn limits_are_errors() {
     };
     let small = view(4, 4, true);
     assert!(draw_into(&small, 1, Framebuffer::new(4, 4)).is_ok());
-    assert!(matches!(draw_into(&small, 3, Framebuffer::new(4, 4)), Err(RenderError::Limit { .. })));
+    assert!(matches!(draw_into(&small, 3, Framebuffer::new(4, 4)), Err(RenderError::Samples { samples: 3 })));
     assert!(matches!(draw_into(&small, 1, Framebuffer::new(4, 5)), Err(RenderError::Limit { .. })));
     let wide = view(16_385, 1, true);
     assert!(matches!(draw_into(&wide, 1, Framebuffer::new(16_385, 1)), Err(RenderError::Limit { .. })));

@@ -80,6 +80,7 @@ impl ReflectionMethod for PlanarMirror {
         report.counts.insert("virtual_triangles", lists[1..].iter().map(|list| list.triangles.len() as u64).sum());
         if left_out > 0 {
             report.fallbacks.insert("lists_left_out", left_out);
+            report.warnings.push(format!("{left_out} mirrored copies of the scene are left out; raise max_lists"));
         }
         let children = paths.iter().enumerate().filter_map(|(index, path)| {
             // Mirrors are numbered from 1 in the table of triangles.

@@ -88,16 +88,21 @@ fn glass_is_a_lens() {
 }
 
 #[test]
-fn smooth_clear_coats_reflect() {
+fn clear_coats_reflect() {
     let coat = |factor: f32, roughness: f32| {
-        material(json!({ "extensions": { "KHR_materials_clearcoat": {
+        with_material(json!({ "extensions": { "KHR_materials_clearcoat": {
             "clearcoatFactor": factor, "clearcoatRoughnessFactor": roughness
         } } }))
     };
-    let coated = coat(0.75, 0.03);
+    let smooth = coat(0.75, 0.03).model();
+    let coated = &smooth.materials[0];
     assert_eq!((coated.role, coated.coat, coated.ior), (Role::Coated, 0.75, 1.5));
-    assert_eq!(coat(0.4, 0.0).role, Role::Diffuse);
-    assert_eq!(coat(1.0, 0.1).role, Role::Diffuse);
+    assert!(smooth.warnings.is_empty());
+    assert_eq!(coat(0.4, 0.0).model().materials[0].role, Role::Diffuse);
+    // Rough coats are drawn smooth, and the user is told.
+    let rough = coat(1.0, 0.1).model();
+    assert_eq!(rough.materials[0].role, Role::Coated);
+    assert!(rough.warnings[0].contains("rough"));
 }
 
 #[test]
