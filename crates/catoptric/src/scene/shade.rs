@@ -55,7 +55,7 @@ pub struct Encounter {
 
 impl Scene {
     /// The point of a triangle and its changes a pixel, from those of the barycentric coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn encounter(&self, triangle: u32, at: &Barycentrics) -> Encounter {
         let point = self.surface_point(triangle, at);
         if !self.role_of(point.object).is_specular() {

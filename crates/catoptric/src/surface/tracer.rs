@@ -2,7 +2,7 @@
 //!
 //! The hierarchy is `obvhs`'s eight-wide compressed one (Ylitie, Karras, Laine 2017).
 
-use super::traversal::{Leaf, SPECIAL, meet_triangle, nearest};
+use super::traversal::{Corners, Leaf, SPECIAL, meet_triangle, nearest};
 use super::{PlacedSurface, SurfaceHit};
 use crate::scene::shade::{Barycentrics, Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
@@ -150,7 +150,7 @@ impl Tracer {
             } else {
                 scene.triangles[(code & INDEX) as usize].map(|v| scene.positions[v as usize])
             };
-            Leaf { corners, code }
+            Leaf { corners: Corners::new(corners), code }
         };
         let leaves = bvh.primitive_indices.iter().map(leaf).collect();
         Self { bvh, leaves, textured: scene.materials.iter().any(crate::scene::Material::textured) }
@@ -167,7 +167,7 @@ impl Tracer {
     }
 
     /// The first surface along a ray at a distance of at least `near`.
-    #[inline]
+    #[inline(always)]
     pub fn first_hit(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Hit> {
         if self.leaves.is_empty() || !(ray.origin.is_finite() && ray.direction.is_finite()) {
             return None;
@@ -201,7 +201,7 @@ impl Tracer {
     }
 
     /// The surface's point at a hit, with its changes a pixel where the ray's are given.
-    #[inline]
+    #[inline(always)]
     pub fn encounter(&self, scene: &Scene, ray: &Ray, hit: &Hit, change: Option<&RayDifferential>) -> Encounter {
         match hit {
             Hit::Triangle { distance, triangle, barycentrics } => {
@@ -258,7 +258,8 @@ mod tests {
             let origin = Vec3::new(random.next_between(-3.0, 3.0), random.next_between(-3.0, 3.0), 2.0);
             let ray = Ray { origin, direction: (target - origin).normalize() };
             assert!(triangles.iter().any(|triangle| {
-                meet_triangle(triangle, ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).is_some()
+                meet_triangle(&Corners::new(*triangle), ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY)
+                    .is_some()
             }));
         }
     }
@@ -311,9 +312,12 @@ mod tests {
         let origin = Vec3::new(1.0, 1.0, 5.0);
         let ray = Ray { origin, direction: (inside - origin).normalize() };
         let (distance, at) =
-            meet_triangle(&corners, ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).unwrap();
+            meet_triangle(&Corners::new(corners), ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).unwrap();
         assert!((at - Vec2::new(0.2, 0.3)).length() < 1e-5);
         assert!((origin + ray.direction * distance - inside).length() < 1e-5);
-        assert!(meet_triangle(&corners, ray.origin.into(), ray.direction.into(), 0.0, distance * 0.99).is_none());
+        assert!(
+            meet_triangle(&Corners::new(corners), ray.origin.into(), ray.direction.into(), 0.0, distance * 0.99)
+                .is_none()
+        );
     }
 }

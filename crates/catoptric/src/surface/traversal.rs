@@ -4,18 +4,34 @@
 //! where the machine can, and widens boxes by the rounding of the test, so that no scale of scene loses hits.
 
 use crate::scene::Ray;
-use glam::{UVec2, Vec2, Vec3, Vec3A};
+use glam::{UVec2, Vec2, Vec3, Vec3A, Vec4, Vec4Swizzles};
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::traverse;
 
 /// One primitive in the order of the hierarchy's leaves.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(64))] // one line of the cache
 pub(super) struct Leaf {
-    /// The triangle's corners; unused where `special` is.
-    pub(super) corners: [Vec3; 3],
+    /// The triangle's corners; without meaning where there is no triangle.
+    pub(super) corners: Corners,
     /// What the owner of the hierarchy knows the primitive by.
     pub(super) code: u32,
+}
+
+/// The corners of a triangle: their x, y and z in one register each. The last lane repeats the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corners {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+}
+
+impl Corners {
+    pub(super) fn new([a, b, c]: [Vec3; 3]) -> Self {
+        let lanes = |axis: usize| Vec4::new(a[axis], b[axis], c[axis], a[axis]);
+        Self { x: lanes(0), y: lanes(1), z: lanes(2) }
+    }
 }
 
 /// Leaves with any of these bits in their code are left to the owner of the hierarchy.
@@ -216,30 +232,32 @@ fn smaller(a: f32, b: f32) -> f32 {
 /// ray passes between two triangles that share an edge (as in Embree's robust mode).
 #[inline(always)]
 pub(super) fn meet_triangle(
-    corners: &[Vec3; 3],
+    corners: &Corners,
     origin: Vec3A,
     direction: Vec3A,
     near: f32,
     far: f32,
 ) -> Option<(f32, Vec2)> {
-    let a = Vec3A::from(corners[0]) - origin;
-    let b = Vec3A::from(corners[1]) - origin;
-    let c = Vec3A::from(corners[2]) - origin;
-    let (ca, ab, bc) = (c - a, a - b, b - c);
-    let u = ca.cross(c + a).dot(direction);
-    let v = ab.cross(a + b).dot(direction);
-    let w = bc.cross(b + c).dot(direction);
-    let (low, high) = (smaller(smaller(u, v), w), larger(larger(u, v), w));
-    if low < 0.0 && high > 0.0 {
+    // Corners a, b, c from the origin, and the ones before them: c, a, b.
+    let (x, y, z) = (corners.x - origin.x, corners.y - origin.y, corners.z - origin.z);
+    let (px, py, pz) = (x.zxyw(), y.zxyw(), z.zxyw());
+    let (ex, ey, ez) = (px - x, py - y, pz - z);
+    let (sx, sy, sz) = (px + x, py + y, pz + z);
+    // Each lane: an edge's cross product with twice its middle, times the direction.
+    let volumes =
+        (ey * sz - ez * sy) * direction.x + (ez * sx - ex * sz) * direction.y + (ex * sy - ey * sx) * direction.z;
+    if volumes.cmplt(Vec4::ZERO).any() && volumes.cmpgt(Vec4::ZERO).any() {
         return None;
     }
+    // Edges a - b and b - c span the triangle.
+    let (ab, bc) = (Vec3A::new(ex.y, ey.y, ez.y), Vec3A::new(ex.z, ey.z, ez.z));
     let normal = bc.cross(ab);
-    let distance = normal.dot(a) / normal.dot(direction);
-    let sum = u + v + w;
+    let distance = normal.dot(Vec3A::new(x.x, y.x, z.x)) / normal.dot(direction);
+    let sum = volumes.x + volumes.y + volumes.z;
     // Written so that a NaN is no hit.
     if !(distance >= near && distance < far && sum != 0.0) {
         return None;
     }
     let inverse = 1.0 / sum;
-    Some((distance, Vec2::new(u * inverse, v * inverse)))
+    Some((distance, Vec2::new(volumes.x * inverse, volumes.y * inverse)))
 }

@@ -100,6 +100,8 @@ fn render(settings: &ReferenceSettings, tracer: &Tracer, job: &Job<'_>, target: 
     rays.into_inner()
 }
 
+/// Compiled with most of the shading for the instructions that the machine has.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn draw_tile(
     settings: &ReferenceSettings,
     paths: &mut PathTracer<'_>,

@@ -54,7 +54,7 @@ impl<'a> PathTracer<'a> {
     /// The radiance that arrives at a position of the picture (in pixels).
     ///
     /// Texture footprints are those of a pixel, times `footprint_scale`.
-    #[inline]
+    #[inline(always)]
     pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
         let (ray, change) = if self.tracer.needs_differentials() {
             let (ray, mut change) = view.ray_with_differential(x_px, y_px);
@@ -71,6 +71,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
+    #[inline(always)]
     pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
         let mut sum = Vec3::ZERO;
         self.waiting.push(Segment {
@@ -90,7 +91,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Traces one ray: the light that ends the path here; children wait.
-    #[inline]
+    #[inline(always)]
     fn follow(&mut self, segment: &Segment) -> Vec3 {
         self.ray_count += 1;
         let (scene, ray) = (self.scene, &segment.ray);
