@@ -111,7 +111,10 @@ impl Scene {
         let Some(wanted) = wanted else {
             return Ok(self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds)));
         };
-        if let Some(camera) = self.cameras.iter().find(|camera| camera.name == wanted) {
+        let by_name = |camera: &&Camera| camera.name == wanted;
+        let by_other_name = |camera: &&Camera| camera.other_name == wanted;
+        let named = self.cameras.iter().find(by_name).or_else(|| self.cameras.iter().find(by_other_name));
+        if let Some(camera) = named.filter(|_| !wanted.is_empty()) {
             return Ok(camera.clone());
         }
         if let Some(camera) = wanted.parse::<usize>().ok().and_then(|index| self.cameras.get(index)) {

@@ -202,6 +202,8 @@ pub enum ChannelValues {
 pub struct CameraAsset {
     /// Its name; may be empty.
     pub name: String,
+    /// Another name that it can be asked for by; may be empty.
+    pub other_name: String,
     /// The node it is fixed to; none: `placement` is in the world.
     pub node: Option<usize>,
     /// Its place in the node or in the world; it looks along -z.

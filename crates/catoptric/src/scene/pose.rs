@@ -106,8 +106,12 @@ impl Model {
             };
             let world = rigid(&(parent * camera.placement));
             if world.is_finite() {
-                let camera =
-                    Camera { name: camera.name.clone(), world_from_camera: world, projection: camera.projection };
+                let camera = Camera {
+                    name: camera.name.clone(),
+                    other_name: camera.other_name.clone(),
+                    world_from_camera: world,
+                    projection: camera.projection,
+                };
                 scene.cameras.push(camera);
             }
         }

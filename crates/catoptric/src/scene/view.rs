@@ -23,6 +23,8 @@ pub enum Projection {
 pub struct Camera {
     /// Its name; may be empty.
     pub name: String,
+    /// Another name that it can be asked for by; may be empty.
+    pub other_name: String,
     /// Its place: rotation and translation only.
     pub world_from_camera: Affine3A,
     /// Its projection.
@@ -36,6 +38,7 @@ impl Camera {
     pub fn look_at(name: &str, eye: Vec3, target: Vec3, up: Vec3, fov_deg: f32) -> Self {
         Self {
             name: name.into(),
+            other_name: String::new(),
             world_from_camera: placement(eye, target - eye, up),
             projection: Projection::Perspective { fov_y: fov_deg.clamp(0.01, 179.0).to_radians() },
         }

@@ -198,7 +198,13 @@ impl Kit {
     pub(super) fn add_camera(&mut self, name: &str, eye: Vec3, target: Vec3, fov_deg: f32) {
         let camera = Camera::look_at(name, eye, target, Vec3::Y, fov_deg);
         let placement: Affine3A = camera.world_from_camera;
-        let camera = CameraAsset { name: name.into(), node: None, placement, projection: camera.projection };
+        let camera = CameraAsset {
+            name: name.into(),
+            other_name: String::new(),
+            node: None,
+            placement,
+            projection: camera.projection,
+        };
         self.model.cameras.push(camera);
     }
 }

@@ -105,6 +105,7 @@ mod tests {
             materials: vec![Material { base_texture: Some(binding), ..Material::default() }],
             textures: vec![Arc::new(Texture::from_srgb8("t", 1, 1, &[[255; 4]], Sampler::default()))],
             cameras: vec![CameraAsset {
+                other_name: String::new(),
                 name: "c".into(),
                 node: Some(1),
                 placement: Default::default(),

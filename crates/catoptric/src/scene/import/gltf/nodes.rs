@@ -158,8 +158,14 @@ pub(super) fn camera(source: &Source<'_>, index: usize) -> Option<CameraAsset> {
             return None;
         }
     };
-    let name = if node.name.is_empty() { &camera.name } else { &node.name };
-    Some(CameraAsset { name: name.clone(), node: Some(index), placement: Affine3A::IDENTITY, projection })
+    let (name, other_name) = if node.name.is_empty() { (&camera.name, &node.name) } else { (&node.name, &camera.name) };
+    Some(CameraAsset {
+        name: name.clone(),
+        other_name: other_name.clone(),
+        node: Some(index),
+        placement: Affine3A::IDENTITY,
+        projection,
+    })
 }
 
 /// The placements of a node's mesh (EXT_mesh_gpu_instancing); none without the extension.

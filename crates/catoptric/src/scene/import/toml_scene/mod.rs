@@ -118,6 +118,7 @@ fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Camer
     table.finish()?;
     let camera = Camera::look_at("camera", eye_point, target_point, up, fov_deg);
     Ok(Some(CameraAsset {
+        other_name: String::new(),
         name: camera.name,
         node: None,
         placement: camera.world_from_camera,
