@@ -1,5 +1,6 @@
 //! What is seen: scenes in world space, and how they come from files.
 
+mod animation;
 pub mod builtin;
 mod environment;
 mod filter;

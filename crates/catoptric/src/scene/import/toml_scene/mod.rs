@@ -1,6 +1,7 @@
 //! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles and settings.
 
 mod keys;
+mod light;
 mod reflector;
 #[cfg(test)]
 mod tests;
@@ -24,7 +25,7 @@ pub struct SceneFile {
     pub gltf: Vec<String>,
     /// Name of the environment's picture, relative to this file.
     pub environment: Option<String>,
-    /// Everything that stands in the file itself: reflectors, camera, roles, region and settings.
+    /// Everything that stands in the file itself: reflectors, lights, camera, roles, region and settings.
     pub model: Model,
 }
 
@@ -61,6 +62,7 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     scene.environment = read_environment(source, &mut keys)?;
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
     read_reflectors(source, &mut keys, &mut scene.model)?;
+    read_lights(source, &mut keys, &mut scene.model)?;
     scene.model.roles = read_roles(source, &mut keys)?;
     scene.model.region = read_region(source, &mut keys)?;
     read_settings(source, &mut keys, &mut scene.model)?;
@@ -167,6 +169,16 @@ fn read_reflectors(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model)
             }),
             ..Node::default()
         });
+    }
+    Ok(())
+}
+
+fn read_lights(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
+    let Some((begin, value)) = keys.take("light") else { return Ok(()) };
+    let wrong = "must be written as [[light]], once for each";
+    let list = value.get_ref().as_array().ok_or_else(|| source.invalid(begin, "light", wrong))?;
+    for entry in list.iter() {
+        model.nodes.push(light::read(source, Keys::of_value(source, "light", entry)?)?);
     }
     Ok(())
 }

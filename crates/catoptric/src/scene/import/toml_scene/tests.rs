@@ -105,7 +105,7 @@ fn reflectors_become_objects() {
 fn errors_name_the_line() {
     assert_error("a = \n", 1, "TOML");
     assert_error("\n\n[camera\n", 3, "TOML");
-    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: gltf, environment, camera, reflector, role");
+    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: gltf, environment, camera, reflector, light, role");
     assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
     assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
     assert_error("gltf = [1]\n", 1, "gltf");
@@ -225,4 +225,34 @@ fn files_are_found_beside_the_scene() {
     std::fs::remove_dir_all(&folder).unwrap();
     let message = load(Path::new("scene.fbx")).unwrap_err().to_string();
     assert!(message.contains(".toml"), "{message}");
+}
+
+#[test]
+fn lights_of_all_kinds() {
+    use crate::scene::LightKind;
+    let scene = read(
+        "[[light]]\nkind = 'directional'\ndirection = [1, -2, 0]\nintensity = 3\ncolor = [1, 0.5, 0]\n\
+         [[light]]\nkind = 'point'\nposition = [1, 2, 3]\nrange = 4\n\
+         [[light]]\nkind = 'spot'\nposition = [0, 1, 0]\ndirection = [0, 0, 1]\nouter_angle_deg = 60\ninner_angle_deg = 30\n",
+    )
+    .pose(&Default::default())
+    .unwrap();
+    let [sun, bulb, spot] = &scene.lights[..] else { panic!("{:?}", scene.lights) };
+    assert_eq!((sun.kind, sun.intensity), (LightKind::Directional, Vec3::new(3.0, 1.5, 0.0)));
+    assert!((sun.direction - Vec3::new(1.0, -2.0, 0.0).normalize()).length() < 1e-6);
+    assert_eq!((bulb.kind, bulb.position), (LightKind::Point { range: 4.0 }, Vec3::new(1.0, 2.0, 3.0)));
+    assert!((spot.direction - Vec3::Z).length() < 1e-6, "straight against -z: {}", spot.direction);
+    let LightKind::Spot { range, inner_cos, outer_cos } = spot.kind else { panic!("{:?}", spot.kind) };
+    assert!(range == f32::INFINITY && (inner_cos - 0.75f32.sqrt()).abs() < 1e-6 && (outer_cos - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn wrong_lights_name_the_line() {
+    assert_error("\n[[light]]\nposition = [0, 0, 0]\n", 2, "kind");
+    assert_error("[[light]]\nkind = 'lamp'\n", 2, "point");
+    assert_error("[[light]]\nkind = 'point'\n", 1, "position");
+    assert_error("[[light]]\nkind = 'point'\nposition = [0, 0, 0]\ndirection = [0, 0, 1]\n", 4, "has none");
+    assert_error("[[light]]\nkind = 'directional'\ndirection = [0, 0, 1]\nintensity = -1\n", 4, "-1");
+    assert_error("[[light]]\nkind = 'directional'\ndirection = [0, 0, 0]\n", 3, "zero");
+    assert_error("[[light]]\nkind = 'directional'\ndirection = [0, 0, 1]\nhue = 1\n", 4, "hue");
 }
