@@ -19,7 +19,7 @@ mod tile;
 
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
-pub use scene_list::{Look, SceneShader, scene_draw_list, shade_looks};
+pub use scene_list::{Look, LookShader, SceneShader, scene_draw_list};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;

@@ -140,14 +140,33 @@ impl Look {
     }
 }
 
+/// A shader of a scene's surfaces: it says what a fragment looks like, and leaves what diffuse surfaces scatter to be
+/// worked out for many points together. Sources are the scene's triangles.
+pub trait LookShader: Sync {
+    /// The scene.
+    fn scene(&self) -> &Scene;
+
+    /// What a fragment looks like.
+    fn look(&self, fragment: &Fragment<'_>) -> Look;
+}
+
+impl<S: LookShader> FragmentShader for S {
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        self.look(fragment).color(self.scene())
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_looks(self.scene(), batch, colors, |fragment| self.look(fragment));
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene().is_surface_present(surface)
+    }
+}
+
 /// The colours of a batch, with all scattering points worked out together.
 #[inline(always)]
-pub fn shade_looks(
-    scene: &Scene,
-    batch: &FragmentBatch<'_>,
-    colors: &mut [Vec3],
-    look: impl Fn(&Fragment<'_>) -> Look,
-) {
+fn shade_looks(scene: &Scene, batch: &FragmentBatch<'_>, colors: &mut [Vec3], look: impl Fn(&Fragment<'_>) -> Look) {
     let mut queries = Vec::with_capacity(batch.len());
     let mut targets = Vec::with_capacity(batch.len());
     for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
@@ -180,6 +199,12 @@ impl<'a> SceneShader<'a> {
     pub fn new(scene: &'a Scene, view: &View) -> Self {
         Self { scene, rays: view.rays() }
     }
+}
+
+impl LookShader for SceneShader<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
 
     #[inline]
     fn look(&self, fragment: &Fragment<'_>) -> Look {
@@ -192,19 +217,5 @@ impl<'a> SceneShader<'a> {
             return Look::Color(Vec3::ZERO);
         }
         Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO)
-    }
-}
-
-impl FragmentShader for SceneShader<'_> {
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        self.look(fragment).color(self.scene)
-    }
-
-    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
-    }
-
-    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
-        self.scene.is_surface_present(surface)
     }
 }

@@ -3,10 +3,10 @@
 use super::cube_map::CubeMap;
 use super::parallax::Surround;
 use crate::optics::{fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change};
-use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
+use crate::raster::{Fragment, Look, LookShader};
 use crate::scene::shade::Encounter;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, ViewRays};
-use glam::{Vec2, Vec3, Vec4Swizzles};
+use glam::{Vec3, Vec4Swizzles};
 
 /// The map of one reflector.
 #[derive(Clone, Debug)]
@@ -94,7 +94,11 @@ impl ReflectorMap {
     }
 }
 
-impl MapShader<'_> {
+impl LookShader for MapShader<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
     #[inline]
     fn look(&self, fragment: &Fragment<'_>) -> Look {
         let at = fragment.position;
@@ -110,19 +114,5 @@ impl MapShader<'_> {
         let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
         let encounter = self.scene.drawn_encounter(surface, &ray, &change);
         Look::Color(self.specular(&encounter, material, &ray, &change))
-    }
-}
-
-impl FragmentShader for MapShader<'_> {
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        self.look(fragment).color(self.scene)
-    }
-
-    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
-    }
-
-    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
-        self.scene.is_surface_present(surface)
     }
 }

@@ -3,7 +3,7 @@
 use super::paths::MirrorPath;
 use super::planes::Mirrors;
 use crate::optics::{fresnel_dielectric, fresnel_schlick};
-use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
+use crate::raster::{Fragment, Look, LookShader};
 use crate::scene::{Ray, Role, Scene, ViewRays};
 use glam::{DAffine3, Vec2, Vec3, Vec4Swizzles};
 use std::collections::HashMap;
@@ -33,7 +33,11 @@ impl MirrorShader<'_> {
     }
 }
 
-impl MirrorShader<'_> {
+impl LookShader for MirrorShader<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
     #[inline]
     fn look(&self, fragment: &Fragment<'_>) -> Look {
         let mut sum = Vec3::ZERO;
@@ -71,19 +75,5 @@ impl MirrorShader<'_> {
         }
         // Nothing is drawn in the last mirror of the chain, or no mirror is seen at all: light from infinity.
         Look::Color(sum + throughput * self.scene.background(self.ray(path, fragment.position).direction))
-    }
-}
-
-impl FragmentShader for MirrorShader<'_> {
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        self.look(fragment).color(self.scene)
-    }
-
-    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_looks(self.scene, batch, colors, |fragment| self.look(fragment));
-    }
-
-    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
-        self.scene.is_surface_present(surface)
     }
 }
