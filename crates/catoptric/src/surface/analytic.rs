@@ -1,7 +1,8 @@
 //! Surfaces given by formulas. Rays meet them exactly (in double precision); the rasteriser draws a tessellation.
 
+use super::taylor::{Taylor2, Taylor3};
 use crate::math::Aabb;
-use glam::{Affine3A, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DMat3, DVec3, Mat3, Vec2, Vec3};
 
 /// A surface given by a formula, in its own frame, centred at the origin.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,6 +143,29 @@ impl PlacedSurface {
     /// The box around the surface in the world.
     pub fn bounds(&self) -> Aabb {
         self.surface.bounds().transformed(&self.world_from_surface)
+    }
+
+    /// The surface's implicit function at a world point, to second order. It is meant for points near the surface;
+    /// everything is finite for finite points, but the gradient can vanish (at the centre of a sphere, say).
+    pub fn taylor2(&self, point: DVec3) -> Taylor2 {
+        self.taylor3(point).lower
+    }
+
+    /// The surface's implicit function at a world point, to third order.
+    pub fn taylor3(&self, point: DVec3) -> Taylor3 {
+        let surface_from_world = Mat3::from(self.world_from_surface.matrix3).as_dmat3().transpose();
+        let local = surface_from_world * (point - Vec3::from(self.world_from_surface.translation).as_dvec3());
+        let lower = match self.surface {
+            AnalyticSurface::Sphere { radius } => Taylor2 {
+                value: local.length_squared() - (radius as f64).powi(2),
+                gradient: surface_from_world.transpose() * local * 2.0,
+                hessian: surface_from_world.transpose() * surface_from_world * 2.0,
+            },
+            AnalyticSurface::Plane { .. } => {
+                Taylor2 { value: local.y, gradient: surface_from_world.transpose() * DVec3::Y, hessian: DMat3::ZERO }
+            }
+        };
+        Taylor3 { lower, third: [DMat3::ZERO; 3] }
     }
 
     /// The distance along a ray that separates its two meetings with the surface: below it lies the nearer.

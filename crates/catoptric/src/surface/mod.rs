@@ -1,8 +1,12 @@
 //! What reflects: analytic surfaces, their ray intersections and tessellations, and the ray tracer's hierarchy.
 
 mod analytic;
+pub mod patch;
+pub mod taylor;
 pub mod tracer;
 mod traversal;
 
 pub(crate) use analytic::sphere_mesh;
 pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};
+pub use patch::SurfacePatch;
+pub use taylor::{Taylor2, Taylor3};
