@@ -1,5 +1,6 @@
 //! How light is reflected and refracted at a surface: directions, Fresnel factors, attenuation.
 
+pub mod bundle;
 mod differential;
 
 pub use differential::{reflected_change, refracted_change};
