@@ -9,6 +9,7 @@ pub use settings::{SettingInfo, Settings};
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::projection::VertexProjector;
 use crate::progress::Progress;
 use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
@@ -120,6 +121,15 @@ pub trait ReflectionMethod: Send {
 
     /// Draws one picture into `target`, which has the view's size.
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError>;
+
+    /// What says where scene points appear in this view; none for methods that do not project points.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
+        let _ = job;
+        Ok(None)
+    }
 }
 
 /// All methods, the reference first.

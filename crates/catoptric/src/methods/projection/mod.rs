@@ -1,3 +1,6 @@
 //! Methods that find where scene points appear, and draw moved geometry there.
 
 pub mod planar_mirror;
+pub mod projector;
+
+pub use projector::{MAX_BOUNCES, Projection, SpecularPath, VertexProjector};
