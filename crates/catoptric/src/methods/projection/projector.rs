@@ -70,10 +70,17 @@ pub trait VertexProjector: Sync {
     /// All paths that can be asked for; a path's parents are among them.
     fn paths(&self) -> &[SpecularPath];
 
-    /// Appends all appearances of a scene point to `found`: none to many, in the order of their paths. Never panics;
-    /// points that are not finite appear nowhere.
+    /// Appends all appearances of a scene point on one path (an index into [`Self::paths`]) to `found`: none to many.
+    /// Never panics; points that are not finite appear nowhere. The same point always gives the same appearances.
     ///
     /// A point on a reflector does not appear in that reflector at itself. Where a reflector ends, appearances may
     /// continue a little beyond its border, so that drawing can be cut there exactly.
-    fn project(&self, point: Vec3, found: &mut Vec<Projection>);
+    fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>);
+
+    /// Appends all appearances of a scene point to `found`, in the order of their paths.
+    fn project(&self, point: Vec3, found: &mut Vec<Projection>) {
+        for path in 0..self.paths().len() as u32 {
+            self.project_on(path, point, found);
+        }
+    }
 }
