@@ -2,6 +2,7 @@
 
 pub mod bundle;
 mod differential;
+pub mod specular_solver;
 
 pub use differential::{reflected_change, refracted_change};
 

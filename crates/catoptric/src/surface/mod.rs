@@ -2,6 +2,7 @@
 
 mod analytic;
 pub mod patch;
+pub mod site;
 pub mod taylor;
 pub mod tracer;
 mod traversal;

@@ -4,8 +4,7 @@ use crate::optics::bundle::{Bounce, BounceKind};
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 
-/// The most bounces of a projected path.
-pub const MAX_BOUNCES: usize = 4;
+pub use crate::optics::specular_solver::MAX_BOUNCES;
 
 /// A sequence of bounces, counted from the eye. A path and its focal index make a reflection group.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,0 +1,414 @@
+//! Exact specular paths by Newton's method on the specular constraint.
+//!
+//! At a bounce with unit vectors `w` towards its two neighbours on the path and indices of refraction `eta` of the
+//! media that they lead through, light takes the path if `h = eta w + eta' w'` is along the normal (Walter and others
+//! 2007, section 4; for reflection both indices are 1 and `h` is the half vector). The unknowns are two tangent
+//! coordinates a bounce. A bounce's constraint knows its neighbours alone, so Newton's matrix is block-tridiagonal
+//! (Jakob and Marschner 2012, section 4) and is solved by elimination of its 2x2 blocks.
+
+use super::bundle::{Bounce, BounceKind, Eye, RayBundle};
+use crate::surface::site::{Site, SiteFrame, SpecularSurfaces};
+use glam::{DMat2, DVec2, DVec3};
+
+/// The most bounces of a projected path.
+pub const MAX_BOUNCES: usize = 4;
+
+/// The bounces of a path and where they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathSites {
+    /// How many there are, at most [`MAX_BOUNCES`].
+    pub count: usize,
+    /// What happens, from the eye; entries from `count` on mean nothing.
+    pub bounces: [Bounce; MAX_BOUNCES],
+    /// Where, from the eye.
+    pub sites: [Site; MAX_BOUNCES],
+}
+
+impl PathSites {
+    /// A path from its bounces, counted from the eye; none where there are more than [`MAX_BOUNCES`].
+    pub fn new(bounces: &[(Bounce, Site)]) -> Option<Self> {
+        let mut path = Self {
+            count: bounces.len(),
+            bounces: [Bounce { object: 0, kind: BounceKind::Reflect }; MAX_BOUNCES],
+            sites: [Site::default(); MAX_BOUNCES],
+        };
+        for (k, (bounce, site)) in bounces.iter().enumerate() {
+            *path.bounces.get_mut(k)? = *bounce;
+            path.sites[k] = *site;
+        }
+        Some(path)
+    }
+}
+
+/// What Newton's method came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solution {
+    /// The path.
+    pub sites: PathSites,
+    /// The largest norm over the bounces of the constraint: of the part of `h` across the normal.
+    pub residual: f64,
+    /// Newton steps taken.
+    pub steps: u32,
+    /// The residual is at most the tolerance.
+    pub converged: bool,
+}
+
+/// Steps are halved at most this often.
+const MOST_HALVINGS: u32 = 12;
+
+/// The longest step of a bounce, of the distance to its nearer neighbour and of the radius of curvature.
+const LONGEST_STEP: f64 = 0.7;
+
+/// Moves the bounces of a path until light from `point` reaches the eye along it.
+///
+/// `start` is near the path that is looked for. At most `max_steps` Newton steps are taken; they end as soon as the
+/// residual is at most `tolerance` (1e-10, say; rounding leaves about 1e-15). Where they do not reach it the path
+/// that they have come to is given with `converged` false. Bounces may end up beyond the borders of open surfaces, on
+/// their continuation: see [`SpecularSurfaces::is_within`]. Nothing here knows whether other objects are in the way.
+///
+/// None where the path leaves a surface, the matrix is singular, anything is not finite, or the path is of the wrong
+/// branch: a reflection with its neighbours on opposite sides, a transmission with both on one side or towards the
+/// wrong one, a lens whose inside the path enters and leaves by the outside.
+pub fn solve(
+    surfaces: &SpecularSurfaces<'_>,
+    eye: &Eye,
+    point: DVec3,
+    start: &PathSites,
+    max_steps: u32,
+    tolerance: f64,
+) -> Option<Solution> {
+    match start.count {
+        1 => Problem::<1>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
+        2 => Problem::<2>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
+        3 => Problem::<3>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
+        4 => Problem::<4>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
+        _ => None,
+    }
+}
+
+/// The residual of a path as it stands (see [`Solution::residual`]); none where there is no constraint to speak of.
+pub fn residual(surfaces: &SpecularSurfaces<'_>, eye: &Eye, point: DVec3, path: &PathSites) -> Option<f64> {
+    match path.count {
+        1 => Problem::<1>::new(surfaces, eye, point, path)?.residual(),
+        2 => Problem::<2>::new(surfaces, eye, point, path)?.residual(),
+        3 => Problem::<3>::new(surfaces, eye, point, path)?.residual(),
+        4 => Problem::<4>::new(surfaces, eye, point, path)?.residual(),
+        _ => None,
+    }
+}
+
+/// The path's outgoing rays with all their neighbours, to second order: for its Jacobian and its focal points.
+///
+/// None where a surface has no normal, a ray grazes, or the path is refracted where there is total reflection.
+pub fn bundle_of(surfaces: &SpecularSurfaces<'_>, eye: &Eye, path: &PathSites) -> Option<RayBundle> {
+    let bounces = path.bounces.get(..path.count)?.iter().zip(&path.sites);
+    let mut bundle: Option<RayBundle> = None;
+    for (bounce, site) in bounces {
+        let patch = surfaces.patch(bounce.object, site)?;
+        let (arrived, parameters) = match &bundle {
+            None => (RayBundle::arriving(eye, &patch)?, RayBundle::own_parameters()),
+            Some(bundle) => bundle.advanced(&patch)?,
+        };
+        let index = surfaces.index_of(bounce.object);
+        bundle = Some(arrived.scattered(&patch, &parameters, bounce.kind, index)?);
+    }
+    bundle
+}
+
+/// The way from a bounce to a neighbour.
+#[derive(Clone, Copy)]
+struct Leg {
+    /// The unit vector to it.
+    towards: DVec3,
+    /// One over the distance; 0 at infinity.
+    inverse_length: f64,
+}
+
+impl Leg {
+    #[inline]
+    fn between(from: DVec3, to: DVec3) -> Option<Self> {
+        let way = to - from;
+        let inverse_length = way.length_squared().sqrt().recip();
+        let towards = way * inverse_length;
+        (inverse_length > 0.0 && towards.is_finite()).then_some(Self { towards, inverse_length })
+    }
+
+    /// The change of the unit vector as its end moves.
+    #[inline]
+    fn turned(&self, motion: DVec3) -> DVec3 {
+        (motion - self.towards * self.towards.dot(motion)) * self.inverse_length
+    }
+}
+
+/// A bounce's constraint.
+#[derive(Clone, Copy)]
+struct Constraint {
+    to_eye: Leg,
+    to_point: Leg,
+    /// The generalised half vector `h`.
+    half: DVec3,
+    /// The part of it across the normal, squared length.
+    across2: f64,
+    /// Everything is on the side where it belongs.
+    on_branch: bool,
+}
+
+/// A path on its way to a solution.
+struct Problem<'a, const N: usize> {
+    surfaces: &'a SpecularSurfaces<'a>,
+    eye: &'a Eye,
+    point: DVec3,
+    bounces: [Bounce; N],
+    /// Indices of refraction towards the eye and towards the point.
+    indices: [[f64; 2]; N],
+    /// Whether a transmission comes (seen from the eye) from the outer side.
+    from_outside: [bool; N],
+    at: [(Site, SiteFrame); N],
+    constraints: [Constraint; N],
+}
+
+impl<'a, const N: usize> Problem<'a, N> {
+    fn new(surfaces: &'a SpecularSurfaces<'a>, eye: &'a Eye, point: DVec3, path: &PathSites) -> Option<Problem<'a, N>> {
+        let bounces: [Bounce; N] = path.bounces.get(..N)?.try_into().ok()?;
+        let mut at = [(Site::default(), SiteFrame::default()); N];
+        for k in 0..N {
+            at[k] = surfaces.landed(bounces[k].object, &path.sites[k])?;
+        }
+        let mut from_outside = [true; N];
+        let mut indices = [[1.0; 2]; N];
+        for k in 0..N {
+            let previous = if k == 0 { None } else { Some(at[k - 1].1.position) };
+            let frame = &at[k].1;
+            let direction = match previous {
+                None => eye.direction_to(frame.position)?,
+                Some(previous) => frame.position - previous,
+            };
+            from_outside[k] = direction.dot(frame.normal) <= 0.0;
+            if bounces[k].kind == BounceKind::Transmit {
+                if !surfaces.is_lens(bounces[k].object) {
+                    return None;
+                }
+                let index = surfaces.index_of(bounces[k].object);
+                indices[k] = if from_outside[k] { [1.0, index] } else { [index, 1.0] };
+            }
+        }
+        let unset = Leg { towards: DVec3::ZERO, inverse_length: 0.0 };
+        let unset = Constraint { to_eye: unset, to_point: unset, half: DVec3::ZERO, across2: 0.0, on_branch: false };
+        let mut problem = Problem { surfaces, eye, point, bounces, indices, from_outside, at, constraints: [unset; N] };
+        problem.constraints = problem.constraints_at(&at)?;
+        Some(problem)
+    }
+
+    /// The constraints of a path; none where two neighbours coincide or are not finite.
+    #[inline]
+    fn constraints_at(&self, at: &[(Site, SiteFrame); N]) -> Option<[Constraint; N]> {
+        let mut constraints = self.constraints;
+        for k in 0..N {
+            let frame = &at[k].1;
+            let to_eye = match (k, self.eye) {
+                (0, Eye::Point(eye)) => Leg::between(frame.position, *eye)?,
+                (0, Eye::Direction(direction)) => Leg { towards: -*direction, inverse_length: 0.0 },
+                _ => Leg::between(frame.position, at[k - 1].1.position)?,
+            };
+            let next = if k + 1 < N { at[k + 1].1.position } else { self.point };
+            let to_point = Leg::between(frame.position, next)?;
+            let half = to_eye.towards * self.indices[k][0] + to_point.towards * self.indices[k][1];
+            let across2 = (half - frame.normal * half.dot(frame.normal)).length_squared();
+            let on_branch = self.is_on_branch(k, frame, &to_eye, &to_point);
+            constraints[k] = Constraint { to_eye, to_point, half, across2, on_branch };
+        }
+        Some(constraints)
+    }
+
+    /// Whether both legs of a bounce are on the sides where they belong, by the shading normal.
+    #[inline]
+    fn is_on_branch(&self, k: usize, frame: &SiteFrame, to_eye: &Leg, to_point: &Leg) -> bool {
+        let cosines = (to_eye.towards.dot(frame.normal), to_point.towards.dot(frame.normal));
+        match self.bounces[k].kind {
+            BounceKind::Reflect => cosines.0 * cosines.1 > 0.0,
+            BounceKind::Transmit => cosines.0 * cosines.1 < 0.0 && (cosines.0 > 0.0) == self.from_outside[k],
+        }
+    }
+
+    fn residual(&self) -> Option<f64> {
+        let residual = largest(&self.constraints);
+        residual.is_finite().then_some(residual)
+    }
+
+    /// Newton's method.
+    fn solved(mut self, max_steps: u32, tolerance: f64) -> Option<Solution> {
+        let mut steps = 0;
+        let mut residual = largest(&self.constraints);
+        while residual > tolerance && steps < max_steps {
+            let step = self.newton_step()?;
+            if !self.advance(&step)? {
+                break;
+            }
+            steps += 1;
+            residual = largest(&self.constraints);
+        }
+        if !residual.is_finite() || !self.is_consistent() {
+            return None;
+        }
+        let mut sites =
+            PathSites { count: N, bounces: [self.bounces[0]; MAX_BOUNCES], sites: [Site::default(); MAX_BOUNCES] };
+        for k in 0..N {
+            sites.bounces[k] = self.bounces[k];
+            sites.sites[k] = self.at[k].0;
+        }
+        Some(Solution { sites, residual, steps, converged: residual <= tolerance })
+    }
+
+    /// The step to where the linearised constraints vanish.
+    #[inline]
+    fn newton_step(&self) -> Option<[DVec2; N]> {
+        // Forward elimination: row k then reads u[k] + over[k] u[k + 1] = right[k].
+        let mut over = [DMat2::ZERO; N];
+        let mut right = [DVec2::ZERO; N];
+        for k in 0..N {
+            let (frame, constraint) = (&self.at[k].1, &self.constraints[k]);
+            let (normal, half) = (frame.normal, constraint.half);
+            let slant = frame.tangents.map(|tangent| tangent.dot(normal));
+            let across = [0, 1].map(|i: usize| frame.tangents[i] - normal * slant[i]);
+            let project = |change: DVec3| DVec2::new(change.dot(across[0]), change.dot(across[1]));
+            let [index_eye, index_point] = self.indices[k];
+            let along = half.dot(normal);
+            // C_i = h . t_i - (h . n) (n . t_i), the second term for tangents that an interpolated normal is not
+            // perpendicular to.
+            let own = [0, 1].map(|j: usize| {
+                let (motion, turn) = (frame.tangents[j], frame.normal_change[j]);
+                let change =
+                    constraint.to_eye.turned(motion) * -index_eye + constraint.to_point.turned(motion) * -index_point;
+                let turned = half.dot(turn);
+                project(change)
+                    - DVec2::new(
+                        turned * slant[0] + along * turn.dot(frame.tangents[0]),
+                        turned * slant[1] + along * turn.dot(frame.tangents[1]),
+                    )
+            });
+            let mut matrix = DMat2::from_cols(own[0], own[1]);
+            let mut rest = -project(half);
+            if k > 0 {
+                let previous = &self.at[k - 1].1.tangents;
+                let block = previous.map(|motion| project(constraint.to_eye.turned(motion) * index_eye));
+                let block = DMat2::from_cols(block[0], block[1]);
+                matrix -= block * over[k - 1];
+                rest -= block * right[k - 1];
+            }
+            let inverse = inverted(&matrix)?;
+            right[k] = inverse * rest;
+            if k + 1 < N {
+                let next = &self.at[k + 1].1.tangents;
+                let block = next.map(|motion| project(constraint.to_point.turned(motion) * index_point));
+                over[k] = inverse * DMat2::from_cols(block[0], block[1]);
+            }
+        }
+        for k in (0..N.saturating_sub(1)).rev() {
+            right[k] = right[k] - over[k] * right[k + 1];
+        }
+        Some(right)
+    }
+
+    /// Goes along a step as far as the residual shrinks; false where it does not shrink at all, none where every
+    /// part of the step leaves a surface.
+    #[inline]
+    fn advance(&mut self, step: &[DVec2; N]) -> Option<bool> {
+        let before: f64 = self.constraints.iter().map(|constraint| constraint.across2).sum();
+        let was_on_branch = self.constraints.iter().all(|constraint| constraint.on_branch);
+        let mut share = self.trusted_share(step);
+        let mut stayed = false;
+        for _ in 0..=MOST_HALVINGS {
+            if let Some(at) = self.stepped(step, share) {
+                stayed = true;
+                if let Some(constraints) = self.constraints_at(&at) {
+                    let after: f64 = constraints.iter().map(|constraint| constraint.across2).sum();
+                    let is_on_branch = constraints.iter().all(|constraint| constraint.on_branch);
+                    if after < before && (is_on_branch || !was_on_branch) {
+                        (self.at, self.constraints) = (at, constraints);
+                        return Some(true);
+                    }
+                }
+            }
+            share *= 0.5;
+        }
+        stayed.then_some(false)
+    }
+
+    /// The share of a step within which the linearisation means something.
+    #[inline]
+    fn trusted_share(&self, step: &[DVec2; N]) -> f64 {
+        let mut share: f64 = 1.0;
+        for k in 0..N {
+            let (frame, constraint) = (&self.at[k].1, &self.constraints[k]);
+            let turn2 = frame.normal_change[0].length_squared().max(frame.normal_change[1].length_squared());
+            let legs = constraint.to_eye.inverse_length.max(constraint.to_point.inverse_length);
+            let sharpest2 = turn2.max(legs * legs);
+            let limit2 = LONGEST_STEP * LONGEST_STEP / sharpest2;
+            let length2 = step[k].length_squared();
+            if length2 * share * share > limit2 {
+                share = (limit2 / length2).sqrt();
+            }
+        }
+        share
+    }
+
+    #[inline]
+    fn stepped(&self, step: &[DVec2; N], share: f64) -> Option<[(Site, SiteFrame); N]> {
+        let mut at = self.at;
+        for k in 0..N {
+            at[k] = self.surfaces.stepped(self.bounces[k].object, &self.at[k], step[k] * share)?;
+        }
+        Some(at)
+    }
+
+    /// Whether all of the path is where its bounces say.
+    fn is_consistent(&self) -> bool {
+        let side = |k: usize, leg: &Leg| leg.towards.dot(self.at[k].1.geometric_normal()) > 0.0;
+        for k in 0..N {
+            let (bounce, constraint) = (&self.bounces[k], &self.constraints[k]);
+            let (eye_side, point_side) = (side(k, &constraint.to_eye), side(k, &constraint.to_point));
+            let reflects = bounce.kind == BounceKind::Reflect;
+            let is_blind = reflects && eye_side && self.surfaces.is_mirror_inside_only(bounce.object);
+            if !constraint.on_branch || reflects != (eye_side == point_side) || is_blind {
+                return false;
+            }
+            // Between two bounces on one body light stays inside it or outside.
+            let stays = |next: usize| {
+                let same_body = self.bounces[next].object == bounce.object && self.surfaces.is_lens(bounce.object);
+                !same_body || side(next, &self.constraints[next].to_eye) == point_side
+            };
+            if k + 1 < N && !stays(k + 1) {
+                return false;
+            }
+        }
+        true
+    }
+}
+
+fn largest<const N: usize>(constraints: &[Constraint; N]) -> f64 {
+    let mut largest2 = 0.0;
+    for constraint in constraints {
+        // Not `max`, which would swallow a NaN.
+        if !(constraint.across2 <= largest2) {
+            largest2 = constraint.across2;
+        }
+    }
+    largest2.sqrt()
+}
+
+/// The inverse of a matrix that is not singular to rounding.
+#[inline]
+fn inverted(matrix: &DMat2) -> Option<DMat2> {
+    let (a, b) = (matrix.x_axis, matrix.y_axis);
+    let determinant = a.x * b.y - b.x * a.y;
+    let scale2 = a.length_squared() + b.length_squared();
+    if !(determinant.abs() > 1e-15 * scale2) {
+        return None;
+    }
+    let inverse = 1.0 / determinant;
+    let inverted = DMat2::from_cols(DVec2::new(b.y, -a.y) * inverse, DVec2::new(-b.x, a.x) * inverse);
+    inverted.is_finite().then_some(inverted)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,174 @@
+//! Points of specular objects, and moving about on them: the ground that solvers for specular paths walk on.
+
+mod exact;
+
+use super::patch::SurfacePatch;
+use super::tracer::Hit;
+use super::{PlacedSurface, SurfaceHit};
+use crate::scene::{Ray, Role, Scene};
+use glam::{DVec2, DVec3};
+
+/// The triangle of sites that are on none: those of analytic surfaces.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// A point of a specular object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// The point, world.
+    pub position: DVec3,
+    /// Index of the scene's triangle that it lies on, [`NO_TRIANGLE`] on analytic surfaces.
+    pub triangle: u32,
+    /// Weights of the triangle's second and third vertex; outside 0 to 1 where a site continues beyond a border.
+    pub barycentrics: [f64; 2],
+}
+
+impl Default for Site {
+    fn default() -> Self {
+        Self::on_surface(DVec3::ZERO)
+    }
+}
+
+impl Site {
+    /// A point of an analytic surface.
+    pub fn on_surface(position: DVec3) -> Self {
+        Self { position, triangle: NO_TRIANGLE, barycentrics: [0.0; 2] }
+    }
+}
+
+/// A surface at a site, to first order: what Newton's method needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SiteFrame {
+    /// The site's position, world.
+    pub position: DVec3,
+    /// The unit (shading) normal on the outer side.
+    pub normal: DVec3,
+    /// Two orthonormal directions of motion, right-handed about the outer side: tangents of the surface, on meshes
+    /// those of the flat triangle (which are not perpendicular to an interpolated normal).
+    pub tangents: [DVec3; 2],
+    /// Change of the unit normal a unit of motion along each tangent.
+    pub normal_change: [DVec3; 2],
+}
+
+impl SiteFrame {
+    /// The unit normal of the flat triangle (of the surface itself on analytic ones), on the outer side.
+    #[inline]
+    pub fn geometric_normal(&self) -> DVec3 {
+        self.tangents[0].cross(self.tangents[1])
+    }
+}
+
+/// What a specular object's surface is made of.
+enum Sheet<'a> {
+    Exact(&'a PlacedSurface),
+}
+
+struct Entry<'a> {
+    sheet: Sheet<'a>,
+    index: f64,
+    role: Role,
+    inner_only: bool,
+}
+
+/// The surfaces of a scene's specular objects, made ready for solvers.
+pub struct SpecularSurfaces<'a> {
+    entries: Vec<Option<Entry<'a>>>,
+}
+
+impl<'a> SpecularSurfaces<'a> {
+    /// The surfaces of all reflectors, lenses and coated objects of a scene.
+    pub fn new(scene: &'a Scene) -> Self {
+        let entry = |(index, object): (usize, &'a crate::scene::Object)| {
+            let material = scene.material_of(index as u32);
+            if !material.role.is_specular() {
+                return None;
+            }
+            let sheet = Sheet::Exact(object.surface.as_ref()?);
+            let index = if material.role == Role::Lens { material.ior as f64 } else { 1.0 };
+            Some(Entry { sheet, index, role: material.role, inner_only: object.inside })
+        };
+        Self { entries: scene.objects.iter().enumerate().map(entry).collect() }
+    }
+
+    #[inline]
+    fn entry(&self, object: u32) -> Option<&Entry<'a>> {
+        self.entries.get(object as usize)?.as_ref()
+    }
+
+    /// The object and the site where a ray met the scene, in double precision: on the surface to rounding, and on
+    /// the ray as it is given. None for diffuse objects and where the ray only grazes.
+    pub fn site_of(&self, ray: &Ray, hit: &Hit) -> Option<(u32, Site)> {
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().try_normalize()?);
+        match hit {
+            Hit::Surface { object, hit: SurfaceHit { distance, .. } } => {
+                let Sheet::Exact(surface) = &self.entry(*object)?.sheet;
+                let position = exact::met(surface, origin, direction, *distance as f64)?;
+                Some((*object, Site::on_surface(position)))
+            }
+            Hit::Triangle { .. } => None,
+        }
+    }
+
+    /// The surface at a site to first order; none where it has no normal.
+    #[inline]
+    pub fn frame(&self, object: u32, site: &Site) -> Option<SiteFrame> {
+        match &self.entry(object)?.sheet {
+            Sheet::Exact(surface) => exact::frame(site.position, &surface.taylor2(site.position)),
+        }
+    }
+
+    /// The surface at a site to second order.
+    pub fn patch(&self, object: u32, site: &Site) -> Option<SurfacePatch> {
+        match &self.entry(object)?.sheet {
+            Sheet::Exact(surface) => SurfacePatch::of_implicit(site.position, &surface.taylor3(site.position)),
+        }
+    }
+
+    /// The site reached by a step along the tangents of the site's frame and back onto the surface.
+    ///
+    /// It may lie beyond the borders of an open surface, on its continuation (see [`Self::is_within`]). None where the
+    /// step is so long that the surface is lost.
+    pub fn moved(&self, object: u32, site: &Site, step: DVec2) -> Option<Site> {
+        self.stepped(object, &self.landed(object, site)?, step).map(|(site, _)| site)
+    }
+
+    /// The site itself, brought onto the surface where it is a little off, with its frame.
+    pub(crate) fn landed(&self, object: u32, site: &Site) -> Option<(Site, SiteFrame)> {
+        match &self.entry(object)?.sheet {
+            Sheet::Exact(surface) => exact::landed(surface, site.position, f64::INFINITY),
+        }
+    }
+
+    /// [`Self::moved`] from a site on the surface whose frame is known, with the frame at the new one.
+    #[inline]
+    pub(crate) fn stepped(&self, object: u32, from: &(Site, SiteFrame), step: DVec2) -> Option<(Site, SiteFrame)> {
+        match &self.entry(object)?.sheet {
+            Sheet::Exact(surface) => exact::stepped(surface, &from.1, step),
+        }
+    }
+
+    /// Whether a site lies on the surface itself, not on its continuation beyond a border.
+    pub fn is_within(&self, object: u32, site: &Site) -> bool {
+        match self.entry(object).map(|entry| &entry.sheet) {
+            Some(Sheet::Exact(surface)) => exact::is_within(surface, site.position),
+            None => false,
+        }
+    }
+
+    /// The index of refraction of a lens over that of its surroundings; 1 for all others.
+    #[inline]
+    pub fn index_of(&self, object: u32) -> f64 {
+        self.entry(object).map_or(1.0, |entry| entry.index)
+    }
+
+    /// Whether the object is a body that light passes.
+    #[inline]
+    pub fn is_lens(&self, object: u32) -> bool {
+        self.entry(object).is_some_and(|entry| entry.role == Role::Lens)
+    }
+
+    /// Whether the object is a mirror on its inner side alone.
+    #[inline]
+    pub fn is_mirror_inside_only(&self, object: u32) -> bool {
+        self.entry(object).is_some_and(|entry| entry.inner_only)
+    }
+}
