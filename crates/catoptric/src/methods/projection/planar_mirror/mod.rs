@@ -123,6 +123,13 @@ impl PlanarMirror {
             alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),
         });
         let stencil = path.parent.map(|list| Stencil { list, group: own });
-        DrawList { triangles: triangles.collect(), vertices, clip_distances, layer: path.order, stencil }
+        DrawList {
+            triangles: triangles.collect(),
+            vertices,
+            clip_distances,
+            layer: path.order,
+            stencil,
+            ..DrawList::default()
+        }
     }
 }
