@@ -2,8 +2,10 @@
 
 pub mod bundle;
 mod differential;
+mod interface;
 
 pub use differential::{reflected_change, refracted_change};
+pub use interface::{Facing, Interface};
 
 use glam::Vec3;
 
