@@ -3,8 +3,10 @@
 pub mod bundle;
 mod differential;
 pub mod specular_solver;
+mod interface;
 
 pub use differential::{reflected_change, refracted_change};
+pub use interface::{Facing, Interface};
 
 use glam::Vec3;
 

@@ -100,6 +100,19 @@ pub(super) fn lane(weights: &Weights, lane: usize) -> Barycentrics {
     }
 }
 
+/// Coordinates in a piece of a triangle as coordinates in the triangle, by those of the piece's corners.
+#[inline(always)]
+pub(super) fn in_source(piece: &Barycentrics, corners: &[Vec2; 3]) -> Barycentrics {
+    let (second, third) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let change = |d: Vec2| second * d.x + third * d.y;
+    Barycentrics {
+        value: corners[0] + change(piece.value),
+        dx: change(piece.dx),
+        dy: change(piece.dy),
+        samples: piece.samples,
+    }
+}
+
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
 pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2) -> Barycentrics {
     let (mut corners, mut out) = (Corners::default(), Weights::default());

@@ -12,8 +12,8 @@ pub struct LayerSurface {
     pub source: u32,
     /// [`DrawTriangle::group`](super::DrawTriangle::group).
     pub group: u32,
-    /// Perspective-correct barycentric coordinates at `Fragment::position` in the triangle as it was given (not as
-    /// it was clipped), and their true screen derivatives.
+    /// Perspective-correct barycentric coordinates at `Fragment::position` in the source triangle (not in the piece of
+    /// it that was drawn or left by clipping), and their true screen derivatives.
     pub barycentrics: Barycentrics,
 }
 

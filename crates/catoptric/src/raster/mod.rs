@@ -27,6 +27,7 @@ use crate::framebuffer::Framebuffer;
 use crate::parallel;
 use crate::scene::{PicturePoint, View};
 use bin::{TileGrid, bin};
+use glam::Vec2;
 use kernel::TILE;
 use plan::Plan;
 use samples::Pattern;
@@ -69,6 +70,9 @@ pub struct DrawList {
     pub clip_distances: Vec<f32>,
     /// Triangles; both windings are drawn.
     pub triangles: Vec<DrawTriangle>,
+    /// For every triangle what its corners are in its source: the weights of the source's second and third vertex.
+    /// Empty (or missing for a triangle): the corners are the source's own.
+    pub corners: Vec<[Vec2; 3]>,
     /// The layer: 0 is what the eye sees directly, 1 what is seen in that by one reflection, and so on.
     pub layer: u32,
     /// Where it may be drawn: none in layer 0, and a list of the layer below in all others.

@@ -4,6 +4,7 @@ use super::bin::Piece;
 use super::{DrawList, DrawTriangle};
 use crate::error::RenderError;
 use crate::scene::PicturePoint;
+use glam::Vec2;
 use std::ops::Range;
 
 /// The most layers of a picture.
@@ -123,5 +124,12 @@ impl<'a> Plan<'a> {
     pub(super) fn corners(&self, list: u32, triangle: &DrawTriangle) -> [&PicturePoint; 3] {
         let vertices = &self.lists[list as usize].vertices;
         triangle.vertices.map(|vertex| &vertices[vertex as usize])
+    }
+
+    /// Where a triangle's corners are in its source; none where they are the source's own.
+    #[inline]
+    pub(super) fn corners_in_source(&self, list: u32, id: u32) -> Option<&[Vec2; 3]> {
+        let list = list as usize;
+        self.lists[list].corners.get((id - self.list_plans[list].first_id) as usize)
     }
 }

@@ -78,7 +78,7 @@ impl Scene {
         let object = self.triangle_objects[surface.source as usize];
         let exact = self.objects[object as usize].surface.as_ref()?;
         // The tessellation was drawn at this place: of a ray's two meetings the nearer to it is meant.
-        let drawn = self.surface_point(surface.source, &surface.barycentrics).position;
+        let drawn = self.position_on(surface.source, surface.barycentrics.value);
         let distance = (drawn - ray.origin).dot(ray.direction);
         let middle = exact.middle_distance(ray.origin, ray.direction);
         let near = if distance > middle { middle.max(0.0) } else { 0.0 };

@@ -1,6 +1,6 @@
 //! A tile of the picture: its layers of samples are drawn, and read back as fragments.
 
-use super::attributes::{Corners, Weights, barycentrics, lane, weights};
+use super::attributes::{Corners, Weights, barycentrics, in_source, lane, weights};
 use super::bin::Bins;
 use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
 use super::kernel::{
@@ -188,7 +188,10 @@ fn draw_tested(
 /// A surface as the shader sees it at a position in the picture.
 fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
     let (list, triangle) = plan.triangle(id);
-    let barycentrics = barycentrics(plan.corners(list, triangle), position);
+    let mut barycentrics = barycentrics(plan.corners(list, triangle), position);
+    if let Some(corners) = plan.corners_in_source(list, id) {
+        barycentrics = in_source(&barycentrics, corners);
+    }
     LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
 }
 
@@ -213,7 +216,7 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &m
             fragment_weights[index] = chains.targets[fragment].weight;
         }
         weights(&corners, &mut result);
-        for (index, surface) in surfaces.iter_mut().enumerate() {
+        for (index, (surface, &id)) in surfaces.iter_mut().zip(ids).enumerate() {
             let weight = fragment_weights[index];
             let mut barycentrics = lane(&result, index);
             if (weight as usize) < samples {
@@ -223,7 +226,10 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &m
                 barycentrics.dy *= side;
             }
             barycentrics.samples = weight.into();
-            surface.barycentrics = barycentrics;
+            surface.barycentrics = match plan.corners_in_source(surface.list, id) {
+                Some(corners) => in_source(&barycentrics, corners),
+                None => barycentrics,
+            };
         }
     }
 }

@@ -102,6 +102,13 @@ impl Scene {
         Encounter { point, position_change, normal_change }
     }
 
+    /// The position on a triangle at these barycentric coordinates of its second and third vertex.
+    #[inline(always)]
+    pub fn position_on(&self, triangle: u32, at: Vec2) -> Vec3 {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
+        a + (b - a) * at.x + (c - a) * at.y
+    }
+
     /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
     /// normals, whatever the winding.
     #[inline(always)]

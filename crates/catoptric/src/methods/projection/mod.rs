@@ -1,5 +1,6 @@
 //! Methods that find where scene points appear, and draw moved geometry there.
 
+pub mod drawing;
 pub mod finder;
 pub mod planar_mirror;
 pub mod projector;

@@ -1,19 +1,14 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
 use super::PathModel;
-use crate::optics::{
-    fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change, transmittance,
-};
+use crate::optics::{Facing, Interface, reflected_change, refracted_change, transmittance};
 use crate::scene::shade::{Encounter, SurfacePoint};
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use crate::surface::tracer::Tracer;
-use glam::{Vec3, Vec4Swizzles};
+use glam::Vec3;
 
 /// Paths that carry less than this share of the light are ended.
 const LEAST_THROUGHPUT: f32 = 1e-5;
-
-/// How a new direction is kept on the side of the flat surface where it belongs: the sine of the least angle to it.
-const LEAST_SINE: f32 = 1e-3;
 
 /// A ray that waits to be traced.
 #[derive(Clone, Copy)]
@@ -114,48 +109,29 @@ impl<'a> PathTracer<'a> {
     fn scatter(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, material: &Material) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let last = segment.order >= self.max_order;
-        let facing = Facing::of(direction, point);
-        let cosine = -direction.dot(facing.normal);
-        let base = || scene.base_color(material, point).xyz();
-        match material.role {
-            Role::Diffuse => Vec3::ZERO,
-            Role::Reflector => {
-                let blind = facing.outside && scene.objects[point.object as usize].inside;
-                if !last && !blind {
-                    let tint = if material.schlick { fresnel_schlick(base(), cosine) } else { base() };
-                    self.push_reflection(segment, throughput * tint, encounter, &facing);
-                }
-                Vec3::ZERO
-            }
-            Role::Coated => {
-                let reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);
-                if !last {
-                    self.push_reflection(segment, throughput * reflectance, encounter, &facing);
-                }
-                throughput * (1.0 - reflectance) * scene.radiance(point, -direction)
-            }
-            Role::Lens => {
-                if last {
-                    return Vec3::ZERO;
-                }
-                let eta = if facing.outside { 1.0 / material.ior } else { material.ior };
-                let reflectance = fresnel_dielectric(cosine, eta);
-                let (mut reflects, mut refracts) = (true, true);
-                if self.model == PathModel::TwoPath && segment.split {
-                    reflects = reflectance > 0.5;
-                    refracts = !reflects;
-                }
-                let segment = &Segment { split: true, ..*segment };
-                if refracts && reflectance < 1.0 {
-                    let carried = throughput * (1.0 - reflectance) * base();
-                    self.push_refraction(segment, carried, encounter, &facing, eta, material);
-                }
-                if reflects {
-                    self.push_reflection(segment, throughput * reflectance, encounter, &facing);
-                }
-                Vec3::ZERO
-            }
+        if last && material.role != Role::Coated {
+            return Vec3::ZERO;
         }
+        let interface = Interface::of(scene, material, point, direction);
+        let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && interface.reflectance < 1.0);
+        let mut segment = *segment;
+        if material.role == Role::Lens {
+            if self.model == PathModel::TwoPath && segment.split {
+                reflects = interface.reflectance > 0.5;
+                refracts &= !reflects;
+            }
+            segment.split = true;
+        }
+        if refracts {
+            self.push_refraction(&segment, throughput * interface.transmitted, encounter, &interface, material);
+        }
+        if reflects {
+            self.push_reflection(&segment, throughput * interface.reflected, encounter, &interface.facing);
+        }
+        if interface.scattered == 0.0 {
+            return Vec3::ZERO;
+        }
+        throughput * interface.scattered * scene.radiance(point, -direction)
     }
 
     fn push(&mut self, segment: &Segment, child: Segment, point: &SurfacePoint) {
@@ -168,7 +144,7 @@ impl<'a> PathTracer<'a> {
 
     fn push_reflection(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, facing: &Facing) {
         let incoming = segment.ray.direction;
-        let direction = keep_on_side(reflect(incoming, facing.normal), facing.geometric);
+        let direction = facing.reflected(incoming);
         let bend = |ray, normal| reflected_change(incoming, ray, facing.normal, normal);
         let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
         let ray = Ray { origin: encounter.point.position, direction };
@@ -180,13 +156,12 @@ impl<'a> PathTracer<'a> {
         segment: &Segment,
         throughput: Vec3,
         encounter: &Encounter,
-        facing: &Facing,
-        eta: f32,
+        interface: &Interface,
         material: &Material,
     ) {
         let incoming = segment.ray.direction;
-        let Some(direction) = refract(incoming, facing.normal, eta) else { return };
-        let direction = keep_on_side(direction, -facing.geometric);
+        let Interface { facing, eta, .. } = *interface;
+        let Some(direction) = facing.refracted(incoming, eta) else { return };
         let bend = |ray, normal| refracted_change(incoming, ray, facing.normal, normal, eta);
         let change = segment.change.as_ref().map(|change| child_change(change, encounter, facing.sign(), bend));
         let absorption = if facing.outside { material.absorption } else { Vec3::ZERO };
@@ -212,44 +187,6 @@ impl NearPlane {
     pub fn distance(&self, ray: &Ray) -> f32 {
         self.depth / ray.direction.dot(self.forward).max(1e-6)
     }
-}
-
-/// Which side of a surface is seen, and its normals on that side.
-struct Facing {
-    /// The outer side is seen.
-    outside: bool,
-    geometric: Vec3,
-    normal: Vec3,
-}
-
-impl Facing {
-    #[inline]
-    fn of(direction: Vec3, point: &SurfacePoint) -> Self {
-        let outside = direction.dot(point.geometric_normal) <= 0.0;
-        let sign = if outside { 1.0 } else { -1.0 };
-        let (geometric, mut normal) = (point.geometric_normal * sign, point.normal * sign);
-        // A shading normal that turns away from the viewer is bent back until the view just grazes it.
-        let cosine = direction.dot(normal);
-        if cosine > -LEAST_SINE {
-            normal = (normal - direction * (cosine + LEAST_SINE)).try_normalize().unwrap_or(geometric);
-        }
-        Self { outside, geometric, normal }
-    }
-
-    /// What turns outer normals to the side that is seen.
-    fn sign(&self) -> f32 {
-        if self.outside { 1.0 } else { -1.0 }
-    }
-}
-
-/// A direction that points to the side of `normal`: one that shading normals bent below the flat surface is laid along it.
-#[inline]
-fn keep_on_side(direction: Vec3, normal: Vec3) -> Vec3 {
-    let sine = direction.dot(normal);
-    if sine >= LEAST_SINE {
-        return direction;
-    }
-    (direction + normal * (LEAST_SINE - sine)).try_normalize().unwrap_or(normal)
 }
 
 /// The changes of a child ray, from those of its direction.

@@ -3,6 +3,7 @@
 mod attributes;
 mod coverage;
 mod layers;
+mod pieces;
 mod robustness;
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentShader, draw};

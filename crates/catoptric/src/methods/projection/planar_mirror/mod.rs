@@ -5,21 +5,20 @@
 mod paths;
 mod planes;
 mod settings;
-mod shader;
 
 pub use settings::PlanarMirrorSettings;
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::projection::drawing::PathShader;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::raster::{self, DrawList, DrawTriangle, Stencil};
-use crate::scene::{Scene, View};
+use crate::scene::Scene;
 use paths::{MirrorPath, visible_paths};
 use planes::Mirrors;
-use shader::MirrorShader;
 
 /// What planar mirrors are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -73,7 +72,7 @@ impl ReflectionMethod for PlanarMirror {
         let mut watch = Stopwatch::new();
         let max_paths = self.settings.max_lists as usize;
         let (paths, left_out) = visible_paths(scene, &self.mirrors, job.view, job.quality.order, max_paths);
-        let lists = parallel::map_collect(paths.len(), |path| self.mirrored_scene(scene, job.view, &paths[path]));
+        let lists = parallel::map_collect(paths.len(), |path| self.mirrored_scene(job, &paths[path]));
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         report.counts.insert("vertices_projected", lists.iter().map(|list| list.vertices.len() as u64).sum());
@@ -82,17 +81,7 @@ impl ReflectionMethod for PlanarMirror {
             report.fallbacks.insert("lists_left_out", left_out);
             report.warnings.push(format!("{left_out} mirrored copies of the scene are left out; raise max_lists"));
         }
-        let children = paths.iter().enumerate().filter_map(|(index, path)| {
-            // Mirrors are numbered from 1 in the table of triangles.
-            Some(((path.parent?, path.mirror? + 1), index as u32))
-        });
-        let shader = MirrorShader {
-            scene,
-            mirrors: &self.mirrors,
-            rays: job.view.rays(),
-            paths: &paths,
-            children: children.collect(),
-        };
+        let shader = PathShader::new(scene, job.view);
         report.add_raster(&raster::draw(job.view, job.quality.samples, &lists, &shader, target)?);
         Ok(report)
     }
@@ -100,8 +89,9 @@ impl ReflectionMethod for PlanarMirror {
 
 impl PlanarMirror {
     /// The scene as it is seen at the end of a path, in front of its last mirror.
-    fn mirrored_scene(&self, scene: &Scene, view: &View, path: &MirrorPath) -> DrawList {
-        let picture = view.picture_from_moved(&path.world_from_scene);
+    fn mirrored_scene(&self, job: &Job<'_>, path: &MirrorPath) -> DrawList {
+        let (scene, goes_on) = (job.scene, path.order < job.quality.order);
+        let picture = job.view.picture_from_moved(&path.world_from_scene);
         let vertices = scene.positions.iter().map(|position| picture.apply(*position)).collect();
         let clip_distances: Vec<f32> = match path.mirror {
             Some(_) => {
@@ -119,10 +109,18 @@ impl PlanarMirror {
         let triangles = (0..scene.triangles.len() as u32).filter(visible).map(|triangle| DrawTriangle {
             vertices: scene.triangles[triangle as usize],
             source: triangle,
-            group: self.mirrors.mirror_of_triangle[triangle as usize],
+            // Group 0 of a reflector is black: those of the last order, and curved ones.
+            group: if goes_on { self.mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
             alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),
         });
         let stencil = path.parent.map(|list| Stencil { list, group: own });
-        DrawList { triangles: triangles.collect(), vertices, clip_distances, layer: path.order, stencil }
+        DrawList {
+            triangles: triangles.collect(),
+            vertices,
+            clip_distances,
+            layer: path.order,
+            stencil,
+            ..DrawList::default()
+        }
     }
 }

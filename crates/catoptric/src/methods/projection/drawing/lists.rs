@@ -1,0 +1,105 @@
+//! From the geometry of paths to the rasteriser's lists: layers, stencils and groups.
+
+use super::PathGeometry;
+use crate::methods::Job;
+use crate::methods::projection::SpecularPath;
+use crate::optics::bundle::BounceKind;
+use crate::raster::{DrawList, Stencil, scene_draw_list};
+use crate::scene::{Role, Scene};
+use glam::Vec2;
+use std::collections::BTreeMap;
+
+/// The corners of a triangle that is its own source.
+const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
+
+/// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
+///
+/// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, and where the highest
+/// order is reached: there paths end.
+pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawList> {
+    let (scene, order) = (job.scene, job.quality.order as usize);
+    let mut parts: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
+    for geometry in paths {
+        let bounces = &geometry.path.bounces;
+        if bounces.is_empty() || bounces.len() > order || !is_possible(scene, &geometry.path) {
+            continue;
+        }
+        // Paths whose parents show nothing themselves still need them to be drawn in.
+        for length in 1..bounces.len() {
+            parts.entry((length, SpecularPath { bounces: bounces[..length].to_vec() })).or_default();
+        }
+        parts.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
+    }
+    let mut lists = Vec::with_capacity(parts.len() + 1);
+    lists.push(scene_draw_list(scene, job.view, |object| Some(group(scene, object, order > 0))));
+    let mut list_of_path: BTreeMap<SpecularPath, u32> = BTreeMap::new();
+    for ((length, path), parts) in parts {
+        let parent = path.parent().and_then(|parent| list_of_path.get(&parent).copied()).unwrap_or(0);
+        let Some(last) = path.bounces.last() else { continue };
+        let mut list = joined(parts);
+        list.layer = length as u32;
+        list.stencil = Some(Stencil { list: parent, group: last.object + 1 });
+        for triangle in &mut list.triangles {
+            match scene.triangle_objects.get(triangle.source as usize) {
+                Some(&object) => {
+                    triangle.group = group(scene, object, length < order);
+                    triangle.alpha_tested = scene.is_alpha_tested(object);
+                }
+                // A triangle of no scene: not drawn.
+                None => triangle.vertices = [u32::MAX; 3],
+            }
+        }
+        list_of_path.insert(path, lists.len() as u32);
+        lists.push(list);
+    }
+    lists
+}
+
+/// Whether light can take a path: it is reflected by reflectors and lenses, and passes through lenses alone.
+fn is_possible(scene: &Scene, path: &SpecularPath) -> bool {
+    path.bounces.iter().all(|bounce| {
+        let known = (bounce.object as usize) < scene.objects.len();
+        known
+            && match bounce.kind {
+                BounceKind::Reflect => scene.role_of(bounce.object).is_specular(),
+                BounceKind::Transmit => scene.role_of(bounce.object) == Role::Lens,
+            }
+    })
+}
+
+fn group(scene: &Scene, object: u32, goes_on: bool) -> u32 {
+    if goes_on && scene.role_of(object).is_specular() { object + 1 } else { 0 }
+}
+
+/// The parts of one path as one list.
+fn joined(parts: Vec<PathGeometry>) -> DrawList {
+    let any_clipped = parts.iter().any(|part| !part.clip_distances.is_empty());
+    let any_pieces = parts.iter().any(|part| !part.corners.is_empty());
+    let mut list = DrawList::default();
+    for mut part in parts {
+        let first_vertex = list.vertices.len() as u32;
+        for triangle in &mut part.triangles {
+            triangle.vertices = triangle.vertices.map(|vertex| match (vertex as usize) < part.vertices.len() {
+                true => vertex + first_vertex,
+                false => u32::MAX,
+            });
+        }
+        if list.triangles.is_empty() && list.vertices.is_empty() {
+            (list.vertices, list.triangles) = (part.vertices, part.triangles);
+            (list.clip_distances, list.corners) = (part.clip_distances, part.corners);
+        } else {
+            list.vertices.append(&mut part.vertices);
+            list.triangles.append(&mut part.triangles);
+            list.clip_distances.append(&mut part.clip_distances);
+            list.corners.append(&mut part.corners);
+        }
+        // Parts that are not cut, or hold whole triangles, beside others.
+        if any_clipped {
+            list.clip_distances.resize(list.vertices.len(), 0.0);
+        }
+        if any_pieces {
+            list.corners.resize(list.triangles.len(), WHOLE);
+        }
+    }
+    list
+}

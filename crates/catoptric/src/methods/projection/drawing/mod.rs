@@ -1,0 +1,57 @@
+//! How projected geometry is drawn and shaded: the same for every method that finds where scene points appear.
+//!
+//! Each specular path is a list of triangles in the layer of its number of bounces, confined by a stencil to where the
+//! path without its last bounce shows the object of that bounce. A shader then walks along the surfaces that a pixel
+//! shows, with the same optics and the same shading as the reference.
+
+mod lists;
+mod shader;
+
+use super::projector::SpecularPath;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::Job;
+use crate::raster::{self, DrawTriangle, RasterReport};
+use crate::scene::PicturePoint;
+use glam::Vec2;
+
+pub(super) use shader::PathShader;
+
+/// What is seen at the end of one specular path: pieces of scene triangles at the places where they appear.
+///
+/// Geometry of one path may come in several parts, for instance one a focal index.
+#[derive(Clone, Debug, Default)]
+pub struct PathGeometry {
+    /// The path, of at least one bounce. Paths that pass through anything but a lens are not drawn.
+    pub path: SpecularPath,
+    /// Where scene points appear: the picture points of the places that lie the path's length away on their view rays.
+    ///
+    /// So in a perspective view `w` and `depth` are the path's length times the cosine between view ray and view axis
+    /// (for a flat mirror then all in between is interpolated exactly), and in an orthographic one `w` is 1 and `depth`
+    /// is the path's length.
+    pub vertices: Vec<PicturePoint>,
+    /// For every vertex a signed distance: what is below 0 is cut off. Empty: nothing is.
+    pub clip_distances: Vec<f32>,
+    /// Pieces of the scene's triangles: `source` is the scene's triangle. Group and alpha test are filled in while
+    /// drawing.
+    pub triangles: Vec<DrawTriangle>,
+    /// For every piece the weights of the source's second and third vertex at its corners. Empty: all are whole.
+    pub corners: Vec<[Vec2; 3]>,
+}
+
+/// Draws the scene as it is seen directly, and in its reflectors what appears there.
+///
+/// Where a path shows nothing, the environment is seen at its end. Reflectors at the end of paths of the highest order
+/// are black, as in the reference; longer paths are ignored.
+///
+/// # Errors
+/// As [`raster::draw`].
+pub fn draw_paths(
+    job: &Job<'_>,
+    paths: Vec<PathGeometry>,
+    target: &mut Framebuffer,
+) -> Result<RasterReport, RenderError> {
+    let lists = lists::draw_lists(job, paths);
+    let shader = PathShader::new(job.scene, job.view);
+    raster::draw(job.view, job.quality.samples, &lists, &shader, target)
+}

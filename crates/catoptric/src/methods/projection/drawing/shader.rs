@@ -1,0 +1,88 @@
+//! Colours of what is seen directly and at the ends of specular paths.
+
+use crate::optics::{Interface, transmittance};
+use crate::raster::{Fragment, LayerSurface, Look, LookShader};
+use crate::scene::shade::SurfacePoint;
+use crate::scene::{Ray, Role, Scene, View, ViewRays};
+use glam::Vec3;
+
+/// Shorter segments than this share of the coordinates' size have no direction of their own: it is lost in rounding.
+const SHORT: f32 = 1e-4;
+
+/// Walks along the surfaces that a fragment shows.
+///
+/// Triangles of reflectors and lenses at which paths go on have groups other than 0; those of group 0 are black, but
+/// for what they scatter themselves. Where nothing is seen at the end of a path the environment is.
+pub(in crate::methods::projection) struct PathShader<'a> {
+    scene: &'a Scene,
+    rays: ViewRays,
+}
+
+impl<'a> PathShader<'a> {
+    /// A shader for paths from the eye of a view.
+    pub(in crate::methods::projection) fn new(scene: &'a Scene, view: &View) -> Self {
+        Self { scene, rays: view.rays() }
+    }
+
+    /// Turns a ray from the last bounce towards the surface that is seen at its end.
+    #[inline]
+    fn aim(&self, ray: &mut Ray, surface: &LayerSurface) {
+        let position = self.scene.position_on(surface.source, surface.barycentrics.value);
+        let step = position - ray.origin;
+        let length = step.length();
+        if length > SHORT * position.abs().max_element() {
+            ray.direction = step / length;
+        }
+    }
+}
+
+/// The distance from the start of a segment to its end.
+#[inline]
+fn length(ray: &Ray, point: &SurfacePoint) -> f32 {
+    (point.position - ray.origin).length()
+}
+
+impl LookShader for PathShader<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    #[inline]
+    fn look(&self, fragment: &Fragment<'_>) -> Look {
+        let scene = self.scene;
+        let mut ray = self.rays.ray(fragment.position.x, fragment.position.y);
+        let (mut sum, mut throughput, absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
+        for (bounce, surface) in fragment.chain.iter().enumerate() {
+            if bounce > 0 {
+                self.aim(&mut ray, surface);
+            }
+            let material = scene.material_of(scene.triangle_objects[surface.source as usize]);
+            if material.role == Role::Diffuse {
+                if absorption != Vec3::ZERO {
+                    throughput *= transmittance(absorption, length(&ray, &scene.drawn_point(surface, &ray)));
+                }
+                return Look::of_diffuse(scene, surface, &ray, throughput, sum);
+            }
+            let ends = surface.group == 0;
+            if ends && material.role != Role::Coated {
+                return Look::Color(sum);
+            }
+            let point = scene.drawn_point(surface, &ray);
+            let interface = Interface::of(scene, material, &point, ray.direction);
+            let outside = interface.facing.outside;
+            // Whoever meets a lens from inside was inside it, also when the eye is there or another lens lies within.
+            let inside = material.role == Role::Lens && !outside;
+            let crossed = if inside { material.absorption } else { absorption };
+            throughput *= transmittance(crossed, length(&ray, &point));
+            if interface.scattered > 0.0 {
+                sum += throughput * interface.scattered * scene.radiance(&point, -ray.direction);
+            }
+            throughput *= interface.reflected;
+            if ends || throughput.max_element() <= 0.0 {
+                return Look::Color(sum);
+            }
+            ray = Ray { origin: point.position, direction: interface.facing.reflected(ray.direction) };
+        }
+        Look::Color(sum + throughput * scene.background(ray.direction))
+    }
+}
