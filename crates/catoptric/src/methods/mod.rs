@@ -134,7 +134,12 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 3] = [&reference::INFO, &lookup::environment_map::INFO, &projection::planar_mirror::INFO];
+    static ALL: [&MethodInfo; 4] = [
+        &reference::INFO,
+        &lookup::environment_map::INFO,
+        &projection::planar_mirror::INFO,
+        &projection::path_perturbation::INFO,
+    ];
     &ALL
 }
 

@@ -231,6 +231,55 @@ impl OutgoingRays {
         [0, 1].map(|i: usize| [0, 1].map(|a: usize| o[i][a] + distance * d[i][a]))
     }
 
+    /// What the wavefront through the central ray at `distance` adds to the length of the way to a point beside it:
+    /// half the second derivative along the lateral part of `relative` (from the rays' origin).
+    #[inline]
+    pub fn wavefront_bend(&self, distance: f64, relative: DVec3) -> f64 {
+        let Some(focus) = self.focus(distance) else { return 0.0 };
+        let lateral = self.across.map(|axis| axis.dot(relative));
+        let z = focus.map(|row| row[0] * lateral[0] + row[1] * lateral[1]);
+        // The direction's change with the step, along the step.
+        let turn = self.direction_change.map(|row| row[0] * z[0] + row[1] * z[1]);
+        0.5 * (turn[0] * lateral[0] + turn[1] * lateral[1])
+    }
+
+    /// [`Self::spread`] on the ray with parameters `z` beside the central one, to first order in `z`.
+    #[inline]
+    pub fn spread_near(&self, distance: f64, z: DVec2) -> [[f64; 2]; 2] {
+        let mut spread = self.spread(distance);
+        let forward = -(self.origin_along[0] * z.x + self.origin_along[1] * z.y);
+        for (i, row) in spread.iter_mut().enumerate() {
+            let bend = |k: usize| self.origin_bend[i][k] + distance * self.direction_bend[i][k];
+            let slope = self.direction_change[i];
+            row[0] += bend(0) * z.x + bend(1) * z.y + forward * slope[0] + lift(&slope, z) * self.origin_along[0];
+            row[1] += bend(1) * z.x + bend(2) * z.y + forward * slope[1] + lift(&slope, z) * self.origin_along[1];
+        }
+        spread
+    }
+
+    /// The axes that a scene point's steps are measured along on the ray with parameters `z`, perpendicular to it to
+    /// first order in `z`: a step changes the parameters by the inverse of [`Self::spread_near`] times these products.
+    #[inline]
+    pub fn across_near(&self, z: DVec2) -> [DVec3; 2] {
+        [0, 1].map(|i: usize| self.across[i] + self.direction * lift(&self.direction_change[i], z))
+    }
+
+    /// How many focal points a ray near the central one has passed at `distance`, from the determinant of
+    /// [`Self::spread_near`] there.
+    ///
+    /// Its sign tells one from none and two; none and two are told apart by the central ray's focal distances.
+    #[inline]
+    pub fn focal_points_near(&self, distance: f64, z: DVec2, determinant: f64) -> u32 {
+        let [[a, b], [c, d]] = self.spread_near(0.0, z);
+        if (a * d - b * c) * determinant < 0.0 {
+            return 1;
+        }
+        match self.focal_distances() {
+            [Some(first), Some(second)] if distance > 0.5 * (first + second) => 2,
+            _ => 0,
+        }
+    }
+
     /// The inverse of [`Self::spread`]: change of `z` with a lateral step, `[a][i]`; none at a focal point.
     #[inline]
     pub fn focus(&self, distance: f64) -> Option<[[f64; 2]; 2]> {
@@ -297,6 +346,13 @@ impl OutgoingRays {
     pub fn focal_points_before(&self, distance: f64) -> u32 {
         self.focal_distances().iter().flatten().filter(|focal| **focal < distance).count() as u32
     }
+}
+
+/// What a step along the central ray does across the ray with parameters `z`, measured on an axis along which
+/// directions change by `slope`.
+#[inline]
+fn lift(slope: &[f64; 2], z: DVec2) -> f64 {
+    -(slope[0] * z.x + slope[1] * z.y)
 }
 
 #[cfg(test)]

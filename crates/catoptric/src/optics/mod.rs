@@ -2,8 +2,8 @@
 
 pub mod bundle;
 mod differential;
-pub mod specular_solver;
 mod interface;
+pub mod specular_solver;
 
 pub use differential::{reflected_change, refracted_change};
 pub use interface::{Facing, Interface};

@@ -1,0 +1,210 @@
+//! Scene points to their appearances: candidates from the ray map, Taylor expansion, polish.
+
+use super::settings::{Candidates, PathPerturbationSettings};
+use crate::methods::projection::ray_map::{
+    Approximation, CandidateRule, Motion, Neighbour, PathRays, PreciseView, RayMap, RaySample,
+};
+use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
+use crate::optics::bundle::Eye;
+use crate::optics::specular_solver::solve;
+use crate::surface::site::SpecularSurfaces;
+use glam::{DVec3, Vec2, Vec3};
+use std::cell::RefCell;
+
+/// Residuals of the specular constraint below this count as solved.
+const SOLVED_RESIDUAL: f64 = 1e-10;
+
+/// Two appearances on one path nearer than this, in pixels, are one.
+const SAME_PX: f32 = 0.02;
+
+/// The expansion's linear part is enough where what the second order adds is below this, in pixels.
+const NEGLIGIBLE_PX: f64 = 0.02;
+
+/// Answers of samples that reach further than this many times their neighbours are not trusted.
+const TRUSTED_REACH: f64 = 6.0;
+
+/// Points nearer to their last bounce than this share of the reflector's size lie on it.
+const TOUCHING: f64 = 2e-4;
+
+/// Reflection points further from the sample of their cell than this many times its neighbours lie on another part of
+/// the surface, behind what is seen.
+const SAME_PART_REACH: f64 = 2.5;
+
+/// Projects scene points by perturbing sample rays.
+pub(super) struct Perturber<'a> {
+    pub(super) map: &'a RayMap,
+    pub(super) surfaces: SpecularSurfaces<'a>,
+    pub(super) paths: Vec<SpecularPath>,
+    pub(super) eye: Eye,
+    pub(super) view: PreciseView,
+    pub(super) settings: &'a PathPerturbationSettings,
+    /// Pixels that the ray map has around the picture.
+    pub(super) margin_px: f64,
+    /// The size of every object.
+    pub(super) sizes: Vec<f64>,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Vec<(f32, u32)>> = const { RefCell::new(Vec::new()) };
+}
+
+impl VertexProjector for Perturber<'_> {
+    fn paths(&self) -> &[SpecularPath] {
+        &self.paths
+    }
+
+    fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
+        let Some(group) = self.map.groups.get(path as usize) else { return };
+        if !point.is_finite() {
+            return;
+        }
+        let start = found.len();
+        let exact = point.as_dvec3();
+        let mut representatives: [u32; 8] = [0; 8];
+        let mut representative_count = 0;
+        let mut take = |ray: u32| {
+            if self.settings.candidates == Candidates::Nearest {
+                let known = &representatives[..representative_count];
+                if known.iter().any(|&other| self.same_reflection(group, ray, other)) {
+                    return;
+                }
+                if representative_count < representatives.len() {
+                    representatives[representative_count] = ray;
+                    representative_count += 1;
+                }
+            }
+            let Some(projection) = self.perturb(path, group, ray, exact) else { return };
+            let same = |other: &Projection| {
+                other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
+            };
+            if !found[start..].iter().any(same) {
+                found.push(projection);
+            }
+        };
+        SCRATCH.with_borrow_mut(|scratch| group.candidates(point, self.rule(), scratch, &mut take));
+    }
+}
+
+impl Perturber<'_> {
+    fn rule(&self) -> CandidateRule {
+        rule(self.settings)
+    }
+
+    /// The paper's grouping (section III-C.1): near directions and near reflection points are one reflection.
+    fn same_reflection(&self, group: &PathRays, a: u32, b: u32) -> bool {
+        let (a, b) = (&group.samples[a as usize], &group.samples[b as usize]);
+        let angle = a.rays.direction.dot(b.rays.direction).clamp(-1.0, 1.0).acos();
+        let last = |sample: &RaySample| sample.sites.sites[sample.sites.count - 1].position;
+        let size = group.path.bounces.last().map_or(0.0, |bounce| self.sizes[bounce.object as usize]);
+        angle <= f64::from(self.settings.group_angle_deg).to_radians()
+            && last(a).distance(last(b)) <= f64::from(self.settings.group_distance) * size
+    }
+
+    /// The appearance that a sample ray leads to; none where its expansion does not reach or the solver finds none.
+    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3) -> Option<Projection> {
+        let sample = &group.samples[ray as usize];
+        let forced = self.settings.expansion.forced();
+        let mut neighbour = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic))?;
+        if !(neighbour.distance > 0.0) {
+            return None;
+        }
+        let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
+        if forced.is_none() {
+            neighbour = self.of_sufficient_order(sample, point, neighbour)?;
+        }
+        let polished = if self.settings.polish > 0 {
+            let limit = neighbour.parameters.clamp_length_max(reach);
+            let start = sample.sites_at(&self.surfaces, limit)?;
+            let solution = solve(&self.surfaces, &self.eye, point, &start, self.settings.polish, SOLVED_RESIDUAL)?;
+            if !solution.converged {
+                return None;
+            }
+            Some(solution)
+        } else {
+            if neighbour.parameters.length() > reach {
+                return None;
+            }
+            None
+        };
+        let (reflection_point, last) = match &polished {
+            Some(solution) => {
+                let sites = &solution.sites;
+                (sites.sites[0].position, sites.sites[sites.count - 1].position)
+            }
+            None => (neighbour.reflection_point, sample.rays.origin),
+        };
+        let object = group.path.bounces.last()?.object;
+        if last.distance(point) < TOUCHING * self.sizes[object as usize] {
+            return None;
+        }
+        if self.is_hidden(group, reflection_point) {
+            return None;
+        }
+        self.finish(path, sample, &neighbour, reflection_point, polished.is_some(), point)
+    }
+
+    /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
+    fn is_hidden(&self, group: &PathRays, reflection_point: DVec3) -> bool {
+        let Some([x, y]) = self.view.place_of(reflection_point) else { return true };
+        match self.map.sample_at(group, [x + self.margin_px, y + self.margin_px]) {
+            Some((seen, reach)) => {
+                seen.first.value.distance(reflection_point) > SAME_PART_REACH * f64::from(reach).max(1e-9)
+            }
+            None => false,
+        }
+    }
+
+    /// The expansion at the order that its remainder asks for.
+    fn of_sufficient_order(&self, sample: &RaySample, point: DVec3, quadratic: Neighbour) -> Option<Neighbour> {
+        let [x, y] = self.view.place_change(sample.first.value);
+        let tangents = &sample.first.first;
+        let step = tangents[0] * quadratic.remainder.x + tangents[1] * quadratic.remainder.y;
+        if x.dot(step).hypot(y.dot(step)) < NEGLIGIBLE_PX {
+            return sample.neighbour(point, Approximation::Linear);
+        }
+        Some(quadratic)
+    }
+
+    fn finish(
+        &self,
+        path: u32,
+        sample: &RaySample,
+        neighbour: &Neighbour,
+        reflection_point: DVec3,
+        polished: bool,
+        point: DVec3,
+    ) -> Option<Projection> {
+        let parameters = sample.parameters_of(reflection_point);
+        let Motion { change, across, focal_index } = sample.motion(neighbour.distance, parameters)?;
+        let [x, y] = self.view.place_of(reflection_point)?;
+        let gradients = self.view.place_change(reflection_point);
+        // d place / d point = sum over lateral axes of (gradient . change_i) across_i.
+        let image_change = gradients
+            .map(|gradient| (across[0] * gradient.dot(change[0]) + across[1] * gradient.dot(change[1])).as_vec3());
+        let [gx, gy] = gradients;
+        let tangents = &sample.first.first;
+        let left_out = tangents[0] * neighbour.remainder.x + tangents[1] * neighbour.remainder.y;
+        let error_px = if polished { 0.0 } else { gx.dot(left_out).hypot(gy.dot(left_out)) as f32 };
+        let projection = Projection {
+            path,
+            focal_index,
+            image_px: Vec2::new(x as f32, y as f32),
+            image_change,
+            path_length: sample.optical_length_to(point) as f32,
+            reflection_point: reflection_point.as_vec3(),
+            error_px,
+        };
+        let finite = projection.image_px.is_finite()
+            && image_change.iter().all(|change| change.is_finite())
+            && projection.path_length.is_finite();
+        finite.then_some(projection)
+    }
+}
+
+/// How candidates are found.
+pub(super) fn rule(settings: &PathPerturbationSettings) -> CandidateRule {
+    match settings.candidates {
+        Candidates::LocalMinima => CandidateRule::LocalMinima,
+        Candidates::Nearest => CandidateRule::Nearest(settings.nearest_count as usize),
+    }
+}

@@ -1,0 +1,326 @@
+//! The cells of a ray map: a regular grid, refined where neighbouring rays disagree.
+
+use super::RayField;
+use super::sample::{Approximation, RaySample, Specular, follow};
+use crate::math::Aabb;
+use crate::methods::projection::SpecularPath;
+use crate::methods::reference::NearPlane;
+use crate::optics::bundle::Eye;
+use crate::parallel;
+use crate::scene::{Projection, Ray, View, ViewRays};
+use glam::{DVec3, Vec3};
+
+/// How densely a field of rays is sampled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sampling {
+    /// A ray every so many pixels, in both directions.
+    pub spacing_px: f32,
+    /// Where neighbouring rays disagree, cells are divided in four down to this size; the same as `spacing_px` for
+    /// a regular grid.
+    pub finest_px: f32,
+    /// Neighbours disagree when they belong to different paths, or when one predicts the other's place with a larger
+    /// error than this, in pixels.
+    pub accuracy_px: f32,
+    /// No more cells than this are made.
+    pub max_cells: usize,
+}
+
+/// The rays of a view, and of a margin around its picture.
+pub struct ViewField {
+    margin_px: f32,
+    rays: ViewRays,
+    near: NearPlane,
+    size_px: [f32; 2],
+    eye: Eye,
+    picture: PreciseView,
+}
+
+impl ViewField {
+    /// The rays of `view`, with so many pixels more on every side.
+    pub fn new(view: &View, margin_px: f32) -> Self {
+        let eye = match view.projection {
+            Projection::Perspective { .. } => Eye::Point(view.eye().as_dvec3()),
+            Projection::Orthographic { .. } => Eye::Direction(view.ray(0.0, 0.0).direction.as_dvec3().normalize()),
+        };
+        Self {
+            margin_px,
+            rays: view.rays(),
+            near: NearPlane::new(view),
+            size_px: [view.width as f32 + 2.0 * margin_px, view.height as f32 + 2.0 * margin_px],
+            eye,
+            picture: PreciseView::new(view),
+        }
+    }
+}
+
+impl RayField for ViewField {
+    fn size_px(&self) -> [f32; 2] {
+        self.size_px
+    }
+
+    fn eye(&self) -> Eye {
+        self.eye
+    }
+
+    fn ray(&self, x_px: f32, y_px: f32) -> (Ray, f32) {
+        let ray = self.rays.ray(x_px - self.margin_px, y_px - self.margin_px);
+        (ray, self.near.distance(&ray))
+    }
+
+    fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
+        let margin = f64::from(self.margin_px);
+        self.picture.place_of(point).map(|[x, y]| [x + margin, y + margin])
+    }
+}
+
+/// A view's projection in double precision.
+#[derive(Clone, Copy, Debug)]
+pub struct PreciseView {
+    origin: DVec3,
+    right: DVec3,
+    down: DVec3,
+    forward: DVec3,
+    center: [f64; 2],
+    perspective: bool,
+}
+
+impl PreciseView {
+    /// The projection of `view`.
+    pub fn new(view: &View) -> Self {
+        let axes = view.world_from_view.matrix3;
+        let axis = |axis: glam::Vec3A| Vec3::from(axis).as_dvec3();
+        let half = match view.projection {
+            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tan(),
+            Projection::Orthographic { half_height } => half_height as f64,
+        };
+        let pixels_per_unit = view.height as f64 / (2.0 * half);
+        Self {
+            origin: view.eye().as_dvec3(),
+            right: axis(axes.x_axis) * pixels_per_unit,
+            down: axis(axes.y_axis) * -pixels_per_unit,
+            forward: -axis(axes.z_axis),
+            center: [view.width as f64 * 0.5, view.height as f64 * 0.5],
+            perspective: matches!(view.projection, Projection::Perspective { .. }),
+        }
+    }
+
+    /// Where a world point is seen, in pixels; none behind the eye.
+    #[inline]
+    pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
+        let relative = point - self.origin;
+        let depth = relative.dot(self.forward);
+        if !(depth > 0.0) {
+            return None;
+        }
+        let scale = if self.perspective { 1.0 / depth } else { 1.0 };
+        Some([self.center[0] + relative.dot(self.right) * scale, self.center[1] + relative.dot(self.down) * scale])
+    }
+
+    /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.
+    #[inline]
+    pub fn place_change(&self, point: DVec3) -> [DVec3; 2] {
+        if !self.perspective {
+            return [self.right, self.down];
+        }
+        let relative = point - self.origin;
+        let inverse = 1.0 / relative.dot(self.forward);
+        [self.right, self.down].map(|axis| (axis - self.forward * (relative.dot(axis) * inverse)) * inverse)
+    }
+}
+
+/// A square of the field with a ray through its centre.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    /// Its corner and size, in units of the finest cell.
+    corner: [u32; 2],
+    size: u32,
+}
+
+type Samples = Vec<(SpecularPath, RaySample)>;
+
+/// Which cell covers each place of a field.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CellIndex {
+    unit_px: f32,
+    extent: [u32; 2],
+    index: Vec<u32>,
+}
+
+impl CellIndex {
+    /// The cell at a place of the field; none outside.
+    pub(super) fn cell_at(&self, [x, y]: [f64; 2]) -> Option<u32> {
+        let unit = f64::from(self.unit_px);
+        let (column, row) = ((x / unit).floor(), (y / unit).floor());
+        let inside = column >= 0.0 && row >= 0.0 && column < self.extent[0].into() && row < self.extent[1].into();
+        inside.then(|| self.index[row as usize * self.extent[0] as usize + column as usize])
+    }
+}
+
+/// All cells of a map with their samples.
+pub(super) struct Cells {
+    unit_px: f32,
+    /// Width and height of the field in finest cells.
+    extent: [u32; 2],
+    cells: Vec<Cell>,
+    samples: Vec<Samples>,
+    /// Which cell covers each finest cell.
+    index: Vec<u32>,
+    rays_traced: u64,
+}
+
+impl Cells {
+    pub(super) fn sample(specular: &Specular<'_>, field: &dyn RayField, sampling: &Sampling, bounds: &Aabb) -> Self {
+        let divisions = (sampling.spacing_px / sampling.finest_px).max(1.0).log2().round() as u32;
+        let base = 1u32 << divisions.min(10);
+        let unit_px = sampling.spacing_px / base as f32;
+        let [width, height] = field.size_px();
+        let columns = ((width / sampling.spacing_px).ceil() as u32).max(1);
+        let rows = ((height / sampling.spacing_px).ceil() as u32).max(1);
+        let extent = [columns * base, rows * base];
+        let grid = (0..rows).flat_map(|row| (0..columns).map(move |column| [column * base, row * base]));
+        let mut cells = Self {
+            unit_px,
+            extent,
+            cells: Vec::new(),
+            samples: Vec::new(),
+            index: vec![0; extent[0] as usize * extent[1] as usize],
+            rays_traced: 0,
+        };
+        cells.add(specular, field, grid.map(|corner| Cell { corner, size: base }).collect(), &[]);
+        let mut size = base;
+        while size > 1 {
+            let divided = cells.disagreeing(field, sampling, bounds, size);
+            if divided.is_empty() || cells.len() + 3 * divided.len() > sampling.max_cells {
+                break;
+            }
+            let half = size / 2;
+            let children = divided.iter().flat_map(|&cell| {
+                let [x, y] = cells.cells[cell as usize].corner;
+                [[x, y], [x + half, y], [x, y + half], [x + half, y + half]].map(|corner| Cell { corner, size: half })
+            });
+            let children = children.collect();
+            cells.add(specular, field, children, &divided);
+            size = half;
+        }
+        cells
+    }
+
+    /// Traces new cells; the first of them take the places of `replaced`.
+    fn add(&mut self, specular: &Specular<'_>, field: &dyn RayField, new: Vec<Cell>, replaced: &[u32]) {
+        let eye = field.eye();
+        let samples = parallel::map_collect(new.len(), |index| {
+            let cell = &new[index];
+            let middle = |corner: u32| (corner as f32 + cell.size as f32 * 0.5) * self.unit_px;
+            let (ray, near) = field.ray(middle(cell.corner[0]), middle(cell.corner[1]));
+            let mut found: Samples = Vec::new();
+            follow(specular, &eye, &ray, near, &mut |path, sample| found.push((path, sample)));
+            found
+        });
+        for (number, (cell, samples)) in new.into_iter().zip(samples).enumerate() {
+            self.rays_traced += 1 + samples.len() as u64;
+            // A divided cell's four children take its place and three new ones.
+            let place = match (number % 4, replaced.get(number / 4)) {
+                (0, Some(&place)) => {
+                    self.cells[place as usize] = cell;
+                    self.samples[place as usize] = samples;
+                    place
+                }
+                _ => {
+                    self.cells.push(cell);
+                    self.samples.push(samples);
+                    self.cells.len() as u32 - 1
+                }
+            };
+            for y in cell.corner[1]..cell.corner[1] + cell.size {
+                let start = (y * self.extent[0] + cell.corner[0]) as usize;
+                self.index[start..start + cell.size as usize].fill(place);
+            }
+        }
+    }
+
+    /// The cells of a size that disagree with a neighbour.
+    fn disagreeing(&self, field: &dyn RayField, sampling: &Sampling, bounds: &Aabb, size: u32) -> Vec<u32> {
+        let of_size: Vec<u32> =
+            (0..self.cells.len() as u32).filter(|&cell| self.cells[cell as usize].size == size).collect();
+        let wanted = parallel::map_collect(of_size.len(), |index| {
+            let cell = of_size[index];
+            self.neighbours_of(cell).iter().any(|&other| {
+                disagree(field, &self.samples[cell as usize], &self.samples[other as usize], sampling, bounds)
+            })
+        });
+        of_size.into_iter().zip(wanted).filter(|(_, wanted)| *wanted).map(|(cell, _)| cell).collect()
+    }
+
+    /// The cells around a cell, corners included.
+    fn neighbours_of(&self, cell: u32) -> Vec<u32> {
+        let Cell { corner: [x, y], size } = self.cells[cell as usize];
+        let mut found = Vec::with_capacity(8);
+        let mut visit = |x: i64, y: i64| {
+            if x >= 0 && y >= 0 && x < self.extent[0] as i64 && y < self.extent[1] as i64 {
+                found.push(self.index[(y as u32 * self.extent[0] + x as u32) as usize]);
+            }
+        };
+        let (x, y, size) = (x as i64, y as i64, size as i64);
+        for step in -1..=size {
+            visit(x + step, y - 1);
+            visit(x + step, y + size);
+            visit(x - 1, y + step);
+            visit(x + size, y + step);
+        }
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    pub(super) fn rays_traced(&self) -> u64 {
+        self.rays_traced
+    }
+
+    /// All paths that occur, sorted.
+    pub(super) fn paths(&self) -> Vec<SpecularPath> {
+        let mut paths: Vec<SpecularPath> = Vec::new();
+        for (path, _) in self.samples.iter().flatten() {
+            if let Err(place) = paths.binary_search(path) {
+                paths.insert(place, path.clone());
+            }
+        }
+        paths
+    }
+
+    /// The neighbours of every cell.
+    pub(super) fn neighbours(&self) -> Vec<Vec<u32>> {
+        parallel::map_collect(self.cells.len(), |cell| self.neighbours_of(cell as u32))
+    }
+
+    /// Which cell covers each place of the field, and the samples of all cells.
+    pub(super) fn into_parts(self) -> (CellIndex, Vec<Samples>) {
+        (CellIndex { unit_px: self.unit_px, extent: self.extent, index: self.index }, self.samples)
+    }
+}
+
+/// Whether two neighbouring cells saw different paths, or predict each other badly.
+fn disagree(field: &dyn RayField, a: &Samples, b: &Samples, sampling: &Sampling, bounds: &Aabb) -> bool {
+    if a.len() != b.len() || a.iter().zip(b).any(|((first, _), (second, _))| first != second) {
+        return true;
+    }
+    a.iter().zip(b).any(|((_, a), (_, b))| {
+        // A point on each ray where it may end: as far away as the scene reaches.
+        let size = f64::from(bounds.diagonal());
+        [0.15, 0.6].iter().any(|share| {
+            let point = b.rays.origin + b.rays.direction * (share * size);
+            let Some(truth) = field.place_of(b.first.value) else { return false };
+            let Some(guess) = a.neighbour(point, Approximation::Quadratic) else { return true };
+            match field.place_of(guess.reflection_point) {
+                Some(place) => {
+                    let error = (place[0] - truth[0]).hypot(place[1] - truth[1]);
+                    !(error <= f64::from(sampling.accuracy_px))
+                }
+                None => true,
+            }
+        })
+    })
+}

@@ -1,0 +1,197 @@
+//! Ray maps: a sparse sampling of view rays, followed through reflectors and lenses, that can be asked near which of
+//! its outgoing rays a scene point lies.
+
+mod cells;
+mod lines;
+mod sample;
+mod tree;
+
+pub use cells::{PreciseView, Sampling, ViewField};
+pub use lines::{Lines, Offset};
+pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
+pub use tree::{CandidateRule, RayTree};
+
+use crate::math::Aabb;
+use crate::methods::projection::SpecularPath;
+use crate::optics::bundle::Eye;
+use crate::parallel;
+use crate::scene::Ray;
+use cells::{CellIndex, Cells};
+use glam::Vec3;
+
+/// Where a ray map's rays come from: a two-dimensional field of rays, with coordinates in pixels.
+pub trait RayField: Sync {
+    /// Its width and height in pixels.
+    fn size_px(&self) -> [f32; 2];
+
+    /// What all its rays have in common.
+    fn eye(&self) -> Eye;
+
+    /// The ray at a place of the field, and from which distance on it counts.
+    fn ray(&self, x_px: f32, y_px: f32) -> (Ray, f32);
+
+    /// The place where a world point is seen; none behind the eye.
+    fn place_of(&self, point: glam::DVec3) -> Option<[f64; 2]>;
+}
+
+/// All outgoing rays of one path.
+#[derive(Debug)]
+pub struct PathRays {
+    /// The path.
+    pub path: SpecularPath,
+    /// The samples.
+    pub samples: Vec<RaySample>,
+    /// The same rays as lines with their neighbours.
+    pub lines: Lines,
+    /// How far (in scene units on the first surface) a sample's neighbours are from it.
+    pub reach: Vec<f32>,
+    /// What finds the candidates of a point.
+    pub tree: RayTree,
+    /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
+    sample_of_cell: Vec<u32>,
+}
+
+/// A cell without a sample.
+const NO_SAMPLE: u32 = u32::MAX;
+
+/// A sparse sampling of a field of view rays.
+#[derive(Debug, Default)]
+pub struct RayMap {
+    /// The rays of every path, in the order of the paths.
+    pub groups: Vec<PathRays>,
+    /// Rays traced to build it, bounces included.
+    pub rays_traced: u64,
+    /// Rays of the field that were sampled.
+    pub samples: usize,
+    index: CellIndex,
+}
+
+impl RayMap {
+    /// Samples a field. The octrees cover `bounds`: points outside it are looked up one by one.
+    pub fn build(
+        specular: &Specular<'_>,
+        field: &dyn RayField,
+        sampling: &Sampling,
+        bounds: &Aabb,
+        rule: CandidateRule,
+    ) -> Self {
+        let cells = Cells::sample(specular, field, sampling, bounds);
+        let rays_traced = cells.rays_traced();
+        let paths = cells.paths();
+        let neighbours = cells.neighbours();
+        let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
+        let samples = cells.len();
+        // Of each cell, the place of its sample in every path's list.
+        let mut places: Vec<Vec<(u32, u32)>> = vec![Vec::new(); samples];
+        let (index, cell_samples) = cells.into_parts();
+        for (cell, found) in cell_samples.into_iter().enumerate() {
+            for (path, sample) in found {
+                let Ok(group) = groups.binary_search_by(|group| group.path.cmp(&path)) else { continue };
+                places[cell].push((group as u32, groups[group].samples.len() as u32));
+                groups[group].cells.push(cell as u32);
+                groups[group].samples.push(sample);
+            }
+        }
+        let groups = parallel::map_collect(groups.len(), |index| {
+            let group = &groups[index];
+            let in_group = |cell: u32| {
+                places[cell as usize].iter().find(|(path, _)| *path as usize == index).map(|(_, place)| *place)
+            };
+            let neighbours: Vec<Vec<u32>> = group
+                .cells
+                .iter()
+                .map(|&cell| neighbours[cell as usize].iter().filter_map(|&other| in_group(other)).collect())
+                .collect();
+            group.finished(samples, &neighbours, bounds, rule)
+        });
+        Self { groups, rays_traced, samples, index }
+    }
+
+    /// The sample of a path whose cell covers a place of the field, with its reach.
+    #[inline]
+    pub fn sample_at<'a>(&self, group: &'a PathRays, place: [f64; 2]) -> Option<(&'a RaySample, f32)> {
+        let sample = group.sample_of_cell[self.index.cell_at(place)? as usize];
+        (sample != NO_SAMPLE).then(|| (&group.samples[sample as usize], group.reach[sample as usize]))
+    }
+
+    /// Memory of the samples and trees.
+    pub fn byte_count(&self) -> u64 {
+        let of_group = |group: &PathRays| {
+            size_of_val(group.samples.as_slice()) + group.lines.byte_count() + group.tree.byte_count()
+        };
+        self.groups.iter().map(of_group).sum::<usize>() as u64
+    }
+}
+
+struct Group {
+    path: SpecularPath,
+    samples: Vec<RaySample>,
+    cells: Vec<u32>,
+}
+
+impl Group {
+    fn new(path: SpecularPath) -> Self {
+        Self { path, samples: Vec::new(), cells: Vec::new() }
+    }
+
+    fn finished(&self, cells: usize, neighbours: &[Vec<u32>], bounds: &Aabb, rule: CandidateRule) -> PathRays {
+        let ray = |sample: &RaySample| (sample.rays.origin.as_vec3(), sample.rays.direction.as_vec3());
+        let lines = Lines::new(self.samples.iter().map(ray), neighbours);
+        let reach = self.samples.iter().zip(neighbours).map(|(sample, neighbours)| {
+            let distance = |&other: &u32| sample.first.value.distance(self.samples[other as usize].first.value) as f32;
+            neighbours.iter().map(distance).fold(0.0, f32::max)
+        });
+        let reach = reach.collect();
+        let tree = RayTree::build(&lines, bounds, rule);
+        let mut sample_of_cell = vec![NO_SAMPLE; cells];
+        for (sample, &cell) in self.cells.iter().enumerate() {
+            sample_of_cell[cell as usize] = sample as u32;
+        }
+        PathRays { path: self.path.clone(), samples: self.samples.clone(), lines, reach, tree, sample_of_cell }
+    }
+}
+
+impl PathRays {
+    /// Calls `found` for every sample that is a candidate for the reflections of a point.
+    ///
+    /// With [`CandidateRule::LocalMinima`], those that are nearer to the point than all their neighbours; with
+    /// [`CandidateRule::Nearest`], the `k` nearest, nearest first (`scratch` is for sorting them).
+    #[inline]
+    pub fn candidates(
+        &self,
+        point: Vec3,
+        rule: CandidateRule,
+        scratch: &mut Vec<(f32, u32)>,
+        mut found: impl FnMut(u32),
+    ) {
+        let all;
+        let candidates = match self.tree.candidates(point) {
+            Some(candidates) => candidates,
+            None => {
+                all = (0..self.lines.len() as u32).collect::<Vec<_>>();
+                &all
+            }
+        };
+        match rule {
+            CandidateRule::LocalMinima => {
+                for &ray in candidates {
+                    let own = self.lines.offset(ray, point);
+                    if own.along > 0.0 && self.lines.is_local_minimum(ray, &own, point) {
+                        found(ray);
+                    }
+                }
+            }
+            CandidateRule::Nearest(count) => {
+                scratch.clear();
+                for &ray in candidates {
+                    let own = self.lines.offset(ray, point);
+                    if own.along > 0.0 {
+                        scratch.push((own.across.length_squared(), ray));
+                    }
+                }
+                scratch.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                scratch.iter().take(count).for_each(|(_, ray)| found(*ray));
+            }
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! Sample rays: followed through reflectors and lenses, with the expansions of all their neighbours.
+
+use crate::math::jet::{ScalarJet, VectorJet};
+use crate::methods::projection::{MAX_BOUNCES, SpecularPath};
+use crate::optics::bundle::{Bounce, BounceKind, Eye, OutgoingRays, Perturbation, RayBundle};
+use crate::optics::specular_solver::PathSites;
+use crate::scene::{Ray, Role, Scene};
+use crate::surface::patch::SurfacePatch;
+use crate::surface::site::{Site, SpecularSurfaces};
+use crate::surface::tracer::Tracer;
+use glam::{DVec2, DVec3, Vec3};
+
+/// What a ray map's rays are traced through.
+#[derive(Clone, Copy)]
+pub struct Specular<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The hierarchy over its reflectors and lenses alone.
+    pub tracer: &'a Tracer,
+    /// Their exact surfaces.
+    pub surfaces: &'a SpecularSurfaces<'a>,
+    /// The most bounces of a path.
+    pub order: u32,
+}
+
+/// One outgoing ray: the path that led to it and the expansion of its neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct RaySample {
+    /// The first reflection point as a function of the bundle's parameters.
+    pub first: VectorJet,
+    /// The rays that leave the last bounce.
+    pub rays: OutgoingRays,
+    /// The bounce points.
+    pub sites: PathSites,
+    /// The parameters of every bounce point after the first, as functions of the bundle's.
+    moves: [[ScalarJet; 2]; MAX_BOUNCES - 1],
+    /// Optical length from the eye (its plane) to the last bounce.
+    pub optical_length: f64,
+    /// Index of refraction of what the outgoing ray crosses.
+    pub medium: f64,
+    /// Focal points passed before the last bounce.
+    pub focal_points_passed: u32,
+}
+
+/// Which part of a Taylor expansion is used (Chen and Arvo 2000, figure 13).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Approximation {
+    /// The nearest sample as it is.
+    Nearest,
+    /// The path Jacobian.
+    Linear,
+    /// The path Jacobian and Hessian.
+    Quadratic,
+}
+
+/// A sample's answer for a scene point near its ray.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbour {
+    /// The first reflection point.
+    pub reflection_point: DVec3,
+    /// Distance of the scene point along the sample's ray.
+    pub distance: f64,
+    /// The parameters that were found.
+    pub parameters: DVec2,
+    /// Their first-order part.
+    pub linear: DVec2,
+    /// What the second order adds to them, used or not.
+    pub remainder: DVec2,
+}
+
+/// How a first reflection point moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Its change with a step of the scene point along each of `across`.
+    pub change: [DVec3; 2],
+    /// The axes of those steps.
+    pub across: [DVec3; 2],
+    /// Focal points passed, summed over the path.
+    pub focal_index: u32,
+}
+
+impl RaySample {
+    /// Where a scene point near the ray is reflected; none at a focal point.
+    #[inline]
+    pub fn neighbour(&self, point: DVec3, approximation: Approximation) -> Option<Neighbour> {
+        let Perturbation { linear, quadratic, distance } = self.rays.perturbed(point)?;
+        let (flat, parameters) = match approximation {
+            Approximation::Nearest => (DVec2::ZERO, DVec2::ZERO),
+            Approximation::Linear => (DVec2::ZERO, linear),
+            Approximation::Quadratic => (linear, linear + quadratic),
+        };
+        let jet = &self.first;
+        let bend = jet.second[0] * (0.5 * flat.x * flat.x)
+            + jet.second[1] * (flat.x * flat.y)
+            + jet.second[2] * (0.5 * flat.y * flat.y);
+        let reflection_point = jet.value + jet.first[0] * parameters.x + jet.first[1] * parameters.y + bend;
+        reflection_point.is_finite().then_some(Neighbour {
+            reflection_point,
+            distance,
+            parameters,
+            linear,
+            remainder: quadratic,
+        })
+    }
+
+    /// The parameters of the family's ray through a first reflection point, to first order.
+    #[inline]
+    pub fn parameters_of(&self, reflection_point: DVec3) -> DVec2 {
+        let step = reflection_point - self.first.value;
+        DVec2::new(self.first.first[0].dot(step), self.first.first[1].dot(step))
+    }
+
+    /// How the first reflection point moves with a scene point that lies on the ray with these parameters, to first
+    /// order in them; none at a focal point.
+    #[inline]
+    pub fn motion(&self, distance: f64, z: DVec2) -> Option<Motion> {
+        let spread = self.rays.spread_near(distance, z);
+        let determinant = spread[0][0] * spread[1][1] - spread[0][1] * spread[1][0];
+        let inverse = 1.0 / determinant;
+        if !inverse.is_finite() {
+            return None;
+        }
+        let jet = &self.first;
+        let tangent = [
+            jet.first[0] + jet.second[0] * z.x + jet.second[1] * z.y,
+            jet.first[1] + jet.second[1] * z.x + jet.second[2] * z.y,
+        ];
+        let change = [
+            (tangent[0] * spread[1][1] - tangent[1] * spread[1][0]) * inverse,
+            (tangent[1] * spread[0][0] - tangent[0] * spread[0][1]) * inverse,
+        ];
+        let focal_index = self.focal_points_passed + self.rays.focal_points_near(distance, z, determinant);
+        Some(Motion { change, across: self.rays.across_near(z), focal_index })
+    }
+
+    /// The optical length from the eye to a scene point, to second order in its distance from the ray.
+    #[inline]
+    pub fn optical_length_to(&self, point: DVec3) -> f64 {
+        let relative = point - self.rays.origin;
+        let distance = relative.dot(self.rays.direction);
+        let bend = self.rays.wavefront_bend(distance, relative);
+        // The wavefront bends at least within the distance: beyond that the expansion means nothing.
+        let across2 = (relative.length_squared() - distance * distance).max(0.0);
+        let limit = 0.5 * across2 / distance.abs().max(1e-12);
+        self.optical_length + self.medium * (distance + bend.clamp(-limit, limit))
+    }
+
+    /// The bounce points at other parameters, as a start for the solver; none where they leave their surfaces.
+    pub fn sites_at(&self, surfaces: &SpecularSurfaces<'_>, z: DVec2) -> Option<PathSites> {
+        let mut sites = self.sites;
+        for index in 0..sites.count {
+            let step = match index {
+                0 => z,
+                _ => {
+                    let moved = |jet: &ScalarJet| jet.first[0] * z.x + jet.first[1] * z.y;
+                    DVec2::new(moved(&self.moves[index - 1][0]), moved(&self.moves[index - 1][1]))
+                }
+            };
+            sites.sites[index] = surfaces.moved(sites.bounces[index].object, &sites.sites[index], step)?;
+        }
+        Some(sites)
+    }
+}
+
+/// A path that a ray has followed so far.
+#[derive(Clone)]
+struct Followed {
+    bundle: RayBundle,
+    path: SpecularPath,
+    sites: PathSites,
+    moves: [[ScalarJet; 2]; MAX_BOUNCES - 1],
+    optical_length: f64,
+    /// Index of refraction of what the outgoing ray crosses.
+    medium: f64,
+    /// A point a little off the last surface, from which the next ray can start.
+    departure: Vec3,
+}
+
+/// Where a ray arrives at a specular surface.
+struct Arrival {
+    object: u32,
+    site: Site,
+    patch: SurfacePatch,
+    bundle: RayBundle,
+    parameters: [ScalarJet; 2],
+    length: f64,
+}
+
+/// Follows a view ray through all its specular paths and hands each outgoing ray to `found`.
+pub fn follow(
+    specular: &Specular<'_>,
+    eye: &Eye,
+    ray: &Ray,
+    near: f32,
+    found: &mut impl FnMut(SpecularPath, RaySample),
+) {
+    let Some(hit) = specular.tracer.first_hit(specular.scene, ray, near) else { return };
+    let Some((object, site)) = specular.surfaces.site_of(ray, &hit) else { return };
+    let Some(patch) = specular.surfaces.patch(object, &site) else { return };
+    let Some(bundle) = RayBundle::arriving(eye, &patch) else { return };
+    let length = (site.position - ray.origin.as_dvec3()).dot(bundle.direction.value);
+    let Some(sites) = PathSites::new(&[]) else { return };
+    let start = Followed {
+        bundle,
+        path: SpecularPath::default(),
+        sites,
+        moves: Default::default(),
+        optical_length: 0.0,
+        medium: 1.0,
+        departure: ray.origin,
+    };
+    let parameters = RayBundle::own_parameters();
+    let mut waiting = vec![(start, Arrival { object, site, patch, bundle, parameters, length })];
+    while let Some((before, arrival)) = waiting.pop() {
+        for kind in [BounceKind::Transmit, BounceKind::Reflect] {
+            let Some(followed) = bounce(specular, &before, &arrival, kind) else { continue };
+            let Some(rays) = OutgoingRays::new(&followed.bundle) else { continue };
+            found(
+                followed.path.clone(),
+                RaySample {
+                    first: followed.bundle.first,
+                    rays,
+                    sites: followed.sites,
+                    moves: followed.moves,
+                    optical_length: followed.optical_length,
+                    medium: followed.medium,
+                    focal_points_passed: followed.bundle.focal_points_passed,
+                },
+            );
+            if followed.sites.count < (specular.order as usize).min(MAX_BOUNCES)
+                && let Some(next) = arrive(specular, &followed)
+            {
+                waiting.push((followed, next));
+            }
+        }
+    }
+}
+
+/// The path after one more bounce; none where there is no such bounce.
+fn bounce(specular: &Specular<'_>, before: &Followed, arrival: &Arrival, kind: BounceKind) -> Option<Followed> {
+    let scene = specular.scene;
+    let role = scene.role_of(arrival.object);
+    if kind == BounceKind::Transmit && role != Role::Lens {
+        return None;
+    }
+    let outside = arrival.bundle.direction.value.dot(arrival.patch.normal) <= 0.0;
+    if outside && scene.objects[arrival.object as usize].inside {
+        return None; // the blind side
+    }
+    let index = specular.surfaces.index_of(arrival.object);
+    let bundle = arrival.bundle.scattered(&arrival.patch, &arrival.parameters, kind, index)?;
+    let mut after = before.clone();
+    let count = after.sites.count;
+    let bounce = Bounce { object: arrival.object, kind };
+    after.path.bounces.push(bounce);
+    after.sites.bounces[count] = bounce;
+    after.sites.sites[count] = arrival.site;
+    after.sites.count = count + 1;
+    if count > 0 {
+        after.moves[count - 1] = arrival.parameters;
+    }
+    // Whoever meets a lens from inside was inside it.
+    let lens = role == Role::Lens;
+    let crossed = if lens && !outside { index } else { before.medium };
+    after.optical_length += crossed * arrival.length;
+    after.medium = match kind {
+        BounceKind::Reflect => crossed,
+        BounceKind::Transmit if outside => index,
+        BounceKind::Transmit => 1.0,
+    };
+    after.bundle = bundle;
+    after.departure = departure(&arrival.patch, bundle.direction.value);
+    Some(after)
+}
+
+/// A point off the flat surface on the side that `direction` leaves to, as far as positions are rounded.
+fn departure(patch: &SurfacePatch, direction: DVec3) -> Vec3 {
+    let geometric = patch.tangents[0].cross(patch.tangents[1]);
+    let offset = 16.0 * f64::from(f32::EPSILON) * patch.position.abs().max_element();
+    (patch.position + geometric * offset.copysign(direction.dot(geometric))).as_vec3()
+}
+
+/// Where the outgoing ray of a path meets the next specular surface.
+fn arrive(specular: &Specular<'_>, followed: &Followed) -> Option<Arrival> {
+    let direction = followed.bundle.direction.value;
+    let ray = Ray { origin: followed.departure, direction: direction.as_vec3().normalize() };
+    let hit = specular.tracer.first_hit(specular.scene, &ray, 0.0)?;
+    let (object, site) = specular.surfaces.site_of(&ray, &hit)?;
+    let patch = specular.surfaces.patch(object, &site)?;
+    let length = (site.position - followed.bundle.origin.value).dot(direction);
+    let (bundle, parameters) = followed.bundle.advanced(&patch)?;
+    Some(Arrival { object, site, patch, bundle, parameters, length })
+}

@@ -1,0 +1,139 @@
+//! When an edge of virtual geometry is divided, and which appearances at its ends belong together.
+
+use super::{MeshQuality, PictureScale};
+use crate::math::Aabb;
+use crate::methods::projection::Projection;
+use glam::Vec3;
+
+/// Edges longer than this share of their distance from the reflector are divided whatever their ends show: something
+/// may appear between them.
+const LONGEST: f32 = 0.35;
+
+/// Edges shorter than this share of the scene are never divided.
+const SHORTEST: f32 = 1e-5;
+
+/// Rules for edges: everything here depends on the two ends alone, and not on their order.
+pub(super) struct EdgeRule {
+    edge_error_px: f32,
+    piece_px: f32,
+    picture: PictureScale,
+    center: Vec3,
+    radius: f32,
+    shortest: f32,
+}
+
+impl EdgeRule {
+    pub(super) fn new(quality: &MeshQuality, last_reflector: &Aabb, scene_size: f32) -> Self {
+        Self {
+            edge_error_px: quality.edge_error_px,
+            piece_px: quality.piece_px,
+            picture: quality.picture,
+            center: last_reflector.center(),
+            radius: last_reflector.diagonal() * 0.5,
+            shortest: scene_size * SHORTEST,
+        }
+    }
+
+    /// The picture that everything is drawn into.
+    pub(super) fn picture(&self) -> &PictureScale {
+        &self.picture
+    }
+
+    /// Appearances that merge into a fold are joined when they are nearer than this, in pixels.
+    pub(super) fn fold_px(&self) -> f32 {
+        6.0 * self.piece_px
+    }
+
+    /// Whether an edge is divided.
+    pub(super) fn divides(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> bool {
+        let step = b - a;
+        let length = step.length();
+        if !(length > self.shortest) {
+            return false;
+        }
+        let middle = (a + b) * 0.5;
+        if length > LONGEST * middle.distance(self.center).max(self.radius) {
+            return true;
+        }
+        if self.beside_the_picture(at_a, at_b) {
+            return false;
+        }
+        at_a.iter().any(|one| self.divides_at(one, at_a, at_b, step))
+            || at_b.iter().any(|one| self.divides_at(one, at_b, at_a, -step))
+    }
+
+    /// Whether an appearance at one end asks for a division; `step` leads to the other end.
+    fn divides_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> bool {
+        let predicted = one.predicted(step);
+        match best(one, here, there, step) {
+            Some(other) => {
+                // On a straight edge the picture of the edge's start moves on by this much; half the difference is
+                // found in the middle of the way, and half of that again at the middle of a parabola.
+                let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
+                let moves = predicted - one.image_px;
+                let error = (moves - straight).length() * 0.25;
+                error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px
+            }
+            None => {
+                let size = (predicted - one.image_px).length();
+                // Where two appearances merge, they end half-way between them.
+                let partner = here
+                    .iter()
+                    .filter(|other| other.focal_index != one.focal_index && best(other, here, there, step).is_none());
+                let gap = partner.map(|other| other.image_px.distance(one.image_px)).fold(f32::INFINITY, f32::min);
+                size.min(0.5 * gap) > self.piece_px
+            }
+        }
+    }
+
+    /// The appearance at the other end that belongs to `one`; none where that is not sure.
+    pub(super) fn partner<'a>(
+        &self,
+        one: &Projection,
+        here: &[Projection],
+        there: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let other = best(one, here, there, step)?;
+        let size = other.image_px.distance(one.image_px);
+        let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
+        (mismatch(one, other, step) <= allowed).then_some(other)
+    }
+
+    /// Whether all appearances lie on one side outside the picture.
+    fn beside_the_picture(&self, at_a: &[Projection], at_b: &[Projection]) -> bool {
+        let all = || at_a.iter().chain(at_b);
+        if all().next().is_none() {
+            return true;
+        }
+        all().all(|one| one.image_px.x < 0.0)
+            || all().all(|one| one.image_px.y < 0.0)
+            || all().all(|one| one.image_px.x > self.picture.size_px.x)
+            || all().all(|one| one.image_px.y > self.picture.size_px.y)
+    }
+}
+
+/// How far two appearances at the ends of a step are from predicting each other, in pixels.
+fn mismatch(one: &Projection, other: &Projection, step: Vec3) -> f32 {
+    let forward = one.predicted(step).distance(other.image_px);
+    let backward = other.predicted(-step).distance(one.image_px);
+    forward.max(backward)
+}
+
+/// The appearance at the other end that is predicted best, if `one` is predicted best by it in turn.
+fn best<'a>(one: &Projection, here: &[Projection], there: &'a [Projection], step: Vec3) -> Option<&'a Projection> {
+    let nearest = |from: &Projection, among: &'a [Projection], step: Vec3| {
+        let fitting = among.iter().filter(|other| other.focal_index == from.focal_index);
+        fitting.min_by(|x, y| mismatch(from, x, step).total_cmp(&mismatch(from, y, step)))
+    };
+    let other = nearest(one, there, step)?;
+    // Mostly there is one on each side.
+    let rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
+    let own = mismatch(one, other, step);
+    for rival in rivals {
+        if mismatch(rival, other, step) < own {
+            return None;
+        }
+    }
+    Some(other)
+}
