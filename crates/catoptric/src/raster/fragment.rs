@@ -24,6 +24,9 @@ pub struct Fragment<'a> {
     pub position: Vec2,
     /// The surfaces, layer 0 first; a chain ends where a layer shows nothing. Empty: the background.
     pub chain: &'a [LayerSurface],
+    /// Bit k is set where the chain goes on from the surface of layer k by its second [`Branch`](super::Branch). All
+    /// fragments of a sample that differ in this are added: light that several of them pass by counts in one alone.
+    pub second_branches: u64,
 }
 
 /// The fragments of a tile.
@@ -33,6 +36,8 @@ pub struct FragmentBatch<'a> {
     /// Where the chain of each fragment ends in `surfaces`; the next one begins there.
     pub(super) chain_ends: &'a [u32],
     pub(super) surfaces: &'a [LayerSurface],
+    /// The same for all.
+    pub(super) second_branches: u64,
 }
 
 impl<'a> FragmentBatch<'a> {
@@ -49,12 +54,12 @@ impl<'a> FragmentBatch<'a> {
     /// All fragments, pixel after pixel.
     #[inline]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Fragment<'a>> + use<'a> {
-        let surfaces = self.surfaces;
+        let (surfaces, second_branches) = (self.surfaces, self.second_branches);
         let mut start = 0;
         self.positions.iter().zip(self.chain_ends).map(move |(&position, &end)| {
             let chain = &surfaces[start..end as usize];
             start = end as usize;
-            Fragment { position, chain }
+            Fragment { position, chain, second_branches }
         })
     }
 }

@@ -33,7 +33,7 @@ use plan::Plan;
 use samples::Pattern;
 use setup::{Frame, MAX_PICTURE_PX};
 use std::sync::{Mutex, PoisonError};
-use tile::{Scratch, draw_tile};
+use tile::{Scratch, TileWork};
 
 /// A triangle to be drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,12 +50,29 @@ pub struct DrawTriangle {
 }
 
 /// Confines a list to those samples where the layer below shows a triangle of a group.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stencil {
     /// The list (index in the call) that drew the layer below.
     pub list: u32,
     /// The group of its triangles.
     pub group: u32,
+    /// Which of the two ways on from there.
+    pub branch: Branch,
+}
+
+/// The ways on from a surface where light may divide, as on glass into what is reflected and what is refracted.
+///
+/// A sample shows one surface a layer. So where surfaces with lists in their second branch (even empty ones) are seen,
+/// the layers above are drawn again with those lists in place of the first branch's, and what the shader gives is
+/// added: each sequence of branches that is seen in a tile is drawn and shaded once. Pictures without such surfaces
+/// cost nothing more.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Branch {
+    /// The only way on, or the first of two.
+    #[default]
+    First,
+    /// The other.
+    Second,
 }
 
 /// Geometry that is drawn together.
@@ -98,7 +115,8 @@ pub struct RasterReport {
 
 /// Draws `lists` into `target`, which has the view's size, with `samples` coverage samples a pixel.
 ///
-/// Every pixel becomes the mean over its samples of what the shader gives; alpha becomes 1.
+/// Every pixel becomes the mean over its samples of what the shader gives, summed over the branches that they show;
+/// alpha becomes 1.
 ///
 /// # Errors
 /// [`RenderError::Samples`] when `samples` is none of [`SAMPLE_COUNTS`]; [`RenderError::Limit`] when the picture is larger than 16,384 pixels
@@ -148,7 +166,8 @@ pub fn draw<S: FragmentShader + ?Sized>(
         let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
         let mut scratch = locked().pop().unwrap_or_default();
         let place = grid.place(&frame, index);
-        tile.fragments = draw_tile(&frame, &plan, &bins, (index, place), shader, &mut scratch, &mut tile.rows);
+        let work = TileWork { frame: &frame, plan: &plan, bins: &bins, shader, tile: index, place };
+        tile.fragments = work.draw(&mut scratch, &mut tile.rows);
         locked().push(scratch);
     });
     report.fragments = tiles.iter().map(|tile| tile.fragments).sum();

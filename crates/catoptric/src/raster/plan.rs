@@ -1,7 +1,7 @@
 //! What a call draws in which order: layers, their pieces of work, and the labels of their stencils.
 
 use super::bin::Piece;
-use super::{DrawList, DrawTriangle};
+use super::{Branch, DrawList, DrawTriangle};
 use crate::error::RenderError;
 use crate::scene::PicturePoint;
 use glam::Vec2;
@@ -17,6 +17,8 @@ pub(super) struct ListPlan {
     first_id: u32,
     /// The label of those samples of the layer below where it may be drawn; 0 in layer 0.
     pub(super) label: u32,
+    /// It is the second branch that it shows.
+    pub(super) second: bool,
     /// Whether any of its triangles is.
     pub(super) alpha_tested: bool,
 }
@@ -28,12 +30,19 @@ pub(super) struct LayerPlan {
     pub(super) pieces: Range<usize>,
     /// What its stencils ask for, sorted: list and group. The label of an entry is its place, plus 1.
     stencils: Vec<(u32, u32)>,
+    /// For every stencil whether a list asks for its second branch; empty: none does.
+    divided: Vec<bool>,
 }
 
 impl LayerPlan {
     /// The label of samples that show a triangle of this list and group; 0 if no stencil asks for them.
     pub(super) fn label(&self, list: u32, group: u32) -> u32 {
         self.stencils.binary_search(&(list, group)).map_or(0, |place| place as u32 + 1)
+    }
+
+    /// Whether light divides at the surfaces of a label.
+    pub(super) fn divides(&self, label: u32) -> bool {
+        label != 0 && self.divided.get(label as usize - 1).copied().unwrap_or(false)
     }
 }
 
@@ -78,7 +87,8 @@ impl<'a> Plan<'a> {
                 None => {}
             }
             let alpha_tested = list.triangles.iter().any(|triangle| triangle.alpha_tested);
-            list_plans.push(ListPlan { first_id: ids as u32, label: 0, alpha_tested });
+            let second = list.stencil.is_some_and(|stencil| stencil.branch == Branch::Second);
+            list_plans.push(ListPlan { first_id: ids as u32, label: 0, second, alpha_tested });
             ids += list.triangles.len() as u64;
         }
         if ids >= u32::MAX as u64 {
@@ -90,7 +100,12 @@ impl<'a> Plan<'a> {
         }
         for (list, plan) in lists.iter().zip(&mut list_plans) {
             if let Some(stencil) = list.stencil {
-                plan.label = layers[list.layer as usize].label(stencil.list, stencil.group);
+                let layer = &mut layers[list.layer as usize];
+                plan.label = layer.label(stencil.list, stencil.group);
+                if plan.second {
+                    layer.divided.resize(layer.stencils.len(), false);
+                    layer.divided[plan.label as usize - 1] = true;
+                }
             }
         }
         let mut pieces = Vec::new();
@@ -117,6 +132,12 @@ impl<'a> Plan<'a> {
             self.list_plans.partition_point(|plan| plan.first_id <= id) - 1
         };
         (list as u32, &self.lists[list].triangles[(id - self.list_plans[list].first_id) as usize])
+    }
+
+    /// Whether light divides at a triangle that is seen in a layer.
+    pub(super) fn divides(&self, layer: usize, id: u32) -> bool {
+        let (list, triangle) = self.triangle(id);
+        self.layers.get(layer + 1).is_some_and(|above| above.divides(above.label(list, triangle.group)))
     }
 
     /// The corners of a triangle of a list.

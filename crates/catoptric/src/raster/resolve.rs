@@ -31,6 +31,29 @@ impl Chains {
         self.ids.clear();
         self.ends.clear();
     }
+
+    /// Keeps those fragments whose chains (ids, layer 0 first) are wanted.
+    pub(super) fn retain(&mut self, wanted: impl Fn(&[u32]) -> bool) {
+        let (mut fragments, mut end, mut start) = (0, 0, 0);
+        for index in 0..self.ends.len() {
+            let chain = start..self.ends[index] as usize;
+            start = chain.end;
+            if !wanted(&self.ids[chain.clone()]) {
+                continue;
+            }
+            let length = chain.len();
+            self.ids.copy_within(chain, end);
+            end += length;
+            self.ends[fragments] = end as u32;
+            self.positions[fragments] = self.positions[index];
+            self.targets[fragments] = self.targets[index];
+            fragments += 1;
+        }
+        self.ids.truncate(end);
+        self.ends.truncate(fragments);
+        self.positions.truncate(fragments);
+        self.targets.truncate(fragments);
+    }
 }
 
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.

@@ -24,100 +24,163 @@ pub(super) struct Scratch {
     colors: Vec<Vec3>,
 }
 
-/// Draws one tile; `rows` are its pixels in the picture. Returns the number of fragments that were shaded.
-pub(super) fn draw_tile<S: FragmentShader + ?Sized>(
-    frame: &Frame,
-    plan: &Plan<'_>,
-    bins: &[Bins],
-    (tile, place): (usize, TilePlace),
-    shader: &S,
-    scratch: &mut Scratch,
-    rows: &mut [&mut [[f32; 4]]],
-) -> u64 {
-    let layers = draw_layers(frame, plan, bins, (tile, place), shader, scratch);
-    let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
-    let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
-    resolve(&frame.pattern, &ids[..layers], extent, place.pixel, chains);
-    fetch_surfaces(plan, chains, frame.pattern.samples, surfaces);
-    colors.clear();
-    colors.resize(chains.positions.len(), Vec3::ZERO);
-    let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces };
-    shader.shade_batch(&batch, colors);
-    if frame.pattern.samples == 1 {
-        // Every pixel is one fragment.
-        for (target, color) in chains.targets.iter().zip(colors.iter()) {
-            rows[target.row as usize][target.column as usize] = color.extend(1.0).to_array();
-        }
-        return colors.len() as u64;
-    }
-    for row in rows.iter_mut() {
-        row.fill([0.0, 0.0, 0.0, 1.0]);
-    }
-    let unit = 1.0 / frame.pattern.samples as f32;
-    for (target, color) in chains.targets.iter().zip(colors.iter()) {
-        let pixel = &mut rows[target.row as usize][target.column as usize];
-        let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
-        *pixel = sum.to_array();
-    }
-    colors.len() as u64
+/// A tile and what it is drawn from.
+pub(super) struct TileWork<'a, S: ?Sized> {
+    pub(super) frame: &'a Frame,
+    pub(super) plan: &'a Plan<'a>,
+    pub(super) bins: &'a [Bins],
+    pub(super) shader: &'a S,
+    pub(super) tile: usize,
+    pub(super) place: TilePlace,
 }
 
-/// Draws the layers of a tile into `scratch` and returns how many of them show anything.
-fn draw_layers<S: FragmentShader + ?Sized>(
-    frame: &Frame,
-    plan: &Plan<'_>,
-    bins: &[Bins],
-    (tile, place): (usize, TilePlace),
-    shader: &S,
-    scratch: &mut Scratch,
-) -> usize {
-    let groups = groups_in_tile(frame.pattern.samples);
-    let Scratch { keys, layers, labels, .. } = scratch;
-    for (index, layer) in plan.layers.iter().enumerate() {
-        let in_blocks = match index {
-            0 => [0; TILE_BLOCKS * TILE_BLOCKS],
-            _ => label(plan, layer, &layers[index - 1], labels),
-        };
-        let present = in_blocks.iter().fold(0, |all, block| all | block);
-        let visible = |bins: &&Bins| {
-            let wanted = plan.list_plans[bins.list as usize].label;
-            !bins.of_tile(tile).is_empty() && (index == 0 || present >> (wanted & 63) & 1 != 0)
-        };
-        let bins = || bins[layer.pieces.clone()].iter().filter(visible);
-        if bins().next().is_none() {
-            return index;
-        }
-        if layers.len() <= index {
-            layers.push(Vec::new());
-        }
-        let ids = &mut layers[index];
-        keys.clear();
-        keys.resize(groups, Keys([f32::NEG_INFINITY; LANES]));
-        ids.clear();
-        ids.resize(groups, Ids([EMPTY; LANES]));
-        let mut target = Target { keys, ids };
-        let stencil = |bins: &Bins| {
-            let wanted = plan.list_plans[bins.list as usize].label;
-            (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
-        };
-        for bins in bins() {
-            draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
-        }
-        for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
-            let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
-            for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
-                let stencil = stencil(bins);
-                draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
-                    shader.is_present(&surface_at(plan, triangle.id, position), position)
-                });
+/// What the layers of a tile show for one sequence of branches.
+struct Shown {
+    /// How many layers show anything.
+    layers: usize,
+    /// Bit k: light divides at surfaces that layer k shows.
+    divides: u64,
+}
+
+impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
+    /// Draws the tile; `rows` are its pixels in the picture. Returns the number of fragments that were shaded.
+    pub(super) fn draw(&self, scratch: &mut Scratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
+        if self.frame.pattern.samples > 1 {
+            for row in rows.iter_mut() {
+                row.fill([0.0, 0.0, 0.0, 1.0]);
             }
         }
+        self.draw_branches(0, 0, scratch, rows)
     }
-    plan.layers.len()
+
+    /// Draws what is seen by a sequence of branches, and by all that differ from it in a later layer.
+    ///
+    /// Layers below `first_layer` stand in `scratch` already. The branches in layers from there on are first ones.
+    fn draw_branches(
+        &self,
+        second_branches: u64,
+        first_layer: usize,
+        scratch: &mut Scratch,
+        rows: &mut [&mut [[f32; 4]]],
+    ) -> u64 {
+        let shown = self.draw_layers(second_branches, first_layer, scratch);
+        let mut fragments = self.shade(second_branches, shown.layers, scratch, rows);
+        // From the last layer down: what is drawn again leaves the layers below as they are.
+        let mut divides = shown.divides;
+        while divides != 0 {
+            let layer = divides.ilog2();
+            divides &= !(1 << layer);
+            fragments += self.draw_branches(second_branches | 1 << layer, layer as usize + 1, scratch, rows);
+        }
+        fragments
+    }
+
+    /// Shades the fragments of the layers in `scratch` and adds them to the picture.
+    fn shade(
+        &self,
+        second_branches: u64,
+        layers: usize,
+        scratch: &mut Scratch,
+        rows: &mut [&mut [[f32; 4]]],
+    ) -> u64 {
+        let (plan, pattern) = (self.plan, &self.frame.pattern);
+        let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
+        let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
+        resolve(pattern, &ids[..layers], extent, self.place.pixel, chains);
+        if second_branches != 0 {
+            // What takes none of the second branches has been drawn before.
+            chains.retain(|chain| {
+                let mut taken = (0..plan.layers.len()).filter(|layer| second_branches >> layer & 1 != 0);
+                taken.all(|layer| chain.get(layer).is_some_and(|&id| plan.divides(layer, id)))
+            });
+        }
+        fetch_surfaces(plan, chains, pattern.samples, surfaces);
+        colors.clear();
+        colors.resize(chains.positions.len(), Vec3::ZERO);
+        let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces, second_branches };
+        self.shader.shade_batch(&batch, colors);
+        if pattern.samples == 1 && second_branches == 0 {
+            // Every pixel is one fragment.
+            for (target, color) in chains.targets.iter().zip(colors.iter()) {
+                rows[target.row as usize][target.column as usize] = color.extend(1.0).to_array();
+            }
+            return colors.len() as u64;
+        }
+        let unit = 1.0 / pattern.samples as f32;
+        for (target, color) in chains.targets.iter().zip(colors.iter()) {
+            let pixel = &mut rows[target.row as usize][target.column as usize];
+            let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
+            *pixel = sum.to_array();
+        }
+        colors.len() as u64
+    }
+
+    /// Draws the layers from `first_layer` on into `scratch`.
+    fn draw_layers(&self, second_branches: u64, first_layer: usize, scratch: &mut Scratch) -> Shown {
+        let Self { frame, plan, bins, shader, tile, place } = *self;
+        let groups = groups_in_tile(frame.pattern.samples);
+        let Scratch { keys, layers, labels, .. } = scratch;
+        let mut divides = 0u64;
+        for (index, layer) in plan.layers.iter().enumerate().skip(first_layer) {
+            let in_blocks = match index.checked_sub(1) {
+                None => [0; TILE_BLOCKS * TILE_BLOCKS],
+                Some(below) => {
+                    let (in_blocks, divided) = label(plan, layer, &layers[below], labels);
+                    // The branches of the layers below are chosen already.
+                    divides |= u64::from(divided && below >= first_layer) << below;
+                    in_blocks
+                }
+            };
+            let second = index > 0 && second_branches >> (index - 1) & 1 != 0;
+            let present = in_blocks.iter().fold(0, |all, block| all | block);
+            let visible = |bins: &&Bins| {
+                let list = &plan.list_plans[bins.list as usize];
+                let reached = index == 0 || (present >> (list.label & 63) & 1 != 0 && list.second == second);
+                reached && !bins.of_tile(tile).is_empty()
+            };
+            let bins = || bins[layer.pieces.clone()].iter().filter(visible);
+            if bins().next().is_none() {
+                return Shown { layers: index, divides };
+            }
+            if layers.len() <= index {
+                layers.push(Vec::new());
+            }
+            let ids = &mut layers[index];
+            keys.clear();
+            keys.resize(groups, Keys([f32::NEG_INFINITY; LANES]));
+            ids.clear();
+            ids.resize(groups, Ids([EMPTY; LANES]));
+            let mut target = Target { keys, ids };
+            let stencil = |bins: &Bins| {
+                let wanted = plan.list_plans[bins.list as usize].label;
+                (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
+            };
+            for bins in bins() {
+                draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
+            }
+            for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
+                let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
+                for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
+                    let stencil = stencil(bins);
+                    draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
+                        shader.is_present(&surface_at(plan, triangle.id, position), position)
+                    });
+                }
+            }
+        }
+        Shown { layers: plan.layers.len(), divides }
+    }
 }
 
-/// Gives every sample the label of what it shows in the layer below, and says which labels each block holds.
-fn label(plan: &Plan<'_>, layer: &LayerPlan, below: &[Ids], labels: &mut Vec<Ids>) -> [u64; TILE_BLOCKS * TILE_BLOCKS] {
+/// Gives every sample the label of what it shows in the layer below, and says which labels each block holds and
+/// whether light divides at any of them.
+fn label(
+    plan: &Plan<'_>,
+    layer: &LayerPlan,
+    below: &[Ids],
+    labels: &mut Vec<Ids>,
+) -> ([u64; TILE_BLOCKS * TILE_BLOCKS], bool) {
+    let mut divided = false;
     let mut in_blocks = [0; TILE_BLOCKS * TILE_BLOCKS];
     labels.clear();
     let groups_in_block = below.len() / in_blocks.len();
@@ -131,6 +194,7 @@ fn label(plan: &Plan<'_>, layer: &LayerPlan, below: &[Ids], labels: &mut Vec<Ids
                 if id != EMPTY {
                     let (list, triangle) = plan.triangle(id);
                     last_label = layer.label(list, triangle.group);
+                    divided |= layer.divides(last_label);
                 }
             }
             if last_label != 0 {
@@ -139,7 +203,7 @@ fn label(plan: &Plan<'_>, layer: &LayerPlan, below: &[Ids], labels: &mut Vec<Ids
             last_label
         })));
     }
-    in_blocks
+    (in_blocks, divided)
 }
 
 /// Draws a triangle sample by sample; `is_present` says whether it is there at a position in the picture (in pixels).

@@ -1,7 +1,7 @@
 //! Layers, stencils, chains and alpha tests.
 
 use super::super::samples::SAMPLE_COUNTS;
-use super::super::{LayerSurface, Stencil};
+use super::super::{Branch, LayerSurface, Stencil};
 use super::*;
 use crate::error::RenderError;
 
@@ -13,7 +13,7 @@ fn full(depth: f32, layer: u32, group: u32, stencil: Option<Stencil>) -> DrawLis
 }
 
 fn stencil(list: u32, group: u32) -> Option<Stencil> {
-    Some(Stencil { list, group })
+    Some(Stencil { list, group, ..Stencil::default() })
 }
 
 #[test]
@@ -159,5 +159,61 @@ fn stencils_must_name_a_list_of_the_layer_below() {
         let mut target = Framebuffer::new(4, 4);
         let result = draw(&view(4, 4, true), 1, &lists, &Paint(coverage), &mut target);
         assert!(matches!(result, Err(RenderError::Limit { .. })));
+    }
+}
+
+/// A fragment's groups as the digits of a number, weighted by its branches; a one to be counted; its branches.
+fn chains_by_branch(fragment: &Fragment<'_>) -> Vec3 {
+    let digits = fragment.chain.iter().fold(0, |sum, surface| sum * 10 + surface.group);
+    let place = fragment.second_branches as i32;
+    Vec3::new(digits as f32 * 1e-3 * 2f32.powi(-2 * place), 1.0, place as f32)
+}
+
+#[test]
+fn both_branches_of_divided_surfaces_are_drawn_and_added() {
+    // Glass over the left half, a wall over the right half.
+    let mut first = list(
+        rectangle(Vec2::ZERO, Vec2::new(40.0, 80.0), 2.0)
+            .into_iter()
+            .chain(rectangle(Vec2::new(40.0, 0.0), Vec2::new(80.0, 80.0), 2.0)),
+    );
+    for (index, triangle) in first.triangles.iter_mut().enumerate() {
+        triangle.group = [1, 0][index / 2];
+    }
+    let over = |low: f32, group: u32, layer: u32, list_below: u32, group_below: u32, branch: Branch| {
+        let mut list = list(rectangle(Vec2::new(0.0, low), Vec2::new(80.0, 80.0), 3.0));
+        list.triangles.iter_mut().for_each(|triangle| triangle.group = group);
+        DrawList { layer, stencil: Some(Stencil { list: list_below, group: group_below, branch }), ..list }
+    };
+    let lists = [
+        first,
+        // Reflected: a wall below row 50. Refracted: glass below row 20.
+        over(50.0, 2, 1, 0, 1, Branch::First),
+        over(20.0, 3, 1, 0, 1, Branch::Second),
+        // Within that glass: reflected a wall below row 60, refracted nothing at all.
+        over(60.0, 4, 2, 2, 3, Branch::First),
+        DrawList {
+            layer: 2,
+            stencil: Some(Stencil { list: 2, group: 3, branch: Branch::Second }),
+            ..DrawList::default()
+        },
+    ];
+    for samples in SAMPLE_COUNTS {
+        let drawn = picture(&view(80, 80, true), samples, &lists, chains_by_branch);
+        for (column, row) in [(10, 10), (10, 40), (10, 55), (10, 70), (60, 70)] {
+            // Digits by branches: first only, second at layer 0, and at layers 0 and 1.
+            let expected: &[(u32, i32)] = match (column, row) {
+                (60, _) => &[(0, 0)],
+                (_, 10) => &[(1, 0), (1, 1)],
+                (_, 40) => &[(1, 0), (13, 1), (13, 3)],
+                (_, 55) => &[(12, 0), (13, 1), (13, 3)],
+                _ => &[(12, 0), (134, 1), (13, 3)],
+            };
+            let sum: f32 = expected.iter().map(|(digits, place)| *digits as f32 * 1e-3 * 2f32.powi(-2 * place)).sum();
+            let places: i32 = expected.iter().map(|(_, place)| place).sum();
+            let [digits, count, place, alpha] = drawn.pixel(column, row);
+            assert!((digits - sum).abs() < 1e-6, "{samples} samples at {column}, {row}: {digits} against {sum}");
+            assert_eq!((count, place, alpha), (expected.len() as f32, places as f32, 1.0), "{column}, {row}");
+        }
     }
 }

@@ -45,7 +45,7 @@ fn pieces_carry_the_attributes_of_their_source() {
     let values = |surface: &LayerSurface| surface.barycentrics.value.extend(surface.source as f32);
     let changes = |surface: &LayerSurface| (surface.barycentrics.dx - surface.barycentrics.dy * 3.0).extend(0.0);
     // Parts of pixels stand for their share of the footprint, which seams change: changes are for whole pixels.
-    let parts: [(u32, fn(&LayerSurface) -> Vec3); 3] = [(1, values), (4, values), (1, changes)];
+    let parts = [(1, values as fn(&LayerSurface) -> Vec3), (4, values), (1, changes)];
     for (samples, part) in parts {
         let [found, expected] = [0, 1].map(|index| {
             picture(&view, samples, &lists[index..=index], |fragment| fragment.chain.first().map_or(Vec3::ZERO, part))

@@ -1,6 +1,7 @@
 //! Input that is huge, degenerate or not a number; odd pictures; threads.
 
 use super::super::samples::SAMPLE_COUNTS;
+use super::super::Stencil;
 use super::*;
 use crate::error::RenderError;
 use crate::math::random::Stream;
@@ -132,7 +133,8 @@ fn threads_do_not_change_the_picture() {
         triangle.group = index as u32 % 3;
         triangle.alpha_tested = index % 7 == 0;
     }
-    let second = DrawList { layer: 1, stencil: Some(super::super::Stencil { list: 0, group: 1 }), ..list(triangles()) };
+    let stencil = Stencil { list: 0, group: 1, ..Stencil::default() };
+    let second = DrawList { layer: 1, stencil: Some(stencil), ..list(triangles()) };
     let lists = [first, second];
     let view = view(200, 150, true);
     let with = |threads: usize| {

@@ -3,11 +3,11 @@
 use super::PathGeometry;
 use crate::methods::Job;
 use crate::methods::projection::SpecularPath;
-use crate::optics::bundle::BounceKind;
-use crate::raster::{DrawList, Stencil, scene_draw_list};
+use crate::optics::bundle::{Bounce, BounceKind};
+use crate::raster::{Branch, DrawList, Stencil, scene_draw_list};
 use crate::scene::{Role, Scene};
 use glam::Vec2;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The corners of a triangle that is its own source.
 const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
@@ -15,10 +15,12 @@ const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 /// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
 ///
 /// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, and where the highest
-/// order is reached: there paths end.
+/// order is reached: there paths end. Every lens that is seen has a list for what passes through it, be it empty: so
+/// the rasteriser knows that light divides there.
 pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawList> {
     let (scene, order) = (job.scene, job.quality.order as usize);
-    let mut parts: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
+    // Sorted by length, so that parents come first.
+    let mut waiting: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
     for geometry in paths {
         let bounces = &geometry.path.bounces;
         if bounces.is_empty() || bounces.len() > order || !is_possible(scene, &geometry.path) {
@@ -26,19 +28,25 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
         }
         // Paths whose parents show nothing themselves still need them to be drawn in.
         for length in 1..bounces.len() {
-            parts.entry((length, SpecularPath { bounces: bounces[..length].to_vec() })).or_default();
+            waiting.entry((length, SpecularPath { bounces: bounces[..length].to_vec() })).or_default();
         }
-        parts.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
+        waiting.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
     }
-    let mut lists = Vec::with_capacity(parts.len() + 1);
-    lists.push(scene_draw_list(scene, job.view, |object| Some(group(scene, object, order > 0))));
+    let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(scene, object, order > 0)))];
+    for object in lenses(scene, &lists[0]) {
+        waiting.entry((1, passing(&SpecularPath::default(), object))).or_default();
+    }
     let mut list_of_path: BTreeMap<SpecularPath, u32> = BTreeMap::new();
-    for ((length, path), parts) in parts {
+    while let Some(((length, path), parts)) = waiting.pop_first() {
         let parent = path.parent().and_then(|parent| list_of_path.get(&parent).copied()).unwrap_or(0);
         let Some(last) = path.bounces.last() else { continue };
         let mut list = joined(parts);
         list.layer = length as u32;
-        list.stencil = Some(Stencil { list: parent, group: last.object + 1 });
+        let branch = match last.kind {
+            BounceKind::Reflect => Branch::First,
+            BounceKind::Transmit => Branch::Second,
+        };
+        list.stencil = Some(Stencil { list: parent, group: last.object + 1, branch });
         for triangle in &mut list.triangles {
             match scene.triangle_objects.get(triangle.source as usize) {
                 Some(&object) => {
@@ -49,10 +57,36 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
                 None => triangle.vertices = [u32::MAX; 3],
             }
         }
+        for object in lenses(scene, &list) {
+            waiting.entry((length + 1, passing(&path, object))).or_default();
+        }
         list_of_path.insert(path, lists.len() as u32);
         lists.push(list);
     }
     lists
+}
+
+/// The lenses among a list's triangles at which paths go on.
+fn lenses(scene: &Scene, list: &DrawList) -> BTreeSet<u32> {
+    let mut found = BTreeSet::new();
+    let mut last = 0;
+    for triangle in &list.triangles {
+        if triangle.group != last && triangle.group != 0 {
+            last = triangle.group;
+            let object = last - 1;
+            if scene.role_of(object) == Role::Lens {
+                found.insert(object);
+            }
+        }
+    }
+    found
+}
+
+/// A path that goes on through a lens.
+fn passing(path: &SpecularPath, object: u32) -> SpecularPath {
+    let mut path = path.clone();
+    path.bounces.push(Bounce { object, kind: BounceKind::Transmit });
+    path
 }
 
 /// Whether light can take a path: it is reflected by reflectors and lenses, and passes through lenses alone.

@@ -3,6 +3,13 @@
 //! Each specular path is a list of triangles in the layer of its number of bounces, confined by a stencil to where the
 //! path without its last bounce shows the object of that bounce. A shader then walks along the surfaces that a pixel
 //! shows, with the same optics and the same shading as the reference.
+//!
+//! At a lens light divides: reflection is the rasteriser's first [`Branch`](crate::raster::Branch), transmission its
+//! second. Every path belongs to exactly one sequence of branches (which of its bounces transmit), so nothing is
+//! counted twice; a tile draws only the sequences that it shows, and one where there are no lenses.
+//!
+//! A path that entered a lens meets that lens's exit surface next, from inside. Nothing says which of a lens's
+//! triangles are exits: at the end of a path that entered, the nearest is one, and hides those beyond it.
 
 mod lists;
 mod shader;

@@ -51,7 +51,7 @@ impl LookShader for PathShader<'_> {
     fn look(&self, fragment: &Fragment<'_>) -> Look {
         let scene = self.scene;
         let mut ray = self.rays.ray(fragment.position.x, fragment.position.y);
-        let (mut sum, mut throughput, absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
+        let (mut sum, mut throughput, mut absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
         for (bounce, surface) in fragment.chain.iter().enumerate() {
             if bounce > 0 {
                 self.aim(&mut ray, surface);
@@ -74,14 +74,23 @@ impl LookShader for PathShader<'_> {
             let inside = material.role == Role::Lens && !outside;
             let crossed = if inside { material.absorption } else { absorption };
             throughput *= transmittance(crossed, length(&ray, &point));
-            if interface.scattered > 0.0 {
+            // What is scattered before the last second branch belongs to the fragment that takes the first one there.
+            if interface.scattered > 0.0 && fragment.second_branches >> bounce == 0 {
                 sum += throughput * interface.scattered * scene.radiance(&point, -ray.direction);
             }
-            throughput *= interface.reflected;
+            let refracts = fragment.second_branches >> bounce & 1 != 0;
+            throughput *= if refracts { interface.transmitted } else { interface.reflected };
             if ends || throughput.max_element() <= 0.0 {
                 return Look::Color(sum);
             }
-            ray = Ray { origin: point.position, direction: interface.facing.reflected(ray.direction) };
+            let direction = if refracts {
+                absorption = if outside { material.absorption } else { Vec3::ZERO };
+                interface.facing.refracted(ray.direction, interface.eta)
+            } else {
+                Some(interface.facing.reflected(ray.direction))
+            };
+            let Some(direction) = direction else { return Look::Color(sum) };
+            ray = Ray { origin: point.position, direction };
         }
         Look::Color(sum + throughput * scene.background(ray.direction))
     }

@@ -113,7 +113,7 @@ impl PlanarMirror {
             group: if goes_on { self.mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
             alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),
         });
-        let stencil = path.parent.map(|list| Stencil { list, group: own });
+        let stencil = path.parent.map(|list| Stencil { list, group: own, ..Stencil::default() });
         DrawList {
             triangles: triangles.collect(),
             vertices,
