@@ -76,13 +76,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     }
 
     /// Shades the fragments of the layers in `scratch` and adds them to the picture.
-    fn shade(
-        &self,
-        second_branches: u64,
-        layers: usize,
-        scratch: &mut Scratch,
-        rows: &mut [&mut [[f32; 4]]],
-    ) -> u64 {
+    fn shade(&self, second_branches: u64, layers: usize, scratch: &mut Scratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
         let (plan, pattern) = (self.plan, &self.frame.pattern);
         let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];

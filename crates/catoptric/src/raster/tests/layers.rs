@@ -172,11 +172,11 @@ fn chains_by_branch(fragment: &Fragment<'_>) -> Vec3 {
 #[test]
 fn both_branches_of_divided_surfaces_are_drawn_and_added() {
     // Glass over the left half, a wall over the right half.
-    let mut first = list(
-        rectangle(Vec2::ZERO, Vec2::new(40.0, 80.0), 2.0)
-            .into_iter()
-            .chain(rectangle(Vec2::new(40.0, 0.0), Vec2::new(80.0, 80.0), 2.0)),
-    );
+    let mut first = list(rectangle(Vec2::ZERO, Vec2::new(40.0, 80.0), 2.0).into_iter().chain(rectangle(
+        Vec2::new(40.0, 0.0),
+        Vec2::new(80.0, 80.0),
+        2.0,
+    )));
     for (index, triangle) in first.triangles.iter_mut().enumerate() {
         triangle.group = [1, 0][index / 2];
     }

@@ -1,7 +1,7 @@
 //! Input that is huge, degenerate or not a number; odd pictures; threads.
 
 use super::super::samples::SAMPLE_COUNTS;
-use super::super::Stencil;
+use super::super::{Branch, Stencil};
 use super::*;
 use crate::error::RenderError;
 use crate::math::random::Stream;
@@ -135,7 +135,9 @@ fn threads_do_not_change_the_picture() {
     }
     let stencil = Stencil { list: 0, group: 1, ..Stencil::default() };
     let second = DrawList { layer: 1, stencil: Some(stencil), ..list(triangles()) };
-    let lists = [first, second];
+    let third =
+        DrawList { layer: 1, stencil: Some(Stencil { branch: Branch::Second, ..stencil }), ..list(triangles()) };
+    let lists = [first, second, third];
     let view = view(200, 150, true);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
