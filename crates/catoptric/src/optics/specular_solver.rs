@@ -304,7 +304,8 @@ impl<'a, const N: usize> Problem<'a, N> {
             }
         }
         for k in (0..N.saturating_sub(1)).rev() {
-            right[k] = right[k] - over[k] * right[k + 1];
+            let following = right[k + 1];
+            right[k] -= over[k] * following;
         }
         Some(right)
     }
@@ -338,13 +339,12 @@ impl<'a, const N: usize> Problem<'a, N> {
     #[inline]
     fn trusted_share(&self, step: &[DVec2; N]) -> f64 {
         let mut share: f64 = 1.0;
-        for k in 0..N {
-            let (frame, constraint) = (&self.at[k].1, &self.constraints[k]);
+        for ((step, (_, frame)), constraint) in step.iter().zip(&self.at).zip(&self.constraints) {
             let turn2 = frame.normal_change[0].length_squared().max(frame.normal_change[1].length_squared());
             let legs = constraint.to_eye.inverse_length.max(constraint.to_point.inverse_length);
             let sharpest2 = turn2.max(legs * legs);
             let limit2 = LONGEST_STEP * LONGEST_STEP / sharpest2;
-            let length2 = step[k].length_squared();
+            let length2 = step.length_squared();
             if length2 * share * share > limit2 {
                 share = (limit2 / length2).sqrt();
             }
@@ -389,7 +389,7 @@ fn largest<const N: usize>(constraints: &[Constraint; N]) -> f64 {
     let mut largest2 = 0.0;
     for constraint in constraints {
         // Not `max`, which would swallow a NaN.
-        if !(constraint.across2 <= largest2) {
+        if constraint.across2 > largest2 || constraint.across2.is_nan() {
             largest2 = constraint.across2;
         }
     }
@@ -402,12 +402,10 @@ fn inverted(matrix: &DMat2) -> Option<DMat2> {
     let (a, b) = (matrix.x_axis, matrix.y_axis);
     let determinant = a.x * b.y - b.x * a.y;
     let scale2 = a.length_squared() + b.length_squared();
-    if !(determinant.abs() > 1e-15 * scale2) {
-        return None;
-    }
+    let is_regular = determinant.abs() > 1e-15 * scale2;
     let inverse = 1.0 / determinant;
     let inverted = DMat2::from_cols(DVec2::new(b.y, -a.y) * inverse, DVec2::new(-b.x, a.x) * inverse);
-    inverted.is_finite().then_some(inverted)
+    (is_regular && inverted.is_finite()).then_some(inverted)
 }
 
 #[cfg(test)]

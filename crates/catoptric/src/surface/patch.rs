@@ -6,8 +6,8 @@ use glam::DVec3;
 /// A surface near a point: position and unit normal as polynomials of second degree in two parameters `u`, `v`.
 ///
 /// `position(u, v) = position + sum_a tangents[a] u_a + 1/2 sum_ab bend[ab] u_a u_b`, and the same for the normal;
-/// the second derivatives are stored as uu, uv, vv. The tangents are an orthonormal frame of the surface (of the flat
-/// triangle on meshes).
+/// the second derivatives are stored as uu, uv, vv. The tangents are an orthonormal frame of the surface (on meshes of the
+/// smooth surface that they stand for: perpendicular to the interpolated normal).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfacePatch {
     /// The point, world.

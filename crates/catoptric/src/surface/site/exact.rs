@@ -38,8 +38,8 @@ pub(super) fn landed(surface: &PlacedSurface, start: DVec3, reach: f64) -> Optio
         let slope2 = taylor.gradient.length_squared();
         let change = taylor.gradient * (-taylor.value / slope2);
         let moved = position + change;
-        // Written so that a vanishing gradient and numbers that are not finite end here.
-        if !(moved.distance_squared(start) <= reach * reach) || !moved.is_finite() {
+        // A vanishing gradient ends here, too: nothing is finite then.
+        if !moved.is_finite() || moved.distance_squared(start) > reach * reach {
             return None;
         }
         let bend = taylor.hessian * change;
@@ -62,6 +62,9 @@ pub(super) fn stepped(surface: &PlacedSurface, from: &SiteFrame, step: DVec2) ->
     let turned = from.normal_change[0] * step.x + from.normal_change[1] * step.y;
     let fall = 0.5 * turned.dot(along);
     let length = along.length();
+    if !length.is_finite() {
+        return None;
+    }
     let start = from.position + along - from.normal * fall.clamp(-length, length);
     let (site, frame) = landed(surface, start, length + 1e-12 * from.position.abs().max_element())?;
     (frame.normal.dot(from.normal) > LEAST_TURN_COSINE).then_some((site, frame))

@@ -1,12 +1,18 @@
 //! Points of specular objects, and moving about on them: the ground that solvers for specular paths walk on.
 
 mod exact;
+mod mesh;
+mod topology;
+
+#[cfg(test)]
+pub(crate) mod tests;
 
 use super::patch::SurfacePatch;
 use super::tracer::Hit;
 use super::{PlacedSurface, SurfaceHit};
 use crate::scene::{Ray, Role, Scene};
 use glam::{DVec2, DVec3};
+use mesh::MeshSheet;
 
 /// The triangle of sites that are on none: those of analytic surfaces.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -60,6 +66,7 @@ impl SiteFrame {
 /// What a specular object's surface is made of.
 enum Sheet<'a> {
     Exact(&'a PlacedSurface),
+    Mesh(MeshSheet<'a>),
 }
 
 struct Entry<'a> {
@@ -72,21 +79,40 @@ struct Entry<'a> {
 /// The surfaces of a scene's specular objects, made ready for solvers.
 pub struct SpecularSurfaces<'a> {
     entries: Vec<Option<Entry<'a>>>,
+    objects_of_triangles: &'a [u32],
 }
 
 impl<'a> SpecularSurfaces<'a> {
     /// The surfaces of all reflectors, lenses and coated objects of a scene.
+    ///
+    /// For meshes this finds which triangles are neighbours and how curved the vertices are: some tenths of a second
+    /// a million triangles.
     pub fn new(scene: &'a Scene) -> Self {
         let entry = |(index, object): (usize, &'a crate::scene::Object)| {
             let material = scene.material_of(index as u32);
             if !material.role.is_specular() {
                 return None;
             }
-            let sheet = Sheet::Exact(object.surface.as_ref()?);
+            let sheet = match &object.surface {
+                Some(surface) => Sheet::Exact(surface),
+                None => Sheet::Mesh(MeshSheet::new(scene, object)),
+            };
             let index = if material.role == Role::Lens { material.ior as f64 } else { 1.0 };
             Some(Entry { sheet, index, role: material.role, inner_only: object.inside })
         };
-        Self { entries: scene.objects.iter().enumerate().map(entry).collect() }
+        Self {
+            entries: scene.objects.iter().enumerate().map(entry).collect(),
+            objects_of_triangles: &scene.triangle_objects,
+        }
+    }
+
+    /// Bytes held beside the scene.
+    pub fn byte_count(&self) -> u64 {
+        let meshes = self.entries.iter().flatten().map(|entry| match &entry.sheet {
+            Sheet::Exact(_) => 0,
+            Sheet::Mesh(mesh) => mesh.byte_count(),
+        });
+        size_of_val(self.entries.as_slice()) as u64 + meshes.sum::<u64>()
     }
 
     #[inline]
@@ -100,11 +126,15 @@ impl<'a> SpecularSurfaces<'a> {
         let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().try_normalize()?);
         match hit {
             Hit::Surface { object, hit: SurfaceHit { distance, .. } } => {
-                let Sheet::Exact(surface) = &self.entry(*object)?.sheet;
+                let Sheet::Exact(surface) = &self.entry(*object)?.sheet else { return None };
                 let position = exact::met(surface, origin, direction, *distance as f64)?;
                 Some((*object, Site::on_surface(position)))
             }
-            Hit::Triangle { .. } => None,
+            Hit::Triangle { triangle, .. } => {
+                let object = *self.objects_of_triangles.get(*triangle as usize)?;
+                let Sheet::Mesh(mesh) = &self.entry(object)?.sheet else { return None };
+                Some((object, mesh.met(*triangle, origin, direction)?))
+            }
         }
     }
 
@@ -113,13 +143,21 @@ impl<'a> SpecularSurfaces<'a> {
     pub fn frame(&self, object: u32, site: &Site) -> Option<SiteFrame> {
         match &self.entry(object)?.sheet {
             Sheet::Exact(surface) => exact::frame(site.position, &surface.taylor2(site.position)),
+            Sheet::Mesh(mesh) => mesh.frame(site),
         }
     }
 
     /// The surface at a site to second order.
+    ///
+    /// On meshes it is the smooth surface that the triangles stand for: its tangents are perpendicular to the
+    /// interpolated normal (not in the flat triangle's plane, as those of [`SiteFrame`]), its curvature comes from
+    /// operators fitted at the vertices (Rusinkiewicz 2004) and interpolated between them. On a torus with triangles
+    /// of a tenth of the tube's radius curvatures are within 0.8 %, with half as large ones within 0.2 %: the error
+    /// falls with the square of their size. Second derivatives of the normal are within 4 % on such meshes.
     pub fn patch(&self, object: u32, site: &Site) -> Option<SurfacePatch> {
         match &self.entry(object)?.sheet {
             Sheet::Exact(surface) => SurfacePatch::of_implicit(site.position, &surface.taylor3(site.position)),
+            Sheet::Mesh(mesh) => mesh.patch(site),
         }
     }
 
@@ -135,6 +173,7 @@ impl<'a> SpecularSurfaces<'a> {
     pub(crate) fn landed(&self, object: u32, site: &Site) -> Option<(Site, SiteFrame)> {
         match &self.entry(object)?.sheet {
             Sheet::Exact(surface) => exact::landed(surface, site.position, f64::INFINITY),
+            Sheet::Mesh(mesh) => mesh.landed(site),
         }
     }
 
@@ -143,6 +182,7 @@ impl<'a> SpecularSurfaces<'a> {
     pub(crate) fn stepped(&self, object: u32, from: &(Site, SiteFrame), step: DVec2) -> Option<(Site, SiteFrame)> {
         match &self.entry(object)?.sheet {
             Sheet::Exact(surface) => exact::stepped(surface, &from.1, step),
+            Sheet::Mesh(mesh) => mesh.stepped(from, step),
         }
     }
 
@@ -150,6 +190,7 @@ impl<'a> SpecularSurfaces<'a> {
     pub fn is_within(&self, object: u32, site: &Site) -> bool {
         match self.entry(object).map(|entry| &entry.sheet) {
             Some(Sheet::Exact(surface)) => exact::is_within(surface, site.position),
+            Some(Sheet::Mesh(mesh)) => mesh.is_within(site),
             None => false,
         }
     }

@@ -1,5 +1,7 @@
 mod alhazen;
+mod focal;
 mod laws;
+mod meshes;
 
 use super::*;
 use crate::math::random::Stream;
