@@ -7,6 +7,7 @@
 //! (Jakob and Marschner 2012, section 4) and is solved by elimination of its 2x2 blocks.
 
 use super::bundle::{Bounce, BounceKind, Eye, RayBundle};
+use crate::surface::SurfacePatch;
 use crate::surface::site::{Site, SiteFrame, SpecularSurfaces};
 use glam::{DMat2, DVec2, DVec3};
 
@@ -113,6 +114,36 @@ pub fn bundle_of(surfaces: &SpecularSurfaces<'_>, eye: &Eye, path: &PathSites) -
         bundle = Some(arrived.scattered(&patch, &parameters, bounce.kind, index)?);
     }
     bundle
+}
+
+/// The path's outgoing rays to first order, and for every bounce whether it is met from the outer side.
+///
+/// Cheaper than [`bundle_of`]: the second derivatives of the bundle mean nothing. None as there.
+pub fn first_order_bundle_of(
+    surfaces: &SpecularSurfaces<'_>,
+    eye: &Eye,
+    path: &PathSites,
+) -> Option<(RayBundle, [bool; MAX_BOUNCES])> {
+    let mut bundle: Option<RayBundle> = None;
+    let mut outside = [true; MAX_BOUNCES];
+    for (k, (bounce, site)) in path.bounces.get(..path.count)?.iter().zip(&path.sites).enumerate() {
+        let frame = surfaces.frame(bounce.object, site)?;
+        let patch = SurfacePatch {
+            position: frame.position,
+            normal: frame.normal,
+            tangents: frame.tangents,
+            normal_change: frame.normal_change,
+            ..SurfacePatch::default()
+        };
+        let (arrived, parameters) = match &bundle {
+            None => (RayBundle::arriving(eye, &patch)?, RayBundle::own_parameters()),
+            Some(bundle) => bundle.advanced(&patch)?,
+        };
+        outside[k] = arrived.direction.value.dot(frame.normal) <= 0.0;
+        let index = surfaces.index_of(bounce.object);
+        bundle = Some(arrived.scattered(&patch, &parameters, bounce.kind, index)?);
+    }
+    Some((bundle?, outside))
 }
 
 /// The way from a bounce to a neighbour.

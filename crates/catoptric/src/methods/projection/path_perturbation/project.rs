@@ -5,10 +5,10 @@ use crate::methods::projection::ray_map::{
     Approximation, CandidateRule, Motion, Neighbour, PathRays, PreciseView, RayMap, RaySample,
 };
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
-use crate::optics::bundle::Eye;
-use crate::optics::specular_solver::solve;
+use crate::optics::bundle::{Eye, OutgoingRays};
+use crate::optics::specular_solver::{first_order_bundle_of, solve};
 use crate::surface::site::SpecularSurfaces;
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 
 /// Residuals of the specular constraint below this count as solved.
@@ -20,8 +20,9 @@ const SAME_PX: f32 = 0.02;
 /// The expansion's linear part is enough where what the second order adds is below this, in pixels.
 const NEGLIGIBLE_PX: f64 = 0.02;
 
-/// Answers of samples that reach further than this many times their neighbours are not trusted.
-const TRUSTED_REACH: f64 = 6.0;
+/// Answers of samples that reach further than this many times their neighbours are not trusted: the point's ray is
+/// nearer to another sample, or none passes the point.
+const TRUSTED_REACH: f64 = 4.0;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
 const TOUCHING: f64 = 2e-4;
@@ -109,38 +110,59 @@ impl Perturber<'_> {
             return None;
         }
         let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
+        if neighbour.linear.length() > reach {
+            return None;
+        }
         if forced.is_none() {
             neighbour = self.of_sufficient_order(sample, point, neighbour)?;
         }
-        let polished = if self.settings.polish > 0 {
-            let limit = neighbour.parameters.clamp_length_max(reach);
-            let start = sample.sites_at(&self.surfaces, limit)?;
-            let solution = solve(&self.surfaces, &self.eye, point, &start, self.settings.polish, SOLVED_RESIDUAL)?;
-            if !solution.converged {
-                return None;
-            }
-            Some(solution)
+        let found = if self.settings.polish > 0 {
+            self.polished(sample, neighbour.parameters.clamp_length_max(reach), point)?
         } else {
-            if neighbour.parameters.length() > reach {
-                return None;
+            let parameters = sample.parameters_of(neighbour.reflection_point);
+            Found {
+                reflection_point: neighbour.reflection_point,
+                last: sample.rays.origin,
+                motion: sample.motion(neighbour.distance, parameters)?,
+                optical_length: sample.optical_length_to(point),
+                left_out: neighbour.remainder,
             }
-            None
-        };
-        let (reflection_point, last) = match &polished {
-            Some(solution) => {
-                let sites = &solution.sites;
-                (sites.sites[0].position, sites.sites[sites.count - 1].position)
-            }
-            None => (neighbour.reflection_point, sample.rays.origin),
         };
         let object = group.path.bounces.last()?.object;
-        if last.distance(point) < TOUCHING * self.sizes[object as usize] {
+        if found.last.distance(point) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
-        if self.is_hidden(group, reflection_point) {
+        if self.is_hidden(group, found.reflection_point) {
             return None;
         }
-        self.finish(path, sample, &neighbour, reflection_point, polished.is_some(), point)
+        self.finish(path, sample, &found)
+    }
+
+    /// The exact path near a sample's; none where the solver finds none, or one that meets surfaces from other sides.
+    fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3) -> Option<Found> {
+        let start = sample.sites_at(&self.surfaces, parameters)?;
+        let solution = solve(&self.surfaces, &self.eye, point, &start, self.settings.polish, SOLVED_RESIDUAL)?;
+        if !solution.converged {
+            return None;
+        }
+        let sites = &solution.sites;
+        let (bundle, outside) = first_order_bundle_of(&self.surfaces, &self.eye, sites)?;
+        if outside[..sites.count] != sample.outside[..sites.count] {
+            return None;
+        }
+        let rays = OutgoingRays::new(&bundle)?;
+        let last = sites.sites[sites.count - 1].position;
+        let distance = last.distance(point);
+        let focus = rays.focus(distance)?;
+        let first = &bundle.first.first;
+        let motion = Motion {
+            change: [0, 1].map(|i: usize| first[0] * focus[0][i] + first[1] * focus[1][i]),
+            across: rays.across,
+            focal_index: bundle.focal_points_passed + rays.focal_points_before(distance),
+        };
+        let reflection_point = sites.sites[0].position;
+        let optical_length = sample.optical_length_along(&self.eye, sites, point);
+        Some(Found { reflection_point, last, motion, optical_length, left_out: DVec2::ZERO })
     }
 
     /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
@@ -165,40 +187,42 @@ impl Perturber<'_> {
         Some(quadratic)
     }
 
-    fn finish(
-        &self,
-        path: u32,
-        sample: &RaySample,
-        neighbour: &Neighbour,
-        reflection_point: DVec3,
-        polished: bool,
-        point: DVec3,
-    ) -> Option<Projection> {
-        let parameters = sample.parameters_of(reflection_point);
-        let Motion { change, across, focal_index } = sample.motion(neighbour.distance, parameters)?;
-        let [x, y] = self.view.place_of(reflection_point)?;
-        let gradients = self.view.place_change(reflection_point);
+    fn finish(&self, path: u32, sample: &RaySample, found: &Found) -> Option<Projection> {
+        let Motion { change, across, focal_index } = found.motion;
+        let [x, y] = self.view.place_of(found.reflection_point)?;
+        let gradients = self.view.place_change(found.reflection_point);
         // d place / d point = sum over lateral axes of (gradient . change_i) across_i.
         let image_change = gradients
             .map(|gradient| (across[0] * gradient.dot(change[0]) + across[1] * gradient.dot(change[1])).as_vec3());
         let [gx, gy] = gradients;
         let tangents = &sample.first.first;
-        let left_out = tangents[0] * neighbour.remainder.x + tangents[1] * neighbour.remainder.y;
-        let error_px = if polished { 0.0 } else { gx.dot(left_out).hypot(gy.dot(left_out)) as f32 };
+        let left_out = tangents[0] * found.left_out.x + tangents[1] * found.left_out.y;
         let projection = Projection {
             path,
             focal_index,
             image_px: Vec2::new(x as f32, y as f32),
             image_change,
-            path_length: sample.optical_length_to(point) as f32,
-            reflection_point: reflection_point.as_vec3(),
-            error_px,
+            path_length: found.optical_length as f32,
+            reflection_point: found.reflection_point.as_vec3(),
+            error_px: gx.dot(left_out).hypot(gy.dot(left_out)) as f32,
         };
         let finite = projection.image_px.is_finite()
             && image_change.iter().all(|change| change.is_finite())
-            && projection.path_length.is_finite();
+            && projection.path_length.is_finite()
+            && projection.path_length > 0.0;
         finite.then_some(projection)
     }
+}
+
+/// An appearance before it is put into the picture.
+struct Found {
+    reflection_point: DVec3,
+    /// The last bounce point.
+    last: DVec3,
+    motion: Motion,
+    optical_length: f64,
+    /// The part of the expansion that was estimated but not used or not followed, in the sample's parameters.
+    left_out: DVec2,
 }
 
 /// How candidates are found.

@@ -142,7 +142,7 @@ impl Group {
             neighbours.iter().map(distance).fold(0.0, f32::max)
         });
         let reach = reach.collect();
-        let tree = RayTree::build(&lines, bounds, rule);
+        let tree = RayTree::new(&lines, bounds, rule);
         let mut sample_of_cell = vec![NO_SAMPLE; cells];
         for (sample, &cell) in self.cells.iter().enumerate() {
             sample_of_cell[cell as usize] = sample as u32;
@@ -165,7 +165,7 @@ impl PathRays {
         mut found: impl FnMut(u32),
     ) {
         let all;
-        let candidates = match self.tree.candidates(point) {
+        let candidates = match self.tree.candidates(&self.lines, point) {
             Some(candidates) => candidates,
             None => {
                 all = (0..self.lines.len() as u32).collect::<Vec<_>>();

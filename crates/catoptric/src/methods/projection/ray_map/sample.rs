@@ -36,10 +36,12 @@ pub struct RaySample {
     moves: [[ScalarJet; 2]; MAX_BOUNCES - 1],
     /// Optical length from the eye (its plane) to the last bounce.
     pub optical_length: f64,
-    /// Index of refraction of what the outgoing ray crosses.
-    pub medium: f64,
+    /// Index of refraction of what the ray crosses before each bounce and, at the place of the count, after the last.
+    pub media: [f64; MAX_BOUNCES + 1],
     /// Focal points passed before the last bounce.
     pub focal_points_passed: u32,
+    /// For every bounce, whether it is met from the outer side.
+    pub outside: [bool; MAX_BOUNCES],
 }
 
 /// Which part of a Taylor expansion is used (Chen and Arvo 2000, figure 13).
@@ -142,7 +144,32 @@ impl RaySample {
         // The wavefront bends at least within the distance: beyond that the expansion means nothing.
         let across2 = (relative.length_squared() - distance * distance).max(0.0);
         let limit = 0.5 * across2 / distance.abs().max(1e-12);
-        self.optical_length + self.medium * (distance + bend.clamp(-limit, limit))
+        self.optical_length + self.media[self.sites.count] * (distance + bend.clamp(-limit, limit))
+    }
+
+    /// The optical length from the eye to a scene point along other bounce points on the same path.
+    pub fn optical_length_along(&self, eye: &Eye, sites: &PathSites, point: DVec3) -> f64 {
+        let sites = &sites.sites[..sites.count];
+        let first = sites.first().map_or(point, |site| site.position);
+        let mut sum = match *eye {
+            Eye::Point(eye) => self.media[0] * eye.distance(first),
+            // From the plane that the sample's own length is counted from.
+            Eye::Direction(direction) => {
+                let before = self.optical_length - self.length_between_bounces();
+                before + self.media[0] * (first - self.first.value).dot(direction)
+            }
+        };
+        for (k, pair) in sites.windows(2).enumerate() {
+            sum += self.media[k + 1] * pair[0].position.distance(pair[1].position);
+        }
+        sum + self.media[sites.len()] * sites.last().map_or(0.0, |site| site.position.distance(point))
+    }
+
+    /// The optical length from the first bounce to the last.
+    fn length_between_bounces(&self) -> f64 {
+        let sites = &self.sites.sites[..self.sites.count];
+        let lengths = sites.windows(2).map(|pair| pair[0].position.distance(pair[1].position));
+        lengths.zip(&self.media[1..]).map(|(length, medium)| length * medium).sum()
     }
 
     /// The bounce points at other parameters, as a start for the solver; none where they leave their surfaces.
@@ -170,8 +197,8 @@ struct Followed {
     sites: PathSites,
     moves: [[ScalarJet; 2]; MAX_BOUNCES - 1],
     optical_length: f64,
-    /// Index of refraction of what the outgoing ray crosses.
-    medium: f64,
+    outside: [bool; MAX_BOUNCES],
+    media: [f64; MAX_BOUNCES + 1],
     /// A point a little off the last surface, from which the next ray can start.
     departure: Vec3,
 }
@@ -206,7 +233,8 @@ pub fn follow(
         sites,
         moves: Default::default(),
         optical_length: 0.0,
-        medium: 1.0,
+        outside: [true; MAX_BOUNCES],
+        media: [1.0; MAX_BOUNCES + 1],
         departure: ray.origin,
     };
     let parameters = RayBundle::own_parameters();
@@ -223,8 +251,9 @@ pub fn follow(
                     sites: followed.sites,
                     moves: followed.moves,
                     optical_length: followed.optical_length,
-                    medium: followed.medium,
+                    media: followed.media,
                     focal_points_passed: followed.bundle.focal_points_passed,
+                    outside: followed.outside,
                 },
             );
             if followed.sites.count < (specular.order as usize).min(MAX_BOUNCES)
@@ -256,14 +285,16 @@ fn bounce(specular: &Specular<'_>, before: &Followed, arrival: &Arrival, kind: B
     after.sites.bounces[count] = bounce;
     after.sites.sites[count] = arrival.site;
     after.sites.count = count + 1;
+    after.outside[count] = outside;
     if count > 0 {
         after.moves[count - 1] = arrival.parameters;
     }
     // Whoever meets a lens from inside was inside it.
     let lens = role == Role::Lens;
-    let crossed = if lens && !outside { index } else { before.medium };
+    let crossed = if lens && !outside { index } else { before.media[count] };
+    after.media[count] = crossed;
     after.optical_length += crossed * arrival.length;
-    after.medium = match kind {
+    after.media[count + 1] = match kind {
         BounceKind::Reflect => crossed,
         BounceKind::Transmit if outside => index,
         BounceKind::Transmit => 1.0,

@@ -4,10 +4,12 @@
 //! nearest to some point of a cell (their figure 3), and the rays that are nearer than all their neighbours in the
 //! ray map to some point of the cell: one such *local minimum* for every reflection of the point.
 
-use super::lines::Lines;
+use super::lines::{Lines, Offset};
 use crate::math::Aabb;
-use crate::parallel;
 use glam::Vec3;
+use std::cell::RefCell;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Which rays a leaf holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,106 +21,111 @@ pub enum CandidateRule {
 }
 
 /// A cell with no more candidates than this (beyond what the rule needs) is not divided.
-const SMALL_SET: usize = 12;
+const SMALL_SET: usize = 16;
 
 /// Cells are divided this many times at the most.
-const MAX_DEPTH: u32 = 8;
+const MAX_DEPTH: u32 = 9;
 
-/// In a divided cell, its first child's index; in a leaf, where its candidates are.
-#[derive(Clone, Copy, Debug)]
-enum Node {
-    Divided { first_child: u32 },
-    Leaf { start: u32, count: u32 },
-}
+/// A cell that keeps more than this share of its parent's candidates is not divided: it would not help.
+const LEAST_REDUCTION: f32 = 0.98;
 
-/// The octree.
-#[derive(Clone, Debug)]
-pub struct RayTree {
-    center: Vec3,
-    half: f32,
-    nodes: Vec<Node>,
-    candidates: Vec<u32>,
-}
+/// A cell is divided after so many look-ups: it costs as much as that many.
+const LOOKUPS_BEFORE_DIVISION: u32 = 6;
 
+/// A cell with its candidates. It is divided after some look-ups.
+#[derive(Debug)]
 struct Cell {
     center: Vec3,
+    half: f32,
+    depth: u32,
     candidates: Vec<u32>,
+    lookups: AtomicU32,
+    /// None in a leaf.
+    children: OnceLock<Option<Box<[Cell; 8]>>>,
+}
+
+/// The octree. It grows where points are looked up; what it answers does not depend on the order of the questions.
+#[derive(Debug)]
+pub struct RayTree {
+    root: Cell,
+    rule: CandidateRule,
 }
 
 impl RayTree {
     /// The tree over all rays, for points within `bounds`.
-    pub fn build(lines: &Lines, bounds: &Aabb, rule: CandidateRule) -> Self {
-        let center = bounds.center();
+    pub fn new(lines: &Lines, bounds: &Aabb, rule: CandidateRule) -> Self {
         let half = (bounds.max - bounds.min).max_element().max(1e-6) * 0.5;
+        let candidates = (0..lines.len() as u32).collect();
+        let root = Cell::new(bounds.center(), half, 0, candidates);
+        Self { root, rule }
+    }
+
+    /// The candidates of a point's leaf; none outside the tree's bounds, where nothing is known. `lines` are those that
+    /// the tree was made for.
+    #[inline]
+    pub fn candidates(&self, lines: &Lines, point: Vec3) -> Option<&[u32]> {
+        let mut cell = &self.root;
+        if !((point - cell.center).abs().max_element() <= cell.half) {
+            return None;
+        }
+        while let Some(children) = cell.children(lines, self.rule) {
+            cell = &children[octant_of(point - cell.center)];
+        }
+        Some(&cell.candidates)
+    }
+
+    /// Memory of the tree as far as it has grown.
+    pub fn byte_count(&self) -> usize {
+        self.root.byte_count()
+    }
+}
+
+impl Cell {
+    fn new(center: Vec3, half: f32, depth: u32, candidates: Vec<u32>) -> Self {
+        Self { center, half, depth, candidates, lookups: AtomicU32::new(0), children: OnceLock::new() }
+    }
+
+    #[inline]
+    fn children(&self, lines: &Lines, rule: CandidateRule) -> Option<&[Self; 8]> {
+        if let Some(children) = self.children.get() {
+            return children.as_deref();
+        }
+        // Sets differ in size, not in what is found in them: how often a cell was asked changes no answer.
+        if self.lookups.fetch_add(1, Ordering::Relaxed) < LOOKUPS_BEFORE_DIVISION {
+            return None;
+        }
+        self.children.get_or_init(|| self.divided(lines, rule)).as_deref()
+    }
+
+    fn divided(&self, lines: &Lines, rule: CandidateRule) -> Option<Box<[Self; 8]>> {
         let least = match rule {
             CandidateRule::LocalMinima => 0,
             CandidateRule::Nearest(count) => count,
         };
-        let mut tree = Self { center, half, nodes: vec![Node::Leaf { start: 0, count: 0 }], candidates: Vec::new() };
-        // Cells of one depth, with their nodes' indices.
-        let all = (0..lines.len() as u32).collect();
-        let mut level = vec![(0usize, Cell { center, candidates: all })];
-        let mut half = half;
-        for depth in 0..=MAX_DEPTH {
-            let divided: Vec<Option<[Cell; 8]>> = parallel::map_collect(level.len(), |index| {
-                let cell = &level[index].1;
-                (depth < MAX_DEPTH && cell.candidates.len() > SMALL_SET + least)
-                    .then(|| divide(lines, cell, half, rule))
-                    .filter(|children| {
-                        // Divided only where it helps.
-                        let sum: usize = children.iter().map(|child| child.candidates.len()).sum();
-                        sum < cell.candidates.len() * 7
-                    })
-            });
-            let mut next = Vec::new();
-            for ((node, cell), children) in level.into_iter().zip(divided) {
-                match children {
-                    Some(children) => {
-                        let first = tree.nodes.len();
-                        tree.nodes[node] = Node::Divided { first_child: first as u32 };
-                        tree.nodes.resize_with(first + 8, || Node::Leaf { start: 0, count: 0 });
-                        next.extend(children.into_iter().enumerate().map(|(k, child)| (first + k, child)));
-                    }
-                    None => {
-                        let start = tree.candidates.len() as u32;
-                        tree.nodes[node] = Node::Leaf { start, count: cell.candidates.len() as u32 };
-                        tree.candidates.extend(cell.candidates);
-                    }
-                }
-            }
-            level = next;
-            half *= 0.5;
-        }
-        tree
-    }
-
-    /// The candidates of a point's leaf; none outside the tree's bounds, where nothing is known.
-    #[inline]
-    pub fn candidates(&self, point: Vec3) -> Option<&[u32]> {
-        let mut offset = point - self.center;
-        if !(offset.abs().max_element() <= self.half) {
+        if self.depth >= MAX_DEPTH || self.candidates.len() <= SMALL_SET + least {
             return None;
         }
-        let mut half = self.half;
-        let mut node = self.nodes[0];
-        loop {
-            match node {
-                Node::Leaf { start, count } => {
-                    return Some(&self.candidates[start as usize..(start + count) as usize]);
-                }
-                Node::Divided { first_child } => {
-                    half *= 0.5;
-                    let octant = octant_of(offset);
-                    offset -= octant_center(octant) * half;
-                    node = self.nodes[first_child as usize + octant];
-                }
-            }
-        }
+        let half = self.half * 0.5;
+        // The sphere around a child, a little larger for rounding.
+        let radius = half * 3f32.sqrt() * 1.001;
+        let child = |octant: usize| {
+            let center = self.center + octant_center(octant) * half;
+            let candidates = match rule {
+                CandidateRule::LocalMinima => local_minima_near(lines, center, radius, &self.candidates),
+                CandidateRule::Nearest(count) => nearest_near(lines, center, radius, count, &self.candidates),
+            };
+            Self::new(center, half, self.depth + 1, candidates)
+        };
+        let children: [Self; 8] = std::array::from_fn(child);
+        let sum: usize = children.iter().map(|child| child.candidates.len()).sum();
+        let limit = LEAST_REDUCTION * 8.0 * self.candidates.len() as f32;
+        ((sum as f32) < limit).then(|| Box::new(children))
     }
 
-    /// Memory of the tree.
-    pub fn byte_count(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.candidates.as_slice())
+    fn byte_count(&self) -> usize {
+        let children = self.children.get().and_then(Option::as_ref);
+        let below: usize = children.map_or(0, |children| children.iter().map(Self::byte_count).sum());
+        size_of::<Self>() + size_of_val(self.candidates.as_slice()) + below
     }
 }
 
@@ -131,40 +138,60 @@ fn octant_center(octant: usize) -> Vec3 {
     Vec3::new(sign(0), sign(1), sign(2))
 }
 
-fn divide(lines: &Lines, cell: &Cell, half: f32, rule: CandidateRule) -> [Cell; 8] {
-    let half = half * 0.5;
-    // The sphere around a child, a little larger for rounding.
-    let radius = half * 3f32.sqrt() * 1.001;
-    std::array::from_fn(|octant| {
-        let center = cell.center + octant_center(octant) * half;
-        let candidates = match rule {
-            CandidateRule::LocalMinima => local_minima_near(lines, center, radius, &cell.candidates),
-            CandidateRule::Nearest(count) => nearest_near(lines, center, radius, count, &cell.candidates),
-        };
-        Cell { center, candidates }
-    })
-}
-
 /// Those of `candidates` that can be nearer than all their neighbours to a point of the sphere.
 ///
 /// The difference of two squared distances is a quadratic function of the point; its value and gradient at the
 /// centre, and the bound 2 sin(angle between the rays) of its Hessian, bound it from below.
 fn local_minima_near(lines: &Lines, center: Vec3, radius: f32, candidates: &[u32]) -> Vec<u32> {
-    let keeps = |&ray: &u32| {
-        let own = lines.offset(ray, center);
-        if own.along + radius < 0.0 {
-            return false; // the ray begins beyond the whole sphere
+    OFFSETS.with_borrow_mut(|offsets| {
+        offsets.start(lines.len());
+        let mut keeps = |&ray: &u32| {
+            let own = offsets.of(lines, ray, center);
+            if own.along + radius < 0.0 {
+                return false; // the ray begins beyond the whole sphere
+            }
+            let own2 = own.across.length_squared();
+            !lines.neighbours_with_sines(ray).any(|(neighbour, sine)| {
+                let other = offsets.of(lines, neighbour, center);
+                let other2 = other.across.length_squared();
+                let slope = 2.0 * (own.across - other.across).length() * radius;
+                let rounding = 1e-5 * (own2 + other2);
+                own2 - other2 - slope - sine * radius * radius - rounding > 0.0 && other.along - radius > 0.0
+            })
+        };
+        candidates.iter().copied().filter(|ray| keeps(ray)).collect()
+    })
+}
+
+/// Offsets of one point from rays, each worked out once.
+#[derive(Default)]
+struct Offsets {
+    round: u32,
+    known: Vec<(u32, Offset)>,
+}
+
+thread_local! {
+    static OFFSETS: RefCell<Offsets> = RefCell::default();
+}
+
+impl Offsets {
+    fn start(&mut self, rays: usize) {
+        self.round = self.round.wrapping_add(1);
+        if self.round == 0 || self.known.len() < rays {
+            self.known.clear();
+            self.known.resize(rays, (0, Offset { along: 0.0, across: Vec3::ZERO }));
+            self.round = 1;
         }
-        let own2 = own.across.length_squared();
-        !lines.neighbours(ray).iter().any(|&neighbour| {
-            let other = lines.offset(neighbour, center);
-            let slope = 2.0 * (own.across - other.across).length() * radius;
-            let bend = lines.sine_between(ray, neighbour) * radius * radius;
-            let rounding = 1e-5 * (own2 + other.across.length_squared());
-            own2 - other.across.length_squared() - slope - bend - rounding > 0.0 && other.along - radius > 0.0
-        })
-    };
-    candidates.iter().copied().filter(keeps).collect()
+    }
+
+    fn of(&mut self, lines: &Lines, ray: u32, point: Vec3) -> Offset {
+        let (round, known) = &mut self.known[ray as usize];
+        if *round != self.round {
+            *round = self.round;
+            *known = lines.offset(ray, point);
+        }
+        *known
+    }
 }
 
 /// Those of `candidates` that can be among the `count` nearest to a point of the sphere (Chen and Arvo 2000, figure 3).
