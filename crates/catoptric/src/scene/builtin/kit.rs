@@ -5,7 +5,7 @@ use super::shapes::{self, Shape};
 use super::textures;
 use crate::scene::model::{AnalyticAsset, CameraAsset, LightAsset, LocalTransform, MeshAsset, Model, Node, Primitive};
 use crate::scene::{Camera, LightKind, Material, Texture, TextureBinding};
-use crate::surface::AnalyticSurface;
+use crate::surface::{AnalyticSurface, SurfaceError};
 use glam::{Affine2, Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -147,10 +147,29 @@ impl Kit {
         self.model.nodes[child].parent = Some(parent);
     }
 
+    /// Adds a mirror: the exact surface or a mesh, as the scene's parameter `surface` says.
+    pub(super) fn add_mirror(
+        &mut self,
+        name: &str,
+        material: usize,
+        exact: Result<AnalyticSurface, SurfaceError>,
+        mesh: impl FnOnce() -> Shape,
+        place: Place,
+        values: &Values<'_>,
+    ) {
+        match exact {
+            Ok(surface) if values.analytic() => self.add_analytic(name, material, surface, place),
+            Ok(_) => {
+                self.add(name, material, mesh(), place);
+            }
+            Err(error) => panic!("the built-in surface `{name}` does not exist: {error}"),
+        }
+    }
+
     /// Adds a sphere: a mesh or the exact surface, as the scene's parameter `surface` says.
     pub(super) fn add_sphere(&mut self, name: &str, material: usize, radius: f32, place: Place, values: &Values<'_>) {
         if values.analytic() {
-            self.add_analytic(name, material, AnalyticSurface::Sphere { radius }, place);
+            self.add_analytic(name, material, AnalyticSurface::Sphere { radius: radius as f64 }, place);
         } else {
             self.add(name, material, shapes::sphere(radius, values.tess()), place);
         }

@@ -86,6 +86,10 @@ pub(super) const fn choice(name: &'static str, help: &'static str, words: &'stat
 /// The seed of whatever is random in a scene.
 pub(super) const SEED: ParameterInfo = integer("seed", "1", "another arrangement for every number", 0, u32::MAX as u64);
 
+/// Whether a mirror is the exact surface, as it is unless asked for otherwise, or a mesh.
+pub(super) const EXACT_SURFACE: ParameterInfo =
+    choice("surface", "the mirror is the exact surface of a formula, or a mesh", &["analytic", "mesh"]);
+
 /// Whether a mirror is a mesh or the exact surface.
 pub(super) const SURFACE: ParameterInfo =
     choice("surface", "the mirror is a mesh, or the exact surface of a formula", &["mesh", "analytic"]);

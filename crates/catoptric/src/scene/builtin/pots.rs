@@ -2,19 +2,20 @@
 
 use super::kit::{Kit, RoomSkin, at};
 use super::lizard::lizard;
-use super::parameters::{Values, choice};
+use super::parameters::{EXACT_SURFACE, Values, choice};
 use super::shapes::{self, ProfilePoint, Shape, TubePoint, prop_segments};
 use super::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
 use crate::scene::model::{Animation, Channel, ChannelValues, Interpolation, Model};
 use crate::scene::{LightKind, Material};
+use crate::surface::{AnalyticSurface, Revolution};
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 pub(super) const VASE: BuiltinInfo = BuiltinInfo {
     name: "vase",
     summary: "the mirror vase of the papers, a flat lizard of 61 vertices and an icosahedron that circles the vase",
-    parameters: &[TESS],
+    parameters: &[TESS, EXACT_SURFACE],
     command: "catoptric render builtin:vase -o vase.png",
     build: vase,
 };
@@ -31,13 +32,13 @@ pub(super) const TEAPOT: BuiltinInfo = BuiltinInfo {
 };
 
 /// Height of the vase.
-pub(super) const VASE_HEIGHT: f32 = 2.0;
+pub(super) const VASE_HEIGHT: f64 = 2.0;
 /// Coefficients of the vase's radius a s^3 + b s^2 + c s + d, with s the height from 0 to 1.
-pub(super) const VASE_PROFILE: [f32; 4] = [5.80, -9.78, 3.90, 0.47];
+pub(super) const VASE_PROFILE: [f64; 4] = [5.80, -9.78, 3.90, 0.47];
 
 /// The vase's radius and its derivative by s, the height from 0 to 1.
 pub(super) fn vase_radius(s: f32) -> [f32; 2] {
-    let [a, b, c, d] = VASE_PROFILE;
+    let [a, b, c, d] = VASE_PROFILE.map(|coefficient| coefficient as f32);
     [((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c]
 }
 
@@ -45,7 +46,7 @@ pub(super) fn vase_radius(s: f32) -> [f32; 2] {
 pub(super) fn vase_wall(tess: u32) -> Shape {
     let curve = |s: f32| {
         let [radius, change] = vase_radius(s);
-        (Vec2::new(radius, s * VASE_HEIGHT), Vec2::new(change, VASE_HEIGHT))
+        (Vec2::new(radius, s * VASE_HEIGHT as f32), Vec2::new(change, VASE_HEIGHT as f32))
     };
     shapes::revolution(&shapes::profile(tess * 3 / 2, curve), tess * 2)
 }
@@ -74,14 +75,15 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
             right: (bricks, 3.6),
         },
     );
-    kit.add("vase", mirror, vase_wall(values.tess()), at(0.0, 0.0, 0.0));
+    let exact = Revolution::new(VASE_HEIGHT, VASE_PROFILE).map(AnalyticSurface::Revolution);
+    kit.add_mirror("vase", mirror, exact, || vase_wall(values.tess()), at(0.0, 0.0, 0.0), values);
     // The mouth is closed a little below the rim, so that the inside needs no thought.
     let dark = kit.plain("mouth", rgb(0x1a1714));
     let depth = 0.985;
     let [mouth_radius, _] = vase_radius(depth);
     let disc = [(mouth_radius, Vec2::NEG_X), (0.0, Vec2::NEG_X)];
     let disc = disc.map(|(radius, direction)| ProfilePoint { radius, y: 0.0, direction });
-    kit.add("vase_mouth", dark, shapes::revolution(&disc, segments), at(0.0, depth * VASE_HEIGHT, 0.0));
+    kit.add("vase_mouth", dark, shapes::revolution(&disc, segments), at(0.0, depth * VASE_HEIGHT as f32, 0.0));
 
     let skin = kit.painted(textures::paint("lizard_skin", 256, |p| {
         let scale = (p * 14.0).fract() - 0.5;

@@ -1,11 +1,12 @@
 //! One curved mirror in a gallery: a hollow dish, an ellipsoid, a torus.
 
 use super::kit::{Kit, RoomSkin, at};
-use super::parameters::{Values, choice};
+use super::parameters::{EXACT_SURFACE, Values, choice};
 use super::shapes::{self, prop_segments};
 use super::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
 use crate::scene::model::Model;
+use crate::surface::{AnalyticSurface, Ellipsoid, Quadric, SurfaceError, Torus};
 use glam::Vec3;
 
 pub(super) const DISH: BuiltinInfo = BuiltinInfo {
@@ -13,6 +14,7 @@ pub(super) const DISH: BuiltinInfo = BuiltinInfo {
     summary: "a hollow mirror with things inside its focus (upright, enlarged) and beyond it (upside down)",
     parameters: &[
         TESS,
+        EXACT_SURFACE,
         choice("shape", "the form of the mirror; both have their focus 1 before it", &["sphere", "parabola"]),
     ],
     command: "catoptric render builtin:dish -o dish.png",
@@ -22,7 +24,7 @@ pub(super) const DISH: BuiltinInfo = BuiltinInfo {
 pub(super) const ELLIPSOID: BuiltinInfo = BuiltinInfo {
     name: "ellipsoid",
     summary: "a mirror ellipsoid with three different axes, among near boxes and columns",
-    parameters: &[TESS],
+    parameters: &[TESS, EXACT_SURFACE],
     command: "catoptric render builtin:ellipsoid -o ellipsoid.png",
     build: ellipsoid,
 };
@@ -30,7 +32,7 @@ pub(super) const ELLIPSOID: BuiltinInfo = BuiltinInfo {
 pub(super) const TORUS: BuiltinInfo = BuiltinInfo {
     name: "torus",
     summary: "a mirror torus: convex outside, a saddle inside, and seen in itself",
-    parameters: &[TESS],
+    parameters: &[TESS, EXACT_SURFACE],
     command: "catoptric render builtin:torus --order 3 -o torus.png",
     build: torus,
 };
@@ -39,6 +41,20 @@ pub(super) const TORUS: BuiltinInfo = BuiltinInfo {
 const FOCAL_LENGTH: f32 = 1.0;
 /// Radius of the dish's rim.
 const DISH_RADIUS: f32 = 1.25;
+
+/// The dish that opens towards +y, its deepest point at the origin; the outer side is the hollow one.
+fn exact_dish(is_parabola: bool) -> Result<AnalyticSurface, SurfaceError> {
+    let (focus, radius) = (FOCAL_LENGTH as f64, DISH_RADIUS as f64);
+    // The sphere is |p|^2 = 4 f y, the paraboloid the same without y^2; the upper bound cuts them at the rim.
+    let (yy, depth) = match is_parabola {
+        true => (0.0, radius * radius / (4.0 * focus)),
+        false => (-1.0, 2.0 * focus - (4.0 * focus * focus - radius * radius).sqrt()),
+    };
+    let coefficients = [-1.0, yy, -1.0, 0.0, 0.0, 0.0, 0.0, 4.0 * focus, 0.0, 0.0];
+    // A little room beside the rim, which lies on the upper bound alone.
+    let wide = 1.01 * radius;
+    Quadric::new(coefficients, [-wide, 0.0, -wide], [wide, depth, wide]).map(AnalyticSurface::Quadric)
+}
 
 fn dish(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
@@ -63,12 +79,14 @@ fn dish(spec: &str, values: &Values<'_>) -> Model {
             right: (stripes, 3.2),
         },
     );
-    let shape = match values.word("shape") {
-        "parabola" => shapes::parabolic_dish(FOCAL_LENGTH, DISH_RADIUS, tess),
-        _ => shapes::spherical_dish(2.0 * FOCAL_LENGTH, DISH_RADIUS, tess),
+    let is_parabola = values.word("shape") == "parabola";
+    let mesh = || match is_parabola {
+        true => shapes::parabolic_dish(FOCAL_LENGTH, DISH_RADIUS, tess),
+        false => shapes::spherical_dish(2.0 * FOCAL_LENGTH, DISH_RADIUS, tess),
     };
     // The dish opens towards the viewer; its deepest point is 1 behind the origin, so its focus is near the origin.
-    kit.add("dish", mirror, shape, at(0.0, 1.5, -FOCAL_LENGTH).turned_yxz(0.0, 90.0, 0.0));
+    let place = at(0.0, 1.5, -FOCAL_LENGTH).turned_yxz(0.0, 90.0, 0.0);
+    kit.add_mirror("dish", mirror, exact_dish(is_parabola), mesh, place, values);
     let red = kit.painted(textures::labels("red_labels", 2, rgb(0xfff2dc), rgb(0xd9483b)));
     let yellow = kit.painted(textures::stripes("yellow_stripes", 6, rgb(0xf0bd2d), rgb(0x7c4a12)));
     let blue = kit.painted(textures::checker("blue_checker", 4, rgb(0x2f63c4), rgb(0xcfe0ff)));
@@ -123,8 +141,10 @@ fn ellipsoid(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
     let mirror = kit.mirror();
     gallery(&mut kit, values, 0x3f7f8c, 0xf2ead9, 0.6);
-    let body = shapes::ellipsoid(Vec3::new(1.15, 0.68, 0.5), values.tess());
-    kit.add("ellipsoid", mirror, body, at(0.0, 1.34, 0.0).turned_yxz(24.0, 0.0, 14.0));
+    let radii = [1.15, 0.68, 0.5];
+    let exact = Ellipsoid::new(radii).map(AnalyticSurface::Ellipsoid);
+    let mesh = || shapes::ellipsoid(Vec3::from(radii.map(|radius| radius as f32)), values.tess());
+    kit.add_mirror("ellipsoid", mirror, exact, mesh, at(0.0, 1.34, 0.0).turned_yxz(24.0, 0.0, 14.0), values);
     kit.add_camera("front", Vec3::new(0.2, 1.75, 3.5), Vec3::new(0.0, 1.25, 0.0), 40.0);
     kit.finish()
 }
@@ -133,8 +153,9 @@ fn torus(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
     let mirror = kit.mirror();
     gallery(&mut kit, values, 0x8a5a9e, 0xf3eee2, 0.34);
-    let body = shapes::torus(0.8, 0.32, values.tess());
-    kit.add("torus", mirror, body, at(0.0, 1.4, 0.0).turned_yxz(18.0, 62.0, 0.0));
+    let exact = Torus::new(0.8, 0.32).map(AnalyticSurface::Torus);
+    let mesh = || shapes::torus(0.8, 0.32, values.tess());
+    kit.add_mirror("torus", mirror, exact, mesh, at(0.0, 1.4, 0.0).turned_yxz(18.0, 62.0, 0.0), values);
     kit.add_camera("front", Vec3::new(0.1, 1.9, 3.4), Vec3::new(0.0, 1.33, 0.0), 42.0);
     kit.finish()
 }

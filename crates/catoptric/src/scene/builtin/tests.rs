@@ -117,10 +117,10 @@ fn the_vase_has_the_papers_profile_and_its_normals_are_those_of_its_slope() {
     }
     let radius = |s: f64| 5.80 * s.powi(3) - 9.78 * s * s + 3.90 * s + 0.47;
     for (position, normal) in vase_wall(40).positions.iter().zip(&vase_wall(40).normals) {
-        let s = (position.y / VASE_HEIGHT) as f64;
+        let s = position.y as f64 / VASE_HEIGHT;
         let distance = Vec2::new(position.x, position.z).length();
         assert!((distance as f64 - radius(s)).abs() < 1e-5);
-        let slope = (radius(s + 1e-5) - radius(s - 1e-5)) / 2e-5 / VASE_HEIGHT as f64;
+        let slope = (radius(s + 1e-5) - radius(s - 1e-5)) / 2e-5 / VASE_HEIGHT;
         let outwards = Vec3::new(position.x / distance, -slope as f32, position.z / distance).normalize();
         assert!((outwards - *normal).length() < 1e-4, "{outwards} against {normal}");
     }
@@ -322,6 +322,34 @@ fn the_analytic_sphere_is_the_exact_surface() {
 }
 
 #[test]
+fn curved_mirrors_are_exact_unless_a_mesh_is_asked_for() {
+    for (spec, name, kind) in [
+        ("vase", "vase", "revolution"),
+        ("ellipsoid", "ellipsoid", "ellipsoid"),
+        ("torus", "torus", "torus"),
+        ("dish", "dish", "quadric"),
+        ("dish?shape=parabola", "dish", "quadric"),
+    ] {
+        let exact = pose(spec, 0.0);
+        let object = exact.objects.iter().find(|object| object.name == name).unwrap();
+        let surface = object.surface.as_ref().unwrap();
+        assert_eq!(surface.surface.kind(), kind, "{spec}");
+        let separator = if spec.contains('?') { '&' } else { '?' };
+        let scene = pose(&format!("{spec}{separator}surface=mesh&tess=24"), 0.0);
+        let mesh = scene.objects.iter().find(|object| object.name == name).unwrap();
+        assert!(mesh.surface.is_none());
+        // The mesh's points lie on the exact surface, with the same outer side.
+        for vertex in mesh.vertices.clone() {
+            let taylor = surface.taylor2(scene.positions[vertex as usize].as_dvec3());
+            assert!(taylor.value.abs() < 1e-5 * taylor.gradient.length(), "{spec}: {}", taylor.value);
+            let normal = taylor.normal().unwrap().as_vec3();
+            assert!((normal - scene.normals[vertex as usize]).length() < 1e-3, "{spec}: {normal}");
+        }
+        assert!((object.bounds.min - mesh.bounds.min).length() < 0.05, "{spec}");
+    }
+}
+
+#[test]
 fn the_icosahedron_circles_the_vase() {
     let center = |time: f32| {
         let scene = pose("vase?tess=3", time);
@@ -372,7 +400,8 @@ fn wrong_names_and_values_are_explained() {
         ("large_room?triangles=99", "from 10000 to 10000000"),
         ("vase?tess=5&tess=5", "given twice"),
         ("vase?tess", "key=value"),
-        ("vase?surface=mesh", "no such parameter"),
+        ("lens?surface=mesh", "no such parameter"),
+        ("vase?surface=exact", "analytic or mesh"),
     ] {
         assert!(message(spec).contains(expected), "{spec}: {}", message(spec));
     }
