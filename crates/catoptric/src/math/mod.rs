@@ -1,6 +1,9 @@
 //! Boxes, deterministic random numbers and small numerics.
 
 mod aabb;
+pub mod interval;
 pub mod random;
+pub mod roots;
+pub mod scalar;
 
 pub use aabb::Aabb;

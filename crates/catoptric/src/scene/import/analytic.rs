@@ -87,12 +87,12 @@ impl SurfaceKeys {
     }
 }
 
-fn positive(key: &'static str, length: f64) -> Result<f32, KeyError> {
+fn positive(key: &'static str, length: f64) -> Result<f64, KeyError> {
     // Below the smallest normal float a length would be rounded to 0.
     if !(1e-9..=MAX_LENGTH).contains(&length) {
         return wrong(key, format!("{length}; a length must be from 1e-9 to {MAX_LENGTH:e}"));
     }
-    Ok(length as f32)
+    Ok(length)
 }
 
 #[cfg(test)]
