@@ -78,13 +78,7 @@ fn bernstein_value<const N: usize>(c: &[f64; N], u: f64) -> (f64, f64) {
 ///
 /// `function` gives value and derivative, `value_at_low` is the value (or its sign) at `low`, `start` the first guess.
 #[inline]
-pub fn bracketed_root(
-    function: impl Fn(f64) -> (f64, f64),
-    low: f64,
-    high: f64,
-    value_at_low: f64,
-    start: f64,
-) -> f64 {
+pub fn bracketed_root(function: impl Fn(f64) -> (f64, f64), low: f64, high: f64, value_at_low: f64, start: f64) -> f64 {
     let (mut low, mut high) = (low, high);
     let mut at = if start > low && start < high { start } else { 0.5 * (low + high) };
     let mut width = high - low;

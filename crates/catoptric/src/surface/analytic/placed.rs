@@ -169,7 +169,11 @@ impl PlacedSurface {
             // Steps shrink at least quadratically: the next one would be lost in rounding.
             if discriminant >= 0.0 && step.abs() <= 1e-8 * size {
                 let within = distance >= 0.0 && self.is_within_bounds(origin + direction * distance);
-                return if within { self.hit_at(origin, direction, distance, &self.surface_from_world()) } else { None };
+                return if within {
+                    self.hit_at(origin, direction, distance, &self.surface_from_world())
+                } else {
+                    None
+                };
             }
         }
         None

@@ -53,14 +53,10 @@ type VertexKey = (usize, u8);
 /// Triangles where a function is zero; it gives value and gradient. Points where it is not finite have no surface.
 ///
 /// Features smaller than a cell (a 96th of the box's longest side) can be missed.
-pub(super) fn polygonise(
-    corners: [DVec3; 2],
-    function: impl Fn(DVec3) -> (f64, DVec3) + Sync,
-) -> SurfaceMesh {
+pub(super) fn polygonise(corners: [DVec3; 2], function: impl Fn(DVec3) -> (f64, DVec3) + Sync) -> SurfaceMesh {
     let size = corners[1] - corners[0];
-    let cells = size.to_array().map(|extent| {
-        ((CELLS as f64 * extent / size.max_element()).ceil() as u32).clamp(4, CELLS)
-    });
+    let cells =
+        size.to_array().map(|extent| ((CELLS as f64 * extent / size.max_element()).ceil() as u32).clamp(4, CELLS));
     let mut grid = Grid { corners, cells, values: Vec::new() };
     let layer = (cells[0] as usize + 1) * (cells[1] as usize + 1);
     let mut values = vec![0.0; layer * (cells[2] as usize + 1)];
@@ -71,7 +67,8 @@ pub(super) fn polygonise(
         }
     });
     grid.values = values;
-    let mut builder = Builder { grid: &grid, function: &function, vertices: HashMap::new(), mesh: SurfaceMesh::default() };
+    let mut builder =
+        Builder { grid: &grid, function: &function, vertices: HashMap::new(), mesh: SurfaceMesh::default() };
     for z in 0..cells[2] {
         for y in 0..cells[1] {
             for x in 0..cells[0] {

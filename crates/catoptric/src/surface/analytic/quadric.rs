@@ -40,11 +40,8 @@ impl Quadric {
     /// The polynomial over the largest length of its gradient; none where that is 0.
     fn scaled_to_bounds(coefficients: [f64; 10], bounds: [DVec3; 2]) -> Option<Self> {
         let [xx, yy, zz, xy, yz, zx, x, y, z, one] = coefficients;
-        let curved = DMat3::from_cols(
-            DVec3::new(2.0 * xx, xy, zx),
-            DVec3::new(xy, 2.0 * yy, yz),
-            DVec3::new(zx, yz, 2.0 * zz),
-        );
+        let curved =
+            DMat3::from_cols(DVec3::new(2.0 * xx, xy, zx), DVec3::new(xy, 2.0 * yy, yz), DVec3::new(zx, yz, 2.0 * zz));
         let straight = DVec3::new(x, y, z);
         // The gradient is linear: it is longest in a corner.
         let corner = |bits: usize| {

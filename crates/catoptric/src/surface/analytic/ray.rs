@@ -4,13 +4,7 @@ use glam::DVec3;
 
 /// The part of a ray's `near` to `far` that lies in a box, or none.
 #[inline]
-pub(super) fn clip(
-    origin: DVec3,
-    direction: DVec3,
-    [min, max]: [DVec3; 2],
-    near: f64,
-    far: f64,
-) -> Option<(f64, f64)> {
+pub(super) fn clip(origin: DVec3, direction: DVec3, [min, max]: [DVec3; 2], near: f64, far: f64) -> Option<(f64, f64)> {
     let (mut enter, mut leave) = (near, far);
     for axis in 0..3 {
         let (o, d) = (origin[axis], direction[axis]);

@@ -139,8 +139,8 @@ impl Shape for Revolution {
         let [radius, slope, bend] = value_and_slopes(&self.profile, point.y * inverse_height);
         let axis_distance = (point.x * point.x + point.z * point.z + self.soft2()).sqrt();
         let outwards = DVec3::new(point.x, 0.0, point.z) / axis_distance;
-        let mut hessian = (DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)) - outer(outwards, outwards))
-            * (1.0 / axis_distance);
+        let mut hessian =
+            (DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0)) - outer(outwards, outwards)) * (1.0 / axis_distance);
         hessian.y_axis.y = -bend * inverse_height * inverse_height;
         Taylor2 {
             value: axis_distance - radius,

@@ -6,7 +6,6 @@ use crate::math::interval::{Interval, IntervalDual};
 use crate::math::roots::first_interval_root;
 use crate::math::scalar::Scalar;
 use glam::{DMat3, DVec3, Vec2};
-use num_dual::Dual64;
 use std::f64::consts::FRAC_PI_2;
 
 /// A superquadric (Barr 1981, Superquadrics and angle-preserving transformations) about the origin:
@@ -136,9 +135,7 @@ fn mean<S: Scalar>(exponent: f64, u: S, v: S) -> S {
 impl ImplicitFunction for Superquadric {
     fn value<S: Scalar>(&self, [x, y, z]: [S; 3]) -> S {
         let [e1, e2] = self.exponents;
-        let square = |x: S, radius: f64| {
-            (x * S::constant(1.0 / radius)).powi(2) + S::constant(SOFTENING * SOFTENING)
-        };
+        let square = |x: S, radius: f64| (x * S::constant(1.0 / radius)).powi(2) + S::constant(SOFTENING * SOFTENING);
         let across = mean(e2, square(x, self.radii.x), square(y, self.radii.y));
         let size = mean(e1, across, square(z, self.radii.z)).sqrt();
         (size - S::constant(1.0)) * S::constant(self.radii.min_element())
@@ -254,6 +251,7 @@ impl Shape for Superquadric {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use num_dual::Dual64;
 
     #[test]
     fn dual_numbers_along_a_ray_agree_with_the_gradient() {
