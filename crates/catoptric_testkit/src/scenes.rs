@@ -85,7 +85,7 @@ impl SceneBuilder {
 
     /// A sphere, given by its formula.
     pub fn sphere(&mut self, name: &str, center: Vec3, radius: f32, material: usize) {
-        let surface = AnalyticSurface::Sphere { radius };
+        let surface = AnalyticSurface::Sphere { radius: radius.into() };
         self.analytic(name, Affine3A::from_translation(center), surface, material, false);
     }
 

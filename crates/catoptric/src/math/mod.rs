@@ -1,7 +1,10 @@
 //! Boxes, deterministic random numbers and small numerics.
 
 mod aabb;
+pub mod interval;
 pub mod jet;
 pub mod random;
+pub mod roots;
+pub mod scalar;
 
 pub use aabb::Aabb;

@@ -77,12 +77,10 @@ impl Scene {
     fn exact_hit(&self, surface: &LayerSurface, ray: &Ray) -> Option<(u32, SurfaceHit)> {
         let object = self.triangle_objects[surface.source as usize];
         let exact = self.objects[object as usize].surface.as_ref()?;
-        // The tessellation was drawn at this place: of a ray's two meetings the nearer to it is meant.
+        // The tessellation was drawn at this place: of a ray's meetings with the surface the one near it is meant.
         let drawn = self.position_on(surface.source, surface.barycentrics.value);
         let distance = (drawn - ray.origin).dot(ray.direction);
-        let middle = exact.middle_distance(ray.origin, ray.direction);
-        let near = if distance > middle { middle.max(0.0) } else { 0.0 };
-        Some((object, exact.intersect(ray.origin, ray.direction, near, f32::INFINITY)?))
+        Some((object, exact.refine(ray.origin, ray.direction, distance)?))
     }
 
     /// Whether a drawn surface is there at all, by its alpha.

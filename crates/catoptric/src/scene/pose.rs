@@ -395,7 +395,7 @@ impl Builder<'_> {
         if !world.is_finite() || scale <= 0.0 || scales.iter().any(|s| (s - scale).abs() > 1e-3 * scale) {
             return Err(invalid("an analytic surface can be turned, moved and scaled alike in all directions only"));
         }
-        let surface = analytic.surface.scaled(scale);
+        let surface = analytic.surface.scaled(scale as f64);
         let placed = PlacedSurface { surface, world_from_surface: rigid(world) };
         let material = self.material(&node.name, analytic.material);
         let mesh = placed.surface.tessellate();

@@ -98,7 +98,13 @@ impl Scene {
             return Encounter { point, ..Encounter::default() };
         };
         let position_change = change.transferred(ray, hit.distance, hit.normal);
-        let normal_change = [position_change[0] * hit.curvature, position_change[1] * hit.curvature];
+        let normal_change = match &self.objects[object as usize].surface {
+            Some(surface) if self.role_of(object).is_specular() => {
+                let shape = surface.shape_operator(hit.position.as_dvec3()).as_mat3();
+                position_change.map(|change| shape * change)
+            }
+            _ => [Vec3::ZERO; 2],
+        };
         Encounter { point, position_change, normal_change }
     }
 

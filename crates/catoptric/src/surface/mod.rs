@@ -8,6 +8,9 @@ pub mod tracer;
 mod traversal;
 
 pub(crate) use analytic::sphere_mesh;
-pub use analytic::{AnalyticSurface, PlacedSurface, SurfaceHit, SurfaceMesh};
+pub use analytic::{
+    AnalyticSurface, Ellipsoid, PlacedSurface, Quadric, Revolution, Superquadric, SurfaceError, SurfaceHit,
+    SurfaceMesh, Torus,
+};
 pub use patch::SurfacePatch;
 pub use taylor::{Taylor2, Taylor3};

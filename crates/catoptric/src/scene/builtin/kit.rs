@@ -150,7 +150,7 @@ impl Kit {
     /// Adds a sphere: a mesh or the exact surface, as the scene's parameter `surface` says.
     pub(super) fn add_sphere(&mut self, name: &str, material: usize, radius: f32, place: Place, values: &Values<'_>) {
         if values.analytic() {
-            self.add_analytic(name, material, AnalyticSurface::Sphere { radius }, place);
+            self.add_analytic(name, material, AnalyticSurface::Sphere { radius: radius as f64 }, place);
         } else {
             self.add(name, material, shapes::sphere(radius, values.tess()), place);
         }

@@ -61,7 +61,7 @@ fn planar_mirror(spec: &str, values: &Values<'_>) -> Model {
         let center = -inwards * (HALF - 0.04) + Vec3::Y * middle_height;
         let place = at(center.x, center.y, center.z).turned(turn_deg);
         if values.analytic() {
-            let surface = AnalyticSurface::Plane { half_width: width * 0.5, half_height: height * 0.5 };
+            let surface = AnalyticSurface::Plane { half_width: width as f64 * 0.5, half_height: height as f64 * 0.5 };
             kit.add_analytic(&name, mirror, surface, place.turned_yxz(0.0, 90.0, 0.0));
         } else {
             let corner = Vec3::new(-width * 0.5, -height * 0.5, 0.0);

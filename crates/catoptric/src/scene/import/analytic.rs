@@ -1,13 +1,47 @@
 //! The keys that describe an analytic surface, the same in `.toml` scenes and in glTF extras.
 
 use crate::scene::Material;
-use crate::surface::AnalyticSurface;
+use crate::surface::{AnalyticSurface, Ellipsoid, Quadric, Revolution, Superquadric, SurfaceError, Torus};
 use glam::Vec3;
 
-/// The kinds that this version can draw.
-const KINDS: [&str; 2] = ["plane", "sphere"];
-/// Kinds of the scene format that later versions draw.
-const LATER_KINDS: [&str; 6] = ["ellipsoid", "quadric", "torus", "superquadric", "revolution", "implicit"];
+/// The kinds of surfaces.
+const KINDS: [Kind; 7] = [
+    Kind { name: "plane", parameters: &[numbers("size", 2)] },
+    Kind { name: "sphere", parameters: &[numbers("radius", 1)] },
+    Kind { name: "ellipsoid", parameters: &[numbers("radii", 3)] },
+    Kind {
+        name: "quadric",
+        parameters: &[numbers("coefficients", 10), numbers("bounds_min", 3), numbers("bounds_max", 3)],
+    },
+    Kind { name: "torus", parameters: &[numbers("major_radius", 1), numbers("minor_radius", 1)] },
+    Kind { name: "superquadric", parameters: &[numbers("radii", 3), numbers("exponents", 2)] },
+    Kind { name: "revolution", parameters: &[numbers("height", 1), numbers("profile", 4)] },
+];
+
+/// A kind of surface and its own keys; all of them must be given.
+#[derive(Debug)]
+pub(super) struct Kind {
+    pub(super) name: &'static str,
+    pub(super) parameters: &'static [Parameter],
+}
+
+/// A key of a kind.
+#[derive(Debug)]
+pub(super) struct Parameter {
+    pub(super) key: &'static str,
+    pub(super) form: Form,
+}
+
+/// What a key takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Form {
+    /// So many finite numbers: in brackets, unless it is one.
+    Numbers(usize),
+}
+
+const fn numbers(key: &'static str, count: usize) -> Parameter {
+    Parameter { key, form: Form::Numbers(count) }
+}
 
 /// The largest length in a scene file.
 pub(super) const MAX_LENGTH: f64 = 1e9;
@@ -19,52 +53,84 @@ pub(super) struct KeyError {
     pub(super) problem: String,
 }
 
+impl From<SurfaceError> for KeyError {
+    fn from(error: SurfaceError) -> Self {
+        Self { key: error.parameter, problem: error.problem }
+    }
+}
+
 fn wrong<T>(key: &'static str, problem: impl Into<String>) -> Result<T, KeyError> {
     Err(KeyError { key, problem: problem.into() })
 }
 
+/// The kind of this name; to be asked before its keys are looked at.
+pub(super) fn kind_named(name: &str) -> Result<&'static Kind, KeyError> {
+    match KINDS.iter().find(|kind| kind.name == name) {
+        Some(kind) => Ok(kind),
+        None => {
+            let names: Vec<String> = KINDS.iter().map(|kind| format!("`{}`", kind.name)).collect();
+            wrong("surface", format!("there is no kind `{name}`; supported are {}", names.join(", ")))
+        }
+    }
+}
+
 /// The keys of a surface as they were given; the place is not among them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct SurfaceKeys {
-    pub(super) kind: String,
-    pub(super) radius: Option<f64>,
-    pub(super) size: Option<[f64; 2]>,
+    pub(super) kind: &'static Kind,
+    /// The numbers of the kind's parameters, in their order; none where one was not given.
+    pub(super) numbers: Vec<Option<Vec<f64>>>,
     pub(super) tint: Option<[f64; 3]>,
     pub(super) ior: Option<f64>,
     pub(super) inside: bool,
 }
 
-/// Whether a kind can be drawn; to be asked before its keys are looked at.
-pub(super) fn check_kind(kind: &str) -> Result<(), KeyError> {
-    if KINDS.contains(&kind) {
-        return Ok(());
-    }
-    let supported = KINDS.map(|kind| format!("`{kind}`")).join(" and ");
-    if LATER_KINDS.contains(&kind) {
-        return wrong("surface", format!("`{kind}` is not supported in this version; supported are {supported}"));
-    }
-    wrong("surface", format!("there is no kind `{kind}`; supported are {supported}"))
-}
-
 impl SurfaceKeys {
+    /// The numbers of one of the kind's parameters.
+    fn parameter<const N: usize>(&self, key: &'static str) -> Result<[f64; N], KeyError> {
+        let index = self.kind.parameters.iter().position(|parameter| parameter.key == key);
+        let given = index.and_then(|index| self.numbers.get(index)?.as_deref());
+        match given.map(<[f64; N]>::try_from) {
+            Some(Ok(numbers)) => Ok(numbers),
+            _ => {
+                let form = if N == 1 { "a number".into() } else { format!("{N} numbers in brackets") };
+                wrong(key, format!("missing; a surface of the kind `{}` needs `{key}`, {form}", self.kind.name))
+            }
+        }
+    }
+
     /// The surface in its own frame.
     pub(super) fn surface(&self) -> Result<AnalyticSurface, KeyError> {
-        check_kind(&self.kind)?;
-        let not_here = |key, given: bool| match given {
-            true => wrong(key, format!("a {} has no `{key}`", self.kind)),
-            false => Ok(()),
+        let surface = match self.kind.name {
+            "plane" => {
+                let [width, height] = self.parameter("size")?;
+                let half = |length| Ok::<f64, KeyError>(positive("size", length)? * 0.5);
+                AnalyticSurface::Plane { half_width: half(width)?, half_height: half(height)? }
+            }
+            "sphere" => {
+                let [radius] = self.parameter("radius")?;
+                AnalyticSurface::Sphere { radius: positive("radius", radius)? }
+            }
+            "ellipsoid" => AnalyticSurface::Ellipsoid(Ellipsoid::new(self.parameter("radii")?)?),
+            "quadric" => AnalyticSurface::Quadric(Quadric::new(
+                self.parameter("coefficients")?,
+                self.parameter("bounds_min")?,
+                self.parameter("bounds_max")?,
+            )?),
+            "torus" => {
+                let ([major], [minor]) = (self.parameter("major_radius")?, self.parameter("minor_radius")?);
+                AnalyticSurface::Torus(Torus::new(major, minor)?)
+            }
+            "superquadric" => AnalyticSurface::Superquadric(Superquadric::new(
+                self.parameter("radii")?,
+                self.parameter("exponents")?,
+            )?),
+            _ => {
+                let [height] = self.parameter("height")?;
+                AnalyticSurface::Revolution(Revolution::new(height, self.parameter("profile")?)?)
+            }
         };
-        if self.kind == "plane" {
-            not_here("radius", self.radius.is_some())?;
-            let Some([width, height]) = self.size else {
-                return wrong("size", "missing; a plane needs `size = [w, h]`");
-            };
-            let half = |length| Ok(positive("size", length)? * 0.5);
-            return Ok(AnalyticSurface::Plane { half_width: half(width)?, half_height: half(height)? });
-        }
-        not_here("size", self.size.is_some())?;
-        let Some(radius) = self.radius else { return wrong("radius", "missing; a sphere needs a `radius`") };
-        Ok(AnalyticSurface::Sphere { radius: positive("radius", radius)? })
+        Ok(surface)
     }
 
     /// The material: glass where there is an index of refraction, else a mirror.
@@ -87,12 +153,12 @@ impl SurfaceKeys {
     }
 }
 
-fn positive(key: &'static str, length: f64) -> Result<f32, KeyError> {
+fn positive(key: &'static str, length: f64) -> Result<f64, KeyError> {
     // Below the smallest normal float a length would be rounded to 0.
     if !(1e-9..=MAX_LENGTH).contains(&length) {
         return wrong(key, format!("{length}; a length must be from 1e-9 to {MAX_LENGTH:e}"));
     }
-    Ok(length as f32)
+    Ok(length)
 }
 
 #[cfg(test)]
@@ -100,30 +166,45 @@ mod tests {
     use super::*;
     use crate::scene::Role;
 
+    fn keys(kind: &str, numbers: &[&[f64]]) -> SurfaceKeys {
+        let numbers = numbers.iter().map(|numbers| Some(numbers.to_vec())).collect();
+        SurfaceKeys { kind: kind_named(kind).unwrap(), numbers, tint: None, ior: None, inside: false }
+    }
+
     #[test]
     fn surfaces_and_materials() {
-        let ball = SurfaceKeys { kind: "sphere".into(), radius: Some(2.0), ..Default::default() };
+        let ball = keys("sphere", &[&[2.0]]);
         assert_eq!(ball.surface().unwrap(), AnalyticSurface::Sphere { radius: 2.0 });
         assert_eq!(ball.material("ball").unwrap(), Material::mirror("ball", Vec3::ONE));
-        let plane = SurfaceKeys { kind: "plane".into(), size: Some([2.0, 4.0]), ior: Some(1.3), ..Default::default() };
+        let plane = SurfaceKeys { ior: Some(1.3), ..keys("plane", &[&[2.0, 4.0]]) };
         assert_eq!(plane.surface().unwrap(), AnalyticSurface::Plane { half_width: 1.0, half_height: 2.0 });
         assert_eq!(plane.material("").unwrap().role, Role::Lens);
+        let unit = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0];
+        for (kind, numbers) in [
+            ("ellipsoid", [&[1.0, 2.0, 3.0][..]].as_slice()),
+            ("quadric", &[&unit, &[-1.0; 3], &[1.0; 3]]),
+            ("torus", &[&[1.0], &[0.3]]),
+            ("superquadric", &[&[1.0; 3], &[0.5, 1.5]]),
+            ("revolution", &[&[2.0], &[5.8, -9.78, 3.9, 0.47]]),
+        ] {
+            assert_eq!(keys(kind, numbers).surface().unwrap().kind(), kind);
+        }
     }
 
     #[test]
     fn wrong_keys_are_named() {
-        let ball = SurfaceKeys { kind: "sphere".into(), radius: Some(1.0), ..Default::default() };
         let key = |keys: SurfaceKeys| {
             keys.surface().map(|_| ()).and_then(|()| keys.material("").map(|_| ())).unwrap_err().key
         };
-        assert_eq!(key(SurfaceKeys { radius: None, ..ball.clone() }), "radius");
-        assert_eq!(key(SurfaceKeys { radius: Some(f64::NAN), ..ball.clone() }), "radius");
-        assert_eq!(key(SurfaceKeys { radius: Some(-1.0), ..ball.clone() }), "radius");
-        assert_eq!(key(SurfaceKeys { size: Some([1.0; 2]), ..ball.clone() }), "size");
+        let ball = keys("sphere", &[&[1.0]]);
+        assert_eq!(key(SurfaceKeys { numbers: vec![None], ..ball.clone() }), "radius");
+        assert_eq!(key(keys("sphere", &[&[f64::NAN]])), "radius");
+        assert_eq!(key(keys("sphere", &[&[-1.0]])), "radius");
+        assert_eq!(key(keys("torus", &[&[1.0], &[1.0]])), "minor_radius");
+        assert_eq!(key(keys("ellipsoid", &[&[1.0, 0.0, 1.0]])), "radii");
         assert_eq!(key(SurfaceKeys { ior: Some(11.0), ..ball.clone() }), "ior");
         assert_eq!(key(SurfaceKeys { ior: Some(1.5), inside: true, ..ball.clone() }), "inside");
         assert_eq!(key(SurfaceKeys { tint: Some([0.0, 2.0, 0.0]), ..ball }), "tint");
-        assert!(check_kind("torus").unwrap_err().problem.contains("this version"));
-        assert!(check_kind("cube").unwrap_err().problem.contains("sphere"));
+        assert!(kind_named("cube").unwrap_err().problem.contains("sphere"));
     }
 }

@@ -77,7 +77,7 @@ fn planes_of_object(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
                 let triangles = object.triangles.clone().collect();
                 Some(vec![MirrorPlane { normal, offset, inside: object.inside, triangles }])
             }
-            AnalyticSurface::Sphere { .. } => None,
+            _ => None,
         },
         None => flat_parts(scene, index),
     }

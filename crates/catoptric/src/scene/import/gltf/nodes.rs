@@ -1,13 +1,12 @@
 //! The tree of nodes, what stands at them, cameras, lights, instances and skins.
 
-use super::super::analytic::{KeyError, SurfaceKeys};
+use super::super::analytic::{self, Form, KeyError, SurfaceKeys};
 use super::schema;
 use super::source::Source;
 use crate::error::SceneError;
 use crate::scene::model::{CameraAsset, LightAsset, LocalTransform, Node, Skin};
 use crate::scene::{LightKind, Projection};
 use glam::{Affine3A, Mat4, Quat, Vec3};
-use serde::Deserialize;
 use serde_json::Value;
 
 /// The nodes, and which of them the scene shows.
@@ -228,16 +227,6 @@ pub(super) fn surface_keys(
     owner: &str,
     extras: &Value,
 ) -> Result<Option<SurfaceKeys>, SceneError> {
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    struct Keys {
-        radius: Option<f64>,
-        size: Option<[f64; 2]>,
-        tint: Option<[f64; 3]>,
-        ior: Option<f64>,
-        #[serde(default)]
-        inside: bool,
-    }
     let Some(value) = extras.get("catoptric") else { return Ok(None) };
     let field = format!("{owner}.extras.catoptric");
     let Value::Object(mut keys) = value.clone() else {
@@ -245,11 +234,41 @@ pub(super) fn surface_keys(
     };
     let kind = keys.remove("surface").and_then(|kind| kind.as_str().map(String::from));
     let kind = kind.ok_or_else(|| source.invalid(format!("{field}.surface"), "missing; it names the kind"))?;
-    super::super::analytic::check_kind(&kind).map_err(|error| key_error(source, &field, &error))?;
-    let keys: Keys = serde_path_to_error::deserialize(Value::Object(keys))
-        .map_err(|error| source.invalid(format!("{field}.{}", error.path()), error.inner().to_string()))?;
-    let Keys { radius, size, tint, ior, inside } = keys;
-    Ok(Some(SurfaceKeys { kind, radius, size, tint, ior, inside }))
+    let kind = analytic::kind_named(&kind).map_err(|error| key_error(source, &field, &error))?;
+    let mut take = |key: &str| keys.remove(key);
+    let wrong = |key: &str, what: &str| source.invalid(format!("{field}.{key}"), format!("must be {what}"));
+    let mut numbers = Vec::new();
+    for parameter in kind.parameters {
+        let given = take(parameter.key).map(|value| match parameter.form {
+            Form::Numbers(1) => number(&value).map(|number| vec![number]).ok_or("a finite number".into()),
+            Form::Numbers(count) => {
+                let list = value.as_array().and_then(|list| list.iter().map(number).collect::<Option<Vec<f64>>>());
+                list.filter(|list| list.len() == count).ok_or(format!("{count} finite numbers in brackets"))
+            }
+        });
+        let given: Option<Result<Vec<f64>, String>> = given;
+        numbers.push(given.transpose().map_err(|what| wrong(parameter.key, &what))?);
+    }
+    let tint = take("tint").map(|value| {
+        let list = value.as_array().and_then(|list| list.iter().map(number).collect::<Option<Vec<f64>>>());
+        list.and_then(|list| <[f64; 3]>::try_from(list).ok())
+            .ok_or_else(|| wrong("tint", "3 finite numbers in brackets"))
+    });
+    let ior = take("ior").map(|value| number(&value).ok_or_else(|| wrong("ior", "a finite number")));
+    let inside = take("inside").map(|value| value.as_bool().ok_or_else(|| wrong("inside", "true or false")));
+    if let Some(key) = keys.keys().next() {
+        let known = ["surface", "tint", "ior", "inside"].into_iter();
+        let known: Vec<&str> = known.chain(kind.parameters.iter().map(|parameter| parameter.key)).collect();
+        let problem = format!("unknown field `{key}`; known are: {}", known.join(", "));
+        return Err(source.invalid(format!("{field}.{key}"), problem));
+    }
+    let (tint, ior, inside) = (tint.transpose()?, ior.transpose()?, inside.transpose()?.unwrap_or(false));
+    Ok(Some(SurfaceKeys { kind, numbers, tint, ior, inside }))
+}
+
+/// A finite number.
+fn number(value: &Value) -> Option<f64> {
+    value.as_f64().filter(|number| number.is_finite())
 }
 
 pub(super) fn key_error(source: &Source<'_>, owner: &str, error: &KeyError) -> SceneError {

@@ -94,13 +94,19 @@ impl<'t, 'i> Keys<'t, 'i> {
 
     /// `N` finite numbers.
     pub(super) fn numbers<const N: usize>(&mut self, key: &'static str) -> Result<Option<At<[f64; N]>>, SceneError> {
+        let list = self.number_list(key, N)?;
+        Ok(list.and_then(|At { begin, value }| Some(At { begin, value: value.try_into().ok()? })))
+    }
+
+    /// As many finite numbers as are asked for.
+    pub(super) fn number_list(&mut self, key: &'static str, count: usize) -> Result<Option<At<Vec<f64>>>, SceneError> {
         let Some((begin, value)) = self.take(key) else { return Ok(None) };
         let list = value.get_ref().as_array();
         let numbers =
             list.and_then(|list| list.iter().map(|number| number_of(number.get_ref())).collect::<Option<Vec<_>>>());
-        match numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok()) {
+        match numbers.filter(|numbers| numbers.len() == count) {
             Some(value) => Ok(Some(At { begin, value })),
-            None => Err(self.wrong(key, begin, format!("must be {N} finite numbers in brackets"))),
+            None => Err(self.wrong(key, begin, format!("must be {count} finite numbers in brackets"))),
         }
     }
 

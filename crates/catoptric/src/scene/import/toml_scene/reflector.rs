@@ -1,6 +1,6 @@
 //! One `[[reflector]]`: an analytic surface, its place and its material.
 
-use super::super::analytic::{self, KeyError, SurfaceKeys};
+use super::super::analytic::{self, Form, KeyError, SurfaceKeys};
 use super::keys::{At, Keys, Text};
 use super::{direction, point};
 use crate::error::SceneError;
@@ -22,38 +22,35 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
     let Some(kind) = kind else {
         return Err(table.invalid("surface", "missing; it names the kind, such as \"sphere\""));
     };
-    // Before the other keys: those of a kind that is not supported would only be called unknown.
+    // Before the other keys: those of a kind that there is not would only be called unknown.
     let field = |key: &str| format!("reflector.{key}");
     let at = |begin: usize, error: KeyError| text.invalid(begin, &field(error.key), error.problem);
-    analytic::check_kind(&kind.value).map_err(|error| at(kind.begin, error))?;
+    let kind = analytic::kind_named(&kind.value).map_err(|error| at(kind.begin, error))?;
     let name = table.string("name")?.map_or_else(|| format!("reflector {index}"), |name| name.value);
     let center = table.numbers("center")?;
     let rotation_deg = table.numbers("rotation_deg")?;
     let tint = table.numbers("tint")?;
     let ior = table.number("ior")?;
     let inside = table.boolean("inside")?;
-    let (mut radius, mut size, mut normal) = (None, None, None);
-    if kind.value == "sphere" {
-        radius = table.number("radius")?;
-    } else {
-        size = table.numbers("size")?;
-        normal = table.numbers("normal")?;
+    let mut begins =
+        vec![("tint", tint.map(|at| at.begin)), ("ior", ior.map(|at| at.begin)), ("inside", inside.map(|at| at.begin))];
+    let mut numbers = Vec::new();
+    for parameter in kind.parameters {
+        let given = match parameter.form {
+            Form::Numbers(1) => table.number(parameter.key)?.map(|at| At { begin: at.begin, value: vec![at.value] }),
+            Form::Numbers(count) => table.number_list(parameter.key, count)?,
+        };
+        begins.push((parameter.key, given.as_ref().map(|at| at.begin)));
+        numbers.push(given.map(|at| at.value));
     }
+    let normal = if kind.name == "plane" { table.numbers("normal")? } else { None };
     let keys = SurfaceKeys {
-        kind: kind.value.clone(),
-        radius: radius.map(|radius| radius.value),
-        size: size.map(|size| size.value),
+        kind,
+        numbers,
         tint: tint.map(|tint| tint.value),
         ior: ior.map(|ior| ior.value),
         inside: inside.is_some_and(|inside| inside.value),
     };
-    let begins = [
-        ("radius", radius.map(|at| at.begin)),
-        ("size", size.map(|at| at.begin)),
-        ("tint", tint.map(|at| at.begin)),
-        ("ior", ior.map(|at| at.begin)),
-        ("inside", inside.map(|at| at.begin)),
-    ];
     let explain = |error: KeyError| match begins.iter().find(|(key, _)| *key == error.key) {
         Some((_, Some(begin))) => at(*begin, error),
         _ => table.invalid(error.key, error.problem),

@@ -150,12 +150,17 @@ fn errors_of_reflectors_name_the_line() {
     assert_error(ball, 1, "reflector.radius: missing");
     assert_error("\n[[reflector]]\nname = \"a\"\n", 2, "reflector.surface: missing");
     assert_error("[[reflector]]\nsurface = \"sphere\"\nradius = 1\n", 1, "reflector.center: missing");
-    assert_error(
-        "[[reflector]]\nsurface = \"torus\"\nmajor_radius = 1\n",
-        2,
-        "`torus` is not supported in this version",
-    );
-    assert_error("[[reflector]]\nsurface = \"ball\"\n", 2, "supported are `plane` and `sphere`");
+    assert_error("[[reflector]]\nsurface = \"ball\"\n", 2, "supported are `plane`, `sphere`");
+    let torus = "[[reflector]]\nsurface = \"torus\"\ncenter = [0, 0, 0]\nmajor_radius = 1\n";
+    assert_error(torus, 1, "reflector.minor_radius: missing");
+    assert_error(&format!("{torus}minor_radius = 1.5\n"), 5, "must be below `major_radius`");
+    let vase = "[[reflector]]\nsurface = \"revolution\"\ncenter = [0, 0, 0]\nheight = 2\n";
+    assert_error(&format!("{vase}profile = [1, 2, 3]\n"), 5, "must be 4 finite numbers");
+    assert_error(&format!("{vase}profile = [0, 0, -1, 0.5]\n"), 5, "must not be negative");
+    let dish = "[[reflector]]\nsurface = \"quadric\"\ncenter = [0, 0, 0]\nbounds_min = [-1, 0, -1]\n";
+    let bowl = "coefficients = [1, 0, 1, 0, 0, 0, 0, -1, 0, 0]\n";
+    assert_error(&format!("{dish}{bowl}bounds_max = [1, 0, 1]\n"), 6, "must be above that of `bounds_min`");
+    assert_error(&format!("{dish}coefficients = [0, 0, 0, 0, 0, 0, 0, 0, 0, 1]\nbounds_max = [1, 1, 1]\n"), 5, "0");
     let plane = "[[reflector]]\nsurface = \"plane\"\ncenter = [0, 0, 0]\n";
     assert_error(&format!("{plane}size = [1, 1]\n"), 1, "reflector.normal: missing");
     assert_error(&format!("{plane}normal = [0, 1, 0]\n"), 1, "reflector.size: missing");

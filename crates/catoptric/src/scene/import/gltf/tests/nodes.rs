@@ -139,8 +139,9 @@ fn extras_name_analytic_surfaces() {
     let scene = file.scene();
     assert_eq!((scene.role_of(0), scene.material_of(0).name.as_str()), (Role::Diffuse, "red"));
     for (keys, needle) in [
-        (json!({ "surface": "torus" }), "meshes[0].extras.catoptric.surface: `torus` is not supported in this version"),
-        (json!({ "surface": "egg" }), "supported are `plane` and `sphere`"),
+        (json!({ "surface": "torus", "major_radius": 1 }), "meshes[0].extras.catoptric.minor_radius: missing"),
+        (json!({ "surface": "ellipsoid", "radii": [1, 2] }), "extras.catoptric.radii: must be 3 finite numbers"),
+        (json!({ "surface": "egg" }), "supported are `plane`, `sphere`"),
         (json!({ "surface": "sphere" }), "meshes[0].extras.catoptric.radius: missing"),
         (json!({ "surface": "sphere", "radius": 1, "centre": 2 }), "unknown field `centre`"),
         (json!({ "surface": "sphere", "radius": "1" }), "extras.catoptric.radius"),

@@ -1,0 +1,63 @@
+//! Functions written once and evaluated over numbers, dual numbers and intervals.
+
+use num_dual::DualNum;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What an implicit function is evaluated over: numbers, dual numbers (for derivatives) or intervals (for bounds).
+pub trait Scalar:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// A constant.
+    fn constant(value: f64) -> Self;
+    /// A number that stands for it: the value without derivatives, the middle of an interval.
+    fn representative(self) -> f64;
+    /// A whole power.
+    fn powi(self, exponent: i32) -> Self;
+    /// A power of a value that is not negative.
+    fn powf(self, exponent: f64) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// e to this power.
+    fn exp(self) -> Self;
+    /// The natural logarithm.
+    fn ln(self) -> Self;
+    /// The sine.
+    fn sin(self) -> Self;
+    /// The cosine.
+    fn cos(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+}
+
+impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
+    fn constant(value: f64) -> Self {
+        D::from(value)
+    }
+    fn representative(self) -> f64 {
+        self.re()
+    }
+    fn powi(self, exponent: i32) -> Self {
+        DualNum::powi(&self, exponent)
+    }
+    fn powf(self, exponent: f64) -> Self {
+        DualNum::powf(&self, exponent)
+    }
+    fn sqrt(self) -> Self {
+        DualNum::sqrt(&self)
+    }
+    fn exp(self) -> Self {
+        DualNum::exp(&self)
+    }
+    fn ln(self) -> Self {
+        DualNum::ln(&self)
+    }
+    fn sin(self) -> Self {
+        DualNum::sin(&self)
+    }
+    fn cos(self) -> Self {
+        DualNum::cos(&self)
+    }
+    fn abs(self) -> Self {
+        <D as num_traits::Signed>::abs(&self)
+    }
+}

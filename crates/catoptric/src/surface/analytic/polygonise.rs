@@ -1,0 +1,213 @@
+//! Triangles on any implicit surface within a box, by marching tetrahedra (Doi and Koide 1991): every cell of a grid is
+//! cut into six tetrahedra, in which the signs at the corners say how the surface passes.
+//!
+//! Vertices are roots along the edges of the tetrahedra, so those at the surface's ends lie on the box's faces exactly.
+//! Roots near a corner of the grid are joined to one vertex, which takes the slivers away.
+
+use super::mesh::SurfaceMesh;
+use crate::math::roots::bracketed_root;
+use crate::parallel;
+use glam::{DVec3, Vec2};
+use std::collections::HashMap;
+
+/// Cells along the longest side of the box.
+const CELLS: u32 = 96;
+
+/// Roots nearer to a corner than this share of an edge are joined there.
+const JOINING: f64 = 0.15;
+
+/// A grid over a box, and the function at its points.
+struct Grid {
+    corners: [DVec3; 2],
+    cells: [u32; 3],
+    values: Vec<f64>,
+}
+
+impl Grid {
+    fn index(&self, at: [u32; 3]) -> usize {
+        let [nx, ny, _] = self.cells.map(|count| count as usize + 1);
+        (at[2] as usize * ny + at[1] as usize) * nx + at[0] as usize
+    }
+
+    fn point(&self, at: [u32; 3]) -> DVec3 {
+        let [min, max] = self.corners;
+        // The box's own numbers at its faces.
+        let along = |axis: usize| match at[axis] {
+            step if step == self.cells[axis] => max[axis],
+            step => min[axis] + (max[axis] - min[axis]) * (step as f64 / self.cells[axis] as f64),
+        };
+        DVec3::new(along(0), along(1), along(2))
+    }
+
+    /// The faces of the box that a point of the grid lies on, one bit each.
+    fn faces(&self, at: [u32; 3]) -> u32 {
+        (0..3).fold(0, |faces, axis| {
+            faces | u32::from(at[axis] == 0) << axis | u32::from(at[axis] == self.cells[axis]) << (axis + 3)
+        })
+    }
+}
+
+/// A vertex belongs to a point of the grid (direction 0) or to an edge from it, whose direction has one bit an axis.
+type VertexKey = (usize, u8);
+
+/// Triangles where a function is zero; it gives value and gradient. Points where it is not finite have no surface.
+///
+/// Features smaller than a cell (a 96th of the box's longest side) can be missed.
+pub(super) fn polygonise(corners: [DVec3; 2], function: impl Fn(DVec3) -> (f64, DVec3) + Sync) -> SurfaceMesh {
+    let size = corners[1] - corners[0];
+    let cells =
+        size.to_array().map(|extent| ((CELLS as f64 * extent / size.max_element()).ceil() as u32).clamp(4, CELLS));
+    let mut grid = Grid { corners, cells, values: Vec::new() };
+    let layer = (cells[0] as usize + 1) * (cells[1] as usize + 1);
+    let mut values = vec![0.0; layer * (cells[2] as usize + 1)];
+    parallel::for_each_chunk_mut(&mut values, layer, |z, values| {
+        for (index, value) in values.iter_mut().enumerate() {
+            let (x, y) = (index % (cells[0] as usize + 1), index / (cells[0] as usize + 1));
+            *value = function(grid.point([x as u32, y as u32, z as u32])).0;
+        }
+    });
+    grid.values = values;
+    let mut builder =
+        Builder { grid: &grid, function: &function, vertices: HashMap::new(), mesh: SurfaceMesh::default() };
+    for z in 0..cells[2] {
+        for y in 0..cells[1] {
+            for x in 0..cells[0] {
+                builder.add_cell([x, y, z]);
+            }
+        }
+    }
+    builder.mesh
+}
+
+/// The orders in which a tetrahedron of a cell goes along the axes from the first corner to the last, each with
+/// whether its four corners are positively oriented (an even order of the axes).
+const ORDERS: [([u8; 3], bool); 6] = [
+    ([1, 2, 4], true),
+    ([2, 4, 1], true),
+    ([4, 1, 2], true),
+    ([2, 1, 4], false),
+    ([1, 4, 2], false),
+    ([4, 2, 1], false),
+];
+
+/// A point of an edge; coordinates that both ends share are kept exactly.
+fn between(from: DVec3, to: DVec3, share: f64) -> DVec3 {
+    if share == 1.0 { to } else { from + (to - from) * share }
+}
+
+struct Builder<'a, F> {
+    grid: &'a Grid,
+    function: &'a F,
+    vertices: HashMap<VertexKey, u32>,
+    mesh: SurfaceMesh,
+}
+
+impl<F: Fn(DVec3) -> (f64, DVec3)> Builder<'_, F> {
+    fn add_cell(&mut self, cell: [u32; 3]) {
+        let corner = |bits: u8| [0, 1, 2].map(|axis| cell[axis] + u32::from(bits >> axis & 1));
+        let values: [f64; 8] = std::array::from_fn(|bits| self.grid.values[self.grid.index(corner(bits as u8))]);
+        let inside = values.iter().filter(|value| **value < 0.0).count();
+        if inside == 0 || inside == 8 {
+            return;
+        }
+        for ([a, b, _], even) in ORDERS {
+            let mut bits = [0, a, a | b, 7];
+            if !even {
+                bits.swap(0, 1);
+            }
+            if bits.iter().all(|bits| values[*bits as usize].is_finite()) {
+                self.add_tetrahedron(corner, bits, bits.map(|bits| values[bits as usize] < 0.0));
+            }
+        }
+    }
+
+    /// The triangles in a positively oriented tetrahedron: its corners are ordered such that the inner ones come first,
+    /// by swaps in pairs that keep the orientation.
+    fn add_tetrahedron(&mut self, corner: impl Fn(u8) -> [u32; 3], mut bits: [u8; 4], mut inner: [bool; 4]) {
+        let count = inner.iter().filter(|inner| **inner).count();
+        if count == 0 || count == 4 {
+            return;
+        }
+        let mut odd = false;
+        for place in 0..count {
+            if let Some(from) = (place..4).find(|from| inner[*from]).filter(|from| *from != place) {
+                bits.swap(place, from);
+                inner.swap(place, from);
+                odd = !odd;
+            }
+        }
+        if odd {
+            // Among three of one side the order does not matter; with two and two, neither does it within a pair.
+            if count == 1 { bits.swap(2, 3) } else { bits.swap(0, 1) }
+        }
+        let mut cut = |a: usize, b: usize| self.vertex(corner(bits[a]), corner(bits[b]), bits[a], bits[b]);
+        match count {
+            1 => {
+                let triangle = [cut(0, 1), cut(0, 2), cut(0, 3)];
+                self.mesh.push_triangle(triangle);
+            }
+            2 => {
+                let [a, b, c, d] = [cut(0, 2), cut(0, 3), cut(1, 3), cut(1, 2)];
+                let at = |vertex: u32| self.mesh.positions[vertex as usize];
+                // The shorter diagonal.
+                if at(a).distance_squared(at(c)) <= at(b).distance_squared(at(d)) {
+                    self.mesh.push_triangle([a, b, c]);
+                    self.mesh.push_triangle([a, c, d]);
+                } else {
+                    self.mesh.push_triangle([a, b, d]);
+                    self.mesh.push_triangle([b, c, d]);
+                }
+            }
+            _ => {
+                // The outer corner is the last: seen from it the inner three turn the other way.
+                let triangle = [cut(0, 3), cut(1, 3), cut(2, 3)];
+                self.mesh.push_triangle(triangle);
+            }
+        }
+    }
+
+    /// The vertex on the edge between two points of the grid, whose signs differ.
+    fn vertex(&mut self, a: [u32; 3], b: [u32; 3], bits_a: u8, bits_b: u8) -> u32 {
+        // From the smaller corner, so that all cells find the same root.
+        let (a, b, direction) = if bits_a < bits_b { (a, b, bits_b ^ bits_a) } else { (b, a, bits_b ^ bits_a) };
+        let key = (self.grid.index(a), direction);
+        if let Some(vertex) = self.vertices.get(&key) {
+            return *vertex;
+        }
+        let (from, to) = (self.grid.point(a), self.grid.point(b));
+        let [value, last] = [a, b].map(|at| self.grid.values[self.grid.index(at)]);
+        let along = |share: f64| {
+            let (value, gradient) = (self.function)(between(from, to, share));
+            (value, gradient.dot(to - from))
+        };
+        let share = match (value, last) {
+            (0.0, _) => 0.0,
+            (_, 0.0) => 1.0,
+            _ => bracketed_root(along, 0.0, 1.0, value, value / (value - last)),
+        };
+        // Joined where the edge lies in all faces of the box that the corner lies in.
+        let (faces_a, faces_b) = (self.grid.faces(a), self.grid.faces(b));
+        let corner = match share {
+            share if share < JOINING && faces_a & faces_b == faces_a => Some((self.grid.index(a), 0)),
+            share if share > 1.0 - JOINING && faces_a & faces_b == faces_b => Some((self.grid.index(b), 0)),
+            _ => None,
+        };
+        let joined = corner.and_then(|corner| self.vertices.get(&corner).copied());
+        let vertex = joined.unwrap_or_else(|| self.push_vertex(between(from, to, share)));
+        if let Some(corner) = corner {
+            self.vertices.insert(corner, vertex);
+        }
+        self.vertices.insert(key, vertex);
+        vertex
+    }
+
+    fn push_vertex(&mut self, position: DVec3) -> u32 {
+        let (_, gradient) = (self.function)(position);
+        let [min, max] = self.grid.corners;
+        let share = (position - min) / (max - min);
+        self.mesh.positions.push(position.as_vec3());
+        self.mesh.normals.push(gradient.normalize_or(DVec3::Y).as_vec3());
+        self.mesh.uvs.push(Vec2::new(share.x as f32, share.z as f32));
+        (self.mesh.positions.len() - 1) as u32
+    }
+}
