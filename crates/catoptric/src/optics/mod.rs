@@ -3,6 +3,7 @@
 pub mod bundle;
 mod differential;
 mod interface;
+pub mod path_derivatives;
 pub mod specular_solver;
 
 pub use differential::{reflected_change, refracted_change};
