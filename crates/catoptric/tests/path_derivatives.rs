@@ -2,6 +2,7 @@
 //!
 //! Paths are traced forwards from the eye, so they satisfy the specular constraint whatever the solvers do; perturbed
 //! paths are found by aiming: the view ray is turned until the traced path passes through the moved point.
+#![allow(clippy::unwrap_used)] // in the helpers of tests too
 
 use catoptric::math::random::Stream;
 use catoptric::optics::bundle::{BounceKind, Eye, OutgoingRays, RayBundle};
@@ -64,7 +65,7 @@ fn meet(surface: &PlacedSurface, ray: &Ray, near: f64) -> Option<DVec3> {
         let taylor = surface.taylor2(ray.origin + ray.direction * distance);
         let step = taylor.value / taylor.gradient.dot(ray.direction);
         distance -= step;
-        if !(step.abs() > 1e-16 * distance.abs()) {
+        if step.is_nan() || step.abs() <= 1e-16 * distance.abs() {
             break;
         }
     }

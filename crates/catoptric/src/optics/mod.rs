@@ -1,5 +1,6 @@
 //! How light is reflected and refracted at a surface: directions, Fresnel factors, attenuation.
 
+pub mod all_roots;
 pub mod bundle;
 mod differential;
 mod interface;
