@@ -1,8 +1,10 @@
 //! How light is reflected and refracted at a surface: directions, Fresnel factors, attenuation.
 
+pub mod all_roots;
 pub mod bundle;
 mod differential;
 mod interface;
+pub mod path_derivatives;
 pub mod specular_solver;
 
 pub use differential::{reflected_change, refracted_change};
