@@ -10,9 +10,11 @@ pub use settings::{SettingInfo, Settings};
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::projection::VertexProjector;
+use crate::methods::projection::finder::PathSearch;
 use crate::progress::Progress;
 use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
+use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// How a method finds reflections.
@@ -128,6 +130,22 @@ pub trait ReflectionMethod: Send {
     /// As [`Self::render`].
     fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
         let _ = job;
+        Ok(None)
+    }
+
+    /// What finds the paths of one to `order` bounces on these objects from an eye to scene points by itself, without
+    /// a view; none for methods that have no more than [`Self::projector`].
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    fn path_search<'a>(
+        &'a mut self,
+        scene: &'a Scene,
+        eye: DVec3,
+        order: u32,
+        objects: &[u32],
+    ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
+        let _ = (scene, eye, order, objects);
         Ok(None)
     }
 }
