@@ -9,8 +9,8 @@ pub use settings::{SettingInfo, Settings};
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::projection::VertexProjector;
 use crate::methods::projection::finder::PathSearch;
+use crate::methods::projection::{ProjectedPaths, VertexProjector};
 use crate::progress::Progress;
 use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
@@ -133,20 +133,25 @@ pub trait ReflectionMethod: Send {
         Ok(None)
     }
 
-    /// What finds the paths of one to `order` bounces on these objects from an eye to scene points by itself, without
-    /// a view; none for methods that have no more than [`Self::projector`].
+    /// What finds the paths of one to `job.quality.order` bounces on these objects from an eye (the view's, perhaps
+    /// with more digits) to scene points; none for methods that do not project points.
+    ///
+    /// Unless a method knows better, the appearances that its projector finds in the view are completed to paths.
     ///
     /// # Errors
     /// As [`Self::render`].
     fn path_search<'a>(
         &'a mut self,
-        scene: &'a Scene,
+        job: &Job<'a>,
         eye: DVec3,
-        order: u32,
         objects: &[u32],
     ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
-        let _ = (scene, eye, order, objects);
-        Ok(None)
+        let _ = eye;
+        let (scene, view, order) = (job.scene, job.view, job.quality.order);
+        let complete = |projector| -> Box<dyn PathSearch + 'a> {
+            Box::new(ProjectedPaths::new(scene, view, projector, order, objects))
+        };
+        Ok(self.projector(job)?.map(complete))
     }
 }
 

@@ -182,8 +182,8 @@ mod tests {
             method.prepare(&scene, quality, &Silent).unwrap();
         }
         let [first, second] = &mut methods;
-        let exact = first.path_search(&scene, view.eye().as_dvec3(), 2, &objects).unwrap().unwrap();
         let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+        let exact = first.path_search(&job, view.eye().as_dvec3(), &objects).unwrap().unwrap();
         let projector = second.projector(&job).unwrap().unwrap();
         let projected = ProjectedPaths::new(&scene, &view, projector, 2, &objects);
         let mut random = Stream::new(3);

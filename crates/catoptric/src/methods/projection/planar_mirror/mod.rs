@@ -101,13 +101,12 @@ impl ReflectionMethod for PlanarMirror {
 
     fn path_search<'a>(
         &'a mut self,
-        scene: &'a Scene,
+        job: &Job<'a>,
         eye: DVec3,
-        order: u32,
         objects: &[u32],
     ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
-        self.check_prepared(scene)?;
-        Ok(Some(Box::new(MirrorSearch::new(scene, &self.mirrors, eye, order, objects)?)))
+        self.check_prepared(job.scene)?;
+        Ok(Some(Box::new(MirrorSearch::new(job.scene, &self.mirrors, eye, job.quality.order, objects)?)))
     }
 }
 
