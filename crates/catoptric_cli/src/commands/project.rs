@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
 use catoptric::methods::projection::finder::{FoundPath, PathSearch};
-use catoptric::methods::projection::{MAX_BOUNCES, Visibility};
+use catoptric::methods::projection::{MAX_BOUNCES, PathVisibility};
 use catoptric::methods::{self, Job, Quality};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
@@ -41,7 +41,7 @@ struct Counts {
 struct Query<'a> {
     search: &'a dyn PathSearch,
     /// None where nothing blocks.
-    visibility: Option<Visibility<'a>>,
+    visibility: Option<PathVisibility<'a>>,
     eye: DVec3,
     /// The picture that bounce points are seen on.
     view: Option<&'a View>,
@@ -88,7 +88,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
         }
     };
     let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian)?;
-    let visibility = (!args.ignore_visibility).then(|| Visibility::new(&scene));
+    let visibility = (!args.ignore_visibility).then(|| PathVisibility::of_scene(&scene));
     let view = args.size.map(|_| &view);
     let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
 
@@ -255,7 +255,7 @@ impl Query<'_> {
     fn is_visible(&self, path: &FoundPath, point: DVec3) -> bool {
         self.visibility.as_ref().is_none_or(|visibility| {
             let bounces = &path.bounce_points[..path.bounce_count.min(MAX_BOUNCES)];
-            visibility.is_free(self.eye, &self.search.paths()[path.path as usize], bounces, point)
+            visibility.is_visible(self.eye, point, &self.search.paths()[path.path as usize], bounces)
         })
     }
 }

@@ -2,8 +2,8 @@
 
 use super::finder::{FoundPath, PathSearch, SearchOutcome};
 use super::projector::{MAX_BOUNCES, Projection, SpecularPath, VertexProjector};
-use crate::optics::bundle::BounceKind;
 use crate::optics::Facing;
+use crate::optics::bundle::BounceKind;
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, Role, Scene, View};
 use crate::surface::tracer::Tracer;

@@ -6,8 +6,8 @@
 
 use super::projector::{MAX_BOUNCES, Projection, SpecularPath, VertexProjector};
 use crate::methods::reference::{LEAST_THROUGHPUT, NearPlane};
-use crate::optics::bundle::{Bounce, BounceKind};
 use crate::optics::Interface;
+use crate::optics::bundle::{Bounce, BounceKind};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::shade::SurfacePoint;
