@@ -1,6 +1,7 @@
 //! `catoptric project`: where scene points appear.
 
 mod input;
+mod npy;
 mod output;
 mod search;
 
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
             })?
         }
     };
-    let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian)?;
+    let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
     let visibility = (!args.ignore_visibility).then(|| PathVisibility::of_scene(&scene));
     let view = args.size.map(|_| &view);
     let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };

@@ -1,18 +1,15 @@
 //! Points from files, a part at a time.
 
+use super::npy::Header;
 use crate::failure::Failure;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::DVec3;
-use npyz::{NpyFile, NpyHeader, NpyReader, Order};
 use std::fs::File;
-use std::io::{BufReader, Read, Seek};
+use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 /// Coordinates beyond this are taken for slips, as in scenes: squares of distances must stay finite.
 const MAX_COORDINATE: f64 = 1e12;
-
-/// The longest header of an array file that is looked at; those of plain arrays have about a hundred bytes.
-const MAX_HEADER: usize = 4096;
 
 /// A file of points that is being read.
 pub(super) struct Points {
@@ -34,15 +31,17 @@ struct CsvPoints {
 }
 
 struct NpyPoints {
-    numbers: Numbers,
-    bytes_a_number: u64,
+    reader: BufReader<File>,
+    kind: NumberKind,
     rows: u64,
     next: u64,
 }
 
-enum Numbers {
-    Single(NpyReader<f32, BufReader<File>>),
-    Double(NpyReader<f64, BufReader<File>>),
+/// How a number is stored.
+#[derive(Clone, Copy)]
+struct NumberKind {
+    double: bool,
+    big_endian: bool,
 }
 
 impl Points {
@@ -69,7 +68,7 @@ impl Points {
     pub(super) fn bytes_read(&self) -> u64 {
         match &self.source {
             Source::Csv(csv) => csv.reader.position().byte(),
-            Source::Npy(npy) => npy.next * 3 * npy.bytes_a_number,
+            Source::Npy(npy) => npy.next * npy.kind.row_bytes() as u64,
         }
     }
 
@@ -81,9 +80,17 @@ impl Points {
                 Source::Csv(csv) => csv.next(),
                 Source::Npy(npy) => npy.next(),
             };
-            match next.map_err(|problem| Failure::input(format!("{}: {problem}", self.path.display())))? {
-                Some(point) => points.push(point),
-                None => break,
+            match next {
+                Ok(Some(point)) => points.push(point),
+                Ok(None) => break,
+                Err(problem) => {
+                    // Lines are counted only where they are asked for.
+                    let line = match &self.source {
+                        Source::Csv(csv) => csv.line(&self.path),
+                        Source::Npy(_) => String::new(),
+                    };
+                    return Err(Failure::input(format!("{}: {line}{problem}", self.path.display())));
+                }
             }
         }
         Ok(points)
@@ -136,97 +143,108 @@ impl CsvPoints {
                     text.parse().map_err(|_| format!("`{text}` is not a number")).and_then(checked)
                 }
             };
-            point[axis] = number.map_err(|problem| {
-                let line = self.record.position().map_or(0, csv::Position::line);
-                format!("line {line}: {}: {problem}", ["x", "y", "z"][axis])
-            })?;
+            point[axis] = number.map_err(|problem| format!("{}: {problem}", ["x", "y", "z"][axis]))?;
         }
         Ok(Some(point))
+    }
+
+    /// Where the last row starts, for messages. The reader's own count is off after empty lines.
+    fn line(&self, path: &Path) -> String {
+        let inner: usize = self.record.iter().flatten().filter(|byte| **byte == b'\n').count();
+        let end = self.reader.position().byte();
+        let lines = File::open(path).and_then(|file| line_at(&mut BufReader::new(file).take(end)));
+        lines.map_or(String::new(), |line| format!("line {}: ", line.saturating_sub(inner as u64)))
+    }
+}
+
+/// The number, from 1, of the line in which the last text of a file stands.
+fn line_at(reader: &mut impl BufRead) -> io::Result<u64> {
+    let (mut line, mut last) = (1, 1);
+    loop {
+        let bytes = reader.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok(last);
+        }
+        for byte in bytes {
+            match byte {
+                b'\n' => line += 1,
+                b'\r' => {}
+                _ => last = line,
+            }
+        }
+        let length = bytes.len();
+        reader.consume(length);
     }
 }
 
 fn csv_problem(error: &csv::Error) -> String {
-    match error.position() {
-        Some(position) => format!("line {}: {error}", position.line()),
-        None => format!("cannot read it: {error}"),
+    format!("cannot read it: {error}")
+}
+
+impl NumberKind {
+    fn of(kind: &str) -> Option<Self> {
+        let big_endian = kind.starts_with('>');
+        match kind {
+            "<f8" | ">f8" => Some(Self { double: true, big_endian }),
+            "<f4" | ">f4" => Some(Self { double: false, big_endian }),
+            _ => None,
+        }
+    }
+
+    fn row_bytes(self) -> usize {
+        if self.double { 24 } else { 12 }
+    }
+
+    /// The number of an axis in the bytes of a row.
+    fn number(self, row: &[u8; 24], axis: usize) -> f64 {
+        let mut bytes = [0; 8];
+        let size = self.row_bytes() / 3;
+        bytes[..size].copy_from_slice(&row[axis * size..(axis + 1) * size]);
+        if self.big_endian {
+            bytes[..size].reverse();
+        }
+        if self.double {
+            f64::from_le_bytes(bytes)
+        } else {
+            let [a, b, c, d, ..] = bytes;
+            f32::from_le_bytes([a, b, c, d]).into()
+        }
     }
 }
 
 impl NpyPoints {
     fn open(file: File) -> Result<Self, String> {
         let mut reader = BufReader::with_capacity(1 << 16, file);
-        check_header(&mut reader)?;
-        let header = NpyHeader::from_reader(&mut reader).map_err(|error| error.to_string())?;
-        let shape = header.shape().to_vec();
-        let [rows, 3] = shape[..] else {
-            let sides: Vec<String> = shape.iter().map(u64::to_string).collect();
+        let header = Header::read(&mut reader)?;
+        let [rows, 3] = header.shape[..] else {
+            let sides: Vec<String> = header.shape.iter().map(u64::to_string).collect();
             return Err(format!("the array's shape must be N x 3, not {}", sides.join(" x ")));
         };
-        if header.order() != Order::C {
+        if header.by_columns {
             return Err("the array is stored column by column; save it in C order".into());
         }
-        let (numbers, bytes_a_number) = match NpyFile::with_header(header, reader).try_data::<f64>() {
-            Ok(numbers) => (Numbers::Double(numbers), 8),
-            Err(file) => {
-                let kind = file.dtype().descr();
-                let numbers = file.try_data::<f32>();
-                let numbers = numbers.map_err(|_| format!("the array must be of f4 or f8 numbers, not {kind}"))?;
-                (Numbers::Single(numbers), 4)
-            }
-        };
-        Ok(Self { numbers, bytes_a_number, rows, next: 0 })
+        let kind = NumberKind::of(&header.kind)
+            .ok_or_else(|| format!("the array must be of f4 or f8 numbers, not {}", header.kind))?;
+        Ok(Self { reader, kind, rows, next: 0 })
     }
 
     fn next(&mut self) -> Result<Option<DVec3>, String> {
         if self.next == self.rows {
             return Ok(None);
         }
+        let mut row = [0; 24];
+        let read = self.reader.read_exact(&mut row[..self.kind.row_bytes()]);
+        read.map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => format!("row {}: the file ends early", self.next),
+            _ => format!("cannot read it: {error}"),
+        })?;
         let mut point = DVec3::ZERO;
         for axis in 0..3 {
-            let number = match &mut self.numbers {
-                Numbers::Single(numbers) => numbers.next().map(|number| number.map(f64::from)),
-                Numbers::Double(numbers) => numbers.next(),
-            };
-            let number = match number {
-                Some(Ok(number)) => checked(number),
-                Some(Err(error)) => Err(format!("cannot read it: {error}")),
-                None => Err("the file ends early".into()),
-            };
+            let number = checked(self.kind.number(&row, axis));
             point[axis] =
                 number.map_err(|problem| format!("row {}: {}: {problem}", self.next, ["x", "y", "z"][axis]))?;
         }
         self.next += 1;
         Ok(Some(point))
     }
-}
-
-/// Refuses headers that no plain array has, before they are parsed: deep nesting, and sizes whose product overflows.
-fn check_header(reader: &mut BufReader<File>) -> Result<(), String> {
-    let fail = |error: std::io::Error| format!("cannot read it: {error}");
-    let mut start = [0; MAX_HEADER];
-    let mut length = 0;
-    while length < MAX_HEADER {
-        match reader.read(&mut start[length..]).map_err(fail)? {
-            0 => break,
-            read => length += read,
-        }
-    }
-    reader.rewind().map_err(fail)?;
-    let start = &start[..length];
-    if !start.starts_with(b"\x93NUMPY") || length < 12 {
-        return Err("it is no NPY file".into());
-    }
-    let (text_start, text_length) = match start[6] {
-        1 => (10, u32::from(u16::from_le_bytes([start[8], start[9]]))),
-        _ => (12, u32::from_le_bytes([start[8], start[9], start[10], start[11]])),
-    };
-    let text = (text_start as u64 + u64::from(text_length) <= length as u64)
-        .then(|| &start[text_start..text_start + text_length as usize])
-        .ok_or("its header is cut short or too long for a plain array")?;
-    let digits = text.iter().filter(|byte| byte.is_ascii_digit()).count();
-    let brackets = text.iter().filter(|byte| b"([{".contains(byte)).count();
-    if digits > 18 || brackets > 4 {
-        return Err("it holds no plain array of N x 3 numbers".into());
-    }
-    Ok(())
 }

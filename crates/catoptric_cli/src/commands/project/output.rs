@@ -1,11 +1,10 @@
 //! Rows of found paths, as text or as an array.
 
-use crate::failure::Failure;
+use super::npy::RowWriter;
 use catoptric::methods::projection::SpecularPath;
 use catoptric::methods::projection::finder::FoundPath;
 use catoptric::scene::Scene;
 use glam::DVec2;
-use npyz::{DType, DTypeError, Field, NpyWriter, TypeWrite, WriteOptions, WriterBuilder};
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
 use std::path::Path;
@@ -45,18 +44,12 @@ enum Cell<'a> {
 }
 
 impl Table {
-    pub(super) fn new(
-        output: &Path,
-        paths: &[SpecularPath],
-        scene: &Scene,
-        order: usize,
-        jacobian: bool,
-    ) -> Result<Self, Failure> {
+    pub(super) fn new(output: &Path, paths: &[SpecularPath], scene: &Scene, order: usize, jacobian: bool) -> Self {
         let is_array = output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy"));
         let format = if is_array { Format::Npy } else { Format::Csv };
         let paths: Vec<[String; 2]> = paths.iter().map(|path| [path.kinds(), path.names(scene)]).collect();
         let names_width = paths.iter().map(|[_, names]| names.len()).max().unwrap_or(0).max(1);
-        Ok(Self { format, order, jacobian, paths, names_width })
+        Self { format, order, jacobian, paths, names_width }
     }
 
     /// The names of the columns.
@@ -114,21 +107,17 @@ impl Table {
                 Ok(Sink::Csv(writer))
             }
             Format::Npy => {
-                let kind = |name: &str| match name {
-                    "point" | "focal_index" => "<u8".to_owned(),
-                    "kinds" => format!("|S{}", self.order),
-                    "path" => format!("|S{}", self.names_width),
-                    _ => "<f8".to_owned(),
+                let column = |name: String| {
+                    let (kind, bytes) = match name.as_str() {
+                        "point" | "focal_index" => ("<u8".to_owned(), 8),
+                        "kinds" => (format!("|S{}", self.order), self.order),
+                        "path" => (format!("|S{}", self.names_width), self.names_width),
+                        _ => ("<f8".to_owned(), 8),
+                    };
+                    (name, kind, bytes)
                 };
-                let field = |name: String| -> io::Result<Field> {
-                    let kind = kind(&name).parse().map_err(io::Error::other)?;
-                    Ok(Field { name, dtype: DType::Plain(kind) })
-                };
-                let fields = self.columns().into_iter().map(field).collect::<io::Result<Vec<Field>>>()?;
-                let dtype = DType::Record(fields);
-                let width = dtype.num_bytes().ok_or_else(|| io::Error::other("rows are too long"))?;
-                let writer = WriteOptions::new().dtype(dtype).writer(writer).begin_1d()?;
-                Ok(Sink::Npy { writer, row: RawRow(vec![0; width]) })
+                let columns: Vec<_> = self.columns().into_iter().map(column).collect();
+                Ok(Sink::Npy(RowWriter::new(writer, &columns)?))
             }
         }
     }
@@ -191,49 +180,21 @@ impl Rows<'_> {
 /// The file that is being written.
 pub(super) enum Sink<W: Write + Seek> {
     Csv(W),
-    Npy { writer: NpyWriter<RawRow, W>, row: RawRow },
+    Npy(RowWriter<W>),
 }
 
 impl<W: Write + Seek> Sink<W> {
     pub(super) fn write(&mut self, rows: &[u8]) -> io::Result<()> {
         match self {
             Self::Csv(writer) => writer.write_all(rows),
-            Self::Npy { writer, row } => {
-                for bytes in rows.chunks_exact(row.0.len()) {
-                    row.0.copy_from_slice(bytes);
-                    writer.push(row)?;
-                }
-                Ok(())
-            }
+            Self::Npy(writer) => writer.write(rows),
         }
     }
 
     pub(super) fn finish(self) -> io::Result<()> {
         match self {
             Self::Csv(mut writer) => writer.flush(),
-            Self::Npy { writer, .. } => writer.finish(),
+            Self::Npy(writer) => writer.finish(),
         }
-    }
-}
-
-/// The bytes of one row of an array.
-pub(super) struct RawRow(Vec<u8>);
-
-/// Writes bytes as they are.
-pub(super) struct RawWriter;
-
-impl npyz::Serialize for RawRow {
-    type TypeWriter = RawWriter;
-
-    fn writer(_: &DType) -> Result<RawWriter, DTypeError> {
-        Ok(RawWriter)
-    }
-}
-
-impl TypeWrite for RawWriter {
-    type Value = RawRow;
-
-    fn write_one<W: Write>(&self, mut writer: W, value: &RawRow) -> io::Result<()> {
-        writer.write_all(&value.0)
     }
 }
