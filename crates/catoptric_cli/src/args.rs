@@ -3,7 +3,7 @@
 use crate::parse;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
 /// Reflections and refractions of near objects in curved mirrors and glass, by several methods, each measured
@@ -45,6 +45,17 @@ pub(crate) enum Command {
         A method may be given several times with settings after a colon: ID:KEY=VALUE,KEY=VALUE.\n\
         Open `report.html` of that folder in any browser.")]
     Compare(Box<CompareArgs>),
+    /// Find where scene points appear in mirrors and through glass
+    #[command(after_help = "Examples:\n  \
+        catoptric project room.toml --reflector ball --eye -2,1,3 --points points.csv -o paths.csv\n  \
+        catoptric project room.glb --camera 0 --size 640x480 --order 2 --points points.npy -o paths.npy --jacobian\n\n\
+        Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or f8\n\
+        numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row is named.\n\
+        Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), path,\n\
+        focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, ... and, with\n\
+        --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a structured NPY array\n\
+        (absent values are NaN there). Points with infinitely many paths have no row. Only reflectors and lenses block.")]
+    Project(Box<ProjectArgs>),
     /// List the methods with their settings
     #[command(after_help = "Example:\n  catoptric methods --json")]
     Methods(JsonArgs),
@@ -212,6 +223,9 @@ pub(crate) struct CompareArgs {
     /// A method, with settings after a colon (repeat) [default: all]
     #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
     pub(crate) method: Vec<String>,
+    /// Measure where methods project points at every N-th pixel of every N-th row; 1 is all
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub(crate) projection_every: u32,
     /// A setting of one method, or of every method that has it (repeat)
     #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]
     pub(crate) set: Vec<(String, String)>,
@@ -224,4 +238,62 @@ pub(crate) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct ProjectArgs {
+    /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
+    #[arg(long, value_name = "NAME or GLOB")]
+    pub(crate) reflector: Vec<String>,
+    /// Where the eye is [default: the camera's eye]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
+    pub(crate) eye: Option<DVec3>,
+    /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers
+    #[arg(long, value_name = "FILE", value_parser = parse::table_path)]
+    pub(crate) points: PathBuf,
+    /// Where the paths go: .csv or .npy
+    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path)]
+    pub(crate) output: PathBuf,
+    /// The most bounces on a path; at a lens both branches count
+    #[arg(long, value_name = "K", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=4))]
+    pub(crate) order: u32,
+    /// Picture size in pixels; fills image_x and image_y
+    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    pub(crate) size: Option<[u32; 2]>,
+    /// A camera of the scene; with --eye it is moved there [default: its first, else one that frames it]
+    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target")]
+    pub(crate) camera: Option<String>,
+    /// What the eye looks at, in place of the camera's direction
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
+    pub(crate) target: Option<Vec3>,
+    /// What is up [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
+    pub(crate) up: Option<Vec3>,
+    /// Vertical field of view in degrees [default: the camera's; 40 with --target]
+    #[arg(long, value_name = "DEG", value_parser = parse::field_of_view, allow_hyphen_values = true)]
+    pub(crate) fov: Option<f32>,
+    /// Add the derivative of the first bounce point
+    #[arg(long)]
+    pub(crate) jacobian: bool,
+    /// Keep paths that a reflector, a lens or the surface itself blocks
+    #[arg(long)]
+    pub(crate) ignore_visibility: bool,
+    /// `exact`, or a method that projects points (it works with --size)
+    #[arg(long, value_name = "ID", default_value = "exact")]
+    pub(crate) method: String,
+    /// A setting of the method, over the scene's own (repeat)
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Make objects of this node or material name glass (repeat; later roles win)
+    #[arg(long, value_name = "GLOB[:IOR]")]
+    pub(crate) lens: Vec<String>,
+    /// Make objects of this node or material name diffuse (repeat; later roles win)
+    #[arg(long, value_name = "GLOB")]
+    pub(crate) diffuse: Vec<String>,
+    /// Time in the file's animation, seconds
+    #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
+    pub(crate) time: f32,
 }

@@ -188,7 +188,8 @@ impl Drawing {
     }
 }
 
-fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
+/// The camera asked for.
+pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         let up = args.up.unwrap_or(Vec3::Y);
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));

@@ -34,6 +34,7 @@ fn run(cli: &Cli, options: &ArgMatches) -> Result<(), Failure> {
     let output = match &cli.command {
         Command::Render(args) => commands::render::run(args, options, &terminal)?,
         Command::Compare(args) => commands::compare::run(args, options, &terminal)?,
+        Command::Project(args) => commands::project::run(args, options, &terminal)?,
         Command::Methods(args) => commands::methods::run(args)?,
         Command::Info(args) => commands::info::run(args, options)?,
         Command::Scenes(args) => commands::scenes::run(args)?,

@@ -1,7 +1,7 @@
 //! Readers of option values; each message says what is allowed.
 
 use catoptric::picture::PictureFormat;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
 /// The longest side of a picture.
@@ -38,6 +38,20 @@ pub(crate) fn vector(text: &str) -> Result<Vec3, String> {
         [x, y, z] => Ok(Vec3::new(x, y, z)),
         _ => Err("write it as X,Y,Z, such as -2,1,3".into()),
     }
+}
+
+/// A vector in double precision.
+pub(crate) fn exact_vector(text: &str) -> Result<DVec3, String> {
+    vector(text)?;
+    let numbers = text.split(',').map(|part| part.trim().parse().map_err(|_| format!("`{part}` is not a number")));
+    let numbers = numbers.collect::<Result<Vec<f64>, String>>()?;
+    Ok(DVec3::from_slice(&numbers))
+}
+
+pub(crate) fn table_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let known = |extension: &std::ffi::OsStr| ["csv", "npy"].iter().any(|known| extension.eq_ignore_ascii_case(known));
+    if path.extension().is_some_and(known) { Ok(path) } else { Err("the name must end in .csv or .npy".into()) }
 }
 
 pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
@@ -87,11 +101,18 @@ mod tests {
     }
 
     #[test]
+    fn exact_vectors_keep_all_digits() {
+        assert_eq!(exact_vector("-0.1, 2e-3,3"), Ok(DVec3::new(-0.1, 2e-3, 3.0)));
+        assert!(exact_vector("1,2").is_err() && exact_vector("1,2,inf").is_err());
+    }
+
+    #[test]
     fn pairs_and_names() {
         assert_eq!(key_value("a = b=c"), Ok(("a".into(), "b=c".into())));
         assert!(key_value("a").is_err() && key_value("=a").is_err());
         assert!(picture_path("a.PNG").is_ok() && picture_path("a.jpg").is_err() && picture_path("png").is_err());
         assert!(mask_path("a.exr").is_err());
+        assert!(table_path("a.CSV").is_ok() && table_path("a.npy").is_ok() && table_path("csv").is_err());
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("40").is_ok());
     }
 }

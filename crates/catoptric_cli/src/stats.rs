@@ -2,6 +2,7 @@
 
 use crate::drawing::{Drawing, Shot, median};
 use crate::settings::{self, Chosen};
+use catoptric::methods::projection::RoundTrip;
 use catoptric::metrics::PictureError;
 use catoptric::scene::Role;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -71,7 +72,7 @@ pub(crate) struct ErrorReport {
     /// Of the pixels that show a reflector or lens; null where there are none.
     pub(crate) reflector: Option<PictureError>,
     /// Where scene points appear, in pixels; null for methods that do not project points.
-    pub(crate) projection_px: Option<()>,
+    pub(crate) projection_px: Option<RoundTrip>,
 }
 
 impl Stats {

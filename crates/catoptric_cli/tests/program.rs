@@ -306,7 +306,7 @@ fn the_other_lists_can_be_read() {
     for shell in ["bash", "zsh", "fish", "powershell"] {
         assert!(place.ok(&["completions", shell]).contains("compare"), "{shell}");
     }
-    for command in ["render", "compare", "methods", "info", "scenes", "doctor", "completions"] {
+    for command in ["render", "compare", "project", "methods", "info", "scenes", "doctor", "completions"] {
         assert!(place.ok(&[command, "--help"]).contains("Example"), "{command} --help has no example");
     }
 }
@@ -368,6 +368,21 @@ fn compare_takes_all_methods_and_lists_those_that_fail() {
     for entry in report.as_array().unwrap() {
         assert!(entry["error"].is_object() != entry["failed"].is_string(), "{entry}");
     }
+}
+
+#[test]
+fn compare_measures_where_methods_project_points() {
+    let place = Workplace::new();
+    let words = ["compare", "builtin:planar_mirror", "--report", "report", "--frames", "1", "--projection-every", "2"];
+    let methods = ["--method", "planar_mirror", "--method", "environment_map"];
+    let said = place.ok(&[&words[..], &SMALL, &methods].concat());
+    assert!(said.contains("px p99"), "{said}");
+    let report = place.json("report/report.json");
+    let error = &report[0]["error"]["projection_px"];
+    assert!(error["p99"].as_f64().unwrap() < 0.01 && error["count"].as_u64().unwrap() > 100, "{error}");
+    assert!(error["missing"].as_f64().unwrap() < 0.01 && error["max"].is_f64() && error["p50"].is_f64(), "{error}");
+    assert!(report[1]["error"]["projection_px"].is_null());
+    assert!(std::fs::read_to_string(place.path("report/report.html")).unwrap().contains("Projection, pixels"));
 }
 
 #[test]

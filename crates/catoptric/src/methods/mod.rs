@@ -9,10 +9,12 @@ pub use settings::{SettingInfo, Settings};
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::projection::VertexProjector;
+use crate::methods::projection::finder::PathSearch;
+use crate::methods::projection::{ProjectedPaths, VertexProjector};
 use crate::progress::Progress;
 use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
+use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// How a method finds reflections.
@@ -129,6 +131,27 @@ pub trait ReflectionMethod: Send {
     fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
         let _ = job;
         Ok(None)
+    }
+
+    /// What finds the paths of one to `job.quality.order` bounces on these objects from an eye (the view's, perhaps
+    /// with more digits) to scene points; none for methods that do not project points.
+    ///
+    /// Unless a method knows better, the appearances that its projector finds in the view are completed to paths.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    fn path_search<'a>(
+        &'a mut self,
+        job: &Job<'a>,
+        eye: DVec3,
+        objects: &[u32],
+    ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
+        let _ = eye;
+        let (scene, view, order) = (job.scene, job.view, job.quality.order);
+        let complete = |projector| -> Box<dyn PathSearch + 'a> {
+            Box::new(ProjectedPaths::new(scene, view, projector, order, objects))
+        };
+        Ok(self.projector(job)?.map(complete))
     }
 }
 

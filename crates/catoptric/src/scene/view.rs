@@ -1,7 +1,7 @@
 //! Cameras and views: rays through pixels, and pixels of points.
 
 use crate::math::Aabb;
-use glam::{Affine3A, DAffine3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// How a camera maps directions to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,6 +198,23 @@ impl View {
         let projected = self.picture_from_world().apply(point);
         (projected.depth >= self.near).then(|| projected.xy / projected.w)
     }
+
+    /// Like [`Self::pixel_of`], computed in double precision from the view's single-precision numbers.
+    pub fn pixel_of_exact(&self, point: DVec3) -> Option<DVec2> {
+        let axes = Mat3::from(self.world_from_view.matrix3).as_dmat3();
+        let local = axes.transpose() * (point - self.eye().as_dvec3());
+        let depth = -local.z;
+        if !(depth >= self.near as f64) {
+            return None;
+        }
+        let (half, scale) = match self.projection {
+            Projection::Perspective { fov_y } => ((fov_y as f64 * 0.5).tan(), depth),
+            Projection::Orthographic { half_height } => (half_height as f64, 1.0),
+        };
+        let pixels = 0.5 * self.height as f64 / (half * scale);
+        let center = DVec2::new(self.width as f64, self.height as f64) * 0.5;
+        Some(center + DVec2::new(local.x, -local.y) * pixels)
+    }
 }
 
 /// The rays of a view: see [`View::rays`].
@@ -283,6 +300,21 @@ impl PictureTransform {
         let xy = Vec2::new(p.x, -p.y) * self.pixels_per_unit + self.center * w;
         PicturePoint { xy, w, depth }
     }
+
+    /// The picture position of a point, and the change of its x and of its y with the point (pixels a scene unit);
+    /// none in the eye's plane (perspective views).
+    pub fn pixel_with_change(&self, point: Vec3) -> Option<(Vec2, [Vec3; 2])> {
+        let p = self.view_from_world.transform_point3(point);
+        let rows = self.view_from_world.matrix3.transpose();
+        let [right, up, back] = [rows.x_axis, rows.y_axis, rows.z_axis].map(Vec3::from);
+        let scale = if self.perspective { 1.0 / -p.z } else { 1.0 };
+        // Only in perspective does the depth matter: d(x / -z) = (dx + x/(-z) dz) / -z.
+        let narrowing = if self.perspective { scale } else { 0.0 };
+        let position = self.center + Vec2::new(p.x, -p.y) * (self.pixels_per_unit * scale);
+        let change = |axis: Vec3, at: f32| (axis + back * (at * narrowing)) * (self.pixels_per_unit * scale);
+        let changes = [change(right, p.x), -change(up, p.y)];
+        (position.is_finite() && changes.iter().all(|change| change.is_finite())).then_some((position, changes))
+    }
 }
 
 #[cfg(test)]
@@ -303,6 +335,31 @@ mod tests {
                 let pixel = view.pixel_of(ray.origin + ray.direction * 3.7).unwrap();
                 assert!((pixel - Vec2::new(x, y)).length() < 1e-3, "{pixel} against {x}, {y}");
             }
+        }
+    }
+
+    #[test]
+    fn positions_in_double_precision_and_their_changes_agree_with_pixels() {
+        for view in views() {
+            let point = Vec3::new(-0.3, 0.4, -0.8);
+            let pixel = view.pixel_of(point).unwrap();
+            let exact = view.pixel_of_exact(point.as_dvec3()).unwrap();
+            assert!((pixel.as_dvec2() - exact).length() < 1e-3, "{pixel} against {exact}");
+            let (position, changes) = view.picture_from_world().pixel_with_change(point).unwrap();
+            assert!((position - pixel).length() < 1e-3);
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let step = axis * 1e-5;
+                let at = |step: DVec3| view.pixel_of_exact(point.as_dvec3() + step).unwrap();
+                let difference = (at(step) - at(-step)) / 2e-5;
+                let change = DVec2::from(changes.map(|change| change.as_dvec3().dot(axis)));
+                assert!((difference - change).length() < 1e-3 * (1.0 + difference.length()), "{difference} {change}");
+            }
+            assert_eq!(
+                view.pixel_of_exact(
+                    view.eye().as_dvec3() + DVec3::from(view.world_from_view.matrix3.z_axis.as_dvec3())
+                ),
+                None
+            );
         }
     }
 

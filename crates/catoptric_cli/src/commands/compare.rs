@@ -11,6 +11,8 @@ use crate::settings::{self, Chosen};
 use crate::stats::{ErrorReport, Stats};
 use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::Job;
+use catoptric::methods::projection::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
 use catoptric::metrics::{Comparison, heat_map_rgb8};
 use catoptric::{methods, picture};
 use clap::ArgMatches;
@@ -51,11 +53,12 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         terminal.set_subject(&wanted.label);
         let is_truth = chosen.info.id == "reference" && chosen.settings == truth_method.settings;
         let stem = if is_truth { "reference".to_owned() } else { unique(&mut stems, wanted.file_stem()) };
-        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, folder, &stem, terminal) {
-            Ok(measured) => Outcome::Measured(Box::new(measured)),
-            Err(Failure::Usage(problem)) => Outcome::Failed(problem),
-            Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
-        };
+        let outcome =
+            match measure(&shot, &truth, &mut chosen, is_truth, args.projection_every, folder, &stem, terminal) {
+                Ok(measured) => Outcome::Measured(Box::new(measured)),
+                Err(Failure::Usage(problem)) => Outcome::Failed(problem),
+                Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
+            };
         entries.push(entry(wanted, &chosen, is_truth, outcome));
     }
 
@@ -102,6 +105,7 @@ fn measure(
     truth: &Truth,
     chosen: &mut Chosen,
     is_truth: bool,
+    every: u32,
     folder: &Path,
     stem: &str,
     terminal: &Terminal,
@@ -115,14 +119,29 @@ fn measure(
         (&drawn, stats)
     };
     let comparison = Comparison::new(&drawing.picture, &truth.drawing.picture)?;
-    let error =
-        ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px: None };
+    let projection_px = projection_error(shot, chosen, drawing, every, terminal)?;
+    let error = ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px };
     let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
     if !is_truth {
         write_pictures(folder, (&picture_name, &drawing.picture), (&flip_name, &comparison))?;
     }
     let flip = (!is_truth).then_some(flip_name);
     Ok(Measured { stats, error, picture: picture_name, flip })
+}
+
+/// How far from their pixels the method finds the points that pixels show; none for methods that project no points.
+fn projection_error(
+    shot: &Shot<'_>,
+    chosen: &mut Chosen,
+    drawing: &Drawing,
+    every: u32,
+    terminal: &Terminal,
+) -> Result<Option<RoundTrip>, Failure> {
+    let (scene, view) = (shot.last_scene(drawing), &drawing.view);
+    let job = Job { scene, view, quality: shot.quality, progress: terminal };
+    let Some(projector) = chosen.method.projector(&job)? else { return Ok(None) };
+    let options = RoundTripOptions { order: shot.quality.order, every: every };
+    Ok(Some(round_trip(scene, view, projector.as_ref(), options, terminal)))
 }
 
 fn write_pictures(
@@ -209,17 +228,25 @@ fn command_line(words: impl Iterator<Item = String>) -> String {
 }
 
 fn summary(args: &CompareArgs, report: &Report) -> String {
-    let header = ["method", "FLIP reflectors", "FLIP picture", "RMSE picture", "frame ms"];
+    let header =
+        ["method", "FLIP reflectors", "FLIP picture", "RMSE picture", "px p50", "px p99", "missing", "frame ms"];
     let mut rows = vec![header.map(String::from).to_vec()];
     for (entry, measured) in report.measured() {
         let flip = |error: &Option<catoptric::metrics::PictureError>| {
             error.map_or("none".into(), |error| format!("{:.4}", error.flip_mean))
+        };
+        let projection = measured.error.projection_px.as_ref().map(|error| error.all);
+        let pixels = |part: fn(&RoundTripError) -> Option<f64>| {
+            projection.as_ref().and_then(part).map_or("none".into(), |error| format!("{error:.4}"))
         };
         rows.push(vec![
             entry.label.clone(),
             flip(&measured.error.reflector),
             flip(&measured.error.image),
             measured.error.image.map_or("none".into(), |error| format!("{:.5}", error.rmse)),
+            pixels(|error| error.p50),
+            pixels(|error| error.p99),
+            projection.map_or("none".into(), |error| format!("{:.2} %", error.missing * 100.0)),
             format!("{:.1}", measured.stats.frame_ms.median),
         ]);
     }

@@ -4,6 +4,7 @@ pub(crate) mod compare;
 pub(crate) mod doctor;
 pub(crate) mod info;
 pub(crate) mod methods;
+pub(crate) mod project;
 pub(crate) mod render;
 pub(crate) mod scenes;
 

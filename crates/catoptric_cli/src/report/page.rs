@@ -22,6 +22,12 @@ const PICTURE_COLUMNS: [Column; 2] = [
     ("FLIP mean", |m| m.error.image.map(|e| e.flip_mean), four_digits),
     ("RMSE", |m| m.error.image.map(|e| e.rmse), four_digits),
 ];
+const PROJECTION_COLUMNS: [Column; 4] = [
+    ("p50", |m| m.error.projection_px.as_ref()?.all.p50, four_digits),
+    ("p99", |m| m.error.projection_px.as_ref()?.all.p99, four_digits),
+    ("max", |m| m.error.projection_px.as_ref()?.all.max, four_digits),
+    ("missing", |m| m.error.projection_px.as_ref().map(|error| error.all.missing), percent),
+];
 const TIME_COLUMNS: [Column; 2] = [
     ("a frame", |m| Some(m.stats.frame_ms.median), milliseconds),
     ("set-up", |m| Some(m.stats.setup_ms.0.iter().map(|(_, time)| time).sum()), milliseconds),
@@ -49,6 +55,8 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                     p.soft {
                         "FLIP is the difference that people see when they flip between two pictures: 0 is none, 1 the largest. "
                         "RMSE is of linear values. “Off by > 0.1” is the share of pixels with an sRGB channel off by more than 0.1. "
+                        "Projection is how far from a pixel's centre the method finds the point that the pixel shows in a mirror or "
+                        "through glass; missing is the share of points that it does not find. "
                         "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best method."
                     }
                     div.card.wide.plot { (PreEscaped(plot.inline())) }
@@ -89,20 +97,25 @@ fn facts(report: &Report) -> Markup {
 }
 
 fn table(report: &Report) -> Markup {
-    let groups: [(&str, &[Column]); 3] =
-        [("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS), ("Time, ms", &TIME_COLUMNS)];
+    let mut groups: Vec<(&str, &[Column])> =
+        vec![("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS)];
+    if report.measured().any(|(_, measured)| measured.error.projection_px.is_some()) {
+        groups.push(("Projection, pixels", &PROJECTION_COLUMNS));
+    }
+    groups.push(("Time, ms", &TIME_COLUMNS));
+    let width: usize = groups.iter().map(|(_, columns)| columns.len()).sum();
     let reference_ms = report.truth.frame_ms.median;
     html! {
         table {
             thead {
                 tr {
                     th {}
-                    @for (name, columns) in groups { th.group colspan=(columns.len()) { (name) } }
+                    @for (name, columns) in &groups { th.group colspan=(columns.len()) { (name) } }
                     th.group {}
                 }
                 tr {
                     th { "Method" }
-                    @for (_, columns) in groups {
+                    @for (_, columns) in &groups {
                         @for (index, column) in columns.iter().enumerate() { th.group[index == 0] { (column.0) } }
                     }
                     th.group { "Speed-up" }
@@ -114,7 +127,7 @@ fn table(report: &Report) -> Markup {
                         th { (dot(index)) a href={ "#" (anchor(index, entry)) } { (breakable(&entry.label)) } }
                         @match &entry.outcome {
                             Outcome::Measured(measured) => {
-                                @for (_, columns) in groups {
+                                @for (_, columns) in &groups {
                                     @for (index, column) in columns.iter().enumerate() {
                                         td.group[index == 0].best[is_best(report, entry, column)] {
                                             (column.1(measured).map_or("–".into(), column.2))
@@ -123,7 +136,7 @@ fn table(report: &Report) -> Markup {
                                 }
                                 td.group { (speedup(reference_ms, measured)) }
                             }
-                            Outcome::Failed(_) => { td colspan="9" style="text-align:left" { "could not draw this scene, see below" } }
+                            Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" { "could not draw this scene, see below" } }
                         }
                     }
                 }

@@ -7,9 +7,7 @@
 
 use super::finder::{FoundPath, PathSearch, SearchOutcome};
 use super::projector::{MAX_BOUNCES, SpecularPath};
-use super::ray_map::{
-    Approximation, CandidateRule, PathRays, RayMap, Sampling, Specular, ViewField,
-};
+use super::ray_map::{Approximation, CandidateRule, PathRays, RayMap, Sampling, Specular, ViewField};
 use super::visibility::PathVisibility;
 use crate::error::RenderError;
 use crate::math::Aabb;
@@ -78,7 +76,7 @@ impl<'a> ExactSearch<'a> {
     /// reflector nor lens.
     pub fn new(
         scene: &'a Scene,
-        eye: Vec3,
+        eye: DVec3,
         order: u32,
         objects: &[u32],
         settings: &SearchSettings,
@@ -105,11 +103,11 @@ impl<'a> ExactSearch<'a> {
             max_cells: MAX_CELLS,
         };
         let wanted: HashSet<u32> = objects.iter().copied().collect();
-        let bounds = bounds_of_search(scene, eye);
+        let bounds = bounds_of_search(scene, eye.as_vec3());
         let mut charts = Vec::new();
         let mut paths: Vec<SpecularPath> = Vec::new();
         for &object in objects {
-            for view in views_of(&scene.objects[object as usize].bounds, eye, settings.samples_across) {
+            for view in views_of(&scene.objects[object as usize].bounds, eye.as_vec3(), settings.samples_across) {
                 let field = ViewField::new(&view, SPACING_PX);
                 let map = RayMap::build(&specular, &field, &sampling, &bounds, CandidateRule::LocalMinima);
                 let number = |group: &PathRays| {
@@ -133,7 +131,7 @@ impl<'a> ExactSearch<'a> {
             scene,
             surfaces,
             visibility,
-            eye: Eye::Point(eye.as_dvec3()),
+            eye: Eye::Point(eye),
             paths,
             charts,
             same_point: size * SAME_POINT,
@@ -226,7 +224,13 @@ impl<'a> ExactSearch<'a> {
             sum += crossed * from.distance(site.position);
             medium = match bounce.kind {
                 crate::optics::bundle::BounceKind::Reflect => crossed,
-                crate::optics::bundle::BounceKind::Transmit => if outside { lens } else { 1.0 },
+                crate::optics::bundle::BounceKind::Transmit => {
+                    if outside {
+                        lens
+                    } else {
+                        1.0
+                    }
+                }
             };
             from = site.position;
         }
@@ -313,9 +317,7 @@ impl PathSearch for ExactSearch<'_> {
             }
         }
         found.truncate(kept);
-        found[start..].sort_by(|a, b| {
-            a.optical_length.total_cmp(&b.optical_length).then_with(|| a.path.cmp(&b.path))
-        });
+        found[start..].sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length).then_with(|| a.path.cmp(&b.path)));
         SearchOutcome { found: kept - start, infinite: !infinite.is_empty() }
     }
 }

@@ -5,6 +5,7 @@
 mod path;
 mod settings;
 
+pub(crate) use path::LEAST_THROUGHPUT;
 pub use path::{NearPlane, PathTracer};
 pub use settings::{PathModel, ReferenceSettings, SamplePlacement};
 

@@ -8,7 +8,7 @@ use crate::surface::tracer::Tracer;
 use glam::Vec3;
 
 /// Paths that carry less than this share of the light are ended.
-const LEAST_THROUGHPUT: f32 = 1e-5;
+pub(crate) const LEAST_THROUGHPUT: f32 = 1e-5;
 
 /// A ray that waits to be traced.
 #[derive(Clone, Copy)]

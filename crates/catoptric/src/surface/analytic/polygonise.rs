@@ -77,12 +77,7 @@ pub(super) fn polygonise(corners: [DVec3; 2], field: &impl Field) -> SurfaceMesh
         }
     });
     grid.values = values;
-    let mut builder = Builder {
-        grid: &grid,
-        field,
-        vertices: HashMap::new(),
-        mesh: SurfaceMesh::default(),
-    };
+    let mut builder = Builder { grid: &grid, field, vertices: HashMap::new(), mesh: SurfaceMesh::default() };
     for z in 0..cells[2] {
         for y in 0..cells[1] {
             for x in 0..cells[0] {
@@ -275,9 +270,7 @@ fn flip_slivers(mesh: &mut SurfaceMesh) {
         if before >= LEAST_FACING {
             continue;
         }
-        let length = |from: u32, to: u32| {
-            mesh.positions[from as usize].distance_squared(mesh.positions[to as usize])
-        };
+        let length = |from: u32, to: u32| mesh.positions[from as usize].distance_squared(mesh.positions[to as usize]);
         let turns = [[a, b, c], [b, c, a], [c, a, b]];
         let Some([a, b, c]) = turns.into_iter().max_by(|p, q| length(p[0], p[1]).total_cmp(&length(q[0], q[1]))) else {
             continue;
@@ -287,7 +280,8 @@ fn flip_slivers(mesh: &mut SurfaceMesh) {
         let flipped = [[a, d, c], [d, b, c]];
         let after = flipped.map(|triangle| facing(mesh, triangle)).into_iter().fold(f64::INFINITY, f64::min);
         // An edge that is there already must not come twice.
-        if after <= before.min(facing(mesh, [b, a, d])) || owners.contains_key(&(c, d)) || owners.contains_key(&(d, c)) {
+        if after <= before.min(facing(mesh, [b, a, d])) || owners.contains_key(&(c, d)) || owners.contains_key(&(d, c))
+        {
             continue;
         }
         owners.remove(&(a, b));

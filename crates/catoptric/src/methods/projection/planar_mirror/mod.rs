@@ -2,8 +2,11 @@
 //!
 //! See this folder's `README.md`.
 
+mod chain;
 mod paths;
 mod planes;
+mod projector;
+mod search;
 mod settings;
 
 pub use settings::PlanarMirrorSettings;
@@ -12,13 +15,18 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::projection::drawing::PathShader;
+use crate::methods::projection::finder::PathSearch;
+use crate::methods::projection::projector::{MAX_BOUNCES, VertexProjector};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::raster::{self, DrawList, DrawTriangle, Stencil};
 use crate::scene::Scene;
+use glam::DVec3;
 use paths::{MirrorPath, visible_paths};
 use planes::Mirrors;
+use projector::MirrorProjector;
+use search::MirrorSearch;
 
 /// What planar mirrors are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -65,10 +73,7 @@ impl ReflectionMethod for PlanarMirror {
 
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
         let scene = job.scene;
-        if self.mirrors.mirror_of_triangle.len() != scene.triangles.len() {
-            let problem = "it has not been prepared for the scene".into();
-            return Err(RenderError::Limit { method: INFO.id, problem });
-        }
+        self.check_prepared(scene)?;
         let mut watch = Stopwatch::new();
         let max_paths = self.settings.max_lists as usize;
         let (paths, left_out) = visible_paths(scene, &self.mirrors, job.view, job.quality.order, max_paths);
@@ -85,9 +90,35 @@ impl ReflectionMethod for PlanarMirror {
         report.add_raster(&raster::draw(job.view, job.quality.samples, &lists, &shader, target)?);
         Ok(report)
     }
+
+    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
+        self.check_prepared(job.scene)?;
+        let order = job.quality.order.min(MAX_BOUNCES as u32);
+        let max_paths = self.settings.max_lists as usize;
+        let (paths, _) = visible_paths(job.scene, &self.mirrors, job.view, order, max_paths);
+        Ok(Some(Box::new(MirrorProjector::new(job.scene, &self.mirrors, job.view, &paths))))
+    }
+
+    fn path_search<'a>(
+        &'a mut self,
+        job: &Job<'a>,
+        eye: DVec3,
+        objects: &[u32],
+    ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
+        self.check_prepared(job.scene)?;
+        Ok(Some(Box::new(MirrorSearch::new(job.scene, &self.mirrors, eye, job.quality.order, objects)?)))
+    }
 }
 
 impl PlanarMirror {
+    fn check_prepared(&self, scene: &Scene) -> Result<(), RenderError> {
+        if self.mirrors.mirror_of_triangle.len() == scene.triangles.len() {
+            return Ok(());
+        }
+        let problem = "it has not been prepared for the scene".into();
+        Err(RenderError::Limit { method: INFO.id, problem })
+    }
+
     /// The scene as it is seen at the end of a path, in front of its last mirror.
     fn mirrored_scene(&self, job: &Job<'_>, path: &MirrorPath) -> DrawList {
         let (scene, goes_on) = (job.scene, path.order < job.quality.order);

@@ -7,6 +7,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 /// A flat part of a reflector.
 #[derive(Clone, Debug)]
 pub(super) struct MirrorPlane {
+    /// The object that it is a part of.
+    pub(super) object: u32,
     /// Unit normal on the outer side.
     pub(super) normal: DVec3,
     /// The plane is where `normal . x = offset`.
@@ -75,7 +77,7 @@ fn planes_of_object(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
                 let normal = Vec3::from(placed.world_from_surface.matrix3.y_axis).as_dvec3().normalize();
                 let offset = normal.dot(Vec3::from(placed.world_from_surface.translation).as_dvec3());
                 let triangles = object.triangles.clone().collect();
-                Some(vec![MirrorPlane { normal, offset, inside: object.inside, triangles }])
+                Some(vec![MirrorPlane { object: index, normal, offset, inside: object.inside, triangles }])
             }
             _ => None,
         },
@@ -105,6 +107,7 @@ fn flat_parts(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
             Some(plane) => planes[plane].triangles.push(triangle),
             None if planes.len() == MAX_PLANES_OF_OBJECT => return None,
             None => planes.push(MirrorPlane {
+                object: index,
                 normal: face,
                 offset: face.dot(corners[0]),
                 inside: object.inside,

@@ -1,0 +1,270 @@
+//! `catoptric project`: where scene points appear.
+
+mod input;
+mod npy;
+mod output;
+mod search;
+
+use crate::args::{ProjectArgs, SceneArgs, ViewArgs};
+use crate::failure::Failure;
+use crate::terminal::Terminal;
+use crate::{drawing, scene_source, settings};
+use catoptric::methods::projection::finder::{FoundPath, PathSearch};
+use catoptric::methods::projection::{MAX_BOUNCES, PathVisibility};
+use catoptric::methods::{self, Job, Quality};
+use catoptric::progress::Progress;
+use catoptric::scene::roles::RoleRule;
+use catoptric::scene::{Projection, Role, Scene, View};
+use catoptric::{parallel, picture};
+use clap::ArgMatches;
+use glam::DVec3;
+use input::Points;
+use output::{Row, Table};
+use std::io;
+
+/// Points that are read, projected and written together.
+const CHUNK: usize = 16_384;
+/// Points that a thread takes at a time.
+const PIECE: usize = 128;
+/// The picture that approximate methods sample where none is asked for.
+const DEFAULT_SIZE: [u32; 2] = [1280, 720];
+
+/// What became of the points.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    points: u64,
+    reflections: u64,
+    without: u64,
+    infinite: u64,
+}
+
+/// What is asked about every point.
+struct Query<'a> {
+    search: &'a dyn PathSearch,
+    /// None where nothing blocks.
+    visibility: Option<PathVisibility<'a>>,
+    eye: DVec3,
+    /// The picture that bounce points are seen on.
+    view: Option<&'a View>,
+    table: &'a Table,
+}
+
+pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
+    if args.method != search::EXACT {
+        methods::find(&args.method).map_err(Failure::usage)?;
+    } else if let Some((key, _)) = args.set.first() {
+        return Err(Failure::usage(format!("--set {key}: the exact search has no settings; choose a --method")));
+    }
+    if args.points == args.output {
+        return Err(Failure::usage(format!("{} is both --points and --output", args.points.display())));
+    }
+    if args.eye.is_some() && args.eye.map(|eye| eye.as_vec3()) == args.target {
+        return Err(Failure::usage("--eye and --target are the same point"));
+    }
+    let scene_args = scene_args(args);
+    let roles = scene_source::roles(&scene_args, options)?;
+    picture::check_writable(&args.output)?;
+    let mut points = Points::open(&args.points)?;
+    let model = scene_source::load(&scene_args)?;
+    let scene = scene_source::pose(&model, args.time, &roles)?;
+    let objects = objects(&scene, &args.reflector)?;
+    let (view, eye) = view(args, &scene)?;
+
+    let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
+    let mut chosen = match args.method.as_str() {
+        search::EXACT => None,
+        id => Some(settings::choose(id, &model, &given)?),
+    };
+    terminal.set_subject(&args.method);
+    let quality = Quality { samples: 1, order: args.order };
+    let job = Job { scene: &scene, view: &view, quality, progress: terminal };
+    let search = match &mut chosen {
+        None => search::exact_search(&scene, eye, args.order, &objects)?,
+        Some(chosen) => {
+            let prepared = chosen.method.prepare(&scene, quality, terminal)?;
+            terminal.warn(&prepared.warnings);
+            chosen.method.path_search(&job, eye, &objects)?.ok_or_else(|| {
+                Failure::input(format!("--method {}: it does not say where points appear", args.method))
+            })?
+        }
+    };
+    let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
+    let visibility = (!args.ignore_visibility).then(|| PathVisibility::of_scene(&scene));
+    let view = args.size.map(|_| &view);
+    let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
+
+    // What goes wrong with the points is told apart from what goes wrong with the file that is written.
+    let mut problem = None;
+    let mut counts = Counts::default();
+    let written = picture::write_file(&args.output, |writer| {
+        let mut sink = table.begin(writer)?;
+        terminal.begin("projecting", points.total_bytes());
+        let streamed = stream(&mut points, &query, terminal, |rows| sink.write(rows));
+        terminal.end();
+        match streamed {
+            Ok(sum) => {
+                counts = sum;
+                sink.finish()
+            }
+            Err(StreamError::Points(failure)) => {
+                problem = Some(failure);
+                Err(io::Error::other("the points cannot be read"))
+            }
+            Err(StreamError::Output(error)) => Err(error),
+        }
+    });
+    if let Some(problem) = problem {
+        return Err(problem);
+    }
+    written?;
+    terminal.warn(settings::unknown_methods(&model).iter().chain(&model.warnings));
+    Ok(terminal.unless_quiet(summary(args, &counts)))
+}
+
+/// The options about the scene that the command shares with others. What `--reflector` names is no role here.
+fn scene_args(args: &ProjectArgs) -> SceneArgs {
+    SceneArgs {
+        scene: args.scene.clone(),
+        environment: None,
+        reflector: Vec::new(),
+        lens: args.lens.clone(),
+        diffuse: args.diffuse.clone(),
+        time: args.time,
+    }
+}
+
+/// The reflectors and lenses that paths may touch.
+fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
+    let specular = scene.specular_objects();
+    let name = |object: &u32| scene.objects[*object as usize].name.as_str();
+    if specular.is_empty() {
+        return Err(Failure::input(format!("{}: no object is a reflector or lens", scene.name)));
+    }
+    let mut wanted = vec![patterns.is_empty(); scene.objects.len()];
+    for pattern in patterns {
+        let rule = RoleRule::new(pattern, Role::Reflector, None)
+            .map_err(|error| Failure::usage(format!("--reflector: {error}")))?;
+        let matches = |object: &u32| rule.matches(name(object), &scene.material_of(*object).name);
+        let found: Vec<u32> = specular.iter().copied().filter(matches).collect();
+        if found.is_empty() {
+            let mut names: Vec<&str> = specular.iter().map(name).collect();
+            names.dedup();
+            let problem = if (0..scene.objects.len() as u32).any(|object| matches(&object)) {
+                "is diffuse"
+            } else {
+                "matches no object or material"
+            };
+            let known = names.join(", ");
+            let problem =
+                format!("{}: --reflector {pattern}: {problem}; reflectors and lenses are: {known}", scene.name);
+            return Err(Failure::input(problem));
+        }
+        for object in found {
+            wanted[object as usize] = true;
+        }
+    }
+    Ok(specular.into_iter().filter(|object| wanted[*object as usize]).collect())
+}
+
+/// The view that bounce points are seen in, and the exact eye.
+fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
+    let eye = args.eye.map(|eye| eye.as_vec3());
+    let view_args = ViewArgs {
+        size: args.size.unwrap_or(DEFAULT_SIZE),
+        camera: args.camera.clone(),
+        eye: eye.filter(|_| args.target.is_some()),
+        target: args.target,
+        up: args.up,
+        fov: args.fov,
+    };
+    let mut camera = drawing::camera(&view_args, scene)?;
+    if let Some(eye) = eye {
+        camera.world_from_camera.translation = eye.into();
+    }
+    if let Projection::Orthographic { .. } = camera.projection
+        && (eye.is_none() || args.size.is_some())
+    {
+        let remedy = if eye.is_none() { "give --eye" } else { "give --target, or leave out --size" };
+        let problem = format!("{}: camera `{}` is orthographic and has no eye: {remedy}", scene.name, camera.name);
+        return Err(Failure::input(problem));
+    }
+    let [width, height] = view_args.size;
+    let view = scene.view(&camera, width, height);
+    let exact_eye = args.eye.unwrap_or_else(|| view.eye().as_dvec3());
+    Ok((view, exact_eye))
+}
+
+enum StreamError {
+    Points(Failure),
+    Output(io::Error),
+}
+
+/// Reads, projects and writes chunk by chunk: the next is read while one is projected.
+fn stream(
+    points: &mut Points,
+    query: &Query<'_>,
+    progress: &dyn Progress,
+    mut write: impl FnMut(&[u8]) -> io::Result<()>,
+) -> Result<Counts, StreamError> {
+    let mut counts = Counts::default();
+    let mut chunk = points.read(CHUNK).map_err(StreamError::Points)?;
+    let mut bytes = 0;
+    while !chunk.is_empty() {
+        let first = counts.points;
+        let (pieces, next) = rayon::join(|| query.answer(first, &chunk), || points.read(CHUNK));
+        for (rows, piece) in &pieces {
+            write(rows).map_err(StreamError::Output)?;
+            counts.points += piece.points;
+            counts.reflections += piece.reflections;
+            counts.without += piece.without;
+            counts.infinite += piece.infinite;
+        }
+        chunk = next.map_err(StreamError::Points)?;
+        progress.advance(points.bytes_read().saturating_sub(bytes));
+        bytes = points.bytes_read();
+    }
+    Ok(counts)
+}
+
+impl Query<'_> {
+    /// The rows of a chunk of points, in pieces, in order.
+    fn answer(&self, first: u64, chunk: &[DVec3]) -> Vec<(Vec<u8>, Counts)> {
+        parallel::map_init_collect(chunk.len().div_ceil(PIECE), Vec::new, |found, piece| {
+            let start = piece * PIECE;
+            let points = &chunk[start..(start + PIECE).min(chunk.len())];
+            let mut rows = self.table.rows();
+            let mut counts = Counts { points: points.len() as u64, ..Counts::default() };
+            for (index, &point) in points.iter().enumerate() {
+                found.clear();
+                let outcome = self.search.search(point, found);
+                if outcome.infinite {
+                    counts.infinite += 1;
+                    continue;
+                }
+                found.retain(|path| self.is_visible(path, point));
+                counts.reflections += found.len() as u64;
+                counts.without += u64::from(found.is_empty());
+                for path in found.iter() {
+                    let image = self.view.and_then(|view| view.pixel_of_exact(path.bounce_points[0]));
+                    rows.push(&Row { point: first + (start + index) as u64, path, image });
+                }
+            }
+            (rows.into_bytes(), counts)
+        })
+    }
+
+    fn is_visible(&self, path: &FoundPath, point: DVec3) -> bool {
+        self.visibility.as_ref().is_none_or(|visibility| {
+            let bounces = &path.bounce_points[..path.bounce_count.min(MAX_BOUNCES)];
+            visibility.is_visible(self.eye, point, &self.search.paths()[path.path as usize], bounces)
+        })
+    }
+}
+
+fn summary(args: &ProjectArgs, counts: &Counts) -> String {
+    let Counts { points, reflections, without, infinite } = counts;
+    let output = args.output.display();
+    format!(
+        "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with infinitely many\n"
+    )
+}
