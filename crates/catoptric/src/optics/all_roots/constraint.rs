@@ -131,8 +131,8 @@ impl Constraint {
     }
 
     /// The root that Newton's method (with the pseudo-inverse, so that it works on curves of roots too) finds from a
-    /// point on the surface in steps no longer than `reach` each; none if it finds none on the right sides.
-    pub(super) fn newton(&self, surface: &PlacedSurface, start: DVec3, reach: f64) -> Option<DVec3> {
+    /// point on the surface in steps no longer than `reach` each, and whether the ends are on the right sides there.
+    pub(super) fn newton(&self, surface: &PlacedSurface, start: DVec3, reach: f64) -> Option<(DVec3, bool)> {
         let (mut at, mut taylor) = (start, surface.taylor2(start));
         let mut best = (f64::INFINITY, at, taylor);
         let mut stalled = 0;
@@ -156,7 +156,8 @@ impl Constraint {
         }
         let (residual, at, taylor) = best;
         let scale = self.weights[0].max(self.weights[1]);
-        (residual <= RESIDUAL * scale && self.sided(at, taylor.normal()?)).then_some(at)
+        let normal = taylor.normal()?;
+        (residual <= RESIDUAL * scale).then(|| (at, self.sided(at, normal)))
     }
 
     /// The direction along the surface in which the constraint does not change to first order; none where it changes
@@ -205,10 +206,10 @@ impl Constraint {
         // `bound` holds as far as twice the radius.
         let unique_within = (0.9 / nonlinear).min(2.0 * radius);
         if unique_within >= radius
-            && let Some(root) = self.newton(surface, center, radius)
+            && let Some((root, sided)) = self.newton(surface, center, radius)
             && root.distance(center) <= unique_within
         {
-            return Verdict::One(root);
+            return if sided { Verdict::One(root) } else { Verdict::Empty };
         }
         Verdict::Open
     }

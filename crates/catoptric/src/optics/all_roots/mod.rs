@@ -47,7 +47,7 @@ const CURVE_STEP: f64 = 1e-3;
 /// How many steps make a curve.
 const CURVE_STEPS: u32 = 4;
 
-/// Cells after which a search is given up; a common one needs a hundred.
+/// Cells after which a search is given up.
 const MOST_CELLS: usize = 200_000;
 
 /// Finds all specular paths of one bounce on a surface. Building it costs a pass over the surface's tessellation.
@@ -172,7 +172,7 @@ impl Search<'_> {
                     Verdict::Open => {
                         // Far enough that all cells about a multiple root find that root.
                         let reach = EQUAL_MULTIPLE_ROOTS * cover.size;
-                        if let Some(root) = self.constraint.newton(surface, cell.bounds.center, reach)
+                        if let Some((root, true)) = self.constraint.newton(surface, cell.bounds.center, reach)
                             && self.found(root, EQUAL_MULTIPLE_ROOTS)
                             && self.is_on_a_curve_of_roots(root)
                         {
@@ -206,7 +206,7 @@ impl Search<'_> {
             let direction = if direction.dot(before) < 0.0 { -direction } else { direction };
             let expected = at + direction * step;
             match self.constraint.newton(surface, expected, 0.1 * step) {
-                Some(next) if next.distance(expected) < 0.5 * step => (at, before) = (next, direction),
+                Some((next, true)) if next.distance(expected) < 0.5 * step => (at, before) = (next, direction),
                 _ => return false,
             }
         }

@@ -180,10 +180,10 @@ fn compare_with_alhazen(cases: usize, seed: u64) -> (usize, [usize; 5]) {
 
 #[test]
 fn reflections_in_a_sphere_are_alhazens() {
-    let cases = 2000;
+    let cases = 1000;
     let (compared, counts) = compare_with_alhazen(cases, 1021);
     assert!(compared * 100 > cases * 98, "{compared} of {cases} were compared");
-    assert!(counts[1] > 500 && counts[2] > 500 && counts[3] > 50 && counts[4] > 20, "{counts:?}");
+    assert!(counts[1] > 250 && counts[2] > 250 && counts[3] > 25 && counts[4] > 10, "{counts:?}");
 }
 
 #[test]
