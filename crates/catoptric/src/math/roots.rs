@@ -82,7 +82,7 @@ pub fn bracketed_root(function: impl Fn(f64) -> (f64, f64), low: f64, high: f64,
     let (mut low, mut high) = (low, high);
     let mut at = if start > low && start < high { start } else { 0.5 * (low + high) };
     let mut width = high - low;
-    for step in 0..100 {
+    for step in 0..300 {
         let (value, slope) = function(at);
         if value == 0.0 {
             return at;

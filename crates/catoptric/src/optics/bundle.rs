@@ -363,7 +363,7 @@ mod tests {
 
     fn sphere(center: Vec3, radius: f32) -> PlacedSurface {
         let world_from_surface = Affine3A::from_translation(center);
-        PlacedSurface { surface: AnalyticSurface::Sphere { radius }, world_from_surface }
+        PlacedSurface { surface: AnalyticSurface::Sphere { radius: radius.into() }, world_from_surface }
     }
 
     fn reflected(eye: DVec3, center: DVec3, radius: f64, direction: DVec3) -> (DVec3, DVec3) {

@@ -67,7 +67,8 @@ fn centroid_site(scene: &Scene, triangle: u32) -> Site {
 
 fn ball(place: Affine3A, radius: f32) -> Scene {
     let mut scene = mesh_scene(&SurfaceMesh::default(), mirror());
-    let placed = PlacedSurface { surface: AnalyticSurface::Sphere { radius }, world_from_surface: place };
+    let placed =
+        PlacedSurface { surface: AnalyticSurface::Sphere { radius: radius.into() }, world_from_surface: place };
     scene.objects[0].surface = Some(placed);
     scene
 }

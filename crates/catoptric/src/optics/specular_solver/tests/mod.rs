@@ -33,7 +33,7 @@ pub(super) fn mirror() -> Material {
 }
 
 pub(super) fn sphere(center: Vec3, radius: f32, material: Material) -> (AnalyticSurface, Affine3A, Material) {
-    (AnalyticSurface::Sphere { radius }, Affine3A::from_translation(center), material)
+    (AnalyticSurface::Sphere { radius: radius.into() }, Affine3A::from_translation(center), material)
 }
 
 pub(super) fn vector(random: &mut Stream) -> DVec3 {

@@ -139,10 +139,13 @@ impl Shape for Implicit {
         let (enter, leave) = clip(origin, direction, self.bounds, near, far)?;
         first_interval_root(
             |t| {
-                ImplicitFunction::value(self, [0, 1, 2].map(|axis| {
-                    let slope = Interval::constant(direction[axis]);
-                    IntervalDual { value: Interval::constant(origin[axis]) + t * slope, slope }
-                }))
+                ImplicitFunction::value(
+                    self,
+                    [0, 1, 2].map(|axis| {
+                        let slope = Interval::constant(direction[axis]);
+                        IntervalDual { value: Interval::constant(origin[axis]) + t * slope, slope }
+                    }),
+                )
             },
             |t| self.value_and_slope(origin + direction * t, direction),
             enter,
