@@ -50,13 +50,15 @@ fn search<const N: usize>(c: &[f64; N], low: f64, high: f64, depth: u32) -> Opti
 
 /// The polynomial over both halves of its interval (de Casteljau).
 fn halves<const N: usize>(c: &[f64; N]) -> ([f64; N], [f64; N]) {
-    let (mut left, mut right) = (*c, *c);
-    for level in 1..N {
-        for k in 0..N - level {
-            right[k] = 0.5 * (right[k] + right[k + 1]);
+    let mut right = *c;
+    let left = std::array::from_fn(|level| {
+        if level > 0 {
+            for k in 0..N - level {
+                right[k] = 0.5 * (right[k] + right[k + 1]);
+            }
         }
-        left[level] = right[0];
-    }
+        right[0]
+    });
     (left, right)
 }
 

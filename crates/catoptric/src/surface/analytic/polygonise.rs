@@ -225,9 +225,8 @@ impl<F: Field> Builder<'_, F> {
             let (value, gradient) = (self.field.value(point), self.field.gradient(point));
             let step = gradient * (value / gradient.length_squared());
             point -= step;
-            // Written so that a NaN ends it.
             // Joined roots lie on diagonals, too.
-            if !((point - start).length() < 2.0 * JOINING * size) {
+            if !point.is_finite() || (point - start).length() >= 2.0 * JOINING * size {
                 return None;
             }
             // Steps shrink quadratically: the next one would be lost in rounding.
