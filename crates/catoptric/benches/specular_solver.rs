@@ -17,7 +17,7 @@ const RADIUS: f32 = 1.0;
 fn scene() -> Scene {
     let materials = vec![Material::mirror("mirror", Vec3::ONE), Material::glass("glass", 1.5)];
     let mut model = Model { materials, ..Model::default() };
-    let surface = AnalyticSurface::Sphere { radius: RADIUS };
+    let surface = AnalyticSurface::Sphere { radius: RADIUS.into() };
     for (material, x) in [(0, 0.0), (1, 4.0)] {
         let analytic = Some(AnalyticAsset { surface: surface.clone(), material, inside: false });
         model.nodes.push(Node { analytic, local: LocalTransform::at(Vec3::X * x), ..Node::default() });

@@ -181,7 +181,7 @@ impl Scalar for Interval {
     }
 
     fn powf(self, exponent: f64) -> Self {
-        if !(self.high >= 0.0) {
+        if self.is_empty() || self.high < 0.0 {
             return Self::EMPTY;
         }
         if exponent < 0.0 {
@@ -193,7 +193,7 @@ impl Scalar for Interval {
     }
 
     fn sqrt(self) -> Self {
-        if !(self.high >= 0.0) {
+        if self.is_empty() || self.high < 0.0 {
             return Self::EMPTY;
         }
         let Self { low, high } = Self { low: self.low.max(0.0), high: self.high }.rising(f64::sqrt);
@@ -206,7 +206,7 @@ impl Scalar for Interval {
     }
 
     fn ln(self) -> Self {
-        if !(self.high > 0.0) {
+        if self.is_empty() || self.high <= 0.0 {
             return Self::EMPTY;
         }
         Self { low: self.low.max(0.0), high: self.high }.rising(f64::ln)

@@ -50,13 +50,15 @@ fn search<const N: usize>(c: &[f64; N], low: f64, high: f64, depth: u32) -> Opti
 
 /// The polynomial over both halves of its interval (de Casteljau).
 fn halves<const N: usize>(c: &[f64; N]) -> ([f64; N], [f64; N]) {
-    let (mut left, mut right) = (*c, *c);
-    for level in 1..N {
-        for k in 0..N - level {
-            right[k] = 0.5 * (right[k] + right[k + 1]);
+    let mut right = *c;
+    let left = std::array::from_fn(|level| {
+        if level > 0 {
+            for k in 0..N - level {
+                right[k] = 0.5 * (right[k] + right[k + 1]);
+            }
         }
-        left[level] = right[0];
-    }
+        right[0]
+    });
     (left, right)
 }
 
@@ -82,7 +84,7 @@ pub fn bracketed_root(function: impl Fn(f64) -> (f64, f64), low: f64, high: f64,
     let (mut low, mut high) = (low, high);
     let mut at = if start > low && start < high { start } else { 0.5 * (low + high) };
     let mut width = high - low;
-    for step in 0..100 {
+    for step in 0..300 {
         let (value, slope) = function(at);
         if value == 0.0 {
             return at;

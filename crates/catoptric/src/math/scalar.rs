@@ -29,6 +29,13 @@ pub trait Scalar:
     fn abs(self) -> Self;
 }
 
+/// Moves a value with derivatives off zero, where those of roots and powers are infinite and would come out as no
+/// numbers, by less than rounding: they come out large instead, or as the zero that multiplies them.
+#[inline]
+fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D) -> D {
+    if D::NDERIV > 0 && value.re() == 0.0 { value + 1e-30 } else { value }
+}
+
 impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
     fn constant(value: f64) -> Self {
         D::from(value)
@@ -40,10 +47,10 @@ impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
         DualNum::powi(&self, exponent)
     }
     fn powf(self, exponent: f64) -> Self {
-        DualNum::powf(&self, exponent)
+        DualNum::powf(&off_zero(self), exponent)
     }
     fn sqrt(self) -> Self {
-        DualNum::sqrt(&self)
+        DualNum::sqrt(&off_zero(self))
     }
     fn exp(self) -> Self {
         DualNum::exp(&self)

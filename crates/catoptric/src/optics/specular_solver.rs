@@ -55,7 +55,7 @@ pub struct Solution {
 }
 
 /// Steps are halved at most this often.
-const MOST_HALVINGS: u32 = 12;
+const MOST_HALVINGS: u32 = 5;
 
 /// The longest step of a bounce, of the distance to its nearer neighbour and of the radius of curvature.
 const LONGEST_STEP: f64 = 0.7;

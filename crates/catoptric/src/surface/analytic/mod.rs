@@ -98,7 +98,7 @@ fn checked_length(parameter: &'static str, length: f64) -> Result<f64, SurfaceEr
 /// A box that cuts a surface, checked: its corners, the smaller first.
 fn checked_bounds(min: [f64; 3], max: [f64; 3]) -> Result<[DVec3; 2], SurfaceError> {
     for (parameter, corner) in [("bounds_min", min), ("bounds_max", max)] {
-        if corner.iter().any(|x| !(x.abs() <= MAX_LENGTH)) {
+        if corner.iter().any(|x| x.is_nan() || x.abs() > MAX_LENGTH) {
             return Err(SurfaceError::new(parameter, format!("{corner:?}; allowed is up to {MAX_LENGTH:e}")));
         }
     }

@@ -162,8 +162,7 @@ impl PlacedSurface {
                 -slope / bend // where the ray comes nearest; from there once more
             };
             distance += step;
-            // Written so that a NaN ends it.
-            if !((distance - start).abs() <= REFINEMENT_REACH * size) {
+            if !distance.is_finite() || (distance - start).abs() > REFINEMENT_REACH * size {
                 return None;
             }
             // Steps shrink at least quadratically: the next one would be lost in rounding.

@@ -77,7 +77,8 @@ pub(super) fn polygonise(corners: [DVec3; 2], field: &impl Field) -> SurfaceMesh
         }
     });
     grid.values = values;
-    let mut builder = Builder { grid: &grid, field, vertices: HashMap::new(), mesh: SurfaceMesh::default() };
+    let mut builder =
+        Builder { grid: &grid, field, vertices: HashMap::new(), points: HashMap::new(), mesh: SurfaceMesh::default() };
     for z in 0..cells[2] {
         for y in 0..cells[1] {
             for x in 0..cells[0] {
@@ -86,6 +87,7 @@ pub(super) fn polygonise(corners: [DVec3; 2], field: &impl Field) -> SurfaceMesh
         }
     }
     let mut mesh = builder.mesh;
+    cancel_doubles(&mut mesh);
     flip_slivers(&mut mesh);
     mesh
 }
@@ -110,6 +112,8 @@ struct Builder<'a, F> {
     grid: &'a Grid,
     field: &'a F,
     vertices: HashMap<VertexKey, u32>,
+    /// Vertices by the bits of their positions: no two are the same point.
+    points: HashMap<[u32; 3], u32>,
     mesh: SurfaceMesh,
 }
 
@@ -221,9 +225,8 @@ impl<F: Field> Builder<'_, F> {
             let (value, gradient) = (self.field.value(point), self.field.gradient(point));
             let step = gradient * (value / gradient.length_squared());
             point -= step;
-            // Written so that a NaN ends it.
             // Joined roots lie on diagonals, too.
-            if !((point - start).length() < 2.0 * JOINING * size) {
+            if !point.is_finite() || (point - start).length() >= 2.0 * JOINING * size {
                 return None;
             }
             // Steps shrink quadratically: the next one would be lost in rounding.
@@ -235,14 +238,45 @@ impl<F: Field> Builder<'_, F> {
     }
 
     fn push_vertex(&mut self, position: DVec3) -> u32 {
+        let single = position.as_vec3();
+        // Adding zero makes the two zeros one.
+        let bits = single.to_array().map(|x| (x + 0.0).to_bits());
+        if let Some(vertex) = self.points.get(&bits) {
+            return *vertex;
+        }
+        self.points.insert(bits, self.mesh.positions.len() as u32);
         let gradient = self.field.gradient(position);
         let [min, max] = self.grid.corners;
         let share = (position - min) / (max - min);
-        self.mesh.positions.push(position.as_vec3());
+        self.mesh.positions.push(single);
         self.mesh.normals.push(gradient.normalize_or(DVec3::Y).as_vec3());
         self.mesh.uvs.push(Vec2::new(share.x as f32, share.z as f32));
         (self.mesh.positions.len() - 1) as u32
     }
+}
+
+/// Takes out pairs of triangles of the same vertices that turn opposite ways: joining roots leaves them where
+/// it flattens a tetrahedron. Their neighbours meet without them.
+fn cancel_doubles(mesh: &mut SurfaceMesh) {
+    let mut seen: HashMap<[u32; 3], usize> = HashMap::with_capacity(mesh.triangles.len());
+    let mut is_cancelled = vec![false; mesh.triangles.len()];
+    // Turned so that the smallest vertex is first: the order of the other two tells the way it turns.
+    let turned = |[a, b, c]: [u32; 3]| match a.min(b).min(c) {
+        least if least == a => [a, b, c],
+        least if least == b => [b, c, a],
+        _ => [c, a, b],
+    };
+    for (index, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = turned(*triangle);
+        match seen.remove(&[a, c, b]) {
+            Some(other) => (is_cancelled[index], is_cancelled[other]) = (true, true),
+            None => {
+                seen.insert([a, b, c], index);
+            }
+        }
+    }
+    let mut cancelled = is_cancelled.into_iter();
+    mesh.triangles.retain(|_| !cancelled.next().unwrap_or(false));
 }
 
 /// Triangles that face their normals less than this (a cosine) are slivers, or folded over.
@@ -280,7 +314,9 @@ fn flip_slivers(mesh: &mut SurfaceMesh) {
         let flipped = [[a, d, c], [d, b, c]];
         let after = flipped.map(|triangle| facing(mesh, triangle)).into_iter().fold(f64::INFINITY, f64::min);
         // An edge that is there already must not come twice.
-        if after <= before.min(facing(mesh, [b, a, d])) || owners.contains_key(&(c, d)) || owners.contains_key(&(d, c))
+        if after <= before.min(facing(mesh, [b, a, d])).max(0.0)
+            || owners.contains_key(&(c, d))
+            || owners.contains_key(&(d, c))
         {
             continue;
         }

@@ -27,7 +27,7 @@ impl Revolution {
     pub fn new(height: f64, profile: [f64; 4]) -> Result<Self, SurfaceError> {
         checked_length("height", height)?;
         let wrong = |problem: String| Err(SurfaceError::new("profile", format!("{profile:?}; {problem}")));
-        if profile.iter().any(|coefficient| !(coefficient.abs() <= MAX_LENGTH)) {
+        if profile.iter().any(|coefficient| coefficient.is_nan() || coefficient.abs() > MAX_LENGTH) {
             return wrong(format!("allowed are numbers up to {MAX_LENGTH:e}"));
         }
         let [a, b, c, _] = profile;

@@ -22,7 +22,7 @@ const NEGLIGIBLE_PX: f64 = 0.02;
 
 /// Answers of samples that reach further than this many times their neighbours are not trusted: the point's ray is
 /// nearer to another sample, or none passes the point.
-const TRUSTED_REACH: f64 = 4.0;
+const TRUSTED_REACH: f64 = 2.0;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
 const TOUCHING: f64 = 2e-4;

@@ -76,7 +76,7 @@ impl Default for PathPerturbationSettings {
     fn default() -> Self {
         Self {
             spacing_px: 8.0,
-            finest_px: 1.0,
+            finest_px: 2.0,
             accuracy_px: 0.5,
             max_samples: 60_000,
             expansion: ExpansionOrder::Auto,
