@@ -204,7 +204,8 @@ impl View {
         let axes = Mat3::from(self.world_from_view.matrix3).as_dmat3();
         let local = axes.transpose() * (point - self.eye().as_dvec3());
         let depth = -local.z;
-        if !(depth >= self.near as f64) {
+        let in_front = depth >= self.near as f64;
+        if !in_front {
             return None;
         }
         let (half, scale) = match self.projection {

@@ -26,6 +26,8 @@ struct Truth {
     stats: Stats,
     /// The pixels that show a reflector or lens.
     mask: Vec<bool>,
+    /// Projections are measured at every n-th pixel of every n-th row.
+    projection_every: u32,
 }
 
 pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
@@ -45,7 +47,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
     picture::write(&folder.join("reference.png"), &drawing.picture)?;
-    let truth = Truth { drawing, stats, mask };
+    let truth = Truth { drawing, stats, mask, projection_every: args.projection_every };
 
     let mut entries = Vec::new();
     let mut stems = HashSet::from(["reference".to_owned()]);
@@ -53,12 +55,11 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         terminal.set_subject(&wanted.label);
         let is_truth = chosen.info.id == "reference" && chosen.settings == truth_method.settings;
         let stem = if is_truth { "reference".to_owned() } else { unique(&mut stems, wanted.file_stem()) };
-        let outcome =
-            match measure(&shot, &truth, &mut chosen, is_truth, args.projection_every, folder, &stem, terminal) {
-                Ok(measured) => Outcome::Measured(Box::new(measured)),
-                Err(Failure::Usage(problem)) => Outcome::Failed(problem),
-                Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
-            };
+        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, folder, &stem, terminal) {
+            Ok(measured) => Outcome::Measured(Box::new(measured)),
+            Err(Failure::Usage(problem)) => Outcome::Failed(problem),
+            Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
+        };
         entries.push(entry(wanted, &chosen, is_truth, outcome));
     }
 
@@ -105,7 +106,6 @@ fn measure(
     truth: &Truth,
     chosen: &mut Chosen,
     is_truth: bool,
-    every: u32,
     folder: &Path,
     stem: &str,
     terminal: &Terminal,
@@ -119,7 +119,7 @@ fn measure(
         (&drawn, stats)
     };
     let comparison = Comparison::new(&drawing.picture, &truth.drawing.picture)?;
-    let projection_px = projection_error(shot, chosen, drawing, every, terminal)?;
+    let projection_px = projection_error(shot, chosen, drawing, truth.projection_every, terminal)?;
     let error = ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px };
     let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
     if !is_truth {
@@ -140,7 +140,7 @@ fn projection_error(
     let (scene, view) = (shot.last_scene(drawing), &drawing.view);
     let job = Job { scene, view, quality: shot.quality, progress: terminal };
     let Some(projector) = chosen.method.projector(&job)? else { return Ok(None) };
-    let options = RoundTripOptions { order: shot.quality.order, every: every };
+    let options = RoundTripOptions { order: shot.quality.order, every };
     Ok(Some(round_trip(scene, view, projector.as_ref(), options, terminal)))
 }
 

@@ -141,7 +141,7 @@ mod tests {
     fn spheres(places: &[(Vec3, f32)], material: Material) -> Scene {
         let mut model = Model { materials: vec![material], ..Model::default() };
         for (center, radius) in places {
-            let surface = AnalyticSurface::Sphere { radius: *radius };
+            let surface = AnalyticSurface::Sphere { radius: f64::from(*radius) };
             let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
             model.nodes.push(Node { analytic, local: LocalTransform::at(*center), ..Node::default() });
         }

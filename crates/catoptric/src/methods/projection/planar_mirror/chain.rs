@@ -87,14 +87,15 @@ impl Chain {
         let eye = source.towards(image)?;
         let mut path = Unfolded { eye, bounces: [DVec3::ZERO; MAX_BOUNCES], image };
         let mut from = eye;
-        for index in 0..self.length {
+        for (index, &image) in images[..self.length].iter().enumerate() {
             let mirror = plane(index);
-            let (height, depth) = (mirror.height(from), mirror.height(images[index]));
-            if !(height * depth < 0.0) || (mirror.inside && height > 0.0) {
+            let (height, depth) = (mirror.height(from), mirror.height(image));
+            let separates = height * depth < 0.0;
+            if !separates || (mirror.inside && height > 0.0) {
                 return None;
             }
             let share = height / (height - depth);
-            from += (images[index] - from) * share;
+            from += (image - from) * share;
             // Exactly on the plane, whatever the rounding.
             from -= mirror.normal * mirror.height(from);
             path.bounces[index] = from;

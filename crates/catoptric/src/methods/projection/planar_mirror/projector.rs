@@ -69,7 +69,8 @@ impl<'a> MirrorProjector<'a> {
                 return None;
             }
         }
-        if !(seen.picture.apply(point).depth >= self.near) {
+        let in_front = seen.picture.apply(point).depth >= self.near;
+        if !in_front {
             return None;
         }
         let (image_px, image_change) = seen.picture.pixel_with_change(point)?;
