@@ -57,6 +57,10 @@ pub struct Solution {
 /// Steps are halved at most this often.
 const MOST_HALVINGS: u32 = 5;
 
+/// Three steps must bring the residual below this share of what it was, or there is nothing to be found: even at a
+/// double root (on a caustic) each step takes three quarters of it away.
+const LEAST_PROGRESS: f64 = 0.5;
+
 /// The longest step of a bounce, of the distance to its nearer neighbour and of the radius of curvature.
 const LONGEST_STEP: f64 = 0.7;
 
@@ -270,7 +274,10 @@ impl<'a, const N: usize> Problem<'a, N> {
     fn solved(mut self, max_steps: u32, tolerance: f64) -> Option<Solution> {
         let mut steps = 0;
         let mut residual = largest(&self.constraints);
-        while residual > tolerance && steps < max_steps {
+        // The residuals of the last three steps, the latest first.
+        let mut earlier = [f64::INFINITY; 3];
+        while residual > tolerance && steps < max_steps && residual < LEAST_PROGRESS * earlier[2] {
+            earlier = [residual, earlier[0], earlier[1]];
             let step = self.newton_step()?;
             if !self.advance(&step)? {
                 break;

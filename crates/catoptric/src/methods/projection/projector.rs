@@ -52,6 +52,8 @@ pub struct Projection {
     pub path_length: f32,
     /// The first reflection point, counted from the eye.
     pub reflection_point: Vec3,
+    /// Length of the path's last segment, from the last bounce to the scene point, in scene units.
+    pub last_segment: f32,
     /// Estimated error in pixels; 0 where a solver has converged.
     pub error_px: f32,
 }

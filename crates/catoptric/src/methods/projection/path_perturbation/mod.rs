@@ -19,6 +19,7 @@ use crate::methods::projection::virtual_mesh::{
 };
 use crate::methods::projection::{SpecularPath, VertexProjector};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::optics::bundle::BounceKind;
 use crate::progress::Progress;
 use crate::scene::{Scene, View};
 use crate::surface::PlacedSurface;
@@ -42,6 +43,9 @@ pub static INFO: MethodInfo = MethodInfo {
     settings: PathPerturbationSettings::describe,
     create: |table| Ok(Box::new(PathPerturbation::new(PathPerturbationSettings::from_table(table)?))),
 };
+
+/// A reflector appears in itself only where the ray between is longer than this share of its size.
+const OWN_SEGMENT: f32 = 0.02;
 
 /// No more pieces than this are made of one object on one path.
 const MAX_PIECES: usize = 400_000;
@@ -254,6 +258,11 @@ impl PathPerturbation {
         for (path, sequence) in perturber.paths().iter().enumerate() {
             let Some(last) = sequence.bounces.last() else { continue };
             for (index, object) in job.scene.objects.iter().enumerate() {
+                let own = last.object == index as u32;
+                let convex = object.surface.as_ref().is_some_and(PlacedSurface::is_convex);
+                if own && convex && last.kind == BounceKind::Reflect && !object.inside {
+                    continue; // rays that leave a convex mirror never come back
+                }
                 let (key, welded) = ((path as u32, index as u32), &prepared.welded[index]);
                 if frame.meshes.get(&key).is_some_and(|(old, _)| Arc::ptr_eq(old, welded)) {
                     continue;
@@ -263,6 +272,7 @@ impl PathPerturbation {
                     first_triangle: object.triangles.start,
                     alpha_tested: job.scene.is_alpha_tested(index as u32),
                     path: path as u32,
+                    least_segment: if own { OWN_SEGMENT * object.bounds.diagonal() } else { 0.0 },
                     last_reflector: job.scene.objects[last.object as usize].bounds,
                     scene_size: job.scene.bounds.diagonal(),
                 };

@@ -17,6 +17,9 @@ const SOLVED_RESIDUAL: f64 = 1e-10;
 /// Two appearances on one path nearer than this, in pixels, are one.
 const SAME_PX: f32 = 0.02;
 
+/// A sample's answer this near to a polished one on the same sheet, in pixels, is taken for the same.
+const KNOWN_PX: f32 = 1.5;
+
 /// The expansion's linear part is enough where what the second order adds is below this, in pixels.
 const NEGLIGIBLE_PX: f64 = 0.02;
 
@@ -74,7 +77,7 @@ impl VertexProjector for Perturber<'_> {
                     representative_count += 1;
                 }
             }
-            let Some(projection) = self.perturb(path, group, ray, exact) else { return };
+            let Some(projection) = self.perturb(path, group, ray, exact, &found[start..]) else { return };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
             };
@@ -102,7 +105,8 @@ impl Perturber<'_> {
     }
 
     /// The appearance that a sample ray leads to; none where its expansion does not reach or the solver finds none.
-    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3) -> Option<Projection> {
+    /// Nor where it would only find one of `known` again.
+    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> Option<Projection> {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let mut neighbour = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic))?;
@@ -117,6 +121,9 @@ impl Perturber<'_> {
             neighbour = self.of_sufficient_order(sample, point, neighbour)?;
         }
         let found = if self.settings.polish > 0 {
+            if self.is_known(sample, &neighbour, known) {
+                return None;
+            }
             self.polished(sample, neighbour.parameters.clamp_length_max(reach), point)?
         } else {
             let parameters = sample.parameters_of(neighbour.reflection_point);
@@ -135,7 +142,18 @@ impl Perturber<'_> {
         if self.is_hidden(group, found.reflection_point) {
             return None;
         }
-        self.finish(path, sample, &found)
+        self.finish(path, sample, &found, point)
+    }
+
+    /// Whether a sample's answer is one that another sample has led to: near it, and on the same sheet.
+    fn is_known(&self, sample: &RaySample, neighbour: &Neighbour, known: &[Projection]) -> bool {
+        if known.is_empty() {
+            return false;
+        }
+        let Some([x, y]) = self.view.place_of(neighbour.reflection_point) else { return true };
+        let place = Vec2::new(x as f32, y as f32);
+        let focal_index = sample.focal_points_passed + sample.rays.focal_points_before(neighbour.distance);
+        known.iter().any(|one| one.focal_index == focal_index && one.image_px.distance(place) < KNOWN_PX)
     }
 
     /// The exact path near a sample's; none where the solver finds none, or one that meets surfaces from other sides.
@@ -187,7 +205,7 @@ impl Perturber<'_> {
         Some(quadratic)
     }
 
-    fn finish(&self, path: u32, sample: &RaySample, found: &Found) -> Option<Projection> {
+    fn finish(&self, path: u32, sample: &RaySample, found: &Found, point: DVec3) -> Option<Projection> {
         let Motion { change, across, focal_index } = found.motion;
         let [x, y] = self.view.place_of(found.reflection_point)?;
         let gradients = self.view.place_change(found.reflection_point);
@@ -204,6 +222,7 @@ impl Perturber<'_> {
             image_change,
             path_length: found.optical_length as f32,
             reflection_point: found.reflection_point.as_vec3(),
+            last_segment: found.last.distance(point) as f32,
             error_px: gx.dot(left_out).hypot(gy.dot(left_out)) as f32,
         };
         let finite = projection.image_px.is_finite()

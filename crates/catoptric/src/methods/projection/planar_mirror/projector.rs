@@ -81,6 +81,7 @@ impl<'a> MirrorProjector<'a> {
             image_change,
             path_length: unfolded.image.distance(unfolded.eye) as f32,
             reflection_point: unfolded.bounces[0].as_vec3(),
+            last_segment: unfolded.bounces.last().map_or(0.0, |last| last.distance(point.as_dvec3()) as f32),
             error_px: 0.0,
         })
     }

@@ -12,6 +12,21 @@ const LONGEST: f32 = 0.35;
 /// Edges shorter than this share of the scene are never divided.
 const SHORTEST: f32 = 1e-5;
 
+/// Where an appearance ends on an edge, its piece may be this many times the smallest size: the end itself is found
+/// exactly.
+const END_PIECES: f32 = 8.0;
+
+/// What is to be done with an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// It is drawn as it is.
+    Keep,
+    /// It is divided in its middle.
+    Divide,
+    /// Some appearance ends on it: whether it is divided depends on where.
+    LookForEnds,
+}
+
 /// Rules for edges: everything here depends on the two ends alone, and not on their order.
 pub(super) struct EdgeRule {
     edge_error_px: f32,
@@ -39,51 +54,50 @@ impl EdgeRule {
         &self.picture
     }
 
-    /// Appearances that merge into a fold are joined when they are nearer than this, in pixels.
-    pub(super) fn fold_px(&self) -> f32 {
-        6.0 * self.piece_px
-    }
-
-    /// Whether an edge is divided.
-    pub(super) fn divides(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> bool {
+    /// What is to be done with an edge, as far as its ends tell.
+    pub(super) fn judge(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> Verdict {
         let step = b - a;
         let length = step.length();
         if !(length > self.shortest) {
-            return false;
+            return Verdict::Keep;
         }
         let middle = (a + b) * 0.5;
         if length > LONGEST * middle.distance(self.center).max(self.radius) {
-            return true;
+            return Verdict::Divide;
         }
         if self.beside_the_picture(at_a, at_b) {
-            return false;
+            return Verdict::Keep;
         }
-        at_a.iter().any(|one| self.divides_at(one, at_a, at_b, step))
-            || at_b.iter().any(|one| self.divides_at(one, at_b, at_a, -step))
+        let mut verdict = Verdict::Keep;
+        for (here, there, step) in [(at_a, at_b, step), (at_b, at_a, -step)] {
+            for one in here {
+                match self.judge_at(one, here, there, step) {
+                    Verdict::Divide => return Verdict::Divide,
+                    Verdict::LookForEnds => verdict = Verdict::LookForEnds,
+                    Verdict::Keep => {}
+                }
+            }
+        }
+        verdict
     }
 
-    /// Whether an appearance at one end asks for a division; `step` leads to the other end.
-    fn divides_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> bool {
-        let predicted = one.predicted(step);
-        match best(one, here, there, step) {
-            Some(other) => {
-                // On a straight edge the picture of the edge's start moves on by this much; half the difference is
-                // found in the middle of the way, and half of that again at the middle of a parabola.
-                let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
-                let moves = predicted - one.image_px;
-                let error = (moves - straight).length() * 0.25;
-                error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px
-            }
-            None => {
-                let size = (predicted - one.image_px).length();
-                // Where two appearances merge, they end half-way between them.
-                let partner = here
-                    .iter()
-                    .filter(|other| other.focal_index != one.focal_index && best(other, here, there, step).is_none());
-                let gap = partner.map(|other| other.image_px.distance(one.image_px)).fold(f32::INFINITY, f32::min);
-                size.min(0.5 * gap) > self.piece_px
-            }
-        }
+    /// What an appearance at one end asks for; `step` leads to the other end.
+    fn judge_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> Verdict {
+        let moves = one.predicted(step) - one.image_px;
+        let Some(other) = best(one, here, there, step) else {
+            return if moves.length() > self.piece_px { Verdict::LookForEnds } else { Verdict::Keep };
+        };
+        // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in
+        // the middle of the way, and half of that again at the middle of a parabola.
+        let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
+        let error = (moves - straight).length() * 0.25;
+        let divides = error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px;
+        if divides { Verdict::Divide } else { Verdict::Keep }
+    }
+
+    /// Whether an appearance and the place where it ends on an edge are so near that the edge need not be divided.
+    pub(super) fn is_near_end(&self, one: &Projection, end: &Projection) -> bool {
+        one.image_px.distance(end.image_px) <= self.piece_px * END_PIECES
     }
 
     /// The appearance at the other end that belongs to `one`; none where that is not sure.
@@ -98,6 +112,20 @@ impl EdgeRule {
         let size = other.image_px.distance(one.image_px);
         let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
         (mismatch(one, other, step) <= allowed).then_some(other)
+    }
+
+    /// The appearance after a step that continues `one`; none where there is none so near to what is predicted.
+    pub(super) fn continued<'a>(
+        &self,
+        one: &Projection,
+        after: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
+        let other = fitting.min_by(|x, y| mismatch(one, x, step).total_cmp(&mismatch(one, y, step)))?;
+        let size = (one.predicted(step) - one.image_px).length().max(other.image_px.distance(one.image_px));
+        let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
+        (one.predicted(step).distance(other.image_px) <= allowed).then_some(other)
     }
 
     /// Whether all appearances lie on one side outside the picture.

@@ -6,7 +6,6 @@
 //! other by its path Jacobian; so concave reflectors, which show a point several times, need no other book-keeping.
 
 mod edge;
-mod fold;
 mod weld;
 
 pub use weld::WeldedObject;
@@ -16,7 +15,7 @@ use crate::math::Aabb;
 use crate::parallel;
 use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, View};
-use edge::EdgeRule;
+use edge::{EdgeRule, Verdict};
 use glam::{Vec2, Vec3};
 
 /// How finely virtual geometry is made.
@@ -126,10 +125,31 @@ pub struct VirtualObject<'a> {
     pub alpha_tested: bool,
     /// The path, an index of the projector's.
     pub path: u32,
+    /// Appearances with shorter last segments than this are left out: 0, but for the path's last reflector itself.
+    ///
+    /// The points of a tessellation lie a little off its surface, and would appear where they touch it.
+    pub least_segment: f32,
     /// The box around the path's last reflector.
     pub last_reflector: Aabb,
     /// The size of the scene.
     pub scene_size: f32,
+}
+
+impl VirtualObject<'_> {
+    fn project<P: VertexProjector + ?Sized>(&self, projector: &P, point: Vec3, found: &mut Vec<Projection>) {
+        let start = found.len();
+        projector.project_on(self.path, point, found);
+        if self.least_segment > 0.0 {
+            let mut kept = start;
+            for index in start..found.len() {
+                if found[index].last_segment >= self.least_segment {
+                    found[kept] = found[index];
+                    kept += 1;
+                }
+            }
+            found.truncate(kept);
+        }
+    }
 }
 
 /// Points that are projected at once.
@@ -150,7 +170,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
         let mut found = Vec::new();
         let mut ends = Vec::with_capacity(range.len());
         for &point in &welded.points[range] {
-            projector.project_on(object.path, point, &mut found);
+            object.project(projector, point, &mut found);
             ends.push(found.len() as u32);
         }
         (found, ends)
@@ -232,6 +252,9 @@ impl Corner {
     }
 }
 
+/// The end of an appearance on an edge is found to this power of a half of the edge.
+const END_STEPS: u32 = 12;
+
 /// Pieces are divided this many times at the most.
 const MAX_DEPTH: u32 = 40;
 
@@ -253,9 +276,7 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
             self.mesh.unfinished += 1;
             return self.emit(corners);
         }
-        let split = |one: &Corner, other: &Corner| {
-            self.rule.divides(one.position, one.appearances(), other.position, other.appearances())
-        };
+        let mut split = |one: &Corner, other: &Corner| self.divides(one, other);
         // Edge k is opposite to corner k.
         let flags = [split(b, c), split(c, a), split(a, b)];
         match flags {
@@ -293,30 +314,116 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         // Sums do not depend on the order: neighbours find the same point.
         let position = (a.position + b.position) * 0.5;
         self.scratch.clear();
-        self.projector.project_on(self.object.path, position, &mut self.scratch);
+        self.object.project(self.projector, position, &mut self.scratch);
         self.mesh.points_projected += 1;
         let appearances = self.scratch.as_slice().into();
         Corner { position, weights: (a.weights + b.weights) * 0.5, appearances }
     }
 
-    /// Draws every appearance that all three corners share, and closes folds.
-    fn emit(&mut self, corners: &[Corner; 3]) {
-        let [a, b, c] = corners;
-        let ends = |one: &Corner, other: &Corner| other.position - one.position;
-        for first in a.appearances() {
-            let Some(second) = self.rule.partner(first, a.appearances(), b.appearances(), ends(a, b)) else { continue };
-            let Some(third) = self.rule.partner(first, a.appearances(), c.appearances(), ends(a, c)) else { continue };
-            let other = self.rule.partner(second, b.appearances(), c.appearances(), ends(b, c));
-            if other.is_some_and(|other| std::ptr::eq(other, third)) {
-                self.push([(first, a.weights), (second, b.weights), (third, c.weights)]);
+    /// Whether an edge is divided.
+    fn divides(&mut self, a: &Corner, b: &Corner) -> bool {
+        match self.rule.judge(a.position, a.appearances(), b.position, b.appearances()) {
+            Verdict::Keep => false,
+            Verdict::Divide => true,
+            Verdict::LookForEnds => self.ends_far_away(a, b) || self.ends_far_away(b, a),
+        }
+    }
+
+    /// Whether an appearance of `a` ends on the way to `b`, but not near `a`.
+    fn ends_far_away(&mut self, a: &Corner, b: &Corner) -> bool {
+        let step = b.position - a.position;
+        (0..a.appearances().len()).any(|index| {
+            let one = a.appearances()[index];
+            if self.rule.partner(&a.appearances()[index], a.appearances(), b.appearances(), step).is_some() {
+                return false;
+            }
+            let (end, _) = self.end_of(one, a, b);
+            !self.rule.is_near_end(&one, &end)
+        })
+    }
+
+    /// The last point on the way from `a` to `b` where an appearance of `a` still is, with its weights.
+    fn end_of(&mut self, one: Projection, a: &Corner, b: &Corner) -> (Projection, Vec2) {
+        let (mut near, mut far) = (0.0f32, 1.0f32);
+        let mut last = one;
+        let mut last_share = 0.0;
+        for _ in 0..END_STEPS {
+            let share = (near + far) * 0.5;
+            let position = a.position.lerp(b.position, share);
+            self.scratch.clear();
+            self.object.project(self.projector, position, &mut self.scratch);
+            self.mesh.points_projected += 1;
+            let step = (b.position - a.position) * (share - last_share);
+            match self.rule.continued(&last, &self.scratch, step) {
+                Some(found) => {
+                    last = *found;
+                    last_share = share;
+                    near = share;
+                }
+                None => far = share,
             }
         }
-        for k in 0..3 {
-            let [one, other, missing] = [0, 1, 2].map(|step| &corners[(k + step) % 3]);
-            for [p, q, r, s] in fold::gaps(&self.rule, one, other, missing) {
-                self.push([p, q, r]);
-                self.push([p, r, s]);
+        (last, a.weights.lerp(b.weights, last_share))
+    }
+
+    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
+    fn emit(&mut self, corners: &[Corner; 3]) {
+        for from in 0..3 {
+            for index in 0..corners[from].appearances().len() {
+                self.emit_appearance(corners, from, index);
             }
+        }
+    }
+
+    /// Draws an appearance, unless an earlier corner has it too.
+    fn emit_appearance(&mut self, corners: &[Corner; 3], from: usize, index: usize) {
+        let own = &corners[from];
+        let one = &own.appearances()[index];
+        let mut shared: [Option<Projection>; 3] = [None; 3];
+        shared[from] = Some(*one);
+        for (k, other) in corners.iter().enumerate().filter(|(k, _)| *k != from) {
+            let step = other.position - own.position;
+            let partner = self.rule.partner(one, own.appearances(), other.appearances(), step);
+            if partner.is_some() && k < from {
+                return; // drawn from there
+            }
+            shared[k] = partner.copied();
+        }
+        if let [Some(a), Some(b), Some(c)] = &shared {
+            let consistent = {
+                let (second, third) = ((from + 1) % 3, (from + 2) % 3);
+                let step = corners[third].position - corners[second].position;
+                let here = corners[second].appearances();
+                let start = here.iter().find(|one| Some(**one) == shared[second]);
+                let partner =
+                    start.and_then(|start| self.rule.partner(start, here, corners[third].appearances(), step));
+                partner.copied() == shared[third]
+            };
+            if consistent {
+                self.push([(a, corners[0].weights), (b, corners[1].weights), (c, corners[2].weights)]);
+            }
+            return;
+        }
+        // The border of what appears, around the triangle.
+        let mut border: [(Projection, Vec2); 4] = [(*one, own.weights); 4];
+        let mut count = 0;
+        for k in 0..3 {
+            let next = (k + 1) % 3;
+            if let Some(here) = shared[k] {
+                border[count] = (here, corners[k].weights);
+                count += 1;
+                if shared[next].is_none() {
+                    border[count] = self.end_of(here, &corners[k], &corners[next]);
+                    count += 1;
+                }
+            } else if let Some(there) = shared[next] {
+                border[count] = self.end_of(there, &corners[next], &corners[k]);
+                count += 1;
+            }
+        }
+        for second in 1..count.saturating_sub(1) {
+            let [a, b, c] = [&border[0], &border[second], &border[second + 1]];
+            self.push([(&a.0, a.1), (&b.0, b.1), (&c.0, c.1)]);
         }
     }
 
