@@ -53,6 +53,21 @@ impl ScalarJet {
         self.chain(root, 0.5 / root, -0.25 / (root * self.value))
     }
 
+    /// The product, by the rule of Leibniz.
+    fn product(&self, other: &Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            first: std::array::from_fn(|a| self.first[a] * other.value + self.value * other.first[a]),
+            second: std::array::from_fn(|k| {
+                let (a, b) = PAIRS[k];
+                self.second[k] * other.value
+                    + self.first[a] * other.first[b]
+                    + self.first[b] * other.first[a]
+                    + self.value * other.second[k]
+            }),
+        }
+    }
+
     /// One over the number.
     pub fn recip(self) -> Self {
         let inverse = 1.0 / self.value;
@@ -104,17 +119,7 @@ impl Mul for ScalarJet {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        Self {
-            value: self.value * other.value,
-            first: std::array::from_fn(|a| self.first[a] * other.value + self.value * other.first[a]),
-            second: std::array::from_fn(|k| {
-                let (a, b) = PAIRS[k];
-                self.second[k] * other.value
-                    + self.first[a] * other.first[b]
-                    + self.first[b] * other.first[a]
-                    + self.value * other.second[k]
-            }),
-        }
+        self.product(&other)
     }
 }
 

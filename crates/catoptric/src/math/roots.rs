@@ -121,7 +121,7 @@ pub fn bracketed_root(function: impl Fn(f64) -> (f64, f64), low: f64, high: f64,
 /// Intervals whose bounds leave out zero have no root, intervals where the derivative keeps its sign have one at
 /// most; all others are halved. Nothing is missed but roots where the function touches zero without passing it. Sign
 /// changes where the function or its derivative has no bounds (poles) are no roots. A function that is zero, or nearly
-/// so, over stretches is given up after [`MAX_INTERVALS`] intervals: no root is reported then.
+/// so, over stretches is given up after `MAX_INTERVALS` intervals: no root is reported then.
 pub fn first_interval_root(
     bounds: impl Fn(Interval) -> IntervalDual,
     function: impl Fn(f64) -> (f64, f64),

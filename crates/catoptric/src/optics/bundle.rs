@@ -100,7 +100,7 @@ impl RayBundle {
         // o(z) + s(z) d(z) = x(u(z)): linear in (s, u) to each order, always with the same matrix.
         let matrix = DMat3::from_cols(self.direction.value, -patch.tangents[0], -patch.tangents[1]);
         let determinant = matrix.determinant();
-        if !(determinant.abs() > 1e-12) {
+        if determinant.is_nan() || determinant.abs() <= 1e-12 {
             return None;
         }
         let inverse = matrix.inverse();
@@ -146,7 +146,7 @@ impl RayBundle {
                 let eta = if from_outside { 1.0 / index } else { index };
                 let one = ScalarJet::constant(1.0);
                 let cos2_out = one - (one - cosine * cosine) * (eta * eta);
-                if !(cos2_out.value > 0.0) {
+                if cos2_out.value.is_nan() || cos2_out.value <= 0.0 {
                     return None;
                 }
                 self.direction * eta + normal.scaled(&(cosine * eta - cos2_out.sqrt()))
@@ -323,7 +323,7 @@ impl OutgoingRays {
         let mut found = [None; 2];
         let mut count = 0;
         let discriminant = linear * linear - 4.0 * square * constant;
-        if !(discriminant >= 0.0) {
+        if discriminant.is_nan() || discriminant < 0.0 {
             return found;
         }
         // The stable form: no difference of nearly equal numbers.

@@ -356,9 +356,7 @@ mod tests {
                 assert!((difference - change).length() < 1e-3 * (1.0 + difference.length()), "{difference} {change}");
             }
             assert_eq!(
-                view.pixel_of_exact(
-                    view.eye().as_dvec3() + DVec3::from(view.world_from_view.matrix3.z_axis.as_dvec3())
-                ),
+                view.pixel_of_exact(view.eye().as_dvec3() + view.world_from_view.matrix3.z_axis.as_dvec3()),
                 None
             );
         }

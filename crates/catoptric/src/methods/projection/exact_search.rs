@@ -174,7 +174,7 @@ impl<'a> ExactSearch<'a> {
         let spread = rays.spread(distance);
         let size2 = spread.iter().flatten().map(|s| s * s).sum::<f64>();
         let determinant = spread[0][0] * spread[1][1] - spread[0][1] * spread[1][0];
-        let singular = !(determinant.abs() > 1e-7 * size2);
+        let singular = determinant.is_nan() || determinant.abs() <= 1e-7 * size2;
         let found = FoundPath {
             path,
             bounce_count: sites.count,

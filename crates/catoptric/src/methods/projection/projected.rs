@@ -193,7 +193,8 @@ mod tests {
             let size = scene.bounds.max - scene.bounds.min;
             let share = Vec3::from([0; 3].map(|_| random.next_between(0.05, 0.95)));
             let point = (scene.bounds.min + size * share).as_dvec3();
-            (truth.clear(), found.clear());
+            truth.clear();
+            found.clear();
             exact.search(point, &mut truth);
             projected.search(point, &mut found);
             for path in &found {

@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 ///
 /// The left side to the power of `e1 / 2` grows in proportion to the distance from the centre; less 1 and times the
 /// smallest radius it is `g`. Derivatives of higher order are infinite on the coordinate planes for most exponents:
-/// there coordinates are taken as [`SOFTENING`] away from zero.
+/// there coordinates are taken as `SOFTENING` away from zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Superquadric {
     radii: DVec3,

@@ -67,9 +67,18 @@ struct Prepared {
 /// Everything that the ray map depends on, beside the view.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Mirrors {
-    objects: Vec<(u32, Option<PlacedSurface>, Vec<Vec3>, Vec<Vec3>)>,
+    objects: Vec<MirrorShape>,
     indices: Vec<f32>,
     object_count: usize,
+}
+
+/// The shape of one reflector or lens: its surface, or its mesh where it has none.
+#[derive(Clone, Debug, PartialEq)]
+struct MirrorShape {
+    object: u32,
+    surface: Option<PlacedSurface>,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
 }
 
 /// What depends on the view and the mirrors, but not on what moves among them.
@@ -86,10 +95,12 @@ impl Mirrors {
         let kept = objects.iter().map(|&index| {
             let object = &scene.objects[index as usize];
             let vertices = object.vertices.start as usize..object.vertices.end as usize;
-            let (positions, normals) = (&scene.positions[vertices.clone()], &scene.normals[vertices]);
-            match &object.surface {
-                Some(surface) => (index, Some(surface.clone()), Vec::new(), Vec::new()),
-                None => (index, None, positions.to_vec(), normals.to_vec()),
+            let vertices = if object.surface.is_none() { vertices } else { 0..0 };
+            MirrorShape {
+                object: index,
+                surface: object.surface.clone(),
+                positions: scene.positions[vertices.clone()].to_vec(),
+                normals: scene.normals[vertices].to_vec(),
             }
         });
         let indices = objects.iter().map(|&index| scene.material_of(index).ior);

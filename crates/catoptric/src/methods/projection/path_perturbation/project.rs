@@ -110,7 +110,7 @@ impl Perturber<'_> {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let mut neighbour = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic))?;
-        if !(neighbour.distance > 0.0) {
+        if neighbour.distance.is_nan() || neighbour.distance <= 0.0 {
             return None;
         }
         let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);

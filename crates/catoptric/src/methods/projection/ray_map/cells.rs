@@ -109,7 +109,7 @@ impl PreciseView {
     pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
         let relative = point - self.origin;
         let depth = relative.dot(self.forward);
-        if !(depth > 0.0) {
+        if depth.is_nan() || depth <= 0.0 {
             return None;
         }
         let scale = if self.perspective { 1.0 / depth } else { 1.0 };
@@ -317,7 +317,7 @@ fn disagree(field: &dyn RayField, a: &Samples, b: &Samples, sampling: &Sampling,
             match field.place_of(guess.reflection_point) {
                 Some(place) => {
                     let error = (place[0] - truth[0]).hypot(place[1] - truth[1]);
-                    !(error <= f64::from(sampling.accuracy_px))
+                    error.is_nan() || error > f64::from(sampling.accuracy_px)
                 }
                 None => true,
             }

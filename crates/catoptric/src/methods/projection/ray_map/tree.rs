@@ -65,7 +65,7 @@ impl RayTree {
     #[inline]
     pub fn candidates(&self, lines: &Lines, point: Vec3) -> Option<&[u32]> {
         let mut cell = &self.root;
-        if !((point - cell.center).abs().max_element() <= cell.half) {
+        if !(point - cell.center).abs().cmple(Vec3::splat(cell.half)).all() {
             return None;
         }
         while let Some(children) = cell.children(lines, self.rule) {
