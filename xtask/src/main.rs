@@ -1,5 +1,7 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
+mod perturbation;
+
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,12 +10,16 @@ const HELP: &str = "\
 Usage: cargo run -p xtask -- COMMAND
 
 Commands:
-  figures    draw the pictures of the README into docs/pictures
-  ci         run what continuous integration runs";
+  figures [NAME]   draw pictures into docs/pictures: those of the README, or, with a part of the name of a figure
+                   (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times
+  ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
     match std::env::args().nth(1).as_deref() {
-        Some("figures") => figures(),
+        Some("figures") => match std::env::args().nth(2) {
+            Some(name) => perturbation::draw(&name),
+            None => figures(),
+        },
         Some("ci") => run(Command::new("bash").arg(".ci/run")),
         Some(other) => bail!("there is no command `{other}`\n\n{HELP}"),
         None => bail!("{HELP}"),

@@ -45,6 +45,8 @@ pub(crate) struct Drawing {
     pub(crate) frame_ms: Vec<f64>,
     /// Times of each stage, frame by frame, in order.
     pub(crate) stages_ms: Vec<(String, Vec<f64>)>,
+    /// Times of the first frame's stages.
+    pub(crate) first_stages_ms: Vec<(String, f64)>,
     /// Counts of the last frame and of the preparation.
     pub(crate) counts: BTreeMap<&'static str, u64>,
     pub(crate) fallbacks: BTreeMap<&'static str, u64>,
@@ -103,6 +105,7 @@ impl<'a> Shot<'a> {
             setup_ms,
             frame_ms: Vec::with_capacity(self.frames as usize),
             stages_ms: Vec::new(),
+            first_stages_ms: Vec::new(),
             counts: BTreeMap::new(),
             fallbacks: BTreeMap::new(),
             bytes: BTreeMap::new(),
@@ -173,6 +176,9 @@ impl Drawing {
                 Some((_, sum)) => *sum += time,
                 None => frame.push((name, *time)),
             }
+        }
+        if self.stages_ms.is_empty() {
+            self.first_stages_ms = frame.iter().map(|(name, time)| ((*name).to_owned(), *time)).collect();
         }
         for (name, time) in frame {
             match self.stages_ms.iter_mut().find(|(known, _)| known == name) {

@@ -59,6 +59,8 @@ pub(crate) struct Stats {
     pub(crate) setup_ms: Times,
     pub(crate) frame_ms: FrameTimes,
     pub(crate) stages_ms: Times,
+    /// Of the first frame alone, which makes what later frames keep.
+    pub(crate) first_stages_ms: Times,
     pub(crate) counts: Counts,
     pub(crate) bytes: BTreeMap<String, u64>,
     pub(crate) warnings: Vec<String>,
@@ -105,6 +107,7 @@ impl Stats {
                 max: rounded(times.iter().copied().fold(0.0, f64::max)),
             },
             stages_ms: Times(drawing.stages_ms.iter().map(|(name, times)| (name.clone(), median(times))).collect()),
+            first_stages_ms: Times(drawing.first_stages_ms.clone()),
             counts: Counts { named, fallbacks: owned(&drawing.fallbacks) },
             bytes: owned(&drawing.bytes),
             warnings: shot.model.warnings.iter().chain(&drawing.warnings).cloned().collect(),

@@ -121,6 +121,7 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
         "setup_ms",
         "frame_ms",
         "stages_ms",
+        "first_stages_ms",
         "counts",
         "bytes",
     ] {

@@ -15,7 +15,11 @@ use std::f32::consts::TAU;
 pub(super) const VASE: BuiltinInfo = BuiltinInfo {
     name: "vase",
     summary: "the mirror vase of the papers, a flat lizard of 61 vertices and an icosahedron that circles the vase",
-    parameters: &[TESS, EXACT_SURFACE],
+    parameters: &[
+        TESS,
+        EXACT_SURFACE,
+        choice("sphere", "a mirror sphere hangs beside the vase, for reflections of reflections", &["none", "mirror"]),
+    ],
     command: "catoptric render builtin:vase -o vase.png",
     build: vase,
 };
@@ -77,6 +81,10 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
     );
     let exact = Revolution::new(VASE_HEIGHT, VASE_PROFILE).map(AnalyticSurface::Revolution);
     kit.add_mirror("vase", mirror, exact, || vase_wall(values.tess()), at(0.0, 0.0, 0.0), values);
+    if values.word("sphere") == "mirror" {
+        // Above the way of the icosahedron, opposite the lizard.
+        kit.add_sphere("sphere", mirror, 0.28, at(0.95, 1.27, 0.75), values);
+    }
     // The mouth is closed a little below the rim, so that the inside needs no thought.
     let dark = kit.plain("mouth", rgb(0x1a1714));
     let depth = 0.985;

@@ -367,6 +367,11 @@ fn the_icosahedron_circles_the_vase() {
     assert!((start - end).length() < 1e-3);
     // It never comes so near that it would touch the vase.
     assert!(1.42 - 0.3 > (0..=100).map(|s| vase_radius(s as f32 / 100.0)[0]).fold(0.0, f32::max));
+    // Nor does it touch the sphere above its way.
+    let with_sphere = pose("vase?tess=3&sphere=mirror", 0.0);
+    let sphere = with_sphere.objects.iter().find(|object| object.name == "sphere").unwrap();
+    assert_eq!(sphere.surface.as_ref().unwrap().surface.kind(), "sphere");
+    assert!(sphere.bounds.min.y > start.y + 0.3);
 }
 
 #[test]

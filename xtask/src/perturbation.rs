@@ -1,0 +1,216 @@
+//! Figures 8 to 13 of Chen and Arvo 2000, made again: path perturbation beside the reference.
+
+use crate::{root, run};
+use anyhow::{Context, Result};
+use image::RgbImage;
+use image::imageops::{self, FilterType};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// A picture to draw.
+struct Shot {
+    /// What the table of times calls it.
+    label: &'static str,
+    scene: &'static str,
+    /// Settings of path perturbation, separated by blanks; without them the reference draws.
+    settings: Option<&'static str>,
+    size: [u32; 2],
+    order: u32,
+    /// The scene's time, in seconds.
+    time_s: f32,
+    motion: &'static str,
+}
+
+/// Shots side by side in one picture.
+struct Figure {
+    name: &'static str,
+    shots: Vec<Shot>,
+    /// The part that is shown enlarged in a second row: x, y, width, height, as shares of the picture.
+    close_up: Option<[f32; 4]>,
+}
+
+/// Frames of a run: the first makes what the others keep.
+const FRAMES: &str = "3";
+/// Width of a panel, in pixels.
+const PANEL_WIDTH: u32 = 360;
+/// White between two panels, in pixels.
+const GAP: u32 = 4;
+
+fn figures() -> Vec<Figure> {
+    let shot = |label, scene, settings, size| Shot {
+        label,
+        scene,
+        settings: Some(settings),
+        size,
+        order: 1,
+        time_s: 0.0,
+        motion: "none",
+    };
+    let truth = |scene, size| Shot { settings: None, ..shot("reference", scene, "", size) };
+    let second = |shot: Shot| Shot { order: 2, ..shot };
+    let vase = "builtin:vase";
+    let both = "builtin:vase?sphere=mirror";
+    let sparse = "spacing_px=16 finest_px=16";
+    let fine = "edge_error_px=1 piece_px=2";
+    let (large, small, square) = ([640, 480], [320, 240], [256, 256]);
+    let moving = Shot { motion: "animation", ..shot("perturbation, icosahedron moving", vase, sparse, large) };
+    let animation = [("0 s", 0.0), ("1.5 s", 1.5), ("5 s", 5.0), ("7.2 s", 7.2)]
+        .map(|(label, time_s)| Shot { time_s, ..shot(label, vase, fine, [480, 320]) });
+    let figure = |name, shots| Figure { name, shots, close_up: None };
+    vec![
+        Figure {
+            close_up: Some([0.25, 0.5, 0.5, 0.5]),
+            ..figure("figure-08", vec![shot("perturbation", vase, sparse, large), truth(vase, large)])
+        },
+        figure("figure-08-moving", vec![moving]),
+        Figure {
+            close_up: Some([0.5, 0.2, 0.4, 0.4]),
+            ..figure(
+                "figure-09",
+                vec![
+                    second(shot("perturbation", both, "spacing_px=8 finest_px=8 edge_error_px=1 piece_px=2", large)),
+                    second(truth(both, large)),
+                ],
+            )
+        },
+        figure("figure-10", animation.into()),
+        figure(
+            "figure-11",
+            vec![
+                shot("8x8", vase, "spacing_px=32 finest_px=32 edge_error_px=1 piece_px=2", square),
+                shot("16x16", vase, "spacing_px=16 finest_px=16 edge_error_px=1 piece_px=2", square),
+                shot("32x32", vase, "spacing_px=8 finest_px=8 edge_error_px=1 piece_px=2", square),
+                truth(vase, square),
+            ],
+        ),
+        figure(
+            "figure-12",
+            vec![
+                second(shot("tess=6", "builtin:vase?tess=6&sphere=mirror", "edge_error_px=100 piece_px=4", small)),
+                second(shot("tess=64", both, "edge_error_px=100 piece_px=4", small)),
+                second(shot("tess=6, divided", "builtin:vase?tess=6&sphere=mirror", fine, small)),
+                second(truth(both, small)),
+            ],
+        ),
+        figure(
+            "figure-13",
+            vec![
+                shot(
+                    "nearest",
+                    vase,
+                    "polish=0 expansion=nearest spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
+                    small,
+                ),
+                shot(
+                    "linear",
+                    vase,
+                    "polish=0 expansion=linear spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
+                    small,
+                ),
+                shot(
+                    "quadratic",
+                    vase,
+                    "polish=0 expansion=quadratic spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
+                    small,
+                ),
+                truth(vase, small),
+            ],
+        ),
+    ]
+}
+
+/// Draws all figures (or those whose names contain `wanted`) and prints the table of their times as Markdown.
+pub(crate) fn draw(wanted: &str) -> Result<()> {
+    let folder = root().join("docs/pictures");
+    let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
+    println!("| figure | picture | size | `build` ms | first frame ms | later frames ms | virtual triangles |");
+    println!("|---|---|---|---|---|---|---|");
+    for figure in figures().iter().filter(|figure| figure.name.contains(wanted)) {
+        let mut panels = Vec::new();
+        for shot in &figure.shots {
+            panels.push(shot.draw(figure.name, scratch.path())?);
+        }
+        let mut rows = vec![beside(&panels)];
+        if let Some(part) = figure.close_up {
+            let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, part)).collect();
+            rows.push(beside(&parts));
+        }
+        let path = folder.join(format!("path_perturbation-{}.png", figure.name));
+        below(&rows).save(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+impl Shot {
+    /// Draws the picture and prints a row of the table.
+    fn draw(&self, figure: &str, scratch: &Path) -> Result<RgbImage> {
+        let picture = scratch.join("picture.png");
+        let stats = scratch.join("stats.json");
+        let [width, height] = self.size;
+        let mut command = Command::new(env!("CARGO"));
+        command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--", "render", self.scene]);
+        command.args(["--size", &format!("{width}x{height}"), "--samples", "4", "--quiet", "--frames", FRAMES]);
+        command.args(["--order", &self.order.to_string(), "--time", &self.time_s.to_string()]);
+        command.args(["--motion", self.motion, "--method"]);
+        command.arg(if self.settings.is_some() { "path_perturbation" } else { "reference" });
+        for setting in self.settings.unwrap_or_default().split_whitespace() {
+            command.args(["--set", setting]);
+        }
+        run(command.arg("--stats").arg(&stats).arg("-o").arg(&picture))?;
+        let text = std::fs::read_to_string(&stats).with_context(|| format!("cannot read {}", stats.display()))?;
+        let stats: Value = serde_json::from_str(&text).context("the program's statistics")?;
+        let milliseconds = |value: &Value| value.as_f64().map_or("".into(), |time| format!("{time:.0}"));
+        println!(
+            "| {figure} | {} | {width}x{height} | {} | {} | {} | {} |",
+            self.label,
+            milliseconds(&stats["first_stages_ms"]["build"]),
+            milliseconds(&stats["frame_ms"]["max"]),
+            milliseconds(&stats["frame_ms"]["median"]),
+            stats["counts"]["virtual_triangles"].as_u64().map_or(String::new(), |count| count.to_string()),
+        );
+        Ok(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8())
+    }
+}
+
+/// The part of a picture, in the picture's coordinates as shares of its size.
+fn cut(picture: &RgbImage, [x, y, width, height]: [f32; 4]) -> RgbImage {
+    let across = |share: f32| (share * picture.width() as f32) as u32;
+    let down = |share: f32| (share * picture.height() as f32) as u32;
+    imageops::crop_imm(picture, across(x), down(y), across(width), down(height)).to_image()
+}
+
+/// Pictures in a row, each as wide as a panel.
+fn beside(pictures: &[RgbImage]) -> RgbImage {
+    let panels: Vec<RgbImage> = pictures
+        .iter()
+        .map(|picture| {
+            let height = PANEL_WIDTH * picture.height() / picture.width();
+            imageops::resize(picture, PANEL_WIDTH, height, FilterType::CatmullRom)
+        })
+        .collect();
+    let height = panels.iter().map(RgbImage::height).max().unwrap_or_default();
+    let count = panels.len() as u32;
+    let mut row = white(((PANEL_WIDTH + GAP) * count).saturating_sub(GAP), height);
+    for (panel, left) in panels.iter().zip((0i64..).step_by((PANEL_WIDTH + GAP) as usize)) {
+        imageops::replace(&mut row, panel, left, 0);
+    }
+    row
+}
+
+/// Rows of pictures, one below the other.
+fn below(rows: &[RgbImage]) -> RgbImage {
+    let width = rows.iter().map(RgbImage::width).max().unwrap_or_default();
+    let height = rows.iter().map(|row| row.height() + GAP).sum::<u32>().saturating_sub(GAP);
+    let mut all = white(width, height);
+    let mut top = 0;
+    for row in rows {
+        imageops::replace(&mut all, row, 0, top);
+        top += i64::from(row.height() + GAP);
+    }
+    all
+}
+
+fn white(width: u32, height: u32) -> RgbImage {
+    RgbImage::from_pixel(width, height, image::Rgb([255; 3]))
+}
