@@ -87,10 +87,10 @@ fn figures() -> Vec<Figure> {
         figure(
             "figure-12",
             vec![
-                second(shot("tess=6", "builtin:vase?tess=6&sphere=mirror", "edge_error_px=100 piece_px=4", small)),
-                second(shot("tess=64", both, "edge_error_px=100 piece_px=4", small)),
-                second(shot("tess=6, divided", "builtin:vase?tess=6&sphere=mirror", fine, small)),
-                second(truth(both, small)),
+                shot("coarse", vase, "edge_error_px=100 piece_px=8", small),
+                shot("middle", vase, "edge_error_px=4 piece_px=4", small),
+                shot("fine", vase, "edge_error_px=1 piece_px=2", small),
+                truth(vase, small),
             ],
         ),
         figure(
