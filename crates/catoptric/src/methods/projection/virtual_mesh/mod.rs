@@ -255,6 +255,9 @@ impl Corner {
 /// The end of an appearance on an edge is found to this power of a half of the edge.
 const END_STEPS: u32 = 12;
 
+/// Projected points that count as a piece, where the number of pieces is limited.
+const POINTS_A_PIECE: usize = 4;
+
 /// Pieces are divided this many times at the most.
 const MAX_DEPTH: u32 = 40;
 
@@ -272,7 +275,8 @@ struct Divider<'a, P: VertexProjector + ?Sized> {
 impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     fn divide(&mut self, corners: &[Corner; 3], depth: u32) {
         let [a, b, c] = corners;
-        if depth >= MAX_DEPTH || self.mesh.triangles.len() > self.most {
+        let spent = self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE);
+        if depth >= MAX_DEPTH || spent > self.most {
             self.mesh.unfinished += 1;
             return self.emit(corners);
         }
