@@ -58,7 +58,7 @@ impl EdgeRule {
     pub(super) fn judge(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> Verdict {
         let step = b - a;
         let length = step.length();
-        if !(length > self.shortest) {
+        if length.is_nan() || length <= self.shortest {
             return Verdict::Keep;
         }
         let middle = (a + b) * 0.5;
