@@ -47,7 +47,7 @@ impl EdgeRule {
     pub(super) fn divides(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> bool {
         let step = b - a;
         let length = step.length();
-        if !(length > self.shortest) {
+        if length.is_nan() || length <= self.shortest {
             return false;
         }
         let middle = (a + b) * 0.5;
