@@ -174,7 +174,10 @@ impl<'a> ExactSearch<'a> {
                 let map = RayMap::build(&specular, &field, &sampling, &bounds, CandidateRule::LocalMinima);
                 let number = |group: &PathRays| {
                     let own = group.path.bounces.first().is_some_and(|bounce| bounce.object == object);
-                    if !own || is_hidden(&group.path) || group.path.bounces.iter().any(|bounce| !wanted.contains(&bounce.object)) {
+                    if !own
+                        || is_hidden(&group.path)
+                        || group.path.bounces.iter().any(|bounce| !wanted.contains(&bounce.object))
+                    {
                         return None;
                     }
                     let known = paths.iter().position(|path| *path == group.path);
