@@ -362,9 +362,8 @@ fn points_a_second() {
             let search = ExactSearch::new(scene, eye, 1, &objects, &settings).expect("the test's input is valid");
             let built = built.elapsed();
             let mut random = Stream::new(5);
-            let points: Vec<DVec3> = (0..50_000)
-                .map(|_| center + unit_vector(&mut random) * size * between(&mut random, 0.6, 2.0))
-                .collect();
+            let points: Vec<DVec3> =
+                (0..2_000).map(|_| center + unit_vector(&mut random) * size * between(&mut random, 0.6, 2.0)).collect();
             let mut found: Vec<FoundPath> = Vec::new();
             let mut rates = [0.0; 2];
             let mut sum = 0;

@@ -90,7 +90,8 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     };
     let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
     // The exact search looks itself.
-    let visibility = (!args.ignore_visibility && chosen.is_some()).then(|| PathVisibility::of_scene(&scene));
+    let visibility =
+        (!args.ignore_visibility && args.method != search::EXACT).then(|| PathVisibility::of_scene(&scene));
     let view = args.size.map(|_| &view);
     let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
 
