@@ -278,7 +278,8 @@ pub(crate) struct ProjectArgs {
     /// Add the derivative of the first bounce point
     #[arg(long)]
     pub(crate) jacobian: bool,
-    /// Keep paths that a reflector, a lens or the surface itself blocks
+    /// Keep paths that a reflector, a lens or the surface itself blocks: all of one bounce on exact surfaces; on
+    /// meshes, and of more bounces, those found from rays that the eye sees
     #[arg(long)]
     pub(crate) ignore_visibility: bool,
     /// `exact`, or a method that projects points (it works with --size)

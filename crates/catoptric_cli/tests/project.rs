@@ -354,3 +354,37 @@ fn wrong_usage_ends_with_2_and_wrong_input_with_1() {
     assert!(place.ok(&[&EYE[..], &["--quiet"]].concat()).is_empty());
     assert!(place.ok(&["--help"]).contains("Example"));
 }
+
+#[test]
+fn the_exact_search_finds_reflections_in_a_ball() {
+    let scene = "[camera]\neye = [0, 0, 3]\ntarget = [0, 0, 0]\n[[reflector]]\nname = \"ball\"\n\
+                 surface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    // Eye and point as far from the centre: the bounce is on the line that halves the angle between them.
+    let place = Workplace::new("x,y,z\n0,3,0\n3,0,0\n0,0.5,0\n");
+    std::fs::write(place.path("scene.toml"), scene).unwrap();
+    let more = ["--method", "exact", "--eye", "0,0,3", "--target", "0,0,0", "--order", "2", "--size", "200x200"];
+    let said = place.ok(&[&more[..], &["--jacobian"]].concat());
+    assert!(said.contains("3 points, 2 reflections, 1 points without any, 0 points"), "{said}");
+    let (header, rows) = place.table();
+    assert_eq!(rows.iter().map(|row| row[0].as_str()).collect::<Vec<_>>(), ["0", "1"]);
+    let column = |name: &str| header.iter().position(|word| word == name).unwrap();
+    let half = 0.5f64.sqrt();
+    let leg = (half * half + (3.0 - half).powi(2)).sqrt();
+    for (row, bounce) in rows.iter().zip([[0.0, half, half], [half, 0.0, half]]) {
+        assert_eq!((row[1].as_str(), row[2].as_str(), row[3].as_str()), ("R", "ball", "0"));
+        assert!((number(&row[column("path_length")]) - 2.0 * leg).abs() < 1e-9, "{row:?}");
+        for (name, expected) in ["x1", "y1", "z1"].iter().zip(bounce) {
+            assert!((number(&row[column(name)]) - expected).abs() < 1e-9, "{row:?}");
+        }
+        let moved: Vec<f64> = (1..=3)
+            .map(|i| (1..=3).map(|j| number(&row[column(&format!("j{i}{j}"))]) * [0.0, 0.0, 1.0][j - 1]).sum())
+            .collect();
+        // Towards the eye by a step s the point turns by s / 3 and nears the centre not at all, to first order,
+        // and the bounce turns half as far.
+        assert!(bounce.iter().zip(&moved).map(|(a, b)| a * b).sum::<f64>().abs() < 1e-9);
+        let turned = moved.iter().map(|m| m * m).sum::<f64>().sqrt();
+        assert!((turned - 1.0 / 6.0).abs() < 1e-9, "{turned}");
+        let image = [number(&row[column("image_x")]), number(&row[column("image_y")])];
+        assert!(image.iter().all(|place| (0.0..200.0).contains(place)));
+    }
+}

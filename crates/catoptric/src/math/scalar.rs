@@ -29,11 +29,15 @@ pub trait Scalar:
     fn abs(self) -> Self;
 }
 
-/// Moves a value with derivatives off zero, where those of roots and powers are infinite and would come out as no
-/// numbers, by less than rounding: they come out large instead, or as the zero that multiplies them.
+/// A root or power; at zero, where derivatives of those are infinite and would come out as no numbers, with the
+/// derivatives beside it: they come out large instead, or as the zero that multiplies them.
 #[inline]
-fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D) -> D {
-    if D::NDERIV > 0 && value.re() == 0.0 { value + 1e-30 } else { value }
+fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D, function: impl Fn(D) -> D) -> D {
+    if D::NDERIV > 0 && value.re() == 0.0 {
+        let beside = function(value + 1e-30);
+        return beside + (function(D::from(0.0)).re() - beside.re());
+    }
+    function(value)
 }
 
 impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
@@ -47,10 +51,10 @@ impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
         DualNum::powi(&self, exponent)
     }
     fn powf(self, exponent: f64) -> Self {
-        DualNum::powf(&off_zero(self), exponent)
+        off_zero(self, |value| DualNum::powf(&value, exponent))
     }
     fn sqrt(self) -> Self {
-        DualNum::sqrt(&off_zero(self))
+        off_zero(self, |value| DualNum::sqrt(&value))
     }
     fn exp(self) -> Self {
         DualNum::exp(&self)

@@ -41,7 +41,7 @@ struct Counts {
 /// What is asked about every point.
 struct Query<'a> {
     search: &'a dyn PathSearch,
-    /// None where nothing blocks.
+    /// None where nothing blocks, or where the search has left out what is blocked.
     visibility: Option<PathVisibility<'a>>,
     eye: DVec3,
     /// The picture that bounce points are seen on.
@@ -79,7 +79,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let quality = Quality { samples: 1, order: args.order };
     let job = Job { scene: &scene, view: &view, quality, progress: terminal };
     let search = match &mut chosen {
-        None => search::exact_search(&scene, eye, args.order, &objects)?,
+        None => search::exact_search(&scene, eye, args.order, &objects, !args.ignore_visibility)?,
         Some(chosen) => {
             let prepared = chosen.method.prepare(&scene, quality, terminal)?;
             terminal.warn(&prepared.warnings);
@@ -89,7 +89,9 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
         }
     };
     let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
-    let visibility = (!args.ignore_visibility).then(|| PathVisibility::of_scene(&scene));
+    // The exact search looks itself.
+    let visibility =
+        (!args.ignore_visibility && args.method != search::EXACT).then(|| PathVisibility::of_scene(&scene));
     let view = args.size.map(|_| &view);
     let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
 

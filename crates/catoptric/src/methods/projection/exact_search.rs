@@ -2,8 +2,14 @@
 //!
 //! Every reflector is sampled from the eye by its own ray map, refined until neighbouring rays predict each other;
 //! a point's candidates are all rays that pass it nearer than their neighbours do, and Newton's method on the
-//! specular constraint takes each to its path. So a search costs a few microseconds, and what can be missed are
-//! reflections in parts of a reflector smaller than the finest sample spacing (see [`SearchSettings`]).
+//! specular constraint takes each to its path; near caustics, where one such ray can stand for several paths, its
+//! neighbours are tried too. So a search costs a few microseconds, and what can be missed are reflections in parts of
+//! a reflector smaller than the finest sample spacing (see [`SearchSettings`]).
+//!
+//! Ray maps hold what is seen from the eye. Where blocked paths are wanted too, those of one bounce on analytic
+//! surfaces are found by subdivision ([`RootFinder`]): all of them, at some hundred times the cost. On meshes, and
+//! with more bounces, blocked paths are found only where the first bounce is met by a ray from the eye and each
+//! further one by the ray of the bounce before.
 
 use super::finder::{FoundPath, PathSearch, SearchOutcome};
 use super::projector::{MAX_BOUNCES, SpecularPath};
@@ -11,10 +17,11 @@ use super::ray_map::{Approximation, CandidateRule, PathRays, RayMap, Sampling, S
 use super::visibility::PathVisibility;
 use crate::error::RenderError;
 use crate::math::Aabb;
-use crate::optics::bundle::{Eye, OutgoingRays, RayBundle};
-use crate::optics::specular_solver::{PathSites, Solution, bundle_of, solve};
+use crate::optics::all_roots::{RootCount, RootFinder};
+use crate::optics::bundle::{Bounce, BounceKind, Eye, OutgoingRays, RayBundle};
+use crate::optics::specular_solver::{PathSites, Solution, first_order_bundle_of, solve};
 use crate::scene::{Camera, Scene, View};
-use crate::surface::site::SpecularSurfaces;
+use crate::surface::site::{Site, SpecularSurfaces};
 use crate::surface::tracer::Tracer;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use std::collections::HashSet;
@@ -26,7 +33,8 @@ pub struct SearchSettings {
     pub samples_across: u32,
     /// How many times cells are divided in four where neighbouring rays disagree.
     pub refinements: u32,
-    /// Paths that a reflector or lens blocks are left out.
+    /// Paths that a reflector or lens blocks are left out. Otherwise all paths of one bounce on analytic surfaces are
+    /// found, and of the others those that start with rays that the eye sees.
     pub visible_only: bool,
 }
 
@@ -42,6 +50,19 @@ const MAX_STEPS: u32 = 60;
 const SOLVED_RESIDUAL: f64 = 1e-11;
 /// Bounce points nearer than this share of the scene's size are the same.
 const SAME_POINT: f64 = 1e-7;
+/// At caustics roots are double, and known to the square root of the residual only.
+const SAME_DOUBLE_POINT: f64 = 1e-5;
+/// Paths whose determinant over the squared size of their spread is below this are at a caustic.
+const NEARLY_SINGULAR: f64 = 1e-4;
+/// Steps along a supposed curve of paths, in sizes of the scene, and how many make a curve.
+const CURVE_STEP: f64 = 1e-3;
+const CURVE_STEPS: u32 = 4;
+/// Newton steps from a neighbour of a candidate at the most.
+const MAX_NEIGHBOUR_STEPS: u32 = 24;
+/// A sample whose prediction's second order is above this share of the way to its neighbours is near a caustic.
+const LARGE_REMAINDER: f64 = 0.25;
+/// Candidates of points farther away than this are those of a point there: squares stay in single precision.
+const FARTHEST_LOOKUP: f64 = 1e17;
 /// Charts have this many pixels between two sample rays: a unit for the accuracy of their predictions.
 const SPACING_PX: f32 = 16.0;
 /// Cells of a chart at the most.
@@ -52,6 +73,24 @@ struct Chart {
     map: RayMap,
     /// For every group of the map, the number of its path; none where the path is not wanted.
     path_of_group: Vec<Option<u32>>,
+    /// For every group, whether a point has one path of it at the most: reflections on the outside of a convex body.
+    single: Vec<bool>,
+}
+
+/// All paths of one bounce on an analytic surface, seen or not.
+struct Hidden {
+    finder: RootFinder,
+    bounce: Bounce,
+    path: u32,
+}
+
+/// What is known about a point while it is searched.
+struct Answer<'f> {
+    found: &'f mut Vec<FoundPath>,
+    /// Index of the point's first path.
+    start: usize,
+    /// Paths of which there are infinitely many.
+    infinite: Vec<u32>,
 }
 
 /// A search in one scene from one eye.
@@ -62,6 +101,9 @@ pub struct ExactSearch<'a> {
     eye: Eye,
     paths: Vec<SpecularPath>,
     charts: Vec<Chart>,
+    hidden: Vec<Hidden>,
+    /// The size of the scene.
+    size: f64,
     /// Bounce points nearer than this are the same.
     same_point: f64,
     /// Points nearer to their last bounce than this lie on it.
@@ -85,7 +127,7 @@ impl<'a> ExactSearch<'a> {
         if order as usize > MAX_BOUNCES {
             return Err(limit(format!("paths of {order} bounces; at most {MAX_BOUNCES} can be searched")));
         }
-        if !eye.is_finite() {
+        if !eye.as_vec3().is_finite() {
             return Err(limit(format!("the eye {eye} is not finite")));
         }
         if let Some(object) =
@@ -106,13 +148,36 @@ impl<'a> ExactSearch<'a> {
         let bounds = bounds_of_search(scene, eye.as_vec3());
         let mut charts = Vec::new();
         let mut paths: Vec<SpecularPath> = Vec::new();
+        let mut hidden = Vec::new();
+        if !settings.visible_only && order > 0 {
+            for &object in objects {
+                let Some(surface) = scene.objects[object as usize].surface.as_ref() else { continue };
+                let finder = RootFinder::new(surface);
+                let mut add = |kind| {
+                    let bounce = Bounce { object, kind };
+                    paths.push(SpecularPath { bounces: vec![bounce] });
+                    hidden.push(Hidden { finder: finder.clone(), bounce, path: paths.len() as u32 - 1 });
+                };
+                add(BounceKind::Reflect);
+                if surfaces.is_lens(object) {
+                    add(BounceKind::Transmit);
+                }
+            }
+        }
+        let is_hidden = |path: &SpecularPath| match path.bounces.as_slice() {
+            [bounce] => hidden.iter().any(|hidden| hidden.bounce == *bounce),
+            _ => false,
+        };
         for &object in objects {
             for view in views_of(&scene.objects[object as usize].bounds, eye.as_vec3(), settings.samples_across) {
                 let field = ViewField::new(&view, SPACING_PX);
                 let map = RayMap::build(&specular, &field, &sampling, &bounds, CandidateRule::LocalMinima);
                 let number = |group: &PathRays| {
                     let own = group.path.bounces.first().is_some_and(|bounce| bounce.object == object);
-                    if !own || group.path.bounces.iter().any(|bounce| !wanted.contains(&bounce.object)) {
+                    if !own
+                        || is_hidden(&group.path)
+                        || group.path.bounces.iter().any(|bounce| !wanted.contains(&bounce.object))
+                    {
                         return None;
                     }
                     let known = paths.iter().position(|path| *path == group.path);
@@ -122,7 +187,13 @@ impl<'a> ExactSearch<'a> {
                     }) as u32)
                 };
                 let path_of_group = map.groups.iter().map(number).collect();
-                charts.push(Chart { map, path_of_group });
+                let convex = scene.objects[object as usize].surface.as_ref().is_some_and(|s| s.is_convex());
+                let is_single = |group: &PathRays| {
+                    let one = group.path.bounces.len() == 1 && group.path.bounces[0].kind == BounceKind::Reflect;
+                    convex && one && group.samples.iter().all(|sample| sample.outside[0])
+                };
+                let single = map.groups.iter().map(is_single).collect();
+                charts.push(Chart { map, path_of_group, single });
             }
         }
         let visibility = settings.visible_only.then(|| PathVisibility::new(scene, tracer));
@@ -134,103 +205,166 @@ impl<'a> ExactSearch<'a> {
             eye: Eye::Point(eye),
             paths,
             charts,
+            hidden,
+            size,
             same_point: size * SAME_POINT,
             touching: size * SAME_POINT,
         })
     }
 
-    /// The path that a sample ray leads to, where there is one.
-    fn solve_from(&self, group: &PathRays, ray: u32, point: DVec3) -> Option<Solution> {
+    /// Takes a candidate, and near caustics and borders its neighbours too, to their paths.
+    fn follow_up(&self, group: &PathRays, ray: u32, single: bool, path: u32, point: DVec3, answer: &mut Answer<'_>) {
         let sample = &group.samples[ray as usize];
-        let reach = 8.0 * f64::from(group.reach[ray as usize]);
-        let parameters = match sample.neighbour(point, Approximation::Quadratic) {
-            Some(neighbour) => neighbour.parameters.clamp_length_max(reach),
-            None => DVec2::ZERO,
-        };
-        let attempt = |z: DVec2| {
-            let start = sample.sites_at(&self.surfaces, z)?;
-            let solution = solve(&self.surfaces, &self.eye, point, &start, MAX_STEPS, SOLVED_RESIDUAL)?;
+        let reach = f64::from(group.reach[ray as usize]);
+        let mut regular = false;
+        let mut parameters = DVec2::ZERO;
+        if let Some(neighbour) = sample.neighbour(point, Approximation::Quadratic) {
+            parameters = neighbour.parameters.clamp_length_max(8.0 * reach);
+            regular = neighbour.linear.length() <= reach && neighbour.remainder.length() <= LARGE_REMAINDER * reach;
+        }
+        let attempt = |ray: u32, z: DVec2, max_steps: u32| {
+            let start = group.samples[ray as usize].sites_at(&self.surfaces, z)?;
+            let solution = solve(&self.surfaces, &self.eye, point, &start, max_steps, SOLVED_RESIDUAL)?;
             solution.converged.then_some(solution)
         };
-        attempt(parameters).or_else(|| attempt(DVec2::ZERO))
+        let best = attempt(ray, parameters, MAX_STEPS).or_else(|| attempt(ray, DVec2::ZERO, MAX_STEPS));
+        let found = best.is_some();
+        if let Some(solution) = best {
+            self.take(path, &solution, point, answer);
+        }
+        if regular && found || single {
+            return;
+        }
+        for &neighbour in group.lines.neighbours(ray) {
+            if let Some(solution) = attempt(neighbour, DVec2::ZERO, MAX_NEIGHBOUR_STEPS) {
+                self.take(path, &solution, point, answer);
+            }
+        }
     }
 
-    fn is_valid(&self, path: &SpecularPath, sites: &PathSites, point: DVec3) -> bool {
+    /// Keeps a path if it is one and new.
+    fn take(&self, path: u32, solution: &Solution, point: DVec3, answer: &mut Answer<'_>) {
+        let sites = &solution.sites;
+        let first = sites.sites[0].position;
+        let known = &answer.found[answer.start..];
+        let nearest =
+            known.iter().filter(|other| other.path == path).map(|other| other.bounce_points[0].distance(first));
+        let nearest = nearest.fold(f64::INFINITY, f64::min);
+        if nearest < self.same_point || answer.infinite.contains(&path) || !self.is_valid(sites, point) {
+            return;
+        }
+        let Some((described, rays)) = self.describe(path, solution, point) else { return };
+        let spread = rays.spread(rays.origin.distance(point));
+        let size2 = spread.iter().flatten().map(|s| s * s).sum::<f64>();
+        let determinant = spread[0][0] * spread[1][1] - spread[0][1] * spread[1][0];
+        let is_singular = !(determinant.abs() > NEARLY_SINGULAR * size2);
+        if is_singular && nearest < self.size * SAME_DOUBLE_POINT || !self.is_visible(&described, point) {
+            return;
+        }
+        if is_singular && self.is_one_of_infinitely_many(solution, point) {
+            answer.infinite.push(path);
+            return;
+        }
+        answer.found.push(described);
+    }
+
+    /// Takes all paths of one bounce on an analytic surface.
+    fn search_hidden(&self, hidden: &Hidden, point: DVec3, answer: &mut Answer<'_>) {
+        let mut roots = Vec::new();
+        let index = self.surfaces.index_of(hidden.bounce.object);
+        if hidden.finder.roots(&self.eye, point, hidden.bounce.kind, index, &mut roots) == RootCount::Infinite {
+            answer.infinite.push(hidden.path);
+        }
+        for root in roots {
+            let Some(start) = PathSites::new(&[(hidden.bounce, Site::on_surface(root))]) else { continue };
+            match solve(&self.surfaces, &self.eye, point, &start, MAX_STEPS, SOLVED_RESIDUAL) {
+                Some(solution) if solution.converged => self.take(hidden.path, &solution, point, answer),
+                _ => {}
+            }
+        }
+    }
+
+    fn is_visible(&self, path: &FoundPath, point: DVec3) -> bool {
+        let (Some(visibility), Eye::Point(eye)) = (&self.visibility, self.eye) else { return true };
+        let sequence = &self.paths[path.path as usize];
+        visibility.is_visible(eye, point, sequence, &path.bounce_points[..path.bounce_count])
+    }
+
+    fn is_valid(&self, sites: &PathSites, point: DVec3) -> bool {
         let within = |(bounce, site)| self.surfaces.is_within(bounce, site);
-        let bounces = path.bounces.iter().map(|bounce| bounce.object).zip(&sites.sites);
+        let bounces = sites.bounces[..sites.count].iter().map(|bounce| bounce.object).zip(&sites.sites);
         let last = sites.sites[sites.count - 1].position;
         bounces.into_iter().all(within) && last.distance(point) > self.touching
     }
 
-    fn describe(&self, path: u32, solution: &Solution, point: DVec3) -> Option<(FoundPath, bool)> {
+    fn describe(&self, path: u32, solution: &Solution, point: DVec3) -> Option<(FoundPath, OutgoingRays)> {
         let sites = &solution.sites;
-        let bundle = bundle_of(&self.surfaces, &self.eye, sites)?;
+        let (bundle, outside) = first_order_bundle_of(&self.surfaces, &self.eye, sites)?;
         let rays = OutgoingRays::new(&bundle)?;
         let distance = rays.origin.distance(point);
         let mut bounce_points = [DVec3::ZERO; MAX_BOUNCES];
         for (to, site) in bounce_points.iter_mut().zip(&sites.sites[..sites.count]) {
             *to = site.position;
         }
-        let spread = rays.spread(distance);
-        let size2 = spread.iter().flatten().map(|s| s * s).sum::<f64>();
-        let determinant = spread[0][0] * spread[1][1] - spread[0][1] * spread[1][0];
-        let singular = determinant.is_nan() || determinant.abs() <= 1e-7 * size2;
         let found = FoundPath {
             path,
             bounce_count: sites.count,
             bounce_points,
             focal_index: bundle.focal_points_passed + rays.focal_points_before(distance),
-            optical_length: self.optical_length(sites, point),
+            optical_length: self.optical_length(sites, &outside, point),
             residual: solution.residual,
             jacobian: jacobian(&bundle, &rays, distance),
         };
-        Some((found, singular))
+        Some((found, rays))
     }
 
-    /// Whether a path at a focal point is one of infinitely many: a neighbour along the blind direction solves too.
-    fn is_one_of_infinitely_many(&self, group: &PathRays, ray: u32, solution: &Solution, point: DVec3) -> bool {
-        let Some(bundle) = bundle_of(&self.surfaces, &self.eye, &solution.sites) else { return false };
-        let Some(rays) = OutgoingRays::new(&bundle) else { return false };
-        let [[a, b], [c, d]] = rays.spread(rays.origin.distance(point));
-        // The direction that the singular matrix takes to zero: across its larger row.
-        let blind = if a * a + b * b > c * c + d * d { DVec2::new(-b, a) } else { DVec2::new(-d, c) };
-        let Some(blind) = blind.try_normalize() else { return true };
-        let step = f64::from(group.reach[ray as usize]);
-        let first = solution.sites.bounces[0].object;
-        [step, -step].iter().all(|step| {
-            let mut moved = solution.sites;
-            let Some(site) = self.surfaces.moved(first, &moved.sites[0], blind * *step) else { return false };
-            moved.sites[0] = site;
-            let solved = solve(&self.surfaces, &self.eye, point, &moved, MAX_STEPS, SOLVED_RESIDUAL);
-            solved.is_some_and(|other| {
-                let away = other.sites.sites[0].position.distance(solution.sites.sites[0].position);
-                other.converged && away > 0.5 * step.abs()
-            })
-        })
+    /// Whether a path at a focal point is one of infinitely many: other paths follow from it along the direction in
+    /// which neighbouring rays meet.
+    fn is_one_of_infinitely_many(&self, solution: &Solution, point: DVec3) -> bool {
+        let object = solution.sites.bounces[0].object;
+        let step = CURVE_STEP * self.size;
+        let (mut at, mut before) = (solution.sites, DVec3::ZERO);
+        for _ in 0..CURVE_STEPS {
+            let Some((bundle, _)) = first_order_bundle_of(&self.surfaces, &self.eye, &at) else { return false };
+            let Some(rays) = OutgoingRays::new(&bundle) else { return false };
+            let [[a, b], [c, d]] = rays.spread(rays.origin.distance(point));
+            // The direction that the singular matrix takes to zero: across its larger row.
+            let blind = if a * a + b * b > c * c + d * d { DVec2::new(-b, a) } else { DVec2::new(-d, c) };
+            // Where it takes all to zero any direction will do.
+            let blind = blind.try_normalize().unwrap_or(DVec2::X);
+            let way = bundle.first.first[0] * blind.x + bundle.first.first[1] * blind.y;
+            let way = if way.dot(before) < 0.0 { -way } else { way };
+            let Some(frame) = self.surfaces.frame(object, &at.sites[0]) else { return false };
+            let along = DVec2::new(frame.tangents[0].dot(way), frame.tangents[1].dot(way)).normalize_or_zero() * step;
+            let Some(expected) = self.surfaces.moved(object, &at.sites[0], along) else { return false };
+            let mut start = at;
+            start.sites[0] = expected;
+            match solve(&self.surfaces, &self.eye, point, &start, MAX_STEPS, SOLVED_RESIDUAL) {
+                Some(next)
+                    if next.converged && next.sites.sites[0].position.distance(expected.position) < 0.5 * step =>
+                {
+                    (at, before) = (next.sites, way);
+                }
+                _ => return false,
+            }
+        }
+        true
     }
 
-    fn optical_length(&self, sites: &PathSites, point: DVec3) -> f64 {
+    fn optical_length(&self, sites: &PathSites, met_outside: &[bool; MAX_BOUNCES], point: DVec3) -> f64 {
         let Eye::Point(mut from) = self.eye else { return 0.0 };
         let mut medium = 1.0;
         let mut sum = 0.0;
         for index in 0..sites.count {
             let (bounce, site) = (sites.bounces[index], &sites.sites[index]);
             let lens = self.surfaces.index_of(bounce.object);
-            let outside = self
-                .surfaces
-                .frame(bounce.object, site)
-                .is_none_or(|frame| (from - site.position).dot(frame.geometric_normal()) >= 0.0);
+            let outside = met_outside[index];
             let crossed = if self.surfaces.is_lens(bounce.object) && !outside { lens } else { medium };
             sum += crossed * from.distance(site.position);
             medium = match bounce.kind {
-                crate::optics::bundle::BounceKind::Reflect => crossed,
-                crate::optics::bundle::BounceKind::Transmit => {
-                    if outside {
-                        lens
-                    } else {
-                        1.0
-                    }
-                }
+                BounceKind::Reflect => crossed,
+                BounceKind::Transmit if outside => lens,
+                BounceKind::Transmit => 1.0,
             };
             from = site.position;
         }
@@ -277,48 +411,36 @@ impl PathSearch for ExactSearch<'_> {
 
     fn search(&self, point: DVec3, found: &mut Vec<FoundPath>) -> SearchOutcome {
         let start = found.len();
-        let mut infinite = Vec::new();
         if !point.is_finite() {
             return SearchOutcome::default();
         }
+        let mut answer = Answer { found, start, infinite: Vec::new() };
+        let lookup = point.clamp_length_max(FARTHEST_LOOKUP).as_vec3();
         for chart in &self.charts {
-            for (group, path) in chart.map.groups.iter().zip(&chart.path_of_group) {
+            let groups = chart.map.groups.iter().zip(&chart.path_of_group).zip(&chart.single);
+            for ((group, path), &single) in groups {
                 let Some(path) = *path else { continue };
-                group.candidates(point.as_vec3(), CandidateRule::LocalMinima, &mut Vec::new(), |ray| {
-                    let Some(solution) = self.solve_from(group, ray, point) else { return };
-                    let first = solution.sites.sites[0].position;
-                    let same = |other: &FoundPath| {
-                        other.path == path && other.bounce_points[0].distance(first) < self.same_point
-                    };
-                    if found[start..].iter().any(same) || !self.is_valid(&group.path, &solution.sites, point) {
-                        return;
-                    }
-                    let Some((described, singular)) = self.describe(path, &solution, point) else { return };
-                    if singular && self.is_one_of_infinitely_many(group, ray, &solution, point) {
-                        infinite.push(path);
-                        return;
-                    }
-                    found.push(described);
+                group.candidates(lookup, CandidateRule::LocalMinima, &mut Vec::new(), |ray| {
+                    self.follow_up(group, ray, single, path, point, &mut answer);
                 });
             }
         }
-        let mut kept = start;
-        for index in start..found.len() {
-            let path = found[index];
-            let sequence = &self.paths[path.path as usize];
-            let visible = || {
-                let Some(visibility) = &self.visibility else { return true };
-                let Eye::Point(eye) = self.eye else { return true };
-                visibility.is_visible(eye, point, sequence, &path.bounce_points[..path.bounce_count])
-            };
-            if !infinite.contains(&path.path) && visible() {
-                found[kept] = path;
-                kept += 1;
-            }
+        for hidden in &self.hidden {
+            self.search_hidden(hidden, point, &mut answer);
         }
-        found.truncate(kept);
+        let Answer { found, infinite, .. } = answer;
+        if !infinite.is_empty() {
+            let mut kept = start;
+            for index in start..found.len() {
+                if !infinite.contains(&found[index].path) {
+                    found.swap(kept, index);
+                    kept += 1;
+                }
+            }
+            found.truncate(kept);
+        }
         found[start..].sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length).then_with(|| a.path.cmp(&b.path)));
-        SearchOutcome { found: kept - start, infinite: !infinite.is_empty() }
+        SearchOutcome { found: found.len() - start, infinite: !infinite.is_empty() }
     }
 }
 

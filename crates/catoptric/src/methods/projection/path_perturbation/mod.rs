@@ -48,7 +48,7 @@ pub static INFO: MethodInfo = MethodInfo {
 const OWN_SEGMENT: f32 = 0.02;
 
 /// No more pieces than this are made of one object on one path.
-const MAX_PIECES: usize = 400_000;
+const MAX_PIECES: usize = 100_000;
 
 /// The method with what it keeps from frame to frame.
 struct PathPerturbation {

@@ -14,11 +14,11 @@ use std::cell::RefCell;
 /// Residuals of the specular constraint below this count as solved.
 const SOLVED_RESIDUAL: f64 = 1e-10;
 
-/// Two appearances on one path nearer than this, in pixels, are one.
-const SAME_PX: f32 = 0.02;
+/// Two appearances on one sheet nearer than this, in pixels, are one: beside a fold the solver's answers scatter.
+const SAME_PX: f32 = 0.3;
 
 /// A sample's answer this near to a polished one on the same sheet, in pixels, is taken for the same.
-const KNOWN_PX: f32 = 1.5;
+const KNOWN_PX: f32 = 0.5;
 
 /// The expansion's linear part is enough where what the second order adds is below this, in pixels.
 const NEGLIGIBLE_PX: f64 = 0.02;
@@ -152,8 +152,11 @@ impl Perturber<'_> {
         }
         let Some([x, y]) = self.view.place_of(neighbour.reflection_point) else { return true };
         let place = Vec2::new(x as f32, y as f32);
-        let focal_index = sample.focal_points_passed + sample.rays.focal_points_before(neighbour.distance);
-        known.iter().any(|one| one.focal_index == focal_index && one.image_px.distance(place) < KNOWN_PX)
+        let near = |one: &&Projection| one.image_px.distance(place) < KNOWN_PX;
+        let Some(one) = known.iter().find(near) else { return false };
+        // Beside a fold two appearances are near each other, on different sheets.
+        let motion = sample.motion(neighbour.distance, sample.parameters_of(neighbour.reflection_point));
+        motion.is_some_and(|motion| motion.focal_index == one.focal_index)
     }
 
     /// The exact path near a sample's; none where the solver finds none, or one that meets surfaces from other sides.

@@ -84,7 +84,7 @@ impl Default for PathPerturbationSettings {
             nearest_count: 5,
             group_angle_deg: 20.0,
             group_distance: 0.25,
-            polish: 12,
+            polish: 20,
             edge_error_px: 0.25,
             piece_px: 0.75,
         }

@@ -32,6 +32,9 @@ const LEAST_REDUCTION: f32 = 0.98;
 /// A cell is divided after so many look-ups: it costs as much as that many.
 const LOOKUPS_BEFORE_DIVISION: u32 = 6;
 
+/// How much larger than the tree's bounds the cell for points beyond them is.
+const OUTER_SIZE: f32 = 64.0;
+
 /// A cell with its candidates. It is divided after some look-ups.
 #[derive(Debug)]
 struct Cell {
@@ -48,6 +51,8 @@ struct Cell {
 #[derive(Debug)]
 pub struct RayTree {
     root: Cell,
+    /// A larger and coarser cell for points beyond the root, made when there are such points.
+    outer: OnceLock<Box<Cell>>,
     rule: CandidateRule,
 }
 
@@ -57,16 +62,21 @@ impl RayTree {
         let half = (bounds.max - bounds.min).max_element().max(1e-6) * 0.5;
         let candidates = (0..lines.len() as u32).collect();
         let root = Cell::new(bounds.center(), half, 0, candidates);
-        Self { root, rule }
+        Self { root, outer: OnceLock::new(), rule }
     }
 
-    /// The candidates of a point's leaf; none outside the tree's bounds, where nothing is known. `lines` are those that
+    /// The candidates of a point's leaf; none far outside the tree's bounds, where nothing is known. `lines` are those that
     /// the tree was made for.
     #[inline]
     pub fn candidates(&self, lines: &Lines, point: Vec3) -> Option<&[u32]> {
         let mut cell = &self.root;
-        if !(point - cell.center).abs().cmple(Vec3::splat(cell.half)).all() {
-            return None;
+        let distance = (point - cell.center).abs().max_element();
+        if distance.is_nan() || distance > cell.half {
+            if distance.is_nan() || distance > cell.half * OUTER_SIZE {
+                return None;
+            }
+            let outer = || Box::new(Cell::new(cell.center, cell.half * OUTER_SIZE, 0, cell.candidates.clone()));
+            cell = self.outer.get_or_init(outer);
         }
         while let Some(children) = cell.children(lines, self.rule) {
             cell = &children[octant_of(point - cell.center)];
@@ -76,7 +86,7 @@ impl RayTree {
 
     /// Memory of the tree as far as it has grown.
     pub fn byte_count(&self) -> usize {
-        self.root.byte_count()
+        self.root.byte_count() + self.outer.get().map_or(0, |outer| outer.byte_count())
     }
 }
 

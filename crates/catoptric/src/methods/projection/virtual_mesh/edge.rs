@@ -16,17 +16,6 @@ const SHORTEST: f32 = 1e-5;
 /// exactly.
 const END_PIECES: f32 = 8.0;
 
-/// What is to be done with an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
-    /// It is drawn as it is.
-    Keep,
-    /// It is divided in its middle.
-    Divide,
-    /// Some appearance ends on it: whether it is divided depends on where.
-    LookForEnds,
-}
-
 /// Rules for edges: everything here depends on the two ends alone, and not on their order.
 pub(super) struct EdgeRule {
     edge_error_px: f32,
@@ -54,50 +43,52 @@ impl EdgeRule {
         &self.picture
     }
 
-    /// What is to be done with an edge, as far as its ends tell.
-    pub(super) fn judge(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> Verdict {
+    /// Whether an edge is divided.
+    pub(super) fn divides(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> bool {
         let step = b - a;
         let length = step.length();
-        if !(length > self.shortest) {
-            return Verdict::Keep;
+        if length.is_nan() || length <= self.shortest {
+            return false;
         }
         let middle = (a + b) * 0.5;
         if length > LONGEST * middle.distance(self.center).max(self.radius) {
-            return Verdict::Divide;
+            return true;
         }
         if self.beside_the_picture(at_a, at_b) {
-            return Verdict::Keep;
+            return false;
         }
-        let mut verdict = Verdict::Keep;
-        for (here, there, step) in [(at_a, at_b, step), (at_b, at_a, -step)] {
-            for one in here {
-                match self.judge_at(one, here, there, step) {
-                    Verdict::Divide => return Verdict::Divide,
-                    Verdict::LookForEnds => verdict = Verdict::LookForEnds,
-                    Verdict::Keep => {}
-                }
-            }
-        }
-        verdict
+        at_a.iter().any(|one| self.divides_at(one, at_a, at_b, step))
+            || at_b.iter().any(|one| self.divides_at(one, at_b, at_a, -step))
     }
 
-    /// What an appearance at one end asks for; `step` leads to the other end.
-    fn judge_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> Verdict {
+    /// Whether an appearance at one end asks for a division; `step` leads to the other end.
+    fn divides_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> bool {
         let moves = one.predicted(step) - one.image_px;
         let Some(other) = best(one, here, there, step) else {
-            return if moves.length() > self.piece_px { Verdict::LookForEnds } else { Verdict::Keep };
+            // It ends on the way, at the latest half-way to the appearance that it merges with.
+            let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
+            return moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)) > self.piece_px * END_PIECES;
         };
         // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in
         // the middle of the way, and half of that again at the middle of a parabola.
         let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
         let error = (moves - straight).length() * 0.25;
-        let divides = error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px;
-        if divides { Verdict::Divide } else { Verdict::Keep }
+        error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px
     }
 
-    /// Whether an appearance and the place where it ends on an edge are so near that the edge need not be divided.
-    pub(super) fn is_near_end(&self, one: &Projection, end: &Projection) -> bool {
-        one.image_px.distance(end.image_px) <= self.piece_px * END_PIECES
+    /// The appearance that `one` merges with in a fold on the way to the other end: the nearest on a neighbouring
+    /// sheet, where both end.
+    pub(super) fn merging<'a>(
+        &self,
+        one: &Projection,
+        here: &'a [Projection],
+        there: &[Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let ends = |other: &&Projection| {
+            other.focal_index.abs_diff(one.focal_index) == 1 && best(other, here, there, step).is_none()
+        };
+        nearest(one, here.iter().filter(ends))
     }
 
     /// The appearance at the other end that belongs to `one`; none where that is not sure.
@@ -141,6 +132,12 @@ impl EdgeRule {
     }
 }
 
+/// The appearance nearest to `one` in the picture.
+pub(super) fn nearest<'a>(one: &Projection, among: impl Iterator<Item = &'a Projection>) -> Option<&'a Projection> {
+    let distance = |other: &Projection| other.image_px.distance_squared(one.image_px);
+    among.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
 /// How far two appearances at the ends of a step are from predicting each other, in pixels.
 fn mismatch(one: &Projection, other: &Projection, step: Vec3) -> f32 {
     let forward = one.predicted(step).distance(other.image_px);
@@ -150,11 +147,11 @@ fn mismatch(one: &Projection, other: &Projection, step: Vec3) -> f32 {
 
 /// The appearance at the other end that is predicted best, if `one` is predicted best by it in turn.
 fn best<'a>(one: &Projection, here: &[Projection], there: &'a [Projection], step: Vec3) -> Option<&'a Projection> {
-    let nearest = |from: &Projection, among: &'a [Projection], step: Vec3| {
+    let best_of = |from: &Projection, among: &'a [Projection], step: Vec3| {
         let fitting = among.iter().filter(|other| other.focal_index == from.focal_index);
         fitting.min_by(|x, y| mismatch(from, x, step).total_cmp(&mismatch(from, y, step)))
     };
-    let other = nearest(one, there, step)?;
+    let other = best_of(one, there, step)?;
     // Mostly there is one on each side.
     let rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
     let own = mismatch(one, other, step);

@@ -15,7 +15,7 @@ use crate::math::Aabb;
 use crate::parallel;
 use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, View};
-use edge::{EdgeRule, Verdict};
+use edge::{EdgeRule, nearest};
 use glam::{Vec2, Vec3};
 
 /// How finely virtual geometry is made.
@@ -253,7 +253,10 @@ impl Corner {
 }
 
 /// The end of an appearance on an edge is found to this power of a half of the edge.
-const END_STEPS: u32 = 12;
+const END_STEPS: u32 = 5;
+
+/// Projected points that count as a piece, where the number of pieces is limited.
+const POINTS_A_PIECE: usize = 4;
 
 /// Pieces are divided this many times at the most.
 const MAX_DEPTH: u32 = 40;
@@ -272,11 +275,14 @@ struct Divider<'a, P: VertexProjector + ?Sized> {
 impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     fn divide(&mut self, corners: &[Corner; 3], depth: u32) {
         let [a, b, c] = corners;
-        if depth >= MAX_DEPTH || self.mesh.triangles.len() > self.most {
+        let spent = self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE);
+        if depth >= MAX_DEPTH || spent > self.most {
             self.mesh.unfinished += 1;
             return self.emit(corners);
         }
-        let mut split = |one: &Corner, other: &Corner| self.divides(one, other);
+        let split = |one: &Corner, other: &Corner| {
+            self.rule.divides(one.position, one.appearances(), other.position, other.appearances())
+        };
         // Edge k is opposite to corner k.
         let flags = [split(b, c), split(c, a), split(a, b)];
         match flags {
@@ -320,50 +326,36 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         Corner { position, weights: (a.weights + b.weights) * 0.5, appearances }
     }
 
-    /// Whether an edge is divided.
-    fn divides(&mut self, a: &Corner, b: &Corner) -> bool {
-        match self.rule.judge(a.position, a.appearances(), b.position, b.appearances()) {
-            Verdict::Keep => false,
-            Verdict::Divide => true,
-            Verdict::LookForEnds => self.ends_far_away(a, b) || self.ends_far_away(b, a),
-        }
-    }
-
-    /// Whether an appearance of `a` ends on the way to `b`, but not near `a`.
-    fn ends_far_away(&mut self, a: &Corner, b: &Corner) -> bool {
-        let step = b.position - a.position;
-        (0..a.appearances().len()).any(|index| {
-            let one = a.appearances()[index];
-            if self.rule.partner(&a.appearances()[index], a.appearances(), b.appearances(), step).is_some() {
-                return false;
-            }
-            let (end, _) = self.end_of(one, a, b);
-            !self.rule.is_near_end(&one, &end)
-        })
-    }
-
-    /// The last point on the way from `a` to `b` where an appearance of `a` still is, with its weights.
+    /// Where an appearance of `a` ends on the way to `b`, with the weights there.
+    ///
+    /// In a fold both of its appearances end at the same place: half-way between them.
     fn end_of(&mut self, one: Projection, a: &Corner, b: &Corner) -> (Projection, Vec2) {
+        let way = b.position - a.position;
+        let mut merging = self.rule.merging(&one, a.appearances(), b.appearances(), way).copied();
         let (mut near, mut far) = (0.0f32, 1.0f32);
         let mut last = one;
-        let mut last_share = 0.0;
         for _ in 0..END_STEPS {
             let share = (near + far) * 0.5;
-            let position = a.position.lerp(b.position, share);
             self.scratch.clear();
-            self.object.project(self.projector, position, &mut self.scratch);
+            self.object.project(self.projector, a.position.lerp(b.position, share), &mut self.scratch);
             self.mesh.points_projected += 1;
-            let step = (b.position - a.position) * (share - last_share);
-            match self.rule.continued(&last, &self.scratch, step) {
+            match self.rule.continued(&last, &self.scratch, way * (share - near)) {
                 Some(found) => {
                     last = *found;
-                    last_share = share;
                     near = share;
+                    if merging.is_some() {
+                        let other_sheet = |other: &&Projection| other.focal_index.abs_diff(last.focal_index) == 1;
+                        merging = nearest(&last, self.scratch.iter().filter(other_sheet)).copied().or(merging);
+                    }
                 }
                 None => far = share,
             }
         }
-        (last, a.weights.lerp(b.weights, last_share))
+        if let Some(other) = merging {
+            last.image_px = (last.image_px + other.image_px) * 0.5;
+            last.path_length = (last.path_length + other.path_length) * 0.5;
+        }
+        (last, a.weights.lerp(b.weights, near))
     }
 
     /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.

@@ -432,10 +432,13 @@ mod tests {
                 Dual64::new(origin[axis] + t * direction[axis], direction[axis])
             });
             let exact = expression.evaluate(number);
-            prop_assert!(
-                !(exact.re.is_finite() && expression.evaluate(number.map(|n| n.re)).is_finite())
-                    || (exact.re - expression.evaluate(number.map(|n| n.re))).abs() <= 1e-9 * exact.re.abs().max(1.0)
-            );
+            // Numbers and dual numbers round differently: they agree where rounding does not matter.
+            let room = 1e-9 * exact.re.abs().max(1.0);
+            let [plain, before, after] =
+                [1.0, 1.0 - 1e-12, 1.0 + 1e-12].map(|factor| expression.evaluate(number.map(|n| n.re * factor)));
+            if exact.re.is_finite() && (plain - before).abs().max((plain - after).abs()) < 0.1 * room {
+                prop_assert!((exact.re - plain).abs() <= room, "{text}: {exact:?} and {plain}");
+            }
             let bounds = expression.evaluate(std::array::from_fn(|axis| {
                 let slope = Interval::constant(direction[axis]);
                 IntervalDual { value: Interval::constant(origin[axis]) + Interval::new(0.0, width) * slope, slope }
