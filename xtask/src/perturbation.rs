@@ -5,6 +5,7 @@ use anyhow::{Context, Result};
 use image::RgbImage;
 use image::imageops::{self, FilterType};
 use serde_json::Value;
+use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
@@ -124,8 +125,9 @@ fn figures() -> Vec<Figure> {
 pub(crate) fn draw(wanted: &str) -> Result<()> {
     let folder = root().join("docs/pictures");
     let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
-    println!("| figure | picture | size | `build` ms | first frame ms | later frames ms | virtual triangles |");
-    println!("|---|---|---|---|---|---|---|");
+    let mut table = std::io::stdout();
+    writeln!(table, "| figure | picture | size | `build` ms | first frame ms | later frames ms | virtual triangles |")?;
+    writeln!(table, "|---|---|---|---|---|---|---|")?;
     for figure in figures().iter().filter(|figure| figure.name.contains(wanted)) {
         let mut panels = Vec::new();
         for shot in &figure.shots {
@@ -161,14 +163,15 @@ impl Shot {
         let text = std::fs::read_to_string(&stats).with_context(|| format!("cannot read {}", stats.display()))?;
         let stats: Value = serde_json::from_str(&text).context("the program's statistics")?;
         let milliseconds = |value: &Value| value.as_f64().map_or("".into(), |time| format!("{time:.0}"));
-        println!(
+        writeln!(
+            std::io::stdout(),
             "| {figure} | {} | {width}x{height} | {} | {} | {} | {} |",
             self.label,
             milliseconds(&stats["first_stages_ms"]["build"]),
             milliseconds(&stats["frame_ms"]["max"]),
             milliseconds(&stats["frame_ms"]["median"]),
             stats["counts"]["virtual_triangles"].as_u64().map_or(String::new(), |count| count.to_string()),
-        );
+        )?;
         Ok(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8())
     }
 }
