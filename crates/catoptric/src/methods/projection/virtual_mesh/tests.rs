@@ -278,10 +278,8 @@ fn both_sheets_of_a_fold_are_drawn_up_to_the_fold() {
     let mesh = mesh_of(&Formula(folded), &welded);
     let pieces = pieces(&mesh, &welded);
     for sign in [1.0, -1.0f32] {
-        let sheet: Vec<&Piece> = pieces
-            .iter()
-            .filter(|piece| piece.drawn.iter().map(|p| p.y - SCALE).sum::<f32>() * sign > 0.0)
-            .collect();
+        let sheet: Vec<&Piece> =
+            pieces.iter().filter(|piece| piece.drawn.iter().map(|p| p.y - SCALE).sum::<f32>() * sign > 0.0).collect();
         let drawn: f32 = sheet.iter().map(|piece| area(piece.drawn).abs()).sum();
         // The end of an edge is found to 2^-12 of it: at most sqrt(0.65 / 4096) short of the fold.
         let short = (0.65f32 / 4096.0).sqrt() * SCALE * SCALE;

@@ -23,7 +23,8 @@ impl Family {
     /// View rays after a mirror ball, seen from outside or from inside.
     fn reflected(random: &mut Stream, inside: bool) -> Self {
         let towards = vector(random).normalize();
-        let eye = towards * f64::from(if inside { random.next_between(0.0, 0.8) } else { random.next_between(1.5, 4.0) });
+        let eye =
+            towards * f64::from(if inside { random.next_between(0.0, 0.8) } else { random.next_between(1.5, 4.0) });
         let side = towards.any_orthonormal_vector();
         let up = towards.cross(side);
         let width = if inside { 0.8 } else { 0.9 / eye.length() };
@@ -76,7 +77,8 @@ impl Family {
 fn around(place: usize) -> Vec<u32> {
     let (x, y) = ((place % SIDE) as i32, (place / SIDE) as i32);
     let steps = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
-    let inside = |&(a, b): &(i32, i32)| (0..SIDE as i32).contains(&a) && (0..SIDE as i32).contains(&b) && (a, b) != (x, y);
+    let inside =
+        |&(a, b): &(i32, i32)| (0..SIDE as i32).contains(&a) && (0..SIDE as i32).contains(&b) && (a, b) != (x, y);
     steps.filter(inside).map(|(a, b)| (b * SIDE as i32 + a) as u32).collect()
 }
 
