@@ -195,3 +195,6 @@ impl PathRays {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

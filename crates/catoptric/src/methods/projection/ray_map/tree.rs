@@ -29,6 +29,9 @@ const MAX_DEPTH: u32 = 9;
 /// A cell that keeps more than this share of its parent's candidates is not divided: it would not help.
 const LEAST_REDUCTION: f32 = 0.98;
 
+/// So many times cells are divided all the same: the spheres around cells as large as the scene reach all rays.
+const CERTAIN_DIVISIONS: u32 = 4;
+
 /// A cell is divided after so many look-ups: it costs as much as that many.
 const LOOKUPS_BEFORE_DIVISION: u32 = 6;
 
@@ -129,7 +132,7 @@ impl Cell {
         let children: [Self; 8] = std::array::from_fn(child);
         let sum: usize = children.iter().map(|child| child.candidates.len()).sum();
         let limit = LEAST_REDUCTION * 8.0 * self.candidates.len() as f32;
-        ((sum as f32) < limit).then(|| Box::new(children))
+        (self.depth < CERTAIN_DIVISIONS || (sum as f32) < limit).then(|| Box::new(children))
     }
 
     fn byte_count(&self) -> usize {
@@ -206,15 +209,19 @@ impl Offsets {
 
 /// Those of `candidates` that can be among the `count` nearest to a point of the sphere (Chen and Arvo 2000, figure 3).
 fn nearest_near(lines: &Lines, center: Vec3, radius: f32, count: usize, candidates: &[u32]) -> Vec<u32> {
-    let mut distances: Vec<(f32, u32)> =
-        candidates.iter().map(|&ray| (lines.offset(ray, center).across.length(), ray)).collect();
+    // Rays that begin beyond the whole sphere do not count, and those that begin within it count for some points only.
+    let offsets = candidates.iter().map(|&ray| (lines.offset(ray, center), ray));
+    let mut distances: Vec<(f32, u32, bool)> = offsets
+        .filter(|(offset, _)| offset.along + radius >= 0.0)
+        .map(|(offset, ray)| (offset.across.length(), ray, offset.along - radius > 0.0))
+        .collect();
     distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     // The k-th nearest to the centre bounds the k-th nearest to any point of the sphere.
-    let Some(farthest) = distances.get(count.saturating_sub(1)).map(|(distance, _)| *distance) else {
-        return candidates.to_vec();
-    };
+    let mut certain = distances.iter().filter(|(_, _, certain)| *certain);
+    let farthest = certain.nth(count.saturating_sub(1)).map_or(f32::INFINITY, |(distance, _, _)| *distance);
     let limit = (farthest + 2.0 * radius) * 1.0001;
-    let mut kept: Vec<u32> = distances.iter().filter(|(distance, _)| *distance <= limit).map(|(_, ray)| *ray).collect();
+    let mut kept: Vec<u32> =
+        distances.iter().filter(|(distance, _, _)| *distance <= limit).map(|(_, ray, _)| *ray).collect();
     kept.sort_unstable();
     kept
 }

@@ -429,3 +429,6 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         mesh.corners.push(corners.map(|(_, weights)| weights));
     }
 }
+
+#[cfg(test)]
+mod tests;

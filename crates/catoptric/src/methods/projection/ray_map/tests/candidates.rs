@@ -1,0 +1,176 @@
+//! The octree's candidates against a search through all rays in double precision.
+
+use super::super::{CandidateRule, Lines, RayTree};
+use super::vector;
+use crate::math::Aabb;
+use crate::math::random::Stream;
+use glam::{DVec3, Vec3};
+
+/// Rays along a side of a family's grid.
+const SIDE: usize = 20;
+
+/// A look-up in every cell down to the deepest divides all of them.
+const LOOKUPS: usize = 90;
+
+/// A family of rays, with the eight neighbours of each on a grid.
+struct Family {
+    rays: Vec<(Vec3, Vec3)>,
+    neighbours: Vec<Vec<u32>>,
+    lines: Lines,
+}
+
+impl Family {
+    /// View rays after a mirror ball, seen from outside or from inside.
+    fn reflected(random: &mut Stream, inside: bool) -> Self {
+        let towards = vector(random).normalize();
+        let eye =
+            towards * f64::from(if inside { random.next_between(0.0, 0.8) } else { random.next_between(1.5, 4.0) });
+        let side = towards.any_orthonormal_vector();
+        let up = towards.cross(side);
+        let width = if inside { 0.8 } else { 0.9 / eye.length() };
+        let mut rays = Vec::new();
+        for place in 0..SIDE * SIDE {
+            let [x, y] = [place % SIDE, place / SIDE].map(|k| (k as f64 / (SIDE - 1) as f64 * 2.0 - 1.0) * width * 0.7);
+            let direction = (side * x + up * y - towards).normalize();
+            // |eye + t direction| = 1.
+            let half = eye.dot(direction);
+            let root = (half * half - eye.length_squared() + 1.0).max(0.0).sqrt();
+            let at = eye + direction * (-half + if inside { root } else { -root });
+            let normal = at.normalize();
+            let outgoing = direction - normal * (2.0 * direction.dot(normal));
+            rays.push((at.as_vec3(), outgoing.normalize().as_vec3()));
+        }
+        let neighbours: Vec<Vec<u32>> = (0..SIDE * SIDE).map(around).collect();
+        let lines = Lines::new(rays.iter().copied(), &neighbours);
+        Self { rays, neighbours, lines }
+    }
+
+    /// Distances along the ray and squared from it.
+    fn offset(&self, ray: usize, point: DVec3) -> (f64, f64) {
+        let (origin, direction) = self.rays[ray];
+        let direction = direction.as_dvec3().normalize();
+        let relative = point - origin.as_dvec3();
+        (relative.dot(direction), relative.cross(direction).length_squared())
+    }
+
+    fn is_local_minimum(&self, ray: usize, point: DVec3) -> bool {
+        let (along, own) = self.offset(ray, point);
+        along > 0.0
+            && self.neighbours[ray].iter().all(|&other| {
+                let (along, distance2) = self.offset(other as usize, point);
+                along <= 0.0 || distance2 > own
+            })
+    }
+
+    /// Points near a ray, in front of it, and points anywhere.
+    fn point(&self, random: &mut Stream, case: usize) -> Vec3 {
+        if case.is_multiple_of(2) {
+            return vector(random).as_vec3() * 3.0;
+        }
+        let ray = (random.next_unit() * self.rays.len() as f32) as usize;
+        let (origin, direction) = self.rays[ray];
+        let point = origin + direction * random.next_between(0.05, 2.5) + vector(random).as_vec3() * 0.05;
+        point.clamp(Vec3::splat(-3.0), Vec3::splat(3.0))
+    }
+}
+
+fn around(place: usize) -> Vec<u32> {
+    let (x, y) = ((place % SIDE) as i32, (place / SIDE) as i32);
+    let steps = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+    let inside =
+        |&(a, b): &(i32, i32)| (0..SIDE as i32).contains(&a) && (0..SIDE as i32).contains(&b) && (a, b) != (x, y);
+    steps.filter(inside).map(|(a, b)| (b * SIDE as i32 + a) as u32).collect()
+}
+
+fn bounds() -> Aabb {
+    Aabb { min: Vec3::splat(-3.0), max: Vec3::splat(3.0) }
+}
+
+#[test]
+fn leaves_hold_every_local_minimum_however_often_they_were_asked() {
+    let mut random = Stream::new(4021);
+    let (mut minima, mut most, mut held, mut asked) = (0, 0, 0, 0);
+    for family in 0..6 {
+        let family = Family::reflected(&mut random, family % 2 == 1);
+        let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::LocalMinima);
+        for case in 0..40 {
+            let point = family.point(&mut random, case);
+            let expected: Vec<u32> = (0..family.rays.len())
+                .filter(|&ray| family.is_local_minimum(ray, point.as_dvec3()))
+                .map(|ray| ray as u32)
+                .collect();
+            for _ in 0..LOOKUPS {
+                let candidates = tree.candidates(&family.lines, point).unwrap();
+                assert!(expected.iter().all(|ray| candidates.contains(ray)), "{point}: {expected:?} in {candidates:?}");
+            }
+            held += tree.candidates(&family.lines, point).unwrap().len();
+            asked += family.rays.len();
+            minima += expected.len();
+            most = most.max(expected.len());
+        }
+    }
+    // The tree is of use: few of all rays are left. And some points have several reflections.
+    assert!(minima > 200 && most > 1 && held * 20 < asked, "{minima} minima, {most} at once, {held} of {asked} held");
+}
+
+#[test]
+fn leaves_hold_the_nearest_rays_that_start_before_the_point() {
+    let mut random = Stream::new(77);
+    let (mut found, mut held, mut asked) = (0, 0, 0);
+    for family in 0..6 {
+        let count = [1, 3, 8][family / 2];
+        let family = Family::reflected(&mut random, family % 2 == 1);
+        let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::Nearest(count));
+        for case in 0..30 {
+            let point = family.point(&mut random, case);
+            let mut expected: Vec<(f64, u32)> = (0..family.rays.len())
+                .map(|ray| (family.offset(ray, point.as_dvec3()), ray as u32))
+                .filter(|((along, _), _)| *along > 0.0)
+                .map(|((_, distance2), ray)| (distance2, ray))
+                .collect();
+            expected.sort_by(|a, b| a.0.total_cmp(&b.0));
+            expected.truncate(count);
+            found += expected.len();
+            for lookup in 0..LOOKUPS {
+                let candidates = tree.candidates(&family.lines, point).unwrap();
+                let all = expected.iter().all(|(_, ray)| candidates.contains(ray));
+                assert!(all, "case {case}, look-up {lookup}, {point}: {expected:?} in {candidates:?}");
+            }
+            held += tree.candidates(&family.lines, point).unwrap().len();
+            asked += family.rays.len();
+        }
+    }
+    assert!(found > 300 && held * 3 < asked, "{found} found, {held} of {asked} held");
+}
+
+#[test]
+fn nothing_is_known_outside_and_no_rays_have_no_candidates() {
+    let mut random = Stream::new(5);
+    let family = Family::reflected(&mut random, false);
+    let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::LocalMinima);
+    for outside in [Vec3::X * 3.1, Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f32::NAN, 0.0)] {
+        assert!(tree.candidates(&family.lines, outside).is_none(), "{outside}");
+    }
+    let none = Lines::new(std::iter::empty(), &[]);
+    let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
+    let tree = RayTree::new(&none, &point, CandidateRule::Nearest(3));
+    assert!(none.is_empty() && (0..LOOKUPS).all(|_| tree.candidates(&none, Vec3::ONE).unwrap().is_empty()));
+}
+
+#[test]
+fn offsets_and_neighbours_are_those_of_the_rays() {
+    let family = Family::reflected(&mut Stream::new(12), true);
+    let mut random = Stream::new(13);
+    for ray in 0..family.rays.len() {
+        let point = vector(&mut random).as_vec3() * 3.0;
+        let (along, distance2) = family.offset(ray, point.as_dvec3());
+        let offset = family.lines.offset(ray as u32, point);
+        assert!((f64::from(offset.along) - along).abs() < 1e-5);
+        assert!((f64::from(offset.across.length()) - distance2.sqrt()).abs() < 1e-5);
+        assert_eq!(family.lines.neighbours(ray as u32), family.neighbours[ray]);
+        for (other, sine) in family.lines.neighbours_with_sines(ray as u32) {
+            let angle = family.rays[ray].1.as_dvec3().angle_between(family.rays[other as usize].1.as_dvec3());
+            assert!((f64::from(sine) - angle.sin()).abs() < 1e-5);
+        }
+    }
+}
