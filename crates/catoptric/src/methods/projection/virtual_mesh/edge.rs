@@ -3,7 +3,7 @@
 use super::{MeshQuality, PictureScale};
 use crate::math::Aabb;
 use crate::methods::projection::Projection;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Edges longer than this share of their distance from the reflector are divided whatever their ends show: something
 /// may appear between them.
@@ -64,7 +64,7 @@ impl EdgeRule {
     /// Whether an appearance at one end asks for a division; `step` leads to the other end.
     fn divides_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> bool {
         let moves = one.predicted(step) - one.image_px;
-        let Some(other) = best(one, here, there, step) else {
+        let Some(other) = self.best(one, here, there, step) else {
             // It ends on the way, at the latest half-way to the appearance that it merges with.
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
             return moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)) > self.piece_px * END_PIECES;
@@ -86,7 +86,7 @@ impl EdgeRule {
         step: Vec3,
     ) -> Option<&'a Projection> {
         let ends = |other: &&Projection| {
-            other.focal_index.abs_diff(one.focal_index) == 1 && best(other, here, there, step).is_none()
+            other.focal_index.abs_diff(one.focal_index) == 1 && self.best(other, here, there, step).is_none()
         };
         nearest(one, here.iter().filter(ends))
     }
@@ -99,10 +99,10 @@ impl EdgeRule {
         there: &'a [Projection],
         step: Vec3,
     ) -> Option<&'a Projection> {
-        let other = best(one, here, there, step)?;
+        let other = self.best(one, here, there, step)?;
         let size = other.image_px.distance(one.image_px);
         let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
-        (mismatch(one, other, step) <= allowed).then_some(other)
+        (self.mismatch(one, other, step) <= allowed).then_some(other)
     }
 
     /// The appearance after a step that continues `one`; none where there is none so near to what is predicted.
@@ -113,10 +113,41 @@ impl EdgeRule {
         step: Vec3,
     ) -> Option<&'a Projection> {
         let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
-        let other = fitting.min_by(|x, y| mismatch(one, x, step).total_cmp(&mismatch(one, y, step)))?;
+        let other = fitting.min_by(|x, y| self.mismatch(one, x, step).total_cmp(&self.mismatch(one, y, step)))?;
         let size = (one.predicted(step) - one.image_px).length().max(other.image_px.distance(one.image_px));
         let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
-        (one.predicted(step).distance(other.image_px) <= allowed).then_some(other)
+        (self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
+    }
+
+    /// Where `one` is expected to appear after a step, if it becomes `other`: seen in perspective, it moves the less the
+    /// further away it gets.
+    fn expected(&self, one: &Projection, other: &Projection, step: Vec3) -> Vec2 {
+        let moves = one.predicted(step) - one.image_px;
+        one.image_px + moves * (self.picture.w(one) / self.picture.w(other))
+    }
+
+    /// How far two appearances at the ends of a step are from predicting each other, in pixels.
+    fn mismatch(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
+        let forward = self.expected(one, other, step).distance(other.image_px);
+        let backward = self.expected(other, one, -step).distance(one.image_px);
+        forward.max(backward)
+    }
+
+    /// The appearance at the other end that is predicted best, if `one` is predicted best by it in turn.
+    fn best<'a>(
+        &self,
+        one: &Projection,
+        here: &[Projection],
+        there: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let fitting = there.iter().filter(|other| other.focal_index == one.focal_index);
+        let error = |other: &Projection| self.mismatch(one, other, step);
+        let other = fitting.min_by(|x, y| error(x).total_cmp(&error(y)))?;
+        // Mostly there is one on each side.
+        let own = error(other);
+        let mut rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
+        (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
     }
 
     /// Whether all appearances lie on one side outside the picture.
@@ -136,29 +167,4 @@ impl EdgeRule {
 pub(super) fn nearest<'a>(one: &Projection, among: impl Iterator<Item = &'a Projection>) -> Option<&'a Projection> {
     let distance = |other: &Projection| other.image_px.distance_squared(one.image_px);
     among.min_by(|a, b| distance(a).total_cmp(&distance(b)))
-}
-
-/// How far two appearances at the ends of a step are from predicting each other, in pixels.
-fn mismatch(one: &Projection, other: &Projection, step: Vec3) -> f32 {
-    let forward = one.predicted(step).distance(other.image_px);
-    let backward = other.predicted(-step).distance(one.image_px);
-    forward.max(backward)
-}
-
-/// The appearance at the other end that is predicted best, if `one` is predicted best by it in turn.
-fn best<'a>(one: &Projection, here: &[Projection], there: &'a [Projection], step: Vec3) -> Option<&'a Projection> {
-    let best_of = |from: &Projection, among: &'a [Projection], step: Vec3| {
-        let fitting = among.iter().filter(|other| other.focal_index == from.focal_index);
-        fitting.min_by(|x, y| mismatch(from, x, step).total_cmp(&mismatch(from, y, step)))
-    };
-    let other = best_of(one, there, step)?;
-    // Mostly there is one on each side.
-    let rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
-    let own = mismatch(one, other, step);
-    for rival in rivals {
-        if mismatch(rival, other, step) < own {
-            return None;
-        }
-    }
-    Some(other)
 }
