@@ -32,10 +32,10 @@ pub trait Scalar:
 /// A root or power; at zero, where derivatives of those are infinite and would come out as no numbers, with the
 /// derivatives beside it: they come out large instead, or as the zero that multiplies them.
 #[inline]
-fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D, function: impl Fn(D) -> D) -> D {
+fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D, at_zero: f64, function: impl Fn(D) -> D) -> D {
     if D::NDERIV > 0 && value.re() == 0.0 {
         let beside = function(value + 1e-30);
-        return beside + (function(D::from(0.0)).re() - beside.re());
+        return beside + (at_zero - beside.re());
     }
     function(value)
 }
@@ -51,10 +51,10 @@ impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
         DualNum::powi(&self, exponent)
     }
     fn powf(self, exponent: f64) -> Self {
-        off_zero(self, |value| DualNum::powf(&value, exponent))
+        off_zero(self, 0f64.powf(exponent), |value| DualNum::powf(&value, exponent))
     }
     fn sqrt(self) -> Self {
-        off_zero(self, |value| DualNum::sqrt(&value))
+        off_zero(self, 0.0, |value| DualNum::sqrt(&value))
     }
     fn exp(self) -> Self {
         DualNum::exp(&self)

@@ -57,9 +57,10 @@ pub struct Solution {
 /// Steps are halved at most this often.
 const MOST_HALVINGS: u32 = 5;
 
-/// Three steps must bring the residual below this share of what it was, or there is nothing to be found: even at a
-/// double root (on a caustic) each step takes three quarters of it away.
-const LEAST_PROGRESS: f64 = 0.5;
+/// Three steps must bring the residual below this share of what it was, or there is nothing to be found. Far from the
+/// path, where the length of a step is limited, it shrinks slowly; at a double root (on a caustic) each step takes
+/// three quarters of it away.
+const LEAST_PROGRESS: f64 = 0.9;
 
 /// The longest step of a bounce, of the distance to its nearer neighbour and of the radius of curvature.
 const LONGEST_STEP: f64 = 0.7;

@@ -33,7 +33,7 @@ const LEAST_REDUCTION: f32 = 0.98;
 const CERTAIN_DIVISIONS: u32 = 4;
 
 /// A cell is divided after so many look-ups: it costs as much as that many.
-const LOOKUPS_BEFORE_DIVISION: u32 = 6;
+const LOOKUPS_BEFORE_DIVISION: u32 = 16;
 
 /// How much larger than the tree's bounds the cell for points beyond them is.
 const OUTER_SIZE: f32 = 64.0;
@@ -74,8 +74,11 @@ impl RayTree {
     pub fn candidates(&self, lines: &Lines, point: Vec3) -> Option<&[u32]> {
         let mut cell = &self.root;
         let distance = (point - cell.center).abs().max_element();
-        if distance.is_nan() || distance > cell.half {
-            if distance.is_nan() || distance > cell.half * OUTER_SIZE {
+        if !point.is_finite() {
+            return None;
+        }
+        if distance > cell.half {
+            if distance > cell.half * OUTER_SIZE {
                 return None;
             }
             let outer = || Box::new(Cell::new(cell.center, cell.half * OUTER_SIZE, 0, cell.candidates.clone()));

@@ -253,7 +253,7 @@ impl Corner {
 }
 
 /// The end of an appearance on an edge is found to this power of a half of the edge.
-const END_STEPS: u32 = 5;
+const END_STEPS: u32 = 8;
 
 /// Projected points that count as a piece, where the number of pieces is limited.
 const POINTS_A_PIECE: usize = 4;

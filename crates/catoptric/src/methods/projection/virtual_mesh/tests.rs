@@ -245,14 +245,14 @@ fn appearances_end_where_a_half_plane_ends() {
     let pieces = pieces(&mesh, &welded);
     let corners = || pieces.iter().flat_map(|piece| piece.source);
     assert!(corners().all(|p| p.dot(side) < limit + 1e-5));
-    // The border is found to 2^-12 of an edge, and is at most 1.1 units long.
+    // The border is found to 2^-8 of an edge, and is at most 1.1 units long.
     let truth = (limit / side.x + (limit - side.y) / side.x) * 0.5 * SCALE * SCALE;
     let drawn = drawn_area(&pieces);
     let longest = SCALE * 2f32.sqrt() / 3.0;
-    assert!((drawn - truth).abs() < 1.1 * SCALE * longest / 4096.0 + 0.1, "{drawn} for {truth}");
+    assert!((drawn - truth).abs() < 1.1 * SCALE * longest / 256.0 + 0.1, "{drawn} for {truth}");
     // Pieces end at the outline or at the border, nowhere else.
     let outline = |p: &Vec2, q: &Vec2| (0..2).any(|k| (p[k] - q[k]).abs() < 1e-5 && (p[k] < 1e-5 || p[k] > 1.0 - 1e-5));
-    let border = |p: &Vec2| p.dot(side) > limit - 1.1 * longest / SCALE / 4096.0 - 1e-5;
+    let border = |p: &Vec2| p.dot(side) > limit - 1.1 * longest / SCALE / 256.0 - 1e-5;
     for [p, q] in open_edges(&pieces) {
         assert!(outline(&p, &q) || (border(&p) && border(&q)), "open from {p} to {q}");
     }
@@ -282,7 +282,7 @@ fn both_sheets_of_a_fold_are_drawn_up_to_the_fold() {
             pieces.iter().filter(|piece| piece.drawn.iter().map(|p| p.y - SCALE).sum::<f32>() * sign > 0.0).collect();
         let drawn: f32 = sheet.iter().map(|piece| area(piece.drawn).abs()).sum();
         // The end of an edge is found to 2^-12 of it: at most sqrt(0.65 / 4096) short of the fold.
-        let short = (0.65f32 / 4096.0).sqrt() * SCALE * SCALE;
+        let short = (0.65f32 / 256.0).sqrt() * SCALE * SCALE;
         assert!((drawn - SCALE * SCALE).abs() < short, "{drawn} of {}", SCALE * SCALE);
     }
     let error = |away: f32| {
