@@ -150,8 +150,11 @@ fn around_built_in(name: &str, cases: [usize; 2]) -> Tally {
 }
 
 /// Counts for all kinds of surface; misses a thousand paths stay below the limit, and nothing is invented.
+/// Counts so many cases: eyes, and points for each.
+type Counting<'a> = &'a dyn Fn([usize; 2]) -> Tally;
+
 fn count_all(cases: [usize; 2], limit: usize) {
-    let counted: [(&str, &dyn Fn([usize; 2]) -> Tally); 4] = [
+    let counted: [(&str, Counting<'_>); 4] = [
         ("sphere from outside", &sphere_from_outside),
         ("sphere from inside", &sphere_from_inside),
         ("vase", &|cases| around_built_in("vase", cases)),

@@ -257,7 +257,7 @@ impl<'a> ExactSearch<'a> {
         let spread = rays.spread(rays.origin.distance(point));
         let size2 = spread.iter().flatten().map(|s| s * s).sum::<f64>();
         let determinant = spread[0][0] * spread[1][1] - spread[0][1] * spread[1][0];
-        let is_singular = !(determinant.abs() > NEARLY_SINGULAR * size2);
+        let is_singular = determinant.is_nan() || determinant.abs() <= NEARLY_SINGULAR * size2;
         if is_singular && nearest < self.size * SAME_DOUBLE_POINT || !self.is_visible(&described, point) {
             return;
         }
@@ -355,10 +355,9 @@ impl<'a> ExactSearch<'a> {
         let Eye::Point(mut from) = self.eye else { return 0.0 };
         let mut medium = 1.0;
         let mut sum = 0.0;
-        for index in 0..sites.count {
-            let (bounce, site) = (sites.bounces[index], &sites.sites[index]);
+        let bounces = sites.bounces[..sites.count].iter().zip(&sites.sites).zip(met_outside);
+        for ((bounce, site), &outside) in bounces {
             let lens = self.surfaces.index_of(bounce.object);
-            let outside = met_outside[index];
             let crossed = if self.surfaces.is_lens(bounce.object) && !outside { lens } else { medium };
             sum += crossed * from.distance(site.position);
             medium = match bounce.kind {
