@@ -33,7 +33,7 @@ const LEAST_REDUCTION: f32 = 0.98;
 const CERTAIN_DIVISIONS: u32 = 4;
 
 /// A cell is divided after so many look-ups: it costs as much as that many.
-const LOOKUPS_BEFORE_DIVISION: u32 = 16;
+const LOOKUPS_BEFORE_DIVISION: u32 = 6;
 
 /// How much larger than the tree's bounds the cell for points beyond them is.
 const OUTER_SIZE: f32 = 64.0;
