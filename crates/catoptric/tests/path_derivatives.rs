@@ -2,7 +2,6 @@
 //!
 //! Paths are traced forwards from the eye, so they satisfy the specular constraint whatever the solvers do; perturbed
 //! paths are found by aiming: the view ray is turned until the traced path passes through the moved point.
-#![allow(clippy::unwrap_used)] // in the helpers of tests too
 
 use catoptric::math::random::Stream;
 use catoptric::optics::bundle::{BounceKind, Eye, OutgoingRays, RayBundle};
@@ -49,11 +48,13 @@ fn shapes() -> Vec<Shape> {
     let surfaces = vec![
         AnalyticSurface::Sphere { radius: 1.3 },
         AnalyticSurface::Plane { half_width: 2.0, half_height: 1.5 },
-        AnalyticSurface::Ellipsoid(Ellipsoid::new([1.4, 0.9, 1.1]).unwrap()),
-        AnalyticSurface::Quadric(Quadric::new(hyperboloid, [-2.0, -1.0, -2.0], [2.0, 1.0, 2.0]).unwrap()),
-        AnalyticSurface::Torus(Torus::new(1.5, 0.6).unwrap()),
-        AnalyticSurface::Superquadric(Superquadric::new([1.2, 1.0, 1.3], [0.8, 1.3]).unwrap()),
-        AnalyticSurface::Revolution(Revolution::new(2.0, [5.80, -9.78, 3.90, 0.47]).unwrap()),
+        AnalyticSurface::Ellipsoid(Ellipsoid::new([1.4, 0.9, 1.1]).expect("the path is regular")),
+        AnalyticSurface::Quadric(
+            Quadric::new(hyperboloid, [-2.0, -1.0, -2.0], [2.0, 1.0, 2.0]).expect("the path is regular"),
+        ),
+        AnalyticSurface::Torus(Torus::new(1.5, 0.6).expect("the path is regular")),
+        AnalyticSurface::Superquadric(Superquadric::new([1.2, 1.0, 1.3], [0.8, 1.3]).expect("the path is regular")),
+        AnalyticSurface::Revolution(Revolution::new(2.0, [5.80, -9.78, 3.90, 0.47]).expect("the path is regular")),
     ];
     surfaces.into_iter().map(|surface| (surface.clone(), surface.tessellate())).collect()
 }
@@ -133,7 +134,7 @@ fn draw(kinds: &[(&Shape, BounceKind)], at_infinity: bool, random: &mut Stream) 
     let mut rays = vec![first];
     let mut bounces = Vec::new();
     for (surface, kind) in kinds {
-        let ray = rays.last().unwrap();
+        let ray = rays.last().expect("the path is regular");
         let distance = random.next_between(0.6, 2.5) as f64;
         let surface = put_in_the_way(surface, ray, distance, random);
         let bounce = Bounce { surface, kind: *kind, index: random.next_between(1.2, 1.8) as f64 };
@@ -144,7 +145,7 @@ fn draw(kinds: &[(&Shape, BounceKind)], at_infinity: bool, random: &mut Stream) 
         rays.push(next);
         bounces.push(bounce);
     }
-    let last = rays.last().unwrap();
+    let last = rays.last().expect("the path is regular");
     let point = last.origin + last.direction * random.next_between(0.6, 2.5) as f64;
     Some(Path { eye, bounces, rays, point })
 }
@@ -381,19 +382,19 @@ fn derivatives_agree_with_ray_bundles() {
     for_each_sequence(40, |name, path, derivatives| {
         let patch = |i: usize| {
             let at = path.rays[i + 1].origin;
-            SurfacePatch::of_implicit(at, &path.bounces[i].surface.taylor3(at)).unwrap()
+            SurfacePatch::of_implicit(at, &path.bounces[i].surface.taylor3(at)).expect("the path is regular")
         };
         let first = patch(0);
-        let mut bundle = RayBundle::arriving(&path.eye, &first).unwrap();
+        let mut bundle = RayBundle::arriving(&path.eye, &first).expect("the path is regular");
         bundle = bundle
             .scattered(&first, &RayBundle::own_parameters(), path.bounces[0].kind, path.bounces[0].index)
-            .unwrap();
+            .expect("the path is regular");
         for (i, bounce) in path.bounces.iter().enumerate().skip(1) {
             let patch = patch(i);
-            let (arrived, u) = bundle.advanced(&patch).unwrap();
-            bundle = arrived.scattered(&patch, &u, bounce.kind, bounce.index).unwrap();
+            let (arrived, u) = bundle.advanced(&patch).expect("the path is regular");
+            bundle = arrived.scattered(&patch, &u, bounce.kind, bounce.index).expect("the path is regular");
         }
-        let rays = OutgoingRays::new(&bundle).unwrap();
+        let rays = OutgoingRays::new(&bundle).expect("the path is regular");
         let expected = by_bundle(&rays, &first, path.point);
         let found = derivatives.total();
         for (order, error) in relative_errors(&found, &expected).into_iter().enumerate() {
@@ -407,9 +408,9 @@ fn by_bundle(rays: &OutgoingRays, first: &SurfacePatch, point: DVec3) -> PointDe
     let [d, a, b] = [rays.direction, rays.across[0], rays.across[1]];
     let on_surface = |z: DVec2| first.tangents[0] * z.x + first.tangents[1] * z.y;
     // To the side the expansion is the Taylor polynomial: a linear part and a quadratic form.
-    let linear = |step: DVec3| on_surface(rays.perturbed(point + step).unwrap().linear);
+    let linear = |step: DVec3| on_surface(rays.perturbed(point + step).expect("the path is regular").linear);
     let square = |step: DVec3| {
-        let moved = rays.perturbed(point + step).unwrap();
+        let moved = rays.perturbed(point + step).expect("the path is regular");
         let z = moved.linear;
         let bend = first.bend[0] * (z.x * z.x) + first.bend[1] * (2.0 * z.x * z.y) + first.bend[2] * (z.y * z.y);
         on_surface(moved.quadratic) * 2.0 + bend

@@ -107,18 +107,7 @@ pub fn residual(surfaces: &SpecularSurfaces<'_>, eye: &Eye, point: DVec3, path: 
 ///
 /// None where a surface has no normal, a ray grazes, or the path is refracted where there is total reflection.
 pub fn bundle_of(surfaces: &SpecularSurfaces<'_>, eye: &Eye, path: &PathSites) -> Option<RayBundle> {
-    let bounces = path.bounces.get(..path.count)?.iter().zip(&path.sites);
-    let mut bundle: Option<RayBundle> = None;
-    for (bounce, site) in bounces {
-        let patch = surfaces.patch(bounce.object, site)?;
-        let (arrived, parameters) = match &bundle {
-            None => (RayBundle::arriving(eye, &patch)?, RayBundle::own_parameters()),
-            Some(bundle) => bundle.advanced(&patch)?,
-        };
-        let index = surfaces.index_of(bounce.object);
-        bundle = Some(arrived.scattered(&patch, &parameters, bounce.kind, index)?);
-    }
-    bundle
+    bundle_over(surfaces, eye, path, |object, site| surfaces.patch(object, site)).map(|(bundle, _)| bundle)
 }
 
 /// The path's outgoing rays to first order, and for every bounce whether it is met from the outer side.
@@ -129,22 +118,29 @@ pub fn first_order_bundle_of(
     eye: &Eye,
     path: &PathSites,
 ) -> Option<(RayBundle, [bool; MAX_BOUNCES])> {
+    bundle_over(surfaces, eye, path, |object, site| {
+        let SiteFrame { position, normal, tangents, normal_change } = surfaces.frame(object, site)?;
+        Some(SurfacePatch { position, normal, tangents, normal_change, ..SurfacePatch::default() })
+    })
+}
+
+/// The outgoing rays of a path over patches of its surfaces, and which bounces are met from the outer side.
+#[inline]
+fn bundle_over(
+    surfaces: &SpecularSurfaces<'_>,
+    eye: &Eye,
+    path: &PathSites,
+    patch_at: impl Fn(u32, &Site) -> Option<SurfacePatch>,
+) -> Option<(RayBundle, [bool; MAX_BOUNCES])> {
     let mut bundle: Option<RayBundle> = None;
     let mut outside = [true; MAX_BOUNCES];
     for (k, (bounce, site)) in path.bounces.get(..path.count)?.iter().zip(&path.sites).enumerate() {
-        let frame = surfaces.frame(bounce.object, site)?;
-        let patch = SurfacePatch {
-            position: frame.position,
-            normal: frame.normal,
-            tangents: frame.tangents,
-            normal_change: frame.normal_change,
-            ..SurfacePatch::default()
-        };
+        let patch = patch_at(bounce.object, site)?;
         let (arrived, parameters) = match &bundle {
             None => (RayBundle::arriving(eye, &patch)?, RayBundle::own_parameters()),
             Some(bundle) => bundle.advanced(&patch)?,
         };
-        outside[k] = arrived.direction.value.dot(frame.normal) <= 0.0;
+        outside[k] = arrived.direction.value.dot(patch.normal) <= 0.0;
         let index = surfaces.index_of(bounce.object);
         bundle = Some(arrived.scattered(&patch, &parameters, bounce.kind, index)?);
     }

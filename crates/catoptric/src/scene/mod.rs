@@ -23,7 +23,7 @@ pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use shade_batch::SurfaceQuery;
 pub use texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
-pub use view::{Camera, PicturePoint, PictureTransform, Projection, Ray, RayDifferential, View, ViewRays};
+pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
 
 use crate::error::SceneError;
 use crate::math::Aabb;

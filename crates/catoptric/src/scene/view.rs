@@ -201,20 +201,70 @@ impl View {
 
     /// Like [`Self::pixel_of`], computed in double precision from the view's single-precision numbers.
     pub fn pixel_of_exact(&self, point: DVec3) -> Option<DVec2> {
-        let axes = Mat3::from(self.world_from_view.matrix3).as_dmat3();
-        let local = axes.transpose() * (point - self.eye().as_dvec3());
-        let depth = -local.z;
-        let in_front = depth >= self.near as f64;
-        if !in_front {
+        let picture = PreciseView::new(self);
+        let in_front = picture.depth_of(point) >= self.near as f64;
+        picture.place_of(point).filter(|_| in_front).map(DVec2::from)
+    }
+}
+
+/// A view's projection in double precision.
+#[derive(Clone, Copy, Debug)]
+pub struct PreciseView {
+    origin: DVec3,
+    right: DVec3,
+    down: DVec3,
+    forward: DVec3,
+    center: [f64; 2],
+    perspective: bool,
+}
+
+impl PreciseView {
+    /// The projection of `view`.
+    pub fn new(view: &View) -> Self {
+        let axes = view.world_from_view.matrix3;
+        let axis = |axis: Vec3A| Vec3::from(axis).as_dvec3();
+        let half = match view.projection {
+            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tan(),
+            Projection::Orthographic { half_height } => half_height as f64,
+        };
+        let pixels_per_unit = view.height as f64 / (2.0 * half);
+        Self {
+            origin: view.eye().as_dvec3(),
+            right: axis(axes.x_axis) * pixels_per_unit,
+            down: axis(axes.y_axis) * -pixels_per_unit,
+            forward: -axis(axes.z_axis),
+            center: [view.width as f64 * 0.5, view.height as f64 * 0.5],
+            perspective: matches!(view.projection, Projection::Perspective { .. }),
+        }
+    }
+
+    /// Distance of a world point from the eye along the view axis.
+    #[inline]
+    pub fn depth_of(&self, point: DVec3) -> f64 {
+        (point - self.origin).dot(self.forward)
+    }
+
+    /// Where a world point is seen, in pixels; none behind the eye.
+    #[inline]
+    pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
+        let relative = point - self.origin;
+        let depth = relative.dot(self.forward);
+        if depth.is_nan() || depth <= 0.0 {
             return None;
         }
-        let (half, scale) = match self.projection {
-            Projection::Perspective { fov_y } => ((fov_y as f64 * 0.5).tan(), depth),
-            Projection::Orthographic { half_height } => (half_height as f64, 1.0),
-        };
-        let pixels = 0.5 * self.height as f64 / (half * scale);
-        let center = DVec2::new(self.width as f64, self.height as f64) * 0.5;
-        Some(center + DVec2::new(local.x, -local.y) * pixels)
+        let scale = if self.perspective { 1.0 / depth } else { 1.0 };
+        Some([self.center[0] + relative.dot(self.right) * scale, self.center[1] + relative.dot(self.down) * scale])
+    }
+
+    /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.
+    #[inline]
+    pub fn place_change(&self, point: DVec3) -> [DVec3; 2] {
+        if !self.perspective {
+            return [self.right, self.down];
+        }
+        let relative = point - self.origin;
+        let inverse = 1.0 / relative.dot(self.forward);
+        [self.right, self.down].map(|axis| (axis - self.forward * (relative.dot(axis) * inverse)) * inverse)
     }
 }
 

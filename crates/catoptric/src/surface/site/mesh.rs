@@ -9,6 +9,7 @@ use crate::scene::{Object, Scene};
 use crate::surface::patch::{SurfacePatch, tangent_frame};
 use glam::{DMat3, DVec2, DVec3};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A step crosses at most this many triangles.
 const MOST_CROSSINGS: usize = 10_000;
@@ -31,7 +32,7 @@ pub(super) struct MeshSheet<'a> {
     scene: &'a Scene,
     triangles: Range<u32>,
     first_vertex: u32,
-    topology: Topology,
+    topology: Arc<Topology>,
 }
 
 /// A triangle in double precision.
@@ -114,8 +115,8 @@ impl Crossing {
 }
 
 impl<'a> MeshSheet<'a> {
-    pub(super) fn new(scene: &'a Scene, object: &Object) -> Self {
-        let topology = Topology::new(scene, object.triangles.clone(), object.vertices.clone());
+    /// The triangles of an object, with the topology that was found for them.
+    pub(super) fn new(scene: &'a Scene, object: &Object, topology: Arc<Topology>) -> Self {
         Self { scene, triangles: object.triangles.clone(), first_vertex: object.vertices.start, topology }
     }
 

@@ -13,6 +13,8 @@ use super::{PlacedSurface, SurfaceHit};
 use crate::scene::{Ray, Role, Scene};
 use glam::{DVec2, DVec3};
 use mesh::MeshSheet;
+use std::sync::Arc;
+use topology::Topology;
 
 /// The triangle of sites that are on none: those of analytic surfaces.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -76,6 +78,26 @@ struct Entry<'a> {
     inner_only: bool,
 }
 
+/// Which triangles of a scene's specular meshes are neighbours and how curved their vertices are.
+///
+/// It takes some tenths of a second a million triangles to find out, and stays true while the meshes do.
+#[derive(Clone, Default)]
+pub struct MeshTopologies {
+    /// One for each object that is a mesh and reflects or refracts.
+    of_objects: Vec<Option<Arc<Topology>>>,
+}
+
+impl MeshTopologies {
+    /// Of all reflectors, lenses and coated objects of a scene that are meshes.
+    pub fn of(scene: &Scene) -> Self {
+        let topology = |(index, object): (usize, &crate::scene::Object)| {
+            let is_mesh = scene.role_of(index as u32).is_specular() && object.surface.is_none();
+            is_mesh.then(|| Arc::new(Topology::new(scene, object.triangles.clone(), object.vertices.clone())))
+        };
+        Self { of_objects: scene.objects.iter().enumerate().map(topology).collect() }
+    }
+}
+
 /// The surfaces of a scene's specular objects, made ready for solvers.
 pub struct SpecularSurfaces<'a> {
     entries: Vec<Option<Entry<'a>>>,
@@ -84,10 +106,13 @@ pub struct SpecularSurfaces<'a> {
 
 impl<'a> SpecularSurfaces<'a> {
     /// The surfaces of all reflectors, lenses and coated objects of a scene.
-    ///
-    /// For meshes this finds which triangles are neighbours and how curved the vertices are: some tenths of a second
-    /// a million triangles.
     pub fn new(scene: &'a Scene) -> Self {
+        Self::with_topologies(scene, &MeshTopologies::of(scene))
+    }
+
+    /// The same with what was found before about the scene's meshes, or about those of a scene that differs only in
+    /// what is neither reflector nor lens.
+    pub fn with_topologies(scene: &'a Scene, topologies: &MeshTopologies) -> Self {
         let entry = |(index, object): (usize, &'a crate::scene::Object)| {
             let material = scene.material_of(index as u32);
             if !material.role.is_specular() {
@@ -95,7 +120,7 @@ impl<'a> SpecularSurfaces<'a> {
             }
             let sheet = match &object.surface {
                 Some(surface) => Sheet::Exact(surface),
-                None => Sheet::Mesh(MeshSheet::new(scene, object)),
+                None => Sheet::Mesh(MeshSheet::new(scene, object, topologies.of_objects.get(index)?.clone()?)),
             };
             let index = if material.role == Role::Lens { material.ior as f64 } else { 1.0 };
             Some(Entry { sheet, index, role: material.role, inner_only: object.inside })

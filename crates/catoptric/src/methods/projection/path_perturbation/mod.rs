@@ -13,7 +13,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::math::Aabb;
 use crate::methods::projection::drawing::{PathGeometry, draw_paths};
-use crate::methods::projection::ray_map::{PreciseView, RayField, RayMap, Sampling, Specular, ViewField};
+use crate::methods::projection::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
 use crate::methods::projection::virtual_mesh::{
     MeshQuality, PictureScale, VirtualMesh, VirtualObject, WeldedObject, virtual_mesh,
 };
@@ -21,9 +21,9 @@ use crate::methods::projection::{SpecularPath, VertexProjector};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::optics::bundle::BounceKind;
 use crate::progress::Progress;
-use crate::scene::{Scene, View};
+use crate::scene::{PreciseView, Scene, View};
 use crate::surface::PlacedSurface;
-use crate::surface::site::SpecularSurfaces;
+use crate::surface::site::{MeshTopologies, SpecularSurfaces};
 use crate::surface::tracer::Tracer;
 use glam::Vec3;
 use project::{Perturber, rule};
@@ -61,6 +61,7 @@ struct PathPerturbation {
 struct Prepared {
     mirrors: Mirrors,
     tracer: Tracer,
+    topologies: MeshTopologies,
     welded: Vec<Arc<WeldedObject>>,
 }
 
@@ -113,6 +114,12 @@ impl PathPerturbation {
         Self { settings, scene: None, frame: None }
     }
 
+    /// The mirrors of the scene that was prepared, made ready for solvers.
+    fn surfaces<'a>(&self, scene: &'a Scene) -> Result<SpecularSurfaces<'a>, RenderError> {
+        let prepared = self.scene.as_ref().ok_or_else(unprepared)?;
+        Ok(SpecularSurfaces::with_topologies(scene, &prepared.topologies))
+    }
+
     /// What appears just outside the picture belongs to triangles that reach into it.
     fn margin_px(&self) -> f32 {
         2.0 * self.settings.spacing_px
@@ -150,7 +157,7 @@ impl PathPerturbation {
             map: &frame.map,
             surfaces,
             paths: frame.map.groups.iter().map(|group| group.path.clone()).collect(),
-            eye: ViewField::new(job.view, 0.0).eye(),
+            eye: eye_of(job.view),
             view: PreciseView::new(job.view),
             settings: &self.settings,
             margin_px: self.margin_px().into(),
@@ -179,13 +186,15 @@ impl ReflectionMethod for PathPerturbation {
         let mirrors = Mirrors::of(scene);
         let kept = self.scene.take().filter(|prepared| prepared.mirrors == mirrors);
         let mut report = Report::default();
-        let (tracer, old) = match kept {
-            Some(prepared) => (prepared.tracer, prepared.welded),
+        let (tracer, topologies, old) = match kept {
+            Some(prepared) => (prepared.tracer, prepared.topologies, prepared.welded),
             None => {
                 self.frame = None;
                 let tracer = Tracer::build(scene, |object| scene.role_of(object).is_specular());
                 report.stages_ms.push(("bvh", watch.lap_ms()));
-                (tracer, Vec::new())
+                let topologies = MeshTopologies::of(scene);
+                report.stages_ms.push(("topology", watch.lap_ms()));
+                (tracer, topologies, Vec::new())
             }
         };
         let weld = |index: usize| {
@@ -197,14 +206,14 @@ impl ReflectionMethod for PathPerturbation {
         };
         let welded = crate::parallel::map_collect(scene.objects.len(), weld);
         report.stages_ms.push(("weld", watch.lap_ms()));
-        self.scene = Some(Prepared { mirrors, tracer, welded });
+        self.scene = Some(Prepared { mirrors, tracer, topologies, welded });
         Ok(report)
     }
 
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        let surfaces = SpecularSurfaces::new(job.scene);
+        let surfaces = self.surfaces(job.scene)?;
         let traced = self.build(job, &surfaces)?;
         report.counts.insert("rays_traced", traced);
         report.stages_ms.push(("build", watch.lap_ms()));
@@ -247,7 +256,7 @@ impl ReflectionMethod for PathPerturbation {
     }
 
     fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
-        let surfaces = SpecularSurfaces::new(job.scene);
+        let surfaces = self.surfaces(job.scene)?;
         self.build(job, &surfaces)?;
         Ok(Some(Box::new(self.perturber(job, surfaces)?)))
     }

@@ -2,11 +2,12 @@
 
 use super::settings::{Candidates, PathPerturbationSettings};
 use crate::methods::projection::ray_map::{
-    Approximation, CandidateRule, Motion, Neighbour, PathRays, PreciseView, RayMap, RaySample,
+    Approximation, CandidateRule, Motion, Neighbour, PathRays, RayMap, RaySample,
 };
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::{Eye, OutgoingRays};
 use crate::optics::specular_solver::{first_order_bundle_of, solve};
+use crate::scene::PreciseView;
 use crate::surface::site::SpecularSurfaces;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::cell::RefCell;
@@ -139,10 +140,11 @@ impl Perturber<'_> {
         if found.last.distance(point) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
-        if self.is_hidden(group, found.reflection_point) {
+        let place = self.view.place_of(found.reflection_point)?;
+        if self.is_hidden(group, found.reflection_point, place) {
             return None;
         }
-        self.finish(path, sample, &found, point)
+        self.finish(path, sample, &found, place, point)
     }
 
     /// Whether a sample's answer is one that another sample has led to: near it, and on the same sheet.
@@ -187,8 +189,7 @@ impl Perturber<'_> {
     }
 
     /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
-    fn is_hidden(&self, group: &PathRays, reflection_point: DVec3) -> bool {
-        let Some([x, y]) = self.view.place_of(reflection_point) else { return true };
+    fn is_hidden(&self, group: &PathRays, reflection_point: DVec3, [x, y]: [f64; 2]) -> bool {
         match self.map.sample_at(group, [x + self.margin_px, y + self.margin_px]) {
             Some((seen, reach)) => {
                 seen.first.value.distance(reflection_point) > SAME_PART_REACH * f64::from(reach).max(1e-9)
@@ -208,9 +209,15 @@ impl Perturber<'_> {
         Some(quadratic)
     }
 
-    fn finish(&self, path: u32, sample: &RaySample, found: &Found, point: DVec3) -> Option<Projection> {
+    fn finish(
+        &self,
+        path: u32,
+        sample: &RaySample,
+        found: &Found,
+        [x, y]: [f64; 2],
+        point: DVec3,
+    ) -> Option<Projection> {
         let Motion { change, across, focal_index } = found.motion;
-        let [x, y] = self.view.place_of(found.reflection_point)?;
         let gradients = self.view.place_change(found.reflection_point);
         // d place / d point = sum over lateral axes of (gradient . change_i) across_i.
         let image_change = gradients

@@ -7,8 +7,8 @@ use crate::methods::projection::SpecularPath;
 use crate::methods::reference::NearPlane;
 use crate::optics::bundle::Eye;
 use crate::parallel;
-use crate::scene::{Projection, Ray, View, ViewRays};
-use glam::{DVec3, Vec3};
+use crate::scene::{PreciseView, Projection, Ray, View, ViewRays};
+use glam::DVec3;
 
 /// How densely a field of rays is sampled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,14 @@ pub struct Sampling {
     pub max_cells: usize,
 }
 
+/// What the rays of a view have in common.
+pub fn eye_of(view: &View) -> Eye {
+    match view.projection {
+        Projection::Perspective { .. } => Eye::Point(view.eye().as_dvec3()),
+        Projection::Orthographic { .. } => Eye::Direction(view.ray(0.0, 0.0).direction.as_dvec3().normalize()),
+    }
+}
+
 /// The rays of a view, and of a margin around its picture.
 pub struct ViewField {
     margin_px: f32,
@@ -38,16 +46,12 @@ pub struct ViewField {
 impl ViewField {
     /// The rays of `view`, with so many pixels more on every side.
     pub fn new(view: &View, margin_px: f32) -> Self {
-        let eye = match view.projection {
-            Projection::Perspective { .. } => Eye::Point(view.eye().as_dvec3()),
-            Projection::Orthographic { .. } => Eye::Direction(view.ray(0.0, 0.0).direction.as_dvec3().normalize()),
-        };
         Self {
             margin_px,
             rays: view.rays(),
             near: NearPlane::new(view),
             size_px: [view.width as f32 + 2.0 * margin_px, view.height as f32 + 2.0 * margin_px],
-            eye,
+            eye: eye_of(view),
             picture: PreciseView::new(view),
         }
     }
@@ -70,61 +74,6 @@ impl RayField for ViewField {
     fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
         let margin = f64::from(self.margin_px);
         self.picture.place_of(point).map(|[x, y]| [x + margin, y + margin])
-    }
-}
-
-/// A view's projection in double precision.
-#[derive(Clone, Copy, Debug)]
-pub struct PreciseView {
-    origin: DVec3,
-    right: DVec3,
-    down: DVec3,
-    forward: DVec3,
-    center: [f64; 2],
-    perspective: bool,
-}
-
-impl PreciseView {
-    /// The projection of `view`.
-    pub fn new(view: &View) -> Self {
-        let axes = view.world_from_view.matrix3;
-        let axis = |axis: glam::Vec3A| Vec3::from(axis).as_dvec3();
-        let half = match view.projection {
-            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tan(),
-            Projection::Orthographic { half_height } => half_height as f64,
-        };
-        let pixels_per_unit = view.height as f64 / (2.0 * half);
-        Self {
-            origin: view.eye().as_dvec3(),
-            right: axis(axes.x_axis) * pixels_per_unit,
-            down: axis(axes.y_axis) * -pixels_per_unit,
-            forward: -axis(axes.z_axis),
-            center: [view.width as f64 * 0.5, view.height as f64 * 0.5],
-            perspective: matches!(view.projection, Projection::Perspective { .. }),
-        }
-    }
-
-    /// Where a world point is seen, in pixels; none behind the eye.
-    #[inline]
-    pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
-        let relative = point - self.origin;
-        let depth = relative.dot(self.forward);
-        if depth.is_nan() || depth <= 0.0 {
-            return None;
-        }
-        let scale = if self.perspective { 1.0 / depth } else { 1.0 };
-        Some([self.center[0] + relative.dot(self.right) * scale, self.center[1] + relative.dot(self.down) * scale])
-    }
-
-    /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.
-    #[inline]
-    pub fn place_change(&self, point: DVec3) -> [DVec3; 2] {
-        if !self.perspective {
-            return [self.right, self.down];
-        }
-        let relative = point - self.origin;
-        let inverse = 1.0 / relative.dot(self.forward);
-        [self.right, self.down].map(|axis| (axis - self.forward * (relative.dot(axis) * inverse)) * inverse)
     }
 }
 

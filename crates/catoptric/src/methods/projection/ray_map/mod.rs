@@ -6,7 +6,7 @@ mod lines;
 mod sample;
 mod tree;
 
-pub use cells::{PreciseView, Sampling, ViewField};
+pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
 pub use tree::{CandidateRule, RayTree};

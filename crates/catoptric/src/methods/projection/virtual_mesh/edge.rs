@@ -101,8 +101,7 @@ impl EdgeRule {
     ) -> Option<&'a Projection> {
         let other = self.best(one, here, there, step)?;
         let size = other.image_px.distance(one.image_px);
-        let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
-        (self.mismatch(one, other, step) <= allowed).then_some(other)
+        (self.mismatch(one, other, step) <= self.allowed_mismatch(size)).then_some(other)
     }
 
     /// The appearance after a step that continues `one`; none where there is none so near to what is predicted.
@@ -115,8 +114,12 @@ impl EdgeRule {
         let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
         let other = fitting.min_by(|x, y| self.mismatch(one, x, step).total_cmp(&self.mismatch(one, y, step)))?;
         let size = (one.predicted(step) - one.image_px).length().max(other.image_px.distance(one.image_px));
-        let allowed = (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size);
-        (self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
+        (self.expected(one, other, step).distance(other.image_px) <= self.allowed_mismatch(size)).then_some(other)
+    }
+
+    /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.
+    fn allowed_mismatch(&self, size: f32) -> f32 {
+        (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size)
     }
 
     /// Where `one` is expected to appear after a step, if it becomes `other`: seen in perspective, it moves the less the

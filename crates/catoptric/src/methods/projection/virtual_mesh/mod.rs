@@ -23,7 +23,7 @@ use glam::{Vec2, Vec3};
 pub struct MeshQuality {
     /// Edges are divided until their middles are this near to where they belong, in pixels.
     pub edge_error_px: f32,
-    /// Edges of which one end does not appear are divided down to this size, in pixels.
+    /// Edges shorter than this are not divided, in pixels; those of which one end does not appear, than eight times this.
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
@@ -85,7 +85,7 @@ pub struct VirtualMesh {
     pub corners: Vec<[Vec2; 3]>,
     /// Points projected to make it.
     pub points_projected: u64,
-    /// Source triangles that were left undivided because there were too many pieces.
+    /// Pieces that were left undivided because there were too many pieces.
     pub unfinished: u64,
 }
 
@@ -371,27 +371,23 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     fn emit_appearance(&mut self, corners: &[Corner; 3], from: usize, index: usize) {
         let own = &corners[from];
         let one = &own.appearances()[index];
-        let mut shared: [Option<Projection>; 3] = [None; 3];
-        shared[from] = Some(*one);
+        let mut shared: [Option<&Projection>; 3] = [None; 3];
+        shared[from] = Some(one);
         for (k, other) in corners.iter().enumerate().filter(|(k, _)| *k != from) {
             let step = other.position - own.position;
             let partner = self.rule.partner(one, own.appearances(), other.appearances(), step);
             if partner.is_some() && k < from {
                 return; // drawn from there
             }
-            shared[k] = partner.copied();
+            shared[k] = partner;
         }
-        if let [Some(a), Some(b), Some(c)] = &shared {
-            let consistent = {
-                let (second, third) = ((from + 1) % 3, (from + 2) % 3);
-                let step = corners[third].position - corners[second].position;
-                let here = corners[second].appearances();
-                let start = here.iter().find(|one| Some(**one) == shared[second]);
-                let partner =
-                    start.and_then(|start| self.rule.partner(start, here, corners[third].appearances(), step));
-                partner.copied() == shared[third]
-            };
-            if consistent {
+        if let [Some(a), Some(b), Some(c)] = shared {
+            let all = [a, b, c];
+            let (second, third) = ((from + 1) % 3, (from + 2) % 3);
+            let [here, there] = [&corners[second], &corners[third]];
+            let step = there.position - here.position;
+            let partner = self.rule.partner(all[second], here.appearances(), there.appearances(), step);
+            if partner.is_some_and(|partner| std::ptr::eq(partner, all[third])) {
                 self.push([(a, corners[0].weights), (b, corners[1].weights), (c, corners[2].weights)]);
             }
             return;
@@ -402,14 +398,14 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         for k in 0..3 {
             let next = (k + 1) % 3;
             if let Some(here) = shared[k] {
-                border[count] = (here, corners[k].weights);
+                border[count] = (*here, corners[k].weights);
                 count += 1;
                 if shared[next].is_none() {
-                    border[count] = self.end_of(here, &corners[k], &corners[next]);
+                    border[count] = self.end_of(*here, &corners[k], &corners[next]);
                     count += 1;
                 }
             } else if let Some(there) = shared[next] {
-                border[count] = self.end_of(there, &corners[next], &corners[k]);
+                border[count] = self.end_of(*there, &corners[next], &corners[k]);
                 count += 1;
             }
         }
