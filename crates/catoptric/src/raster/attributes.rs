@@ -17,11 +17,14 @@ pub(super) struct Corners {
     w: [[f32; LANES]; 3],
     at_x: [f32; LANES],
     at_y: [f32; LANES],
+    /// How far outside the triangle the position may count, as a share of its size.
+    leeway: [f32; LANES],
 }
 
 impl Corners {
     #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, points: [&PicturePoint; 3], at: Vec2) {
+    pub(super) fn set(&mut self, lane: usize, points: [&PicturePoint; 3], at: Vec2, leeway: f32) {
+        self.leeway[lane] = leeway;
         for (corner, point) in points.into_iter().enumerate() {
             self.x[corner][lane] = point.xy.x;
             self.y[corner][lane] = point.xy.y;
@@ -37,7 +40,8 @@ pub(super) type Weights = [[f32; LANES]; 6];
 
 /// The barycentric coordinates of eight triangles.
 ///
-/// Positions a hair outside (samples lie inside the *snapped* triangle) are moved to its border. A triangle that is
+/// Positions outside by more than the leeway (samples lie inside the *snapped* triangle, a hair outside this one) are
+/// moved to where it ends. A triangle that is
 /// seen exactly edge-on gives its middle, without change.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of many arrays, for the vectoriser
@@ -77,10 +81,11 @@ pub(super) fn weights(corners: &Corners, out: &mut Weights) {
             size += value.abs();
         }
         let usable = size < f32::MAX;
-        let (b, c) = (b.clamp(0.0, 1.0), c.clamp(0.0, 1.0));
+        let leeway = corners.leeway[i];
+        let (b, c) = (b.clamp(-leeway, 1.0 + leeway), c.clamp(-leeway, 1.0 + leeway));
         // Keeps the sum at 1 when the first weight would be negative.
-        let excess = ((b + c - 1.0) * 0.5).max(0.0);
-        let inside = [(b - excess).max(0.0), (c - excess).max(0.0)];
+        let excess = ((b + c - 1.0 - leeway) * 0.5).max(0.0);
+        let inside = [(b - excess).max(-leeway), (c - excess).max(-leeway)];
         for (index, value) in values.into_iter().enumerate() {
             let value = if index < 2 { inside[index] } else { value };
             let otherwise = if index < 2 { 1.0 / 3.0 } else { 0.0 };
@@ -100,23 +105,35 @@ pub(super) fn lane(weights: &Weights, lane: usize) -> Barycentrics {
     }
 }
 
-/// Coordinates in a piece of a triangle as coordinates in the triangle, by those of the piece's corners.
+/// Coordinates in a piece of a triangle as coordinates in the triangle, by those of the piece's corners; on its border
+/// where the position lies outside.
 #[inline(always)]
 pub(super) fn in_source(piece: &Barycentrics, corners: &[Vec2; 3]) -> Barycentrics {
     let (second, third) = (corners[1] - corners[0], corners[2] - corners[0]);
     let change = |d: Vec2| second * d.x + third * d.y;
+    let value = (corners[0] + change(piece.value)).clamp(Vec2::ZERO, Vec2::ONE);
+    let excess = ((value.x + value.y - 1.0) * 0.5).max(0.0);
     Barycentrics {
-        value: corners[0] + change(piece.value),
+        value: (value - excess).max(Vec2::ZERO),
         dx: change(piece.dx),
         dy: change(piece.dy),
         samples: piece.samples,
     }
 }
 
+/// The depth of a triangle's plane at a picture position (in pixels), beyond the triangle too; not finite where the
+/// plane is seen edge-on.
+pub(super) fn depth_at(points: [&PicturePoint; 3], at: Vec2) -> f32 {
+    let [a, b, c] = points.map(|point| point.xy - at * point.w);
+    let weights = [b.perp_dot(c), c.perp_dot(a), a.perp_dot(b)];
+    let sum = weights[0] + weights[1] + weights[2];
+    (weights[0] * points[0].depth + weights[1] * points[1].depth + weights[2] * points[2].depth) / sum
+}
+
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
 pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2) -> Barycentrics {
     let (mut corners, mut out) = (Corners::default(), Weights::default());
-    corners.set(0, points, at);
+    corners.set(0, points, at, 0.0);
     weights(&corners, &mut out);
     lane(&out, 0)
 }

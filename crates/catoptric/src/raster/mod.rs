@@ -44,6 +44,9 @@ pub struct DrawTriangle {
     pub source: u32,
     /// A number that later lists can be confined to: [`Stencil::group`].
     pub group: u32,
+    /// Triangles of a list with the same number (other than 0) are parts of one smooth surface, whose look does not
+    /// depend on which of them is seen: where several meet in a pixel at the same depth they are shaded as one.
+    pub patch: u32,
     /// The shader is asked at every sample whether the surface is there: [`FragmentShader::is_present`]. At equal
     /// depth such triangles lie behind all others.
     pub alpha_tested: bool,

@@ -1,8 +1,13 @@
 //! From samples to fragments: the samples of a pixel that show the same chain of surfaces are shaded together.
 
+use super::attributes::depth_at;
 use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
+use super::plan::Plan;
 use super::samples::Pattern;
 use glam::Vec2;
+
+/// Parts of one surface that meet in a pixel differ in depth by less than this share of it.
+const SAME_DEPTH: f32 = 2e-3;
 
 /// Where a fragment's colour goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +64,7 @@ impl Chains {
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub(super) fn resolve(
+    plan: &Plan<'_>,
     pattern: &Pattern,
     layers: &[Vec<Ids>],
     extent: [usize; 2],
@@ -104,7 +110,23 @@ pub(super) fn resolve(
                 }
                 ids.truncate(start);
                 let mut prefix = [0u32; 64];
-                split(layers, first, samples, all, &mut prefix, 0, &mut |mask, chain| {
+                // Parts of one surface are shaded as one; where samples are shaded one by one that matters only to
+                // pixels that show nothing else.
+                let mut place = PixelPlace { plan, pattern, layers, first, corner, merges: true };
+                split(&place, all, &mut prefix, 0, &mut |mask, chain| {
+                    if mask == all {
+                        positions.push(corner + whole);
+                        targets.push(target);
+                        ids.extend_from_slice(chain);
+                        ends.push(ids.len() as u32);
+                        splits = false;
+                    }
+                });
+                if !splits {
+                    continue;
+                }
+                place.merges = together > 1;
+                split(&place, all, &mut prefix, 0, &mut |mask, chain| {
                     let mut rest = mask;
                     while rest != 0 {
                         let part = first_samples(rest, together);
@@ -181,40 +203,86 @@ fn centroid(pattern: &Pattern, mask: u32) -> Vec2 {
     sum / mask.count_ones() as f32
 }
 
+/// A pixel whose samples show different triangles.
+struct PixelPlace<'a> {
+    plan: &'a Plan<'a>,
+    pattern: &'a Pattern,
+    layers: &'a [Vec<Ids>],
+    /// Where its samples are in the layers.
+    first: usize,
+    /// Its corner in the picture.
+    corner: Vec2,
+    /// Whether parts of one surface count as one.
+    merges: bool,
+}
+
+impl PixelPlace<'_> {
+    fn layer(&self, depth: usize) -> Option<&[u32]> {
+        let layer: &[u32] = bytemuck::cast_slice(self.layers.get(depth)?);
+        Some(&layer[self.first..self.first + self.pattern.samples])
+    }
+
+    /// The samples among `rest` that show the same surface in a layer as the first of them, and the triangle that the
+    /// one in their middle shows.
+    fn of_one_surface(&self, layer: &[u32], rest: u32) -> (u32, u32) {
+        let samples_of = |id: u32| {
+            let same =
+                layer.iter().enumerate().fold(0, |mask, (sample, &other)| mask | u32::from(other == id) << sample);
+            same & rest
+        };
+        let id = layer[rest.trailing_zeros() as usize];
+        let mut all = samples_of(id);
+        if id == EMPTY || all == rest || !self.merges {
+            return (id, all);
+        }
+        let (list, triangle) = self.plan.triangle(id);
+        if triangle.patch == 0 {
+            return (id, all);
+        }
+        let first = self.plan.corners(list, triangle);
+        let mut others = rest & !all;
+        while others != 0 {
+            let sample = others.trailing_zeros() as usize;
+            let other = layer[sample];
+            let mask = samples_of(other);
+            others &= !mask;
+            if other == EMPTY {
+                continue;
+            }
+            let (other_list, other_triangle) = self.plan.triangle(other);
+            if other_list != list || other_triangle.patch != triangle.patch {
+                continue;
+            }
+            let at = self.corner + self.pattern.positions[sample];
+            let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
+            if (here - there).abs() <= SAME_DEPTH * there.abs() {
+                all |= mask;
+            }
+        }
+        let middle = centroid(self.pattern, all);
+        let distance2 = |sample: usize| self.pattern.positions[sample].distance_squared(middle);
+        let in_all = (0..layer.len()).filter(|sample| all >> sample & 1 != 0);
+        let nearest = in_all.min_by(|a, b| distance2(*a).total_cmp(&distance2(*b)));
+        (nearest.map_or(id, |sample| layer[sample]), all)
+    }
+}
+
 /// Calls `found` for every different chain among the samples in `mask`, in the order of their first samples within
 /// each layer. `prefix[..depth]` is what they have in common so far.
-fn split(
-    layers: &[Vec<Ids>],
-    first: usize,
-    samples: usize,
-    mask: u32,
-    prefix: &mut [u32; 64],
-    depth: usize,
-    found: &mut impl FnMut(u32, &[u32]),
-) {
-    let Some(layer) = layers.get(depth) else {
+fn split(place: &PixelPlace<'_>, mask: u32, prefix: &mut [u32; 64], depth: usize, found: &mut impl FnMut(u32, &[u32])) {
+    let Some(layer) = place.layer(depth) else {
         found(mask, &prefix[..depth]);
         return;
     };
-    let layer: &[u32] = &bytemuck::cast_slice(layer)[first..first + samples];
     let mut rest = mask;
     while rest != 0 {
-        let id = layer[rest.trailing_zeros() as usize];
-        let mut same = 0;
-        for (sample, other) in layer.iter().enumerate() {
-            same |= u32::from(*other == id) << sample;
-        }
-        let same = same & rest;
+        let (id, same) = place.of_one_surface(layer, rest);
         rest &= !same;
         if id == EMPTY {
             found(same, &prefix[..depth]);
         } else {
             prefix[depth] = id;
-            if depth + 1 == layers.len() {
-                found(same, &prefix[..depth + 1]);
-            } else {
-                split(layers, first, samples, same, prefix, depth + 1, found);
-            }
+            split(place, same, prefix, depth + 1, found);
         }
     }
 }

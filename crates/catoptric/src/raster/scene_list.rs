@@ -21,10 +21,11 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     for (index, object) in scene.objects.iter().enumerate() {
         let Some(group) = group(index as u32) else { continue };
         let alpha_tested = scene.is_alpha_tested(index as u32);
+        let patch = scene.patch_of_object(index as u32).unwrap_or(0);
         let first = object.vertices.start;
         for triangle in object.triangles.clone() {
             let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
-            triangles.push(DrawTriangle { vertices, source: triangle, group, alpha_tested });
+            triangles.push(DrawTriangle { vertices, source: triangle, group, patch, alpha_tested });
         }
         vertices_from.push((vertex_count as usize, object.vertices.clone()));
         vertex_count += object.vertices.len() as u32;
@@ -87,6 +88,11 @@ impl Scene {
     pub fn is_surface_present(&self, surface: &LayerSurface) -> bool {
         let point = self.surface_point(surface.source, &surface.barycentrics);
         self.is_present(self.material_of(point.object), &point)
+    }
+
+    /// The [`DrawTriangle::patch`] of all triangles of an object that is one smooth surface: an analytic one.
+    pub fn patch_of_object(&self, object: u32) -> Option<u32> {
+        self.objects[object as usize].surface.as_ref().map(|_| u32::MAX - object)
     }
 
     /// Whether an object's material has holes where its alpha is low.

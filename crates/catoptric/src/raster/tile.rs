@@ -13,6 +13,9 @@ use super::samples::{LANES, Pattern};
 use super::setup::{Frame, SetupTriangle};
 use glam::{Vec2, Vec3, Vec4};
 
+/// How far beside a piece of a surface its attributes are believed, in sizes of the piece.
+const PIECE_LEEWAY: f32 = 1.0;
+
 /// What a worker needs for a tile, reused from tile to tile.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
@@ -80,7 +83,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         let (plan, pattern) = (self.plan, &self.frame.pattern);
         let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
-        resolve(pattern, &ids[..layers], extent, self.place.pixel, chains);
+        resolve(plan, pattern, &ids[..layers], extent, self.place.pixel, chains);
         if second_branches != 0 {
             // What takes none of the second branches has been drawn before.
             chains.retain(|chain| {
@@ -270,7 +273,9 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &m
             }
             let (list, triangle) = plan.triangle(id);
             (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
-            corners.set(index, plan.corners(list, triangle), chains.positions[fragment]);
+            // One of several pieces may be shaded for all of them, at a place beside it.
+            let leeway = if triangle.patch != 0 { PIECE_LEEWAY } else { 0.0 };
+            corners.set(index, plan.corners(list, triangle), chains.positions[fragment], leeway);
             fragment_weights[index] = chains.targets[fragment].weight;
         }
         weights(&corners, &mut result);

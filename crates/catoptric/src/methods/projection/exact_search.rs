@@ -13,7 +13,7 @@
 
 use super::finder::{FoundPath, PathSearch, SearchOutcome};
 use super::projector::{MAX_BOUNCES, SpecularPath};
-use super::ray_map::{Approximation, CandidateRule, PathRays, RayMap, Sampling, Specular, ViewField};
+use super::ray_map::{Approximation, CandidateRule, CandidateScratch, PathRays, RayMap, Sampling, Specular, ViewField};
 use super::visibility::PathVisibility;
 use crate::error::RenderError;
 use crate::math::Aabb;
@@ -419,7 +419,7 @@ impl PathSearch for ExactSearch<'_> {
             let groups = chart.map.groups.iter().zip(&chart.path_of_group).zip(&chart.single);
             for ((group, path), &single) in groups {
                 let Some(path) = *path else { continue };
-                group.candidates(lookup, CandidateRule::LocalMinima, &mut Vec::new(), |ray| {
+                group.candidates(lookup, &mut CandidateScratch::default(), |ray| {
                     self.follow_up(group, ray, single, path, point, &mut answer);
                 });
             }

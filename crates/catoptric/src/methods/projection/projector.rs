@@ -78,6 +78,12 @@ pub trait VertexProjector: Sync {
     /// continue a little beyond its border, so that drawing can be cut there exactly.
     fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>);
 
+    /// Appends at least the appearance of a scene point that `one`, an appearance of a point near it, continues into,
+    /// if there is one; it may append others.
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
+        self.project_on(one.path, point, found);
+    }
+
     /// Appends all appearances of a scene point to `found`, in the order of their paths.
     fn project(&self, point: Vec3, found: &mut Vec<Projection>) {
         for path in 0..self.paths().len() as u32 {

@@ -3,6 +3,7 @@
 mod attributes;
 mod coverage;
 mod layers;
+mod patches;
 mod pieces;
 mod robustness;
 

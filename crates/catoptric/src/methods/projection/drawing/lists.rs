@@ -42,6 +42,7 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
         let Some(last) = path.bounces.last() else { continue };
         let mut list = joined(parts);
         list.layer = length as u32;
+        let in_pieces = !list.corners.is_empty();
         let branch = match last.kind {
             BounceKind::Reflect => Branch::First,
             BounceKind::Transmit => Branch::Second,
@@ -52,6 +53,9 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
                 Some(&object) => {
                     triangle.group = group(scene, object, length < order);
                     triangle.alpha_tested = scene.is_alpha_tested(object);
+                    // Pieces of one triangle are one surface, too.
+                    let piece = if in_pieces { triangle.source + 1 } else { 0 };
+                    triangle.patch = scene.patch_of_object(object).unwrap_or(piece);
                 }
                 // A triangle of no scene: not drawn.
                 None => triangle.vertices = [u32::MAX; 3],

@@ -39,7 +39,7 @@ pub struct PathGeometry {
     pub vertices: Vec<PicturePoint>,
     /// For every vertex a signed distance: what is below 0 is cut off. Empty: nothing is.
     pub clip_distances: Vec<f32>,
-    /// Pieces of the scene's triangles: `source` is the scene's triangle. Group and alpha test are filled in while
+    /// Pieces of the scene's triangles: `source` is the scene's triangle. Group, patch and alpha test are filled in while
     /// drawing.
     pub triangles: Vec<DrawTriangle>,
     /// For every piece the weights of the source's second and third vertex at its corners. Empty: all are whole.

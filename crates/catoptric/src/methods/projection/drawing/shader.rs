@@ -56,7 +56,8 @@ impl LookShader for PathShader<'_> {
             if bounce > 0 {
                 self.aim(&mut ray, surface);
             }
-            let material = scene.material_of(scene.triangle_objects[surface.source as usize]);
+            let object = scene.triangle_objects[surface.source as usize];
+            let material = scene.material_of(object);
             if material.role == Role::Diffuse {
                 if absorption != Vec3::ZERO {
                     throughput *= transmittance(absorption, length(&ray, &scene.drawn_point(surface, &ray)));
@@ -67,7 +68,13 @@ impl LookShader for PathShader<'_> {
             if ends && material.role != Role::Coated {
                 return Look::Color(sum);
             }
-            let point = scene.drawn_point(surface, &ray);
+            // What comes next on the path is known: a mirror's exact place would add nothing to it.
+            let goes_on = bounce + 1 < fragment.chain.len();
+            let approximately = goes_on && material.role == Role::Reflector && !scene.objects[object as usize].inside;
+            let point = match approximately {
+                true => scene.surface_point(surface.source, &surface.barycentrics),
+                false => scene.drawn_point(surface, &ray),
+            };
             let interface = Interface::of(scene, material, &point, ray.direction);
             let outside = interface.facing.outside;
             // Whoever meets a lens from inside was inside it, also when the eye is there or another lens lies within.

@@ -47,8 +47,8 @@ pub static INFO: MethodInfo = MethodInfo {
 /// A reflector appears in itself only where the ray between is longer than this share of its size.
 const OWN_SEGMENT: f32 = 0.02;
 
-/// No more pieces than this are made of one object on one path.
-const MAX_PIECES: usize = 100_000;
+/// No more pieces than this are made of one object on one path, as a rule.
+const MAX_PIECES: usize = 200_000;
 
 /// The method with what it keeps from frame to frame.
 struct PathPerturbation {

@@ -2,7 +2,7 @@
 
 use super::settings::{Candidates, PathPerturbationSettings};
 use crate::methods::projection::ray_map::{
-    Approximation, CandidateRule, Motion, Neighbour, PathRays, RayMap, RaySample,
+    Approximation, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap, RaySample,
 };
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::{Eye, OutgoingRays};
@@ -50,7 +50,7 @@ pub(super) struct Perturber<'a> {
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Vec<(f32, u32)>> = const { RefCell::new(Vec::new()) };
+    static SCRATCH: RefCell<CandidateScratch> = RefCell::default();
 }
 
 impl VertexProjector for Perturber<'_> {
@@ -86,15 +86,19 @@ impl VertexProjector for Perturber<'_> {
                 found.push(projection);
             }
         };
-        SCRATCH.with_borrow_mut(|scratch| group.candidates(point, self.rule(), scratch, &mut take));
+        SCRATCH.with_borrow_mut(|scratch| group.candidates(point, scratch, &mut take));
+    }
+
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
+        if self.settings.polish == 0 {
+            self.project_on(one.path, point, found);
+        } else {
+            found.extend(self.followed(one, point.as_dvec3()));
+        }
     }
 }
 
 impl Perturber<'_> {
-    fn rule(&self) -> CandidateRule {
-        rule(self.settings)
-    }
-
     /// The paper's grouping (section III-C.1): near directions and near reflection points are one reflection.
     fn same_reflection(&self, group: &PathRays, a: u32, b: u32) -> bool {
         let (a, b) = (&group.samples[a as usize], &group.samples[b as usize]);
@@ -136,6 +140,11 @@ impl Perturber<'_> {
                 left_out: neighbour.remainder,
             }
         };
+        self.seen(path, group, sample, &found, point)
+    }
+
+    /// A path as an appearance; none where it is not seen.
+    fn seen(&self, path: u32, group: &PathRays, sample: &RaySample, found: &Found, point: DVec3) -> Option<Projection> {
         let object = group.path.bounces.last()?.object;
         if found.last.distance(point) < TOUCHING * self.sizes[object as usize] {
             return None;
@@ -144,7 +153,17 @@ impl Perturber<'_> {
         if self.is_hidden(group, found.reflection_point, place) {
             return None;
         }
-        self.finish(path, sample, &found, place, point)
+        self.finish(path, sample, found, place, point)
+    }
+
+    /// The appearance that one of a point near by continues into, by the solver from where that one is.
+    fn followed(&self, one: &Projection, point: DVec3) -> Option<Projection> {
+        let group = self.map.groups.get(one.path as usize)?;
+        let place = [one.image_px.x, one.image_px.y].map(|pixel| f64::from(pixel) + self.margin_px);
+        let (sample, _) = self.map.sample_at(group, place)?;
+        let parameters = sample.parameters_of(one.reflection_point.as_dvec3());
+        let found = self.polished(sample, parameters, point)?;
+        self.seen(one.path, group, sample, &found, point)
     }
 
     /// Whether a sample's answer is one that another sample has led to: near it, and on the same sheet.
@@ -257,7 +276,7 @@ struct Found {
 /// How candidates are found.
 pub(super) fn rule(settings: &PathPerturbationSettings) -> CandidateRule {
     match settings.candidates {
-        Candidates::LocalMinima => CandidateRule::LocalMinima,
+        Candidates::LocalMinima => CandidateRule::InReach(TRUSTED_REACH as f32),
         Candidates::Nearest => CandidateRule::Nearest(settings.nearest_count as usize),
     }
 }

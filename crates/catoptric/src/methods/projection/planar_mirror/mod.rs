@@ -140,6 +140,7 @@ impl PlanarMirror {
         let triangles = (0..scene.triangles.len() as u32).filter(visible).map(|triangle| DrawTriangle {
             vertices: scene.triangles[triangle as usize],
             source: triangle,
+            patch: 0,
             // Group 0 of a reflector is black: those of the last order, and curved ones.
             group: if goes_on { self.mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
             alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),

@@ -5,11 +5,13 @@ mod cells;
 mod lines;
 mod sample;
 mod tree;
+mod tubes;
 
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
-pub use tree::{CandidateRule, RayTree};
+pub use tree::RayTree;
+pub use tubes::RayTubes;
 
 use crate::math::Aabb;
 use crate::methods::projection::SpecularPath;
@@ -34,6 +36,35 @@ pub trait RayField: Sync {
     fn place_of(&self, point: glam::DVec3) -> Option<[f64; 2]>;
 }
 
+/// Which rays are candidates for the reflections of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CandidateRule {
+    /// Those that are nearer than all their neighbours in the map.
+    LocalMinima,
+    /// Of those, the ones whose expansion finds the point's ray within so many times the distance to their neighbours.
+    InReach(f32),
+    /// So many nearest ones.
+    Nearest(usize),
+}
+
+/// What finds candidates quickly.
+#[derive(Debug)]
+pub enum CandidateFinder {
+    /// For local minima and nearest rays.
+    Tree(RayTree),
+    /// For rays in reach.
+    Tubes(RayTubes),
+}
+
+impl CandidateFinder {
+    fn byte_count(&self) -> usize {
+        match self {
+            Self::Tree(tree) => tree.byte_count(),
+            Self::Tubes(tubes) => tubes.byte_count(),
+        }
+    }
+}
+
 /// All outgoing rays of one path.
 #[derive(Debug)]
 pub struct PathRays {
@@ -46,7 +77,8 @@ pub struct PathRays {
     /// How far (in scene units on the first surface) a sample's neighbours are from it.
     pub reach: Vec<f32>,
     /// What finds the candidates of a point.
-    pub tree: RayTree,
+    pub finder: CandidateFinder,
+    rule: CandidateRule,
     /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
     sample_of_cell: Vec<u32>,
 }
@@ -102,7 +134,7 @@ impl RayMap {
                 .iter()
                 .map(|&cell| neighbours[cell as usize].iter().filter_map(|&other| in_group(other)).collect())
                 .collect();
-            group.finished(samples, &neighbours, bounds, rule)
+            group.finished(field, samples, &neighbours, bounds, rule)
         });
         Self { groups, rays_traced, samples, index }
     }
@@ -117,7 +149,7 @@ impl RayMap {
     /// Memory of the samples and trees.
     pub fn byte_count(&self) -> u64 {
         let of_group = |group: &PathRays| {
-            size_of_val(group.samples.as_slice()) + group.lines.byte_count() + group.tree.byte_count()
+            size_of_val(group.samples.as_slice()) + group.lines.byte_count() + group.finder.byte_count()
         };
         self.groups.iter().map(of_group).sum::<usize>() as u64
     }
@@ -134,63 +166,79 @@ impl Group {
         Self { path, samples: Vec::new(), cells: Vec::new() }
     }
 
-    fn finished(&self, cells: usize, neighbours: &[Vec<u32>], bounds: &Aabb, rule: CandidateRule) -> PathRays {
+    fn finished(
+        &self,
+        field: &dyn RayField,
+        cells: usize,
+        neighbours: &[Vec<u32>],
+        bounds: &Aabb,
+        rule: CandidateRule,
+    ) -> PathRays {
         let ray = |sample: &RaySample| (sample.rays.origin.as_vec3(), sample.rays.direction.as_vec3());
         let lines = Lines::new(self.samples.iter().map(ray), neighbours);
         let reach = self.samples.iter().zip(neighbours).map(|(sample, neighbours)| {
             let distance = |&other: &u32| sample.first.value.distance(self.samples[other as usize].first.value) as f32;
             neighbours.iter().map(distance).fold(0.0, f32::max)
         });
-        let reach = reach.collect();
-        let tree = RayTree::new(&lines, bounds, rule);
+        let reach: Vec<f32> = reach.collect();
+        let finder = match rule {
+            CandidateRule::LocalMinima => CandidateFinder::Tree(RayTree::of_local_minima(&lines, bounds)),
+            CandidateRule::Nearest(count) => CandidateFinder::Tree(RayTree::of_nearest(&lines, bounds, count)),
+            CandidateRule::InReach(times) => {
+                let trusted: Vec<f32> = reach.iter().map(|reach| reach * times).collect();
+                let place = |sample: &RaySample| {
+                    let place = field.place_of(sample.first.value).unwrap_or_default();
+                    place.map(|coordinate| coordinate as f32)
+                };
+                let places: Vec<[f32; 2]> = self.samples.iter().map(place).collect();
+                CandidateFinder::Tubes(RayTubes::new(&self.samples, &trusted, &places))
+            }
+        };
         let mut sample_of_cell = vec![NO_SAMPLE; cells];
         for (sample, &cell) in self.cells.iter().enumerate() {
             sample_of_cell[cell as usize] = sample as u32;
         }
-        PathRays { path: self.path.clone(), samples: self.samples.clone(), lines, reach, tree, sample_of_cell }
+        PathRays { path: self.path.clone(), samples: self.samples.clone(), lines, reach, finder, rule, sample_of_cell }
     }
 }
 
+/// Memory for look-ups, to be used again and again.
+#[derive(Clone, Debug, Default)]
+pub struct CandidateScratch {
+    rays: Vec<u32>,
+    distances: Vec<(f32, u32)>,
+}
+
 impl PathRays {
-    /// Calls `found` for every sample that is a candidate for the reflections of a point.
-    ///
-    /// With [`CandidateRule::LocalMinima`], those that are nearer to the point than all their neighbours; with
-    /// [`CandidateRule::Nearest`], the `k` nearest, nearest first (`scratch` is for sorting them).
+    /// Calls `found` for every sample that is a candidate for the reflections of a point, by the rule that the map was
+    /// built for; the nearest rays nearest first.
     #[inline]
-    pub fn candidates(
-        &self,
-        point: Vec3,
-        rule: CandidateRule,
-        scratch: &mut Vec<(f32, u32)>,
-        mut found: impl FnMut(u32),
-    ) {
-        let all;
-        let candidates = match self.tree.candidates(&self.lines, point) {
-            Some(candidates) => candidates,
-            None => {
-                all = (0..self.lines.len() as u32).collect::<Vec<_>>();
-                &all
-            }
-        };
-        match rule {
-            CandidateRule::LocalMinima => {
-                for &ray in candidates {
-                    let own = self.lines.offset(ray, point);
-                    if own.along > 0.0 && self.lines.is_local_minimum(ray, &own, point) {
-                        found(ray);
-                    }
+    pub fn candidates(&self, point: Vec3, scratch: &mut CandidateScratch, mut found: impl FnMut(u32)) {
+        let CandidateScratch { rays, distances } = scratch;
+        rays.clear();
+        match &self.finder {
+            CandidateFinder::Tubes(tubes) => tubes.reaching(point, rays),
+            CandidateFinder::Tree(tree) => match tree.candidates(&self.lines, point) {
+                Some(candidates) => rays.extend_from_slice(candidates),
+                None => rays.extend(0..self.lines.len() as u32),
+            },
+        }
+        if let CandidateRule::Nearest(count) = self.rule {
+            distances.clear();
+            for &ray in rays.iter() {
+                let own = self.lines.offset(ray, point);
+                if own.along > 0.0 {
+                    distances.push((own.across.length_squared(), ray));
                 }
             }
-            CandidateRule::Nearest(count) => {
-                scratch.clear();
-                for &ray in candidates {
-                    let own = self.lines.offset(ray, point);
-                    if own.along > 0.0 {
-                        scratch.push((own.across.length_squared(), ray));
-                    }
+            distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            distances.iter().take(count).for_each(|(_, ray)| found(*ray));
+        } else {
+            for &ray in rays.iter() {
+                let own = self.lines.offset(ray, point);
+                if own.along > 0.0 && self.lines.is_local_minimum(ray, &own, point) {
+                    found(ray);
                 }
-                scratch.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                scratch.iter().take(count).for_each(|(_, ray)| found(*ray));
             }
         }
     }

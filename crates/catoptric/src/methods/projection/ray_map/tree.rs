@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Which rays a leaf holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CandidateRule {
+enum LeafRule {
     /// Those that are nearer than all their neighbours to some point of the cell.
     LocalMinima,
     /// Those that are among this many nearest to some point of the cell.
@@ -56,12 +56,22 @@ pub struct RayTree {
     root: Cell,
     /// A larger and coarser cell for points beyond the root, made when there are such points.
     outer: OnceLock<Box<Cell>>,
-    rule: CandidateRule,
+    rule: LeafRule,
 }
 
 impl RayTree {
-    /// The tree over all rays, for points within `bounds`.
-    pub fn new(lines: &Lines, bounds: &Aabb, rule: CandidateRule) -> Self {
+    /// The tree over all rays, for points within `bounds`: leaves hold all rays that are nearer than all their
+    /// neighbours to some point of the cell.
+    pub fn of_local_minima(lines: &Lines, bounds: &Aabb) -> Self {
+        Self::new(lines, bounds, LeafRule::LocalMinima)
+    }
+
+    /// The same with leaves that hold all rays that are among the `count` nearest to some point of the cell.
+    pub fn of_nearest(lines: &Lines, bounds: &Aabb, count: usize) -> Self {
+        Self::new(lines, bounds, LeafRule::Nearest(count))
+    }
+
+    fn new(lines: &Lines, bounds: &Aabb, rule: LeafRule) -> Self {
         let half = (bounds.max - bounds.min).max_element().max(1e-6) * 0.5;
         let candidates = (0..lines.len() as u32).collect();
         let root = Cell::new(bounds.center(), half, 0, candidates);
@@ -102,7 +112,7 @@ impl Cell {
     }
 
     #[inline]
-    fn children(&self, lines: &Lines, rule: CandidateRule) -> Option<&[Self; 8]> {
+    fn children(&self, lines: &Lines, rule: LeafRule) -> Option<&[Self; 8]> {
         if let Some(children) = self.children.get() {
             return children.as_deref();
         }
@@ -113,10 +123,10 @@ impl Cell {
         self.children.get_or_init(|| self.divided(lines, rule)).as_deref()
     }
 
-    fn divided(&self, lines: &Lines, rule: CandidateRule) -> Option<Box<[Self; 8]>> {
+    fn divided(&self, lines: &Lines, rule: LeafRule) -> Option<Box<[Self; 8]>> {
         let least = match rule {
-            CandidateRule::LocalMinima => 0,
-            CandidateRule::Nearest(count) => count,
+            LeafRule::LocalMinima => 0,
+            LeafRule::Nearest(count) => count,
         };
         if self.depth >= MAX_DEPTH || self.candidates.len() <= SMALL_SET + least {
             return None;
@@ -127,8 +137,8 @@ impl Cell {
         let child = |octant: usize| {
             let center = self.center + octant_center(octant) * half;
             let candidates = match rule {
-                CandidateRule::LocalMinima => local_minima_near(lines, center, radius, &self.candidates),
-                CandidateRule::Nearest(count) => nearest_near(lines, center, radius, count, &self.candidates),
+                LeafRule::LocalMinima => local_minima_near(lines, center, radius, &self.candidates),
+                LeafRule::Nearest(count) => nearest_near(lines, center, radius, count, &self.candidates),
             };
             Self::new(center, half, self.depth + 1, candidates)
         };

@@ -9,12 +9,32 @@ use glam::{Vec2, Vec3};
 /// may appear between them.
 const LONGEST: f32 = 0.35;
 
-/// Edges shorter than this share of the scene are never divided.
-const SHORTEST: f32 = 1e-5;
+/// What an edge that is too long to know what it shows counts as.
+const UNSEEN: f32 = 1e4;
 
-/// Where an appearance ends on an edge, its piece may be this many times the smallest size: the end itself is found
-/// exactly.
-const END_PIECES: f32 = 8.0;
+/// Appearances that are this many times further apart than both are expected to move are not one that has moved.
+const JUMP: f32 = 4.0;
+
+/// Edges shorter than this share of the scene are never divided.
+const SHORTEST: f32 = 1e-4;
+
+/// Where an appearance ends on an edge, its piece may be this many times the smallest size: the way to the end is
+/// followed.
+const END_PIECES: f32 = 32.0;
+
+/// It is followed in steps of this many times the smallest size.
+const WAY_STEPS: f32 = 5.0;
+
+/// How the picture of an edge starts.
+struct Bend {
+    /// How far it would get, in pixels.
+    moves: f32,
+    /// How far from where it does get.
+    deviation: f32,
+}
+
+/// The border of what appears is drawn straight over this many times the smallest size.
+const END_STEPS: f32 = 12.0;
 
 /// Rules for edges: everything here depends on the two ends alone, and not on their order.
 pub(super) struct EdgeRule {
@@ -43,37 +63,65 @@ impl EdgeRule {
         &self.picture
     }
 
-    /// Whether an edge is divided.
-    pub(super) fn divides(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> bool {
+    /// The steps in which the way of an appearance to its end is followed, in pixels.
+    pub(super) fn way_step_px(&self) -> f32 {
+        self.piece_px * WAY_STEPS
+    }
+
+    /// How far from each other the ends of ways may be: what appears ends on a curve.
+    pub(super) fn end_step_px(&self) -> f32 {
+        self.piece_px * END_STEPS
+    }
+
+    /// How much an edge needs a division: about the error without it as a multiple of what is allowed. Edges above 1
+    /// are divided.
+    pub(super) fn strain(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> f32 {
         let step = b - a;
         let length = step.length();
         if length.is_nan() || length <= self.shortest {
-            return false;
+            return 0.0;
         }
         let middle = (a + b) * 0.5;
-        if length > LONGEST * middle.distance(self.center).max(self.radius) {
-            return true;
+        let excess = length / (LONGEST * middle.distance(self.center).max(self.radius));
+        if excess > 1.0 {
+            return excess * UNSEEN;
         }
         if self.beside_the_picture(at_a, at_b) {
-            return false;
+            return 0.0;
         }
-        at_a.iter().any(|one| self.divides_at(one, at_a, at_b, step))
-            || at_b.iter().any(|one| self.divides_at(one, at_b, at_a, -step))
+        let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step));
+        let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step));
+        forward.chain(backward).fold(0.0, f32::max)
     }
 
-    /// Whether an appearance at one end asks for a division; `step` leads to the other end.
-    fn divides_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> bool {
+    /// How much an appearance at one end asks for a division; `step` leads to the other end.
+    fn strain_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
         let moves = one.predicted(step) - one.image_px;
+        let end_limit = self.piece_px * END_PIECES;
+        let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         let Some(other) = self.best(one, here, there, step) else {
             // It ends on the way, at the latest half-way to the appearance that it merges with.
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
-            return moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)) > self.piece_px * END_PIECES;
+            return above(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)), end_limit);
         };
+        let (ahead, back) = (self.bend(one, other, step), self.bend(other, one, -step));
+        let (distance, extent) = (other.image_px.distance(one.image_px), moves.length().max(back.moves));
+        if distance > JUMP * extent {
+            // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
+            return above(extent, end_limit);
+        }
+        let error = ahead.deviation.max(back.deviation) * 0.25;
+        let counts = error > self.edge_error_px && distance.max(extent) > self.piece_px;
+        if counts { distance } else { 0.0 }
+    }
+
+    /// How the picture of an edge bends, as its start tells.
+    fn bend(&self, one: &Projection, other: &Projection, step: Vec3) -> Bend {
+        let moves = one.predicted(step) - one.image_px;
         // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in
         // the middle of the way, and half of that again at the middle of a parabola.
         let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
-        let error = (moves - straight).length() * 0.25;
-        error > self.edge_error_px && moves.length().max(straight.length()) > self.piece_px
+        Bend { moves: moves.length(), deviation: (moves - straight).length() }
     }
 
     /// The appearance that `one` merges with in a fold on the way to the other end: the nearest on a neighbouring
@@ -100,8 +148,13 @@ impl EdgeRule {
         step: Vec3,
     ) -> Option<&'a Projection> {
         let other = self.best(one, here, there, step)?;
+        self.are_sure(one, other, step).then_some(other)
+    }
+
+    /// Whether two appearances at the ends of a step predict each other so well that they must belong together.
+    fn are_sure(&self, one: &Projection, other: &Projection, step: Vec3) -> bool {
         let size = other.image_px.distance(one.image_px);
-        (self.mismatch(one, other, step) <= self.allowed_mismatch(size)).then_some(other)
+        self.mismatch(one, other, step) <= self.allowed_mismatch(size)
     }
 
     /// The appearance after a step that continues `one`; none where there is none so near to what is predicted.
@@ -167,7 +220,7 @@ impl EdgeRule {
 }
 
 /// The appearance nearest to `one` in the picture.
-pub(super) fn nearest<'a>(one: &Projection, among: impl Iterator<Item = &'a Projection>) -> Option<&'a Projection> {
+fn nearest<'a>(one: &Projection, among: impl Iterator<Item = &'a Projection>) -> Option<&'a Projection> {
     let distance = |other: &Projection| other.image_px.distance_squared(one.image_px);
     among.min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }

@@ -5,6 +5,7 @@
 //! appearances at the ends of an edge belong together when they have the same focal index and each predicts the
 //! other by its path Jacobian; so concave reflectors, which show a point several times, need no other book-keeping.
 
+mod divider;
 mod edge;
 mod weld;
 
@@ -15,8 +16,11 @@ use crate::math::Aabb;
 use crate::parallel;
 use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, View};
-use edge::{EdgeRule, nearest};
+use divider::{Dip, Divider, ForcedEdges};
+use edge::EdgeRule;
 use glam::{Vec2, Vec3};
+use std::collections::HashSet;
+use std::ops::Range;
 
 /// How finely virtual geometry is made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +31,8 @@ pub struct MeshQuality {
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
-    /// No more pieces than this are made of one object on one path.
+    /// About so many pieces are made of one object on one path at the most, or [`LEAST_BUDGET`] of one triangle; those
+    /// that need it least are left.
     pub max_pieces: usize,
 }
 
@@ -107,10 +112,17 @@ impl VirtualMesh {
         corners.extend_from_slice(&self.corners);
     }
 
-    fn append(&mut self, other: &Self) {
-        other.append_to(&mut self.vertices, &mut self.triangles, &mut self.corners);
-        self.points_projected += other.points_projected;
-        self.unfinished += other.unfinished;
+    /// Appends some pieces of another mesh: three vertices each.
+    fn append(&mut self, other: &Self, pieces: Range<u32>) {
+        let (first, from) = (self.vertices.len() as u32, 3 * pieces.start);
+        let range = pieces.start as usize..pieces.end as usize;
+        self.vertices.extend_from_slice(&other.vertices[3 * range.start..3 * range.end]);
+        let moved = |triangle: &DrawTriangle| {
+            let vertices = triangle.vertices.map(|vertex| vertex - from + first);
+            DrawTriangle { vertices, ..*triangle }
+        };
+        self.triangles.extend(other.triangles[range.clone()].iter().map(moved));
+        self.corners.extend_from_slice(&other.corners[range]);
     }
 }
 
@@ -136,9 +148,27 @@ pub struct VirtualObject<'a> {
 }
 
 impl VirtualObject<'_> {
+    /// Appends all appearances of a point.
     fn project<P: VertexProjector + ?Sized>(&self, projector: &P, point: Vec3, found: &mut Vec<Projection>) {
         let start = found.len();
         projector.project_on(self.path, point, found);
+        self.retain_distant(start, found);
+    }
+
+    /// Appends the appearance of a point that continues `one`, and perhaps others.
+    fn follow<P: VertexProjector + ?Sized>(
+        &self,
+        projector: &P,
+        one: &Projection,
+        point: Vec3,
+        found: &mut Vec<Projection>,
+    ) {
+        let start = found.len();
+        projector.follow(one, point, found);
+        self.retain_distant(start, found);
+    }
+
+    fn retain_distant(&self, start: usize, found: &mut Vec<Projection>) {
         if self.least_segment > 0.0 {
             let mut kept = start;
             for index in start..found.len() {
@@ -155,7 +185,13 @@ impl VirtualObject<'_> {
 /// Points that are projected at once.
 const POINTS_AT_ONCE: usize = 512;
 /// Triangles that are worked on at once.
-const TRIANGLES_AT_ONCE: usize = 64;
+const TRIANGLES_AT_ONCE: usize = 8;
+
+/// A triangle may become so many pieces however many triangles its object has.
+const LEAST_BUDGET: usize = 6000;
+
+/// Triangles are looked at again, because of what was found in their neighbours, at most this often.
+const MOST_ROUNDS: usize = 4;
 
 /// Makes the virtual mesh of an object on one path.
 pub fn virtual_mesh<P: VertexProjector + ?Sized>(
@@ -182,248 +218,79 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
         found.extend(chunk);
         ends.extend(chunk_ends.into_iter().map(|end| end + first));
     }
-    let chunks = welded.triangles.len().div_ceil(TRIANGLES_AT_ONCE);
-    let most = (quality.max_pieces / chunks.max(1)).max(2000);
-    let pieces = parallel::map_collect(chunks, |chunk| {
-        let range = chunk * TRIANGLES_AT_ONCE..((chunk + 1) * TRIANGLES_AT_ONCE).min(welded.triangles.len());
-        let mut divider = Divider {
-            projector,
-            object,
-            rule: EdgeRule::new(quality, &object.last_reflector, object.scene_size),
-            source: 0,
-            most,
-            scratch: Vec::new(),
-            mesh: VirtualMesh::default(),
-        };
-        for triangle in range {
-            divider.source = object.first_triangle + triangle as u32;
-            let corners = welded.triangles[triangle].map(|point| {
-                let start = if point == 0 { 0 } else { ends[point as usize - 1] as usize };
-                let appearances = &found[start..ends[point as usize] as usize];
-                (welded.points[point as usize], appearances)
-            });
-            let weights = [Vec2::ZERO, Vec2::X, Vec2::Y];
-            let corner =
-                |k: usize| Corner { position: corners[k].0, weights: weights[k], appearances: corners[k].1.into() };
-            divider.divide(&[corner(0), corner(1), corner(2)], 0);
-        }
-        divider.mesh
-    });
+    let appearances_of = |point: u32| {
+        let start = if point == 0 { 0 } else { ends[point as usize - 1] as usize };
+        &found[start..ends[point as usize] as usize]
+    };
+    let most = (quality.max_pieces / welded.triangles.len().max(1)).max(LEAST_BUDGET);
+    let mut forced = ForcedEdges::default();
+    let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
+    let mut meshes: Vec<VirtualMesh> = Vec::new();
+    // Of every triangle, in which mesh its pieces are, and where.
+    let mut pieces_of: Vec<(u32, Range<u32>)> = vec![(0, 0..0); welded.triangles.len()];
     let mut mesh = VirtualMesh { points_projected: welded.points.len() as u64, ..VirtualMesh::default() };
-    for piece in &pieces {
-        mesh.append(piece);
+    for _ in 0..MOST_ROUNDS {
+        let chunks: Vec<&[u32]> = wanted.chunks(TRIANGLES_AT_ONCE).collect();
+        let divided = parallel::map_collect(chunks.len(), |chunk| {
+            let rule = EdgeRule::new(quality, &object.last_reflector, object.scene_size);
+            let mut divider = Divider::new(projector, object, rule, most, &forced);
+            let mut ends = Vec::with_capacity(chunks[chunk].len());
+            for &triangle in chunks[chunk] {
+                let points = welded.triangles[triangle as usize];
+                let corners = points.map(|point| (welded.points[point as usize], appearances_of(point)));
+                ends.push(divider.triangle(triangle, corners) as u32);
+            }
+            (divider.finish(), ends)
+        });
+        let mut dips = Vec::new();
+        for (((pieces, found), ends), triangles) in divided.into_iter().zip(&chunks) {
+            let starts = std::iter::once(&0).chain(&ends);
+            for ((&triangle, &start), &end) in triangles.iter().zip(starts).zip(&ends) {
+                pieces_of[triangle as usize] = (meshes.len() as u32, start..end);
+            }
+            mesh.points_projected += pieces.points_projected;
+            mesh.unfinished += pieces.unfinished;
+            meshes.push(pieces);
+            dips.extend(found);
+        }
+        dips.retain(|dip| forced.add(dip));
+        wanted = welded.beside(&dips);
+        if wanted.is_empty() {
+            break;
+        }
+    }
+    for (number, range) in pieces_of {
+        if !range.is_empty() {
+            mesh.append(&meshes[number as usize], range);
+        }
     }
     mesh
 }
 
-/// Appearances of a point: mostly one.
-#[derive(Clone, Debug)]
-enum Appearances {
-    Few([Projection; 2], u8),
-    Many(Box<[Projection]>),
-}
-
-impl From<&[Projection]> for Appearances {
-    fn from(list: &[Projection]) -> Self {
-        match list {
-            [] => Self::Few([Projection::default(); 2], 0),
-            [one] => Self::Few([*one; 2], 1),
-            [one, other] => Self::Few([*one, *other], 2),
-            many => Self::Many(many.into()),
-        }
-    }
-}
-
-/// A corner of a piece.
-#[derive(Clone, Debug)]
-struct Corner {
-    position: Vec3,
-    /// Weights of the source's second and third vertex.
-    weights: Vec2,
-    appearances: Appearances,
-}
-
-impl Corner {
-    fn appearances(&self) -> &[Projection] {
-        match &self.appearances {
-            Appearances::Few(list, count) => &list[..*count as usize],
-            Appearances::Many(list) => list,
-        }
-    }
-}
-
-/// The end of an appearance on an edge is found to this power of a half of the edge.
-const END_STEPS: u32 = 8;
-
-/// Projected points that count as a piece, where the number of pieces is limited.
-const POINTS_A_PIECE: usize = 4;
-
-/// Pieces are divided this many times at the most.
-const MAX_DEPTH: u32 = 40;
-
-struct Divider<'a, P: VertexProjector + ?Sized> {
-    projector: &'a P,
-    object: &'a VirtualObject<'a>,
-    rule: EdgeRule,
-    /// The triangle of the scene.
-    source: u32,
-    most: usize,
-    scratch: Vec<Projection>,
-    mesh: VirtualMesh,
-}
-
-impl<P: VertexProjector + ?Sized> Divider<'_, P> {
-    fn divide(&mut self, corners: &[Corner; 3], depth: u32) {
-        let [a, b, c] = corners;
-        let spent = self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE);
-        if depth >= MAX_DEPTH || spent > self.most {
-            self.mesh.unfinished += 1;
-            return self.emit(corners);
-        }
-        let split = |one: &Corner, other: &Corner| {
-            self.rule.divides(one.position, one.appearances(), other.position, other.appearances())
+impl WeldedObject {
+    /// The triangles on both sides of dips, sorted.
+    fn beside(&self, dips: &[Dip]) -> Vec<u32> {
+        let mut found: Vec<u32> = dips.iter().map(|dip| dip.triangle).collect();
+        let side_of = |dip: &Dip| {
+            let points = self.triangles[dip.triangle as usize];
+            dip.side.map(|side| sorted([points[(side + 1) % 3], points[(side + 2) % 3]]))
         };
-        // Edge k is opposite to corner k.
-        let flags = [split(b, c), split(c, a), split(a, b)];
-        match flags {
-            [false, false, false] => self.emit(corners),
-            [true, true, true] => {
-                let (bc, ca, ab) = (self.middle(b, c), self.middle(c, a), self.middle(a, b));
-                self.divide(&[a.clone(), ab.clone(), ca.clone()], depth + 1);
-                self.divide(&[ab.clone(), b.clone(), bc.clone()], depth + 1);
-                self.divide(&[ca.clone(), bc.clone(), c.clone()], depth + 1);
-                self.divide(&[bc, ca, ab], depth + 1);
-            }
-            _ => {
-                // Turned so that edge 0 is divided, and edge 1 is not unless edge 2 is too.
-                let turn = match flags {
-                    [true, false, _] => 0,
-                    [false, _, true] => 2,
-                    _ => 1,
-                };
-                let [a, b, c] = [0, 1, 2].map(|k| &corners[(k + turn) % 3]);
-                let bc = self.middle(b, c);
-                if flags[(turn + 2) % 3] {
-                    let ab = self.middle(a, b);
-                    self.divide(&[ab.clone(), b.clone(), bc.clone()], depth + 1);
-                    self.divide(&[a.clone(), ab, bc.clone()], depth + 1);
-                    self.divide(&[a.clone(), bc, c.clone()], depth + 1);
-                } else {
-                    self.divide(&[a.clone(), b.clone(), bc.clone()], depth + 1);
-                    self.divide(&[a.clone(), bc, c.clone()], depth + 1);
+        let sides: HashSet<[u32; 2]> = dips.iter().filter_map(side_of).collect();
+        if !sides.is_empty() {
+            for (triangle, [a, b, c]) in self.triangles.iter().enumerate() {
+                if [[*a, *b], [*b, *c], [*c, *a]].into_iter().any(|side| sides.contains(&sorted(side))) {
+                    found.push(triangle as u32);
                 }
             }
         }
+        found.sort_unstable();
+        found.dedup();
+        found
     }
+}
 
-    fn middle(&mut self, a: &Corner, b: &Corner) -> Corner {
-        // Sums do not depend on the order: neighbours find the same point.
-        let position = (a.position + b.position) * 0.5;
-        self.scratch.clear();
-        self.object.project(self.projector, position, &mut self.scratch);
-        self.mesh.points_projected += 1;
-        let appearances = self.scratch.as_slice().into();
-        Corner { position, weights: (a.weights + b.weights) * 0.5, appearances }
-    }
-
-    /// Where an appearance of `a` ends on the way to `b`, with the weights there.
-    ///
-    /// In a fold both of its appearances end at the same place: half-way between them.
-    fn end_of(&mut self, one: Projection, a: &Corner, b: &Corner) -> (Projection, Vec2) {
-        let way = b.position - a.position;
-        let mut merging = self.rule.merging(&one, a.appearances(), b.appearances(), way).copied();
-        let (mut near, mut far) = (0.0f32, 1.0f32);
-        let mut last = one;
-        for _ in 0..END_STEPS {
-            let share = (near + far) * 0.5;
-            self.scratch.clear();
-            self.object.project(self.projector, a.position.lerp(b.position, share), &mut self.scratch);
-            self.mesh.points_projected += 1;
-            match self.rule.continued(&last, &self.scratch, way * (share - near)) {
-                Some(found) => {
-                    last = *found;
-                    near = share;
-                    if merging.is_some() {
-                        let other_sheet = |other: &&Projection| other.focal_index.abs_diff(last.focal_index) == 1;
-                        merging = nearest(&last, self.scratch.iter().filter(other_sheet)).copied().or(merging);
-                    }
-                }
-                None => far = share,
-            }
-        }
-        if let Some(other) = merging {
-            last.image_px = (last.image_px + other.image_px) * 0.5;
-            last.path_length = (last.path_length + other.path_length) * 0.5;
-        }
-        (last, a.weights.lerp(b.weights, near))
-    }
-
-    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
-    fn emit(&mut self, corners: &[Corner; 3]) {
-        for from in 0..3 {
-            for index in 0..corners[from].appearances().len() {
-                self.emit_appearance(corners, from, index);
-            }
-        }
-    }
-
-    /// Draws an appearance, unless an earlier corner has it too.
-    fn emit_appearance(&mut self, corners: &[Corner; 3], from: usize, index: usize) {
-        let own = &corners[from];
-        let one = &own.appearances()[index];
-        let mut shared: [Option<&Projection>; 3] = [None; 3];
-        shared[from] = Some(one);
-        for (k, other) in corners.iter().enumerate().filter(|(k, _)| *k != from) {
-            let step = other.position - own.position;
-            let partner = self.rule.partner(one, own.appearances(), other.appearances(), step);
-            if partner.is_some() && k < from {
-                return; // drawn from there
-            }
-            shared[k] = partner;
-        }
-        if let [Some(a), Some(b), Some(c)] = shared {
-            let all = [a, b, c];
-            let (second, third) = ((from + 1) % 3, (from + 2) % 3);
-            let [here, there] = [&corners[second], &corners[third]];
-            let step = there.position - here.position;
-            let partner = self.rule.partner(all[second], here.appearances(), there.appearances(), step);
-            if partner.is_some_and(|partner| std::ptr::eq(partner, all[third])) {
-                self.push([(a, corners[0].weights), (b, corners[1].weights), (c, corners[2].weights)]);
-            }
-            return;
-        }
-        // The border of what appears, around the triangle.
-        let mut border: [(Projection, Vec2); 4] = [(*one, own.weights); 4];
-        let mut count = 0;
-        for k in 0..3 {
-            let next = (k + 1) % 3;
-            if let Some(here) = shared[k] {
-                border[count] = (*here, corners[k].weights);
-                count += 1;
-                if shared[next].is_none() {
-                    border[count] = self.end_of(*here, &corners[k], &corners[next]);
-                    count += 1;
-                }
-            } else if let Some(there) = shared[next] {
-                border[count] = self.end_of(*there, &corners[next], &corners[k]);
-                count += 1;
-            }
-        }
-        for second in 1..count.saturating_sub(1) {
-            let [a, b, c] = [&border[0], &border[second], &border[second + 1]];
-            self.push([(&a.0, a.1), (&b.0, b.1), (&c.0, c.1)]);
-        }
-    }
-
-    fn push(&mut self, corners: [(&Projection, Vec2); 3]) {
-        let mesh = &mut self.mesh;
-        let first = mesh.vertices.len() as u32;
-        mesh.vertices.extend(corners.map(|(projection, _)| self.rule.picture().point(projection)));
-        let vertices = [first, first + 1, first + 2];
-        let alpha_tested = self.object.alpha_tested;
-        mesh.triangles.push(DrawTriangle { vertices, source: self.source, group: 0, alpha_tested });
-        mesh.corners.push(corners.map(|(_, weights)| weights));
-    }
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 #[cfg(test)]

@@ -260,6 +260,40 @@ fn appearances_end_where_a_half_plane_ends() {
     assert!(mesh.unfinished == 0 && pieces.len() < 2000, "{} pieces", pieces.len());
 }
 
+#[test]
+fn borders_that_bulge_over_an_edge_are_drawn_on_its_other_side_too() {
+    // Two triangles with an edge along y = 0; what appears is a disc around (0.5, 0.45) that reaches a little below it.
+    // None of the corners and no middle of the outline sees anything of that.
+    let welded = WeldedObject {
+        points: vec![
+            Vec3::new(-1.0, 0.0, 0.0),
+            Vec3::new(2.0, 0.0, 0.0),
+            Vec3::new(0.5, 0.5, 0.0),
+            Vec3::new(0.5, -3.0, 0.0),
+        ],
+        triangles: vec![[0, 1, 2], [0, 3, 1]],
+    };
+    let (center, radius) = (Vec2::new(0.5, 0.45), 0.5f32);
+    let disc = |p: Vec2| {
+        let seen = p.distance(center) < radius;
+        // Small enough that no edge is divided for its length in the picture.
+        seen.then_some((p * 0.1, [Vec2::X * 0.1, Vec2::Y * 0.1], 0)).into_iter().collect()
+    };
+    let mesh = mesh_of(&Formula(disc), &welded);
+    let pieces = pieces(&mesh, &welded);
+    let below: f32 = pieces
+        .iter()
+        .filter(|piece| piece.source.iter().any(|p| p.y < 0.0))
+        .map(|piece| area(piece.source).abs())
+        .sum();
+    // The segment of the disc below y = 0.
+    let angle = 2.0 * (0.45f32 / radius).acos();
+    let truth = 0.5 * radius * radius * (angle - angle.sin());
+    // So small a border is drawn straight between its ends and its middle: three quarters of a segment, less what the
+    // ends are short of.
+    assert!(below > 0.65 * truth && below <= truth, "{below} of {truth}");
+}
+
 /// Two appearances where y > 0, which meet at y = 0.
 fn folded(p: Vec2) -> Vec<Sheet> {
     if p.y <= 0.0 {

@@ -1,6 +1,6 @@
 //! The octree's candidates against a search through all rays in double precision.
 
-use super::super::{CandidateRule, Lines, RayTree};
+use super::super::{Lines, RayTree};
 use super::vector;
 use crate::math::Aabb;
 use crate::math::random::Stream;
@@ -92,7 +92,7 @@ fn leaves_hold_every_local_minimum_however_often_they_were_asked() {
     let (mut minima, mut most, mut held, mut asked) = (0, 0, 0, 0);
     for family in 0..6 {
         let family = Family::reflected(&mut random, family % 2 == 1);
-        let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::LocalMinima);
+        let tree = RayTree::of_local_minima(&family.lines, &bounds());
         for case in 0..40 {
             let point = family.point(&mut random, case);
             let expected: Vec<u32> = (0..family.rays.len())
@@ -120,7 +120,7 @@ fn leaves_hold_the_nearest_rays_that_start_before_the_point() {
     for family in 0..6 {
         let count = [1, 3, 8][family / 2];
         let family = Family::reflected(&mut random, family % 2 == 1);
-        let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::Nearest(count));
+        let tree = RayTree::of_nearest(&family.lines, &bounds(), count);
         for case in 0..30 {
             let point = family.point(&mut random, case);
             let mut expected: Vec<(f64, u32)> = (0..family.rays.len())
@@ -147,13 +147,13 @@ fn leaves_hold_the_nearest_rays_that_start_before_the_point() {
 fn nothing_is_known_outside_and_no_rays_have_no_candidates() {
     let mut random = Stream::new(5);
     let family = Family::reflected(&mut random, false);
-    let tree = RayTree::new(&family.lines, &bounds(), CandidateRule::LocalMinima);
+    let tree = RayTree::of_local_minima(&family.lines, &bounds());
     for outside in [Vec3::X * 1e4, Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f32::NAN, 0.0)] {
         assert!(tree.candidates(&family.lines, outside).is_none(), "{outside}");
     }
     let none = Lines::new(std::iter::empty(), &[]);
     let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
-    let tree = RayTree::new(&none, &point, CandidateRule::Nearest(3));
+    let tree = RayTree::of_nearest(&none, &point, 3);
     assert!(none.is_empty() && (0..LOOKUPS).all(|_| tree.candidates(&none, Vec3::ONE).unwrap().is_empty()));
 }
 

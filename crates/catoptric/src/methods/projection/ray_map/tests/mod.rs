@@ -1,5 +1,6 @@
 mod candidates;
 mod samples;
+mod tubes;
 
 use crate::math::random::Stream;
 use glam::DVec3;

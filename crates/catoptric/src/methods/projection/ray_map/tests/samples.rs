@@ -14,7 +14,7 @@ const REFLECT: BounceKind = BounceKind::Reflect;
 const TRANSMIT: BounceKind = BounceKind::Transmit;
 
 /// Balls with centres, radii and materials.
-fn balls(list: &[(Vec3, f64, Material)]) -> Scene {
+pub(super) fn balls(list: &[(Vec3, f64, Material)]) -> Scene {
     let mut scene = Scene::default();
     for (center, radius, material) in list {
         let surface = AnalyticSurface::Sphere { radius: *radius };
@@ -33,12 +33,12 @@ fn balls(list: &[(Vec3, f64, Material)]) -> Scene {
     scene
 }
 
-fn mirror() -> Material {
+pub(super) fn mirror() -> Material {
     Material::mirror("mirror", Vec3::ONE)
 }
 
 /// What a view ray becomes on a path of these bounces.
-fn traced(scene: &Scene, eye: DVec3, towards: DVec3, path: &[(u32, BounceKind)]) -> Option<RaySample> {
+pub(super) fn traced(scene: &Scene, eye: DVec3, towards: DVec3, path: &[(u32, BounceKind)]) -> Option<RaySample> {
     let surfaces = SpecularSurfaces::new(scene);
     let tracer = Tracer::build(scene, |_| true);
     let specular = Specular { scene, tracer: &tracer, surfaces: &surfaces, order: path.len() as u32 };

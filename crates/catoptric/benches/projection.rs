@@ -1,0 +1,104 @@
+//! Scene points to their appearances: points a second, by how they are found.
+//!
+//! Points lie anywhere in the scene's box. `second order` is the cached expansion of the nearest sample rays, `polished`
+//! the solver's exact answer from there, `exact search` needs no view and no samples of it. Errors are those of
+//! `catoptric compare`; here the mean number of appearances a point is printed beside the times. Run with
+//! `RAYON_NUM_THREADS=1` for one thread.
+
+use catoptric::math::random::Stream;
+use catoptric::methods::projection::Projection;
+use catoptric::methods::projection::exact_search::{ExactSearch, SearchSettings};
+use catoptric::methods::projection::finder::{FoundPath, PathSearch};
+use catoptric::methods::{self, Job, Quality};
+use catoptric::parallel;
+use catoptric::progress::Silent;
+use catoptric::scene::{PoseOptions, Scene, View, builtin};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use glam::Vec3;
+use std::hint::black_box;
+
+const WIDTH: u32 = 640;
+const HEIGHT: u32 = 480;
+const POINTS: usize = 65_536;
+/// Points that a thread takes at once.
+const AT_ONCE: usize = 1024;
+
+/// Scene and highest order.
+const SCENES: [(&str, u32); 4] = [("sphere_room", 1), ("vase", 1), ("dish", 1), ("two_spheres", 2)];
+
+const METHODS: [(&str, &str); 3] = [
+    ("second order, regular samples", "polish = 0\nexpansion = 'quadratic'\nspacing_px = 8\nfinest_px = 8"),
+    ("second order, adaptive samples", "polish = 0\nexpansion = 'quadratic'"),
+    ("polished", ""),
+];
+
+fn points(scene: &Scene) -> Vec<Vec3> {
+    let mut random = Stream::new(3);
+    let size = scene.bounds.max - scene.bounds.min;
+    let mut next = || Vec3::new(random.next_unit(), random.next_unit(), random.next_unit());
+    (0..POINTS).map(|_| scene.bounds.min + size * next()).collect()
+}
+
+/// Calls `project` for every point on all threads; the sum of what it returns.
+fn for_all(points: &[Vec3], project: impl Fn(&[Vec3]) -> usize + Sync) -> usize {
+    let chunks: Vec<&[Vec3]> = points.chunks(AT_ONCE).collect();
+    parallel::map_collect(chunks.len(), |index| project(chunks[index])).into_iter().sum()
+}
+
+fn projectors(criterion: &mut Criterion, name: &str, scene: &Scene, view: &View, order: u32) {
+    let points = points(scene);
+    let mut group = criterion.benchmark_group(format!("points/{name}"));
+    group.sample_size(10).throughput(Throughput::Elements(POINTS as u64));
+    let quality = Quality { samples: 1, order };
+    for (label, settings) in METHODS {
+        let settings = toml::from_str(settings).expect("the bench's settings are valid");
+        let mut method = methods::create("path_perturbation", &settings).expect("the method exists");
+        method.prepare(scene, quality, &Silent).expect("built-in scenes can be drawn");
+        let job = Job { scene, view, quality, progress: &Silent };
+        let projector = method.projector(&job).expect("prepared").expect("it projects points");
+        let run = || {
+            for_all(&points, |points| {
+                let mut found: Vec<Projection> = Vec::new();
+                let mut count = 0;
+                for &point in points {
+                    found.clear();
+                    projector.project(point, &mut found);
+                    count += found.len();
+                }
+                count
+            })
+        };
+        eprintln!("{name}, {label}: {:.3} appearances a point", run() as f64 / POINTS as f64);
+        group.bench_function(label, |bencher| bencher.iter(|| black_box(run())));
+    }
+    let settings = SearchSettings::default();
+    let search = ExactSearch::new(scene, view.eye().as_dvec3(), order, &scene.specular_objects(), &settings);
+    let search = search.expect("built-in scenes can be searched");
+    group.throughput(Throughput::Elements(POINTS as u64 / 16));
+    group.bench_function("exact search", |bencher| {
+        bencher.iter(|| {
+            for_all(&points[..POINTS / 16], |points| {
+                let mut found: Vec<FoundPath> = Vec::new();
+                let mut count = 0;
+                for &point in points {
+                    found.clear();
+                    count += search.search(point.as_dvec3(), &mut found).found;
+                }
+                count
+            })
+        });
+    });
+    group.finish();
+}
+
+fn all_scenes(criterion: &mut Criterion) {
+    for (name, order) in SCENES {
+        let scene = builtin::parse(name).and_then(|model| model.pose(&PoseOptions::default()));
+        let scene = scene.expect("built-in scenes are valid");
+        let view = scene.default_view(WIDTH, HEIGHT);
+        projectors(criterion, name, &scene, &view, order);
+    }
+}
+
+criterion_group!(benches, all_scenes);
+criterion_main!(benches);

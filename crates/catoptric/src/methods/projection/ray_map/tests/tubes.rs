@@ -1,0 +1,93 @@
+//! The hierarchy of tubes against all samples, one by one, in double precision.
+
+use super::super::{RaySample, RayTubes};
+use super::samples::{balls, mirror, traced};
+use super::vector;
+use crate::math::random::Stream;
+use crate::optics::bundle::BounceKind;
+use glam::{DVec3, Vec3};
+
+/// Rays along a side of a map.
+const SIDE: usize = 40;
+
+/// A map of rays after a mirror ball, with how far each is trusted, and their places.
+fn map(random: &mut Stream, width: f64) -> (Vec<RaySample>, Vec<f32>, Vec<[f32; 2]>) {
+    let scene = balls(&[(Vec3::ZERO, 1.0, mirror())]);
+    let towards = vector(random).normalize();
+    let eye = (towards * 3.0).as_vec3().as_dvec3();
+    let side = towards.any_orthonormal_vector();
+    let up = towards.cross(side);
+    let (mut samples, mut reach, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    for place in 0..SIDE * SIDE {
+        let [x, y] = [place % SIDE, place / SIDE].map(|k| (k as f64 / (SIDE - 1) as f64 * 2.0 - 1.0) * width);
+        let Some(sample) = traced(&scene, eye, side * x + up * y, &[(0, BounceKind::Reflect)]) else { continue };
+        samples.push(sample);
+        reach.push(random.next_between(0.01, 0.3));
+        places.push([(place % SIDE * 8) as f32, (place / SIDE * 8) as f32]);
+    }
+    (samples, reach, places)
+}
+
+#[test]
+fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
+    let mut random = Stream::new(99);
+    // All of the ball's disc, silhouette included, and a small part of it.
+    for width in [1.1, 0.1] {
+        let (samples, reach, places) = map(&mut random, width);
+        let tubes = RayTubes::new(&samples, &reach, &places);
+        let (mut expected, mut beyond, mut most) = (0, 0, 0);
+        for case in 0..300 {
+            // Anywhere, near the ball, and far away in front of a ray.
+            let point = match case % 3 {
+                0 => vector(&mut random) * 8.0,
+                1 => vector(&mut random).normalize() * f64::from(random.next_between(1.0, 1.1)),
+                _ => {
+                    let sample = &samples[(random.next_unit() * samples.len() as f32) as usize];
+                    let distance = f64::from(random.next_between(0.0, 100.0));
+                    sample.rays.origin + sample.rays.direction * distance + vector(&mut random) * 0.02
+                }
+            };
+            let point = point.as_vec3();
+            let mut found = Vec::new();
+            tubes.reaching(point, &mut found);
+            let count = found.len();
+            found.sort_unstable();
+            found.dedup();
+            assert_eq!(found.len(), count, "a sample is found twice");
+            let reaches = |index: usize, leeway: f64| {
+                let perturbed = samples[index].rays.perturbed(point.as_dvec3());
+                perturbed.is_some_and(|perturbed| {
+                    perturbed.distance > 0.0 && perturbed.linear.length() <= f64::from(reach[index]) * leeway
+                })
+            };
+            for index in 0..samples.len() {
+                let is_found = found.binary_search(&(index as u32)).is_ok();
+                // Single precision may add a few at the border.
+                assert!(is_found || !reaches(index, 0.999), "{point}: sample {index} of {found:?}");
+                beyond += u32::from(is_found && !reaches(index, 1.01));
+                expected += u32::from(reaches(index, 1.0));
+            }
+            most = most.max(count);
+        }
+        assert!(expected > 1000 && most > 10 && beyond * 50 < expected, "{expected} expected, {beyond} beyond");
+    }
+}
+
+#[test]
+fn no_samples_and_no_points_give_nothing() {
+    let mut found = Vec::new();
+    RayTubes::new(&[], &[], &[]).reaching(Vec3::ONE, &mut found);
+    let (samples, reach, places) = map(&mut Stream::new(3), 0.5);
+    let tubes = RayTubes::new(&samples, &reach, &places);
+    for point in [Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f32::NAN, 1.0)] {
+        tubes.reaching(point, &mut found);
+    }
+    assert!(found.is_empty() && tubes.byte_count() > samples.len() * 80);
+    // One sample, and its own ray.
+    let one = RayTubes::new(&samples[..1], &reach[..1], &places[..1]);
+    let at = |distance: f64| -> DVec3 { samples[0].rays.origin + samples[0].rays.direction * distance };
+    one.reaching(at(5.0).as_vec3(), &mut found);
+    assert_eq!(found, [0]);
+    one.reaching(at(-5.0).as_vec3(), &mut found);
+    assert_eq!(found, [0]);
+}

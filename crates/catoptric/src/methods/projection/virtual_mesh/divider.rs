@@ -1,0 +1,702 @@
+//! Triangles to pieces that are drawn straight, cut where appearances end.
+
+use super::edge::EdgeRule;
+use super::{VirtualMesh, VirtualObject};
+use crate::methods::projection::{Projection, VertexProjector};
+use crate::raster::DrawTriangle;
+use glam::{Vec2, Vec3};
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap, HashSet};
+use std::ops::Range;
+
+/// A corner of a piece.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    position: Vec3,
+    /// Weights of the source's second and third vertex.
+    weights: Vec2,
+    /// Where its appearances are among the divider's.
+    first: u32,
+    count: u32,
+}
+
+impl Corner {
+    fn range(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// A piece with what its edges ask for; edge `k` is opposite to corner `k`.
+#[derive(Clone, Copy)]
+struct Piece {
+    corners: [Corner; 3],
+    /// How much each edge needs a division.
+    strain: [f32; 3],
+    depth: u32,
+}
+
+/// A point of the source.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    position: Vec3,
+    /// Weights of the source's second and third vertex.
+    weights: Vec2,
+}
+
+impl Place {
+    fn of(corner: &Corner) -> Self {
+        Self { position: corner.position, weights: corner.weights }
+    }
+
+    fn middle(&self, other: &Self) -> Self {
+        let position = (self.position + other.position) * 0.5;
+        Self { position, weights: (self.weights + other.weights) * 0.5 }
+    }
+
+    /// Where the line from here through `other` leaves a triangle that holds both; none where they coincide.
+    fn beyond(&self, other: &Self, triangle: &[Self; 3]) -> Option<Self> {
+        let [a, b, c] = triangle.map(|corner| corner.weights);
+        let area = (b - a).perp_dot(c - a);
+        let shares = |at: Vec2| {
+            let (second, third) = ((at - a).perp_dot(c - a) / area, (b - a).perp_dot(at - a) / area);
+            Vec3::new(1.0 - second - third, second, third)
+        };
+        let (here, there) = (shares(self.weights), shares(other.weights));
+        // The first share that vanishes on the way.
+        let ends =
+            [0, 1, 2].map(|k: usize| if there[k] < here[k] { here[k] / (here[k] - there[k]) } else { f32::INFINITY });
+        let length = ends[0].min(ends[1]).min(ends[2]);
+        let at = here + (there - here) * length;
+        let mix = |[p, q, r]: [Vec3; 3]| p * at.x + q * at.y + r * at.z;
+        at.is_finite().then(|| Self {
+            position: mix(triangle.map(|corner| corner.position)),
+            weights: a * at.x + b * at.y + c * at.z,
+        })
+    }
+}
+
+/// How an appearance gets to where it ends.
+struct Way {
+    from: Place,
+    end: Place,
+    /// The appearance where the way starts.
+    one: Projection,
+    /// The one that it merges with in the end, at the start of the way.
+    merging: Option<Projection>,
+    /// What is drawn, from the start to the end, with the weights there.
+    points: Vec<(Projection, Vec2)>,
+}
+
+impl Way {
+    fn end_px(&self) -> Vec2 {
+        self.points.last().unwrap_or(&(self.one, Vec2::ZERO)).0.image_px
+    }
+}
+
+/// A slender piece of four corners `a b c d`, long from `a` to `b` and from `d` to `c`.
+#[derive(Clone, Copy)]
+struct Strip {
+    corners: [Corner; 4],
+    /// How much the sides `a b` and `d c` need a division.
+    sides: [f32; 2],
+    /// How much the ends `b c` and `d a` do.
+    ends: [f32; 2],
+    depth: u32,
+}
+
+/// What is still to be divided.
+struct Waiting {
+    /// The largest of its edges' needs.
+    strain: f32,
+    /// How many came before it.
+    number: u32,
+    shape: Shape,
+}
+
+enum Shape {
+    Triangle(Piece),
+    Strip(Strip),
+}
+
+impl Ord for Waiting {
+    /// Those that need it most come first, of equals the latest.
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.strain.total_cmp(&other.strain).then(self.number.cmp(&other.number))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Waiting {}
+
+/// The end of an appearance on an edge is found to this power of a half of the edge.
+const END_STEPS: u32 = 8;
+
+/// Two appearances that merge have come nearer than this share of what they were apart.
+const MERGED: f32 = 0.4;
+
+/// A way that got further than this share of it has not ended.
+const NOT_ENDED: f32 = 1.0 - 1.5 / (1 << END_STEPS) as f32;
+
+/// The way to the end of an appearance is made of no more points than this.
+const MOST_WAY_POINTS: u32 = 12;
+
+/// Between two ways others are put this many times at the most.
+const MOST_WAY_HALVINGS: u32 = 4;
+
+/// Projected points that count as a piece, where the number of pieces is limited.
+const POINTS_A_PIECE: usize = 4;
+
+/// Pieces that are thinner than this in all their pictures, in pixels, are left out: the edges beside them agree.
+const THIN_PX: f32 = 0.02;
+
+/// Pieces are halved this many times at the most.
+const MAX_DEPTH: u32 = 80;
+
+/// The bits of a position: positions that are equal to the bit are one point.
+type PointKey = [u32; 3];
+
+fn key(position: Vec3) -> PointKey {
+    position.to_array().map(f32::to_bits)
+}
+
+/// An edge by its ends, in order.
+type EdgeKey = [PointKey; 2];
+
+fn edge_key(a: Vec3, b: Vec3) -> EdgeKey {
+    let mut keys = [key(a), key(b)];
+    keys.sort_unstable();
+    keys
+}
+
+/// Edges that are divided whatever their ends show.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ForcedEdges {
+    edges: HashSet<EdgeKey>,
+}
+
+impl ForcedEdges {
+    /// Adds an edge; false if it was known.
+    pub(super) fn add(&mut self, dip: &Dip) -> bool {
+        self.edges.insert(dip.edge)
+    }
+}
+
+/// An edge across which an appearance goes on although neither of its ends has it: where a fold or a silhouette bulges
+/// over the edge. Whoever is on its other side cannot know.
+#[derive(Clone, Debug)]
+pub(super) struct Dip {
+    edge: EdgeKey,
+    /// The triangle of the object.
+    pub(super) triangle: u32,
+    /// The side of that triangle that the edge lies on, by the corner opposite to it; none within the triangle.
+    pub(super) side: Option<usize>,
+}
+
+/// An appearance that ends: from a point, towards another, where it appears at the first.
+type EndKey = (PointKey, PointKey, [u32; 2]);
+
+/// Divides triangles of one object on one path.
+///
+/// Of all edges that need a division the one that needs it most is halved, then both pieces are looked at again. Where
+/// pictures are stretched in one direction (beside folds and silhouettes a thousandfold) pieces become as slender as
+/// they have to be (Cohen, Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are
+/// divided in the end is the rule's decision alone, not that of the order.
+pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
+    projector: &'a P,
+    object: &'a VirtualObject<'a>,
+    rule: EdgeRule,
+    /// The triangle of the scene.
+    source: u32,
+    most: usize,
+    forced: &'a ForcedEdges,
+    dips: Vec<Dip>,
+    /// The appearances of all points so far.
+    appearances: Vec<Projection>,
+    /// The middles of edges that have been projected: both sides of an edge ask for them.
+    middles: HashMap<PointKey, (u32, u32)>,
+    /// Where in `way_points` the ways of appearances to their ends are.
+    ends: HashMap<EndKey, Range<u32>>,
+    way_points: Vec<(Projection, f32)>,
+    scratch: Vec<Projection>,
+    waiting: BinaryHeap<Waiting>,
+    /// The piece that is being drawn.
+    piece: [Place; 3],
+    /// The side of it that ways lead to, if neither of its ends has the appearance and no way got there yet.
+    far_side: Option<[Place; 2]>,
+    /// How many have waited.
+    count: u32,
+    /// Pieces and points of earlier triangles.
+    earlier: usize,
+    mesh: VirtualMesh,
+}
+
+impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
+    /// For triangles of `object`, each of which becomes no more than about `most` pieces.
+    pub(super) fn new(
+        projector: &'a P,
+        object: &'a VirtualObject<'a>,
+        rule: EdgeRule,
+        most: usize,
+        forced: &'a ForcedEdges,
+    ) -> Self {
+        Self {
+            projector,
+            object,
+            rule,
+            source: 0,
+            most,
+            forced,
+            dips: Vec::new(),
+            appearances: Vec::new(),
+            middles: HashMap::new(),
+            ends: HashMap::new(),
+            way_points: Vec::new(),
+            scratch: Vec::new(),
+            waiting: BinaryHeap::new(),
+            piece: [Place::default(); 3],
+            far_side: None,
+            count: 0,
+            earlier: 0,
+            mesh: VirtualMesh::default(),
+        }
+    }
+
+    /// All pieces of the triangles so far, and the edges that their neighbours should divide.
+    pub(super) fn finish(self) -> (VirtualMesh, Vec<Dip>) {
+        (self.mesh, self.dips)
+    }
+
+    /// Divides a triangle of the object, given by its corners and their appearances; returns how many pieces there are
+    /// now.
+    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, &[Projection]); 3]) -> usize {
+        self.source = self.object.first_triangle + triangle;
+        let weights = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        let [a, b, c] = [0, 1, 2].map(|k: usize| {
+            let (position, appearances) = corners[k];
+            let first = self.appearances.len() as u32;
+            self.appearances.extend_from_slice(appearances);
+            Corner { position, weights: weights[k], first, count: appearances.len() as u32 }
+        });
+        let strain = [self.strain(&b, &c), self.strain(&c, &a), self.strain(&a, &b)];
+        self.earlier = self.work();
+        self.later(Shape::Triangle(Piece { corners: [a, b, c], strain, depth: 0 }));
+        while let Some(waiting) = self.waiting.pop() {
+            match waiting.shape {
+                Shape::Triangle(piece) => self.divide(&piece),
+                Shape::Strip(strip) => self.divide_strip(&strip),
+            }
+        }
+        self.mesh.triangles.len()
+    }
+
+    fn of(&self, corner: &Corner) -> &[Projection] {
+        &self.appearances[corner.range()]
+    }
+
+    fn strain(&self, a: &Corner, b: &Corner) -> f32 {
+        let strain = self.rule.strain(a.position, self.of(a), b.position, self.of(b));
+        let is_forced = strain <= 0.0
+            && !self.forced.edges.is_empty()
+            && self.forced.edges.contains(&edge_key(a.position, b.position));
+        if is_forced { f32::MIN_POSITIVE } else { strain }
+    }
+
+    /// Whether a piece is so thin that nothing of it is seen.
+    fn is_line(&self, corners: &[Corner; 3]) -> bool {
+        let [a, b, c] = corners.map(|corner| corner.position);
+        let sides = [c - b, a - c, b - a];
+        let longest =
+            (0..3).fold(0, |best, k| if sides[k].length_squared() > sides[best].length_squared() { k } else { best });
+        // From the longest side to the corner opposite to it.
+        let (side, to_corner) = (sides[longest], sides[(longest + 2) % 3]);
+        let height = to_corner - side * (to_corner.dot(side) / side.length_squared());
+        let is_thin = |one: &Projection| one.predicted(height).distance(one.image_px) < THIN_PX;
+        // Of what shows nothing at its corners nothing is known.
+        let mut shown = corners.iter().flat_map(|corner| self.of(corner)).peekable();
+        !height.is_nan() && shown.peek().is_some() && shown.all(is_thin)
+    }
+
+    /// Pieces so far, or the points that count as pieces.
+    fn work(&self) -> usize {
+        self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE)
+    }
+
+    /// Whether no more is divided; counted if so.
+    fn is_spent(&mut self, depth: u32) -> bool {
+        let is_spent = depth >= MAX_DEPTH || self.work() - self.earlier > self.most;
+        self.mesh.unfinished += u64::from(is_spent);
+        is_spent
+    }
+
+    /// Divides a shape when its turn comes; at once where there is nothing to divide.
+    fn later(&mut self, shape: Shape) {
+        let all: &[f32] = match &shape {
+            Shape::Triangle(piece) => &piece.strain,
+            Shape::Strip(strip) => &[strip.sides[0], strip.sides[1], strip.ends[0], strip.ends[1]],
+        };
+        let strain = all.iter().copied().fold(0.0, f32::max);
+        match shape {
+            Shape::Triangle(piece) if strain <= 0.0 => self.emit(&piece.corners),
+            shape => {
+                self.count += 1;
+                self.waiting.push(Waiting { strain, number: self.count, shape });
+            }
+        }
+    }
+
+    fn divide(&mut self, piece: &Piece) {
+        let [x, y, z] = piece.strain;
+        let count = [x, y, z].into_iter().filter(|strain| *strain > 0.0).count();
+        if self.is_line(&piece.corners) {
+            return;
+        }
+        if self.is_spent(piece.depth) {
+            return self.emit(&piece.corners);
+        }
+        let depth = piece.depth + 1;
+        if count == 2 {
+            // The top of a wedge, and a strip below.
+            let base = if x <= 0.0 {
+                0
+            } else if y <= 0.0 {
+                1
+            } else {
+                2
+            };
+            let [top, left, right] = [0, 1, 2].map(|k| piece.corners[(k + base) % 3]);
+            let (west, east) = (self.middle(&top, &left), self.middle(&top, &right));
+            let across = self.strain(&west, &east);
+            let above = [self.strain(&top, &east), self.strain(&top, &west)];
+            let below = [self.strain(&west, &left), self.strain(&east, &right)];
+            self.later(Shape::Strip(Strip {
+                corners: [west, left, right, east],
+                sides: below,
+                ends: [0.0, across],
+                depth,
+            }));
+            let strain = [across, above[0], above[1]];
+            self.later(Shape::Triangle(Piece { corners: [top, west, east], strain, depth }));
+            return;
+        }
+        let worst = if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        };
+        let turned = |k: usize| (k + worst) % 3;
+        let [top, left, right] = [0, 1, 2].map(|k| piece.corners[turned(k)]);
+        let [_, right_strain, left_strain] = [0, 1, 2].map(|k| piece.strain[turned(k)]);
+        let middle = self.middle(&left, &right);
+        let median = self.strain(&top, &middle);
+        let halves = [self.strain(&left, &middle), self.strain(&middle, &right)];
+        let east = Piece { corners: [top, middle, right], strain: [halves[1], right_strain, median], depth };
+        let west = Piece { corners: [top, left, middle], strain: [halves[0], median, left_strain], depth };
+        self.later(Shape::Triangle(east));
+        self.later(Shape::Triangle(west));
+    }
+
+    fn divide_strip(&mut self, strip: &Strip) {
+        let [a, b, c, d] = strip.corners;
+        let [left, right] = strip.sides;
+        let depth = strip.depth + 1;
+        if strip.ends != [0.0; 2] || (left > 0.0) == (right > 0.0) && left <= 0.0 || self.is_spent(strip.depth) {
+            return self.halve_strip(strip);
+        }
+        if left > 0.0 && right > 0.0 {
+            let (west, east) = (self.middle(&a, &b), self.middle(&d, &c));
+            let across = self.strain(&west, &east);
+            let upper = [self.strain(&a, &west), self.strain(&d, &east)];
+            let lower = [self.strain(&west, &b), self.strain(&east, &c)];
+            self.later(Shape::Strip(Strip { corners: [west, b, c, east], sides: lower, ends: [0.0, across], depth }));
+            self.later(Shape::Strip(Strip { corners: [a, west, east, d], sides: upper, ends: [across, 0.0], depth }));
+            return;
+        }
+        // One side alone: turned so that it is the left one.
+        let (a, b, c, d) = if left > 0.0 { (a, b, c, d) } else { (c, d, a, b) };
+        let middle = self.middle(&a, &b);
+        let (to_d, to_c) = (self.strain(&middle, &d), self.strain(&middle, &c));
+        let (upper, lower) = (self.strain(&a, &middle), self.strain(&middle, &b));
+        let three = [
+            Piece { corners: [a, middle, d], strain: [to_d, 0.0, upper], depth },
+            Piece { corners: [middle, c, d], strain: [0.0, to_d, to_c], depth },
+            Piece { corners: [middle, b, c], strain: [0.0, to_c, lower], depth },
+        ];
+        three.into_iter().for_each(|piece| self.later(Shape::Triangle(piece)));
+    }
+
+    /// Two triangles of a strip.
+    fn halve_strip(&mut self, strip: &Strip) {
+        let [a, b, c, d] = strip.corners;
+        let ([left, right], [lower, upper]) = (strip.sides, strip.ends);
+        let depth = strip.depth + 1;
+        let diagonals = [self.strain(&a, &c), self.strain(&b, &d)];
+        let pair = if diagonals[0] <= diagonals[1] {
+            let diagonal = diagonals[0];
+            [
+                Piece { corners: [a, b, c], strain: [lower, diagonal, left], depth },
+                Piece { corners: [a, c, d], strain: [right, upper, diagonal], depth },
+            ]
+        } else {
+            let diagonal = diagonals[1];
+            [
+                Piece { corners: [a, b, d], strain: [diagonal, upper, left], depth },
+                Piece { corners: [b, c, d], strain: [right, diagonal, lower], depth },
+            ]
+        };
+        pair.into_iter().for_each(|piece| self.later(Shape::Triangle(piece)));
+    }
+
+    fn middle(&mut self, a: &Corner, b: &Corner) -> Corner {
+        // Sums do not depend on the order: neighbours find the same point.
+        let position = (a.position + b.position) * 0.5;
+        let weights = (a.weights + b.weights) * 0.5;
+        let key = key(position);
+        let (first, count) = match self.middles.get(&key) {
+            Some(known) => *known,
+            None => {
+                let first = self.appearances.len();
+                self.object.project(self.projector, position, &mut self.appearances);
+                self.mesh.points_projected += 1;
+                let range = (first as u32, (self.appearances.len() - first) as u32);
+                self.middles.insert(key, range);
+                range
+            }
+        };
+        Corner { position, weights, first, count }
+    }
+
+    /// The way of an appearance from corner `a` towards corner `b` up to where it ends.
+    fn way_to_end(&mut self, index: usize, a: &Corner, b: &Corner) -> Way {
+        let one = self.appearances[index];
+        let key = (key(a.position), key(b.position), one.image_px.to_array().map(f32::to_bits));
+        let merging =
+            self.rule.merging(&self.appearances[index], self.of(a), self.of(b), b.position - a.position).copied();
+        let range = match self.ends.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let range = self.find_end(one, merging, a.position, b.position);
+                self.ends.insert(key, range.clone());
+                range
+            }
+        };
+        self.way(one, merging, Place::of(a), Place::of(b), range)
+    }
+
+    /// A way whose points after the first are `range` of [`Self::way_points`].
+    fn way(&self, one: Projection, merging: Option<Projection>, from: Place, towards: Place, range: Range<u32>) -> Way {
+        let found = &self.way_points[range.start as usize..range.end as usize];
+        let mut points = Vec::with_capacity(found.len() + 1);
+        points.push((one, from.weights));
+        points
+            .extend(found.iter().map(|(projection, share)| (*projection, from.weights.lerp(towards.weights, *share))));
+        let share = found.last().map_or(0.0, |(_, share)| *share);
+        let end = Place {
+            position: from.position.lerp(towards.position, share),
+            weights: from.weights.lerp(towards.weights, share),
+        };
+        Way { from, end, one, merging, points }
+    }
+
+    /// A way that ends between two others: from where the left one starts.
+    fn way_between(&mut self, left: &Way, right: &Way) -> Option<Way> {
+        let from = left.from;
+        let towards = from.beyond(&left.end.middle(&right.end), &self.piece)?;
+        let range = self.find_end(left.one, left.merging, from.position, towards.position);
+        let has_ended = self.way_points.last().is_some_and(|(_, share)| *share < NOT_ENDED);
+        if !has_ended {
+            self.note_dip();
+        }
+        Some(self.way(left.one, left.merging, from, towards, range))
+    }
+
+    /// An appearance reaches the side of the piece that its ways lead to.
+    fn note_dip(&mut self) {
+        let Some([a, b]) = self.far_side else { return };
+        let [p, q] = [a.weights, b.weights];
+        let side = [p.x + p.y == 1.0 && q.x + q.y == 1.0, p.x == 0.0 && q.x == 0.0, p.y == 0.0 && q.y == 0.0];
+        self.dips.push(Dip {
+            edge: edge_key(a.position, b.position),
+            triangle: self.source - self.object.first_triangle,
+            side: side.iter().position(|on| *on),
+        });
+        self.far_side = None;
+    }
+
+    /// Finds the points of a way after the first, each with its share of the way; returns where they are in
+    /// [`Self::way_points`].
+    ///
+    /// In a fold both appearances that merge there end at the same place: half-way between them.
+    fn find_end(&mut self, one: Projection, merging: Option<Projection>, from: Vec3, towards: Vec3) -> Range<u32> {
+        let first = self.way_points.len() as u32;
+        let step = towards - from;
+        let mut met = merging;
+        let (mut near, mut far) = (0.0f32, 1.0f32);
+        let mut last = one;
+        for _ in 0..END_STEPS {
+            let share = (near + far) * 0.5;
+            let (position, on) = (from.lerp(towards, share), step * (share - near));
+            match self.continued(&last, position, on) {
+                Some(found) => {
+                    (last, near) = (found, share);
+                    met = met.and_then(|other| self.continued(&other, position, on).or(Some(other)));
+                }
+                None => far = share,
+            }
+        }
+        // Towards a fold a picture moves as the root of what is left of the way: these shares make even steps.
+        let count = (last.image_px.distance(one.image_px) / self.rule.way_step_px()).ceil();
+        let (mut known, mut before) = (one, 0.0);
+        for number in 1..(count as u32).min(MOST_WAY_POINTS) {
+            let left = 1.0 - number as f32 / count;
+            let share = near * (1.0 - left * left);
+            if let Some(found) = self.continued(&known, from.lerp(towards, share), step * (share - before)) {
+                (known, before) = (found, share);
+                self.way_points.push((found, share));
+            }
+        }
+        // Others end at a silhouette, and what looked like a partner is far away.
+        let gap = merging.map_or(0.0, |other| other.image_px.distance(one.image_px));
+        if let Some(other) = met
+            && other.image_px.distance(last.image_px) < MERGED * gap
+        {
+            last.image_px = (last.image_px + other.image_px) * 0.5;
+            last.path_length = (last.path_length + other.path_length) * 0.5;
+        }
+        self.way_points.push((last, near));
+        first..self.way_points.len() as u32
+    }
+
+    /// What an appearance becomes at a point, which is a step away from where it was.
+    fn continued(&mut self, one: &Projection, position: Vec3, step: Vec3) -> Option<Projection> {
+        self.scratch.clear();
+        self.object.follow(self.projector, one, position, &mut self.scratch);
+        self.mesh.points_projected += 1;
+        self.rule.continued(one, &self.scratch, step).copied()
+    }
+
+    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
+    fn emit(&mut self, corners: &[Corner; 3]) {
+        for (from, corner) in corners.iter().enumerate() {
+            for index in corner.range() {
+                self.emit_appearance(corners, from, index);
+            }
+        }
+    }
+
+    /// Draws an appearance, unless an earlier corner has it too.
+    fn emit_appearance(&mut self, corners: &[Corner; 3], from: usize, index: usize) {
+        let own = &corners[from];
+        let one = self.appearances[index];
+        let mut shared: [Option<usize>; 3] = [None; 3];
+        shared[from] = Some(index);
+        for (k, other) in corners.iter().enumerate().filter(|(k, _)| *k != from) {
+            let partner = self.partner(index, own, other);
+            if partner.is_some() && k < from {
+                return; // drawn from there
+            }
+            shared[k] = partner;
+        }
+        if let [Some(_), Some(_), Some(_)] = shared {
+            let (second, third) = ((from + 1) % 3, (from + 2) % 3);
+            let agree = shared[second].and_then(|there| self.partner(there, &corners[second], &corners[third]));
+            if agree.is_none() || agree == shared[third] {
+                self.push(
+                    [0, 1, 2].map(|k: usize| (shared[k].map_or(one, |at| self.appearances[at]), corners[k].weights)),
+                );
+            }
+            return;
+        }
+        // From a corner (or from the two of an edge) two ways lead to where the appearance ends; what is drawn lies
+        // between them.
+        let mut ways: [Option<Way>; 2] = [None, None];
+        let mut number = 0;
+        for k in 0..3 {
+            let Some(here) = shared[k] else { continue };
+            for next in [(k + 1) % 3, (k + 2) % 3] {
+                if shared[next].is_none() {
+                    ways[number] = Some(self.way_to_end(here, &corners[k], &corners[next]));
+                    number += 1;
+                }
+            }
+        }
+        if let [Some(left), Some(right)] = &ways {
+            self.piece = corners.map(|corner| Place::of(&corner));
+            let far = |k: usize| self.piece[(from + k) % 3];
+            let alone = shared.iter().flatten().count() == 1;
+            self.far_side = alone.then(|| [far(1), far(2)]);
+            self.fill(left, right, 0);
+        }
+    }
+
+    /// Draws what lies between two ways, with more ways between them where their ends are far from each other.
+    fn fill(&mut self, left: &Way, right: &Way, depth: u32) {
+        let is_wide = left.end_px().distance(right.end_px()) > self.rule.end_step_px();
+        if is_wide
+            && depth < MOST_WAY_HALVINGS
+            && let Some(middle) = self.way_between(left, right)
+        {
+            self.fill(left, &middle, depth + 1);
+            self.fill(&middle, right, depth + 1);
+        } else {
+            self.fill_between(&left.points, &right.points);
+        }
+    }
+
+    /// Draws the strip between two ways.
+    fn fill_between(&mut self, left: &[(Projection, Vec2)], right: &[(Projection, Vec2)]) {
+        let place = |way: &[(Projection, Vec2)], index: usize| way.get(index).map(|(point, _)| point.image_px);
+        let (mut i, mut j) = (0, 0);
+        while let (Some(&here), Some(&there)) = (left.get(i), right.get(j)) {
+            // On along the side that makes the shorter diagonal.
+            let on_left = place(left, i + 1).map(|next| next.distance_squared(there.0.image_px));
+            let on_right = place(right, j + 1).map(|next| next.distance_squared(here.0.image_px));
+            match (on_left, on_right) {
+                (Some(left_length), right_length) if right_length.is_none_or(|right| left_length <= right) => {
+                    self.push([here, left[i + 1], there]);
+                    i += 1;
+                }
+                (_, Some(_)) => {
+                    self.push([here, right[j + 1], there]);
+                    j += 1;
+                }
+                _ => break,
+            }
+        }
+    }
+
+    /// The appearance of another corner that belongs to one of `own`.
+    fn partner(&self, index: usize, own: &Corner, other: &Corner) -> Option<usize> {
+        let step = other.position - own.position;
+        let (here, there) = (self.of(own), self.of(other));
+        let partner = self.rule.partner(&self.appearances[index], here, there, step)?;
+        let place = there.iter().position(|one| std::ptr::eq(one, partner))?;
+        Some(other.range().start + place)
+    }
+
+    fn push(&mut self, corners: [(Projection, Vec2); 3]) {
+        let [a, b, c] = corners.map(|(_, weights)| weights);
+        if a == b || b == c || c == a {
+            return; // cut to nothing
+        }
+        let mesh = &mut self.mesh;
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(corners.iter().map(|(projection, _)| self.rule.picture().point(projection)));
+        let vertices = [first, first + 1, first + 2];
+        let (source, alpha_tested) = (self.source, self.object.alpha_tested);
+        mesh.triangles.push(DrawTriangle { vertices, source, group: 0, patch: 0, alpha_tested });
+        mesh.corners.push(corners.map(|(_, weights)| weights));
+    }
+}
