@@ -94,30 +94,18 @@ fn figures() -> Vec<Figure> {
                 truth(vase, small),
             ],
         ),
-        figure(
-            "figure-13",
-            vec![
-                shot(
-                    "nearest",
-                    vase,
-                    "polish=0 expansion=nearest spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
-                    small,
-                ),
-                shot(
-                    "linear",
-                    vase,
-                    "polish=0 expansion=linear spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
-                    small,
-                ),
-                shot(
-                    "quadratic",
-                    vase,
-                    "polish=0 expansion=quadratic spacing_px=8 finest_px=8 edge_error_px=4 piece_px=8",
-                    small,
-                ),
-                truth(vase, small),
-            ],
-        ),
+        Figure {
+            close_up: Some([0.3, 0.44, 0.2, 0.24]),
+            ..figure(
+                "figure-13",
+                vec![
+                    shot("nearest", vase, "polish=0 expansion=nearest spacing_px=16 finest_px=16", large),
+                    shot("linear", vase, "polish=0 expansion=linear spacing_px=16 finest_px=16", large),
+                    shot("quadratic", vase, "polish=0 expansion=quadratic spacing_px=16 finest_px=16", large),
+                    truth(vase, large),
+                ],
+            )
+        },
     ]
 }
 

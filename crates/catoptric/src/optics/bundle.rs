@@ -231,6 +231,18 @@ impl OutgoingRays {
         [0, 1].map(|i: usize| [0, 1].map(|a: usize| o[i][a] + distance * d[i][a]))
     }
 
+    /// Where the ray with parameters `z` starts: to second order across the central ray, to first order along it.
+    #[inline]
+    pub fn origin_near(&self, z: DVec2) -> DVec3 {
+        let squares = [0.5 * z.x * z.x, z.x * z.y, 0.5 * z.y * z.y];
+        let along = self.origin_along[0] * z.x + self.origin_along[1] * z.y;
+        let lateral = [0, 1].map(|i: usize| {
+            let bend: f64 = self.origin_bend[i].iter().zip(squares).map(|(bend, square)| bend * square).sum();
+            self.origin_change[i][0] * z.x + self.origin_change[i][1] * z.y + bend
+        });
+        self.origin + self.direction * along + self.across[0] * lateral[0] + self.across[1] * lateral[1]
+    }
+
     /// What the wavefront through the central ray at `distance` adds to the length of the way to a point beside it:
     /// half the second derivative along the lateral part of `relative` (from the rays' origin).
     #[inline]

@@ -47,6 +47,9 @@ pub static INFO: MethodInfo = MethodInfo {
 /// A reflector appears in itself only where the ray between is longer than this share of its size.
 const OWN_SEGMENT: f32 = 0.02;
 
+/// The least edge error and size of pieces without polish.
+const COARSE_PX: (f32, f32) = (1.0, 3.0);
+
 /// No more pieces than this are made of one object on one path, as a rule.
 const MAX_PIECES: usize = 200_000;
 
@@ -268,9 +271,11 @@ impl PathPerturbation {
     /// The virtual meshes that are not kept from an earlier frame.
     fn new_meshes(&self, job: &Job<'_>, perturber: &Perturber<'_>) -> Result<Vec<KeyedMesh>, RenderError> {
         let (Some(prepared), Some(frame)) = (&self.scene, &self.frame) else { return Err(unprepared()) };
+        // What expansions alone say of neighbouring points differs by more than the finest pieces.
+        let (edge_error_px, piece_px) = if self.settings.polish == 0 { COARSE_PX } else { (0.0, 0.0) };
         let quality = MeshQuality {
-            edge_error_px: self.settings.edge_error_px,
-            piece_px: self.settings.piece_px,
+            edge_error_px: self.settings.edge_error_px.max(edge_error_px),
+            piece_px: self.settings.piece_px.max(piece_px),
             picture: PictureScale::new(job.view),
             max_pieces: MAX_PIECES,
         };

@@ -26,7 +26,10 @@ const NEGLIGIBLE_PX: f64 = 0.02;
 
 /// Answers of samples that reach further than this many times their neighbours are not trusted: the point's ray is
 /// nearer to another sample, or none passes the point.
-const TRUSTED_REACH: f64 = 2.0;
+const TRUSTED_REACH: f64 = 3.0;
+
+/// Expansions whose next order is larger than this share of the distance to their sample's neighbours mean nothing.
+const LARGEST_REST: f64 = 0.75;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
 const TOUCHING: f64 = 2e-4;
@@ -90,11 +93,7 @@ impl VertexProjector for Perturber<'_> {
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
-        if self.settings.polish == 0 {
-            self.project_on(one.path, point, found);
-        } else {
-            found.extend(self.followed(one, point.as_dvec3()));
-        }
+        found.extend(self.followed(one, point.as_dvec3()));
     }
 }
 
@@ -118,10 +117,11 @@ impl Perturber<'_> {
         if neighbour.distance.is_nan() || neighbour.distance <= 0.0 {
             return None;
         }
-        let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
-        if neighbour.linear.length() > reach {
+        let distance = group.picture_distance(ray, neighbour.linear);
+        if distance.is_nan() || distance > TRUSTED_REACH {
             return None;
         }
+        let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
         if forced.is_none() {
             neighbour = self.of_sufficient_order(sample, point, neighbour)?;
         }
@@ -132,12 +132,18 @@ impl Perturber<'_> {
             self.polished(sample, neighbour.parameters.clamp_length_max(reach), point)?
         } else {
             let parameters = sample.parameters_of(neighbour.reflection_point);
+            let left_out = left_out(&neighbour, forced);
+            // Nothing follows from an expansion whose next order is as large as its reach.
+            let limit = if forced == Some(Approximation::Nearest) { TRUSTED_REACH } else { LARGEST_REST };
+            if group.picture_distance(ray, left_out) > limit {
+                return None;
+            }
             Found {
                 reflection_point: neighbour.reflection_point,
-                last: sample.rays.origin,
+                last: sample.rays.origin_near(neighbour.parameters),
                 motion: sample.motion(neighbour.distance, parameters)?,
                 optical_length: sample.optical_length_to(point),
-                left_out: neighbour.remainder,
+                left_out,
             }
         };
         self.seen(path, group, sample, &found, point)
@@ -156,11 +162,16 @@ impl Perturber<'_> {
         self.finish(path, sample, found, place, point)
     }
 
-    /// The appearance that one of a point near by continues into, by the solver from where that one is.
+    /// The appearance that one of a point near by continues into, from where that one is: by the solver, or by the
+    /// sample whose cell it is seen in.
     fn followed(&self, one: &Projection, point: DVec3) -> Option<Projection> {
         let group = self.map.groups.get(one.path as usize)?;
         let place = [one.image_px.x, one.image_px.y].map(|pixel| f64::from(pixel) + self.margin_px);
-        let (sample, _) = self.map.sample_at(group, place)?;
+        let ray = self.map.sample_at(group, place)?;
+        if self.settings.polish == 0 {
+            return self.perturb(one.path, group, ray, point, &[]);
+        }
+        let sample = &group.samples[ray as usize];
         let parameters = sample.parameters_of(one.reflection_point.as_dvec3());
         let found = self.polished(sample, parameters, point)?;
         self.seen(one.path, group, sample, &found, point)
@@ -210,8 +221,9 @@ impl Perturber<'_> {
     /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
     fn is_hidden(&self, group: &PathRays, reflection_point: DVec3, [x, y]: [f64; 2]) -> bool {
         match self.map.sample_at(group, [x + self.margin_px, y + self.margin_px]) {
-            Some((seen, reach)) => {
-                seen.first.value.distance(reflection_point) > SAME_PART_REACH * f64::from(reach).max(1e-9)
+            Some(seen) => {
+                let reach = f64::from(group.reach[seen as usize]).max(1e-9);
+                group.samples[seen as usize].first.value.distance(reflection_point) > SAME_PART_REACH * reach
             }
             None => false,
         }
@@ -259,6 +271,20 @@ impl Perturber<'_> {
             && projection.path_length.is_finite()
             && projection.path_length > 0.0;
         finite.then_some(projection)
+    }
+}
+
+/// About what an expansion leaves out, in the sample's parameters: its next order.
+fn left_out(neighbour: &Neighbour, forced: Option<Approximation>) -> DVec2 {
+    let Neighbour { linear, remainder, .. } = *neighbour;
+    match forced {
+        Some(Approximation::Nearest) => linear + remainder,
+        Some(Approximation::Linear) => remainder,
+        // Orders fall off alike.
+        Some(Approximation::Quadratic) | None => {
+            let ratio = remainder.length() / linear.length();
+            if ratio.is_finite() { remainder * ratio.min(1.0) } else { DVec2::ZERO }
+        }
     }
 }
 

@@ -75,6 +75,10 @@ impl RayField for ViewField {
         let margin = f64::from(self.margin_px);
         self.picture.place_of(point).map(|[x, y]| [x + margin, y + margin])
     }
+
+    fn place_change(&self, point: DVec3) -> [DVec3; 2] {
+        self.picture.place_change(point)
+    }
 }
 
 /// A square of the field with a ray through its centre.

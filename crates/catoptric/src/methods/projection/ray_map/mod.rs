@@ -19,7 +19,7 @@ use crate::optics::bundle::Eye;
 use crate::parallel;
 use crate::scene::Ray;
 use cells::{CellIndex, Cells};
-use glam::Vec3;
+use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
 
 /// Where a ray map's rays come from: a two-dimensional field of rays, with coordinates in pixels.
 pub trait RayField: Sync {
@@ -33,7 +33,10 @@ pub trait RayField: Sync {
     fn ray(&self, x_px: f32, y_px: f32) -> (Ray, f32);
 
     /// The place where a world point is seen; none behind the eye.
-    fn place_of(&self, point: glam::DVec3) -> Option<[f64; 2]>;
+    fn place_of(&self, point: DVec3) -> Option<[f64; 2]>;
+
+    /// The change of the two coordinates of [`Self::place_of`] with the point.
+    fn place_change(&self, point: DVec3) -> [DVec3; 2];
 }
 
 /// Which rays are candidates for the reflections of a point.
@@ -41,7 +44,8 @@ pub trait RayField: Sync {
 pub enum CandidateRule {
     /// Those that are nearer than all their neighbours in the map.
     LocalMinima,
-    /// Of those, the ones whose expansion finds the point's ray within so many times the distance to their neighbours.
+    /// Of those, the ones whose expansion (to first order) finds the point's ray within so many times the distance to
+    /// their neighbours, in the picture.
     InReach(f32),
     /// So many nearest ones.
     Nearest(usize),
@@ -76,6 +80,10 @@ pub struct PathRays {
     pub lines: Lines,
     /// How far (in scene units on the first surface) a sample's neighbours are from it.
     pub reach: Vec<f32>,
+    /// The same in pixels, where they are seen.
+    reach_px: Vec<f32>,
+    /// The change of the place where the first reflection point is seen with the bundle's parameters, in pixels.
+    picture_change: Vec<DMat2>,
     /// What finds the candidates of a point.
     pub finder: CandidateFinder,
     rule: CandidateRule,
@@ -139,11 +147,11 @@ impl RayMap {
         Self { groups, rays_traced, samples, index }
     }
 
-    /// The sample of a path whose cell covers a place of the field, with its reach.
+    /// The index of a path's sample whose cell covers a place of the field.
     #[inline]
-    pub fn sample_at<'a>(&self, group: &'a PathRays, place: [f64; 2]) -> Option<(&'a RaySample, f32)> {
+    pub fn sample_at(&self, group: &PathRays, place: [f64; 2]) -> Option<u32> {
         let sample = group.sample_of_cell[self.index.cell_at(place)? as usize];
-        (sample != NO_SAMPLE).then(|| (&group.samples[sample as usize], group.reach[sample as usize]))
+        (sample != NO_SAMPLE).then_some(sample)
     }
 
     /// Memory of the samples and trees.
@@ -181,24 +189,41 @@ impl Group {
             neighbours.iter().map(distance).fold(0.0, f32::max)
         });
         let reach: Vec<f32> = reach.collect();
+        let place = |sample: &RaySample| field.place_of(sample.first.value).unwrap_or_default().map(|px| px as f32);
+        let places: Vec<[f32; 2]> = self.samples.iter().map(place).collect();
+        let reach_px = places.iter().zip(neighbours).map(|(&own, neighbours)| {
+            let distance = |&other: &u32| Vec2::from(own).distance(places[other as usize].into());
+            neighbours.iter().map(distance).fold(0.0, f32::max)
+        });
+        let reach_px: Vec<f32> = reach_px.collect();
+        let picture_change = self.samples.iter().map(|sample| {
+            let ([x, y], tangents) = (field.place_change(sample.first.value), sample.first.first);
+            DMat2::from_cols_array_2d(&tangents.map(|tangent| [x.dot(tangent), y.dot(tangent)]))
+        });
+        let picture_change: Vec<DMat2> = picture_change.collect();
         let finder = match rule {
             CandidateRule::LocalMinima => CandidateFinder::Tree(RayTree::of_local_minima(&lines, bounds)),
             CandidateRule::Nearest(count) => CandidateFinder::Tree(RayTree::of_nearest(&lines, bounds, count)),
             CandidateRule::InReach(times) => {
-                let trusted: Vec<f32> = reach.iter().map(|reach| reach * times).collect();
-                let place = |sample: &RaySample| {
-                    let place = field.place_of(sample.first.value).unwrap_or_default();
-                    place.map(|coordinate| coordinate as f32)
-                };
-                let places: Vec<[f32; 2]> = self.samples.iter().map(place).collect();
-                CandidateFinder::Tubes(RayTubes::new(&self.samples, &trusted, &places))
+                let trusted: Vec<f32> = reach_px.iter().map(|reach| reach * times).collect();
+                CandidateFinder::Tubes(RayTubes::new(&self.samples, &picture_change, &trusted, &places))
             }
         };
         let mut sample_of_cell = vec![NO_SAMPLE; cells];
         for (sample, &cell) in self.cells.iter().enumerate() {
             sample_of_cell[cell as usize] = sample as u32;
         }
-        PathRays { path: self.path.clone(), samples: self.samples.clone(), lines, reach, finder, rule, sample_of_cell }
+        PathRays {
+            path: self.path.clone(),
+            samples: self.samples.clone(),
+            lines,
+            reach,
+            reach_px,
+            picture_change,
+            finder,
+            rule,
+            sample_of_cell,
+        }
     }
 }
 
@@ -210,6 +235,13 @@ pub struct CandidateScratch {
 }
 
 impl PathRays {
+    /// How far in the picture parameters are from a sample, in distances of its neighbours.
+    #[inline]
+    pub fn picture_distance(&self, ray: u32, parameters: DVec2) -> f64 {
+        let ray = ray as usize;
+        (self.picture_change[ray] * parameters).length() / f64::from(self.reach_px[ray])
+    }
+
     /// Calls `found` for every sample that is a candidate for the reflections of a point, by the rule that the map was
     /// built for; the nearest rays nearest first.
     #[inline]

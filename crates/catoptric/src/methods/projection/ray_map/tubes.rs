@@ -1,13 +1,13 @@
 //! A hierarchy of tubes around bundles of outgoing rays: which samples' expansions reach a point.
 //!
-//! A sample answers for points whose ray has parameters within some distance of its own, which at a distance along
-//! the ray is an ellipse around it, and altogether a tube that grows linearly. A node's tube holds those of all
+//! A sample answers for points whose ray is seen within some distance of its own in the picture, which at a distance
+//! along the ray is an ellipse around it, and altogether a tube that grows linearly. A node's tube holds those of all
 //! samples below it. So a look-up visits only nodes whose tubes hold the point, whatever the size of the scene, and
 //! nothing depends on earlier look-ups. (The octree of Chen and Arvo 2000, [`super::RayTree`], answers from the
 //! point's cell, which beside silhouettes and caustics holds hundreds of rays.)
 
 use super::sample::RaySample;
-use glam::{DVec3, Vec3};
+use glam::{DMat2, DVec2, DVec3, Vec3};
 
 /// Samples of a leaf, tested at once.
 const LANES: usize = 8;
@@ -65,10 +65,10 @@ struct Leaf {
     origin: [[f32; LANES]; 3],
     direction: [[f32; LANES]; 3],
     across: [[[f32; LANES]; 3]; 2],
-    /// Lateral change of the origins and of the directions with the parameters, row by row.
+    /// Lateral change of the origins and of the directions with the place in the picture, row by row.
     origin_change: [[f32; LANES]; 4],
     direction_change: [[f32; LANES]; 4],
-    /// Square of the distance of parameters that are accepted; negative in empty lanes.
+    /// Square of the distance in the picture that is accepted; negative in empty lanes.
     reach2: [f32; LANES],
     samples: [u32; LANES],
 }
@@ -125,9 +125,9 @@ pub struct RayTubes {
 }
 
 impl RayTubes {
-    /// Over samples whose expansions are trusted for parameters up to `reach` (one a sample, as they are counted in
-    /// the first tangent plane); `places` are the samples' in the field, for neighbours to come together.
-    pub fn new(samples: &[RaySample], reach: &[f32], places: &[[f32; 2]]) -> Self {
+    /// Over samples whose expansions are trusted for places in the picture up to `reach_px` away from where they are
+    /// seen, `places`; `picture_change` is the change of places with the parameters of a sample's bundle.
+    pub fn new(samples: &[RaySample], picture_change: &[DMat2], reach_px: &[f32], places: &[[f32; 2]]) -> Self {
         let mut order: Vec<u32> = (0..samples.len() as u32).collect();
         let code = |index: u32| places.get(index as usize).map_or(0, |place| morton(*place));
         order.sort_by_key(|&index| (code(index), index));
@@ -137,8 +137,8 @@ impl RayTubes {
             let mut leaf = Leaf::EMPTY;
             let mut own = [Tube::EMPTY; LANES];
             for (lane, &index) in chunk.iter().enumerate() {
-                let (sample, reach) = (&samples[index as usize], reach[index as usize]);
-                own[lane] = leaf.set(lane, index, sample, reach);
+                let place = index as usize;
+                own[lane] = leaf.set(lane, index, &samples[place], &picture_change[place], reach_px[place]);
             }
             leaves.push(leaf);
             tubes.push(Tube::around(&own));
@@ -211,7 +211,7 @@ impl Leaf {
     };
 
     /// Fills a lane; returns the sample's tube.
-    fn set(&mut self, lane: usize, index: u32, sample: &RaySample, reach: f32) -> Tube {
+    fn set(&mut self, lane: usize, index: u32, sample: &RaySample, picture_change: &DMat2, reach_px: f32) -> Tube {
         let rays = &sample.rays;
         let (origin, direction) = (rays.origin.as_vec3(), rays.direction.as_vec3());
         for axis in 0..3 {
@@ -221,7 +221,14 @@ impl Leaf {
                 self.across[row][axis][lane] = across[axis] as f32;
             }
         }
-        let [near, far] = [0.0, 1.0].map(|distance| rays.spread(distance));
+        let inverse = picture_change.inverse();
+        if !inverse.is_finite() {
+            return Tube::EMPTY; // seen edge-on
+        }
+        let [near, far] = [0.0, 1.0].map(|distance| {
+            let [row, other] = rays.spread(distance).map(DVec2::from);
+            [inverse.transpose() * row, inverse.transpose() * other].map(|row| row.to_array())
+        });
         let mut change = [[0f64; 4]; 2];
         for k in 0..4 {
             change[0][k] = near[k / 2][k % 2];
@@ -229,11 +236,11 @@ impl Leaf {
             self.origin_change[k][lane] = change[0][k] as f32;
             self.direction_change[k][lane] = change[1][k] as f32;
         }
-        self.reach2[lane] = reach * reach * LEEWAY;
+        self.reach2[lane] = reach_px * reach_px * LEEWAY;
         self.samples[lane] = index;
         // What a matrix does to a vector is at most its larger singular value.
         let norm = |[a, b, c, d]: &[f64; 4]| 0.5 * ((a + d).hypot(b - c) + (a - d).hypot(b + c));
-        let [radius, slope] = change.map(|matrix| (norm(&matrix) * f64::from(reach * LEEWAY)) as f32);
+        let [radius, slope] = change.map(|matrix| (norm(&matrix) * f64::from(reach_px * LEEWAY)) as f32);
         let rounding = 1e-5 * origin.abs().max_element();
         Tube { origin, direction, radius: radius + rounding, slope }
     }

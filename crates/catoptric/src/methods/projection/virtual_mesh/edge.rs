@@ -33,6 +33,9 @@ struct Bend {
     deviation: f32,
 }
 
+/// Estimates of errors beyond this mean that nothing is known.
+const MOST_UNCERTAIN_PX: f32 = 4.0;
+
 /// The border of what appears is drawn straight over this many times the smallest size.
 const END_STEPS: f32 = 12.0;
 
@@ -111,7 +114,7 @@ impl EdgeRule {
             return above(extent, end_limit);
         }
         let error = ahead.deviation.max(back.deviation) * 0.25;
-        let counts = error > self.edge_error_px && distance.max(extent) > self.piece_px;
+        let counts = error > self.edge_error_px + uncertainty(one, other) && distance.max(extent) > self.piece_px;
         if counts { distance } else { 0.0 }
     }
 
@@ -154,7 +157,7 @@ impl EdgeRule {
     /// Whether two appearances at the ends of a step predict each other so well that they must belong together.
     fn are_sure(&self, one: &Projection, other: &Projection, step: Vec3) -> bool {
         let size = other.image_px.distance(one.image_px);
-        self.mismatch(one, other, step) <= self.allowed_mismatch(size)
+        self.mismatch(one, other, step) <= self.allowed_mismatch(size) + uncertainty(one, other)
     }
 
     /// The appearance after a step that continues `one`; none where there is none so near to what is predicted.
@@ -167,7 +170,8 @@ impl EdgeRule {
         let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
         let other = fitting.min_by(|x, y| self.mismatch(one, x, step).total_cmp(&self.mismatch(one, y, step)))?;
         let size = (one.predicted(step) - one.image_px).length().max(other.image_px.distance(one.image_px));
-        (self.expected(one, other, step).distance(other.image_px) <= self.allowed_mismatch(size)).then_some(other)
+        let allowed = self.allowed_mismatch(size) + uncertainty(one, other);
+        (self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
     }
 
     /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.
@@ -217,6 +221,12 @@ impl EdgeRule {
             || all().all(|one| one.image_px.x > self.picture.size_px.x)
             || all().all(|one| one.image_px.y > self.picture.size_px.y)
     }
+}
+
+/// How far two appearances may be from predicting each other because of how they were found, in pixels: no division
+/// makes that better.
+fn uncertainty(one: &Projection, other: &Projection) -> f32 {
+    (one.error_px + other.error_px).min(MOST_UNCERTAIN_PX)
 }
 
 /// The appearance nearest to `one` in the picture.

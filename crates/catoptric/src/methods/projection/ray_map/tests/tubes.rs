@@ -5,27 +5,30 @@ use super::samples::{balls, mirror, traced};
 use super::vector;
 use crate::math::random::Stream;
 use crate::optics::bundle::BounceKind;
-use glam::{DVec3, Vec3};
+use glam::{DMat2, DVec3, Vec3};
 
 /// Rays along a side of a map.
 const SIDE: usize = 40;
 
-/// A map of rays after a mirror ball, with how far each is trusted, and their places.
-fn map(random: &mut Stream, width: f64) -> (Vec<RaySample>, Vec<f32>, Vec<[f32; 2]>) {
+/// A map of rays after a mirror ball, with what their parameters do in a picture (stretched and sheared at random), how
+/// far each is trusted, and their places.
+fn map(random: &mut Stream, width: f64) -> (Vec<RaySample>, Vec<DMat2>, Vec<f32>, Vec<[f32; 2]>) {
     let scene = balls(&[(Vec3::ZERO, 1.0, mirror())]);
     let towards = vector(random).normalize();
     let eye = (towards * 3.0).as_vec3().as_dvec3();
     let side = towards.any_orthonormal_vector();
     let up = towards.cross(side);
-    let (mut samples, mut reach, mut places) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut samples, mut pictures, mut reach, mut places) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for place in 0..SIDE * SIDE {
         let [x, y] = [place % SIDE, place / SIDE].map(|k| (k as f64 / (SIDE - 1) as f64 * 2.0 - 1.0) * width);
         let Some(sample) = traced(&scene, eye, side * x + up * y, &[(0, BounceKind::Reflect)]) else { continue };
         samples.push(sample);
+        let mut entry = || f64::from(random.next_between(-0.4, 0.4));
+        pictures.push(DMat2::IDENTITY + DMat2::from_cols_array(&[entry(), entry(), entry(), entry()]));
         reach.push(random.next_between(0.01, 0.3));
         places.push([(place % SIDE * 8) as f32, (place / SIDE * 8) as f32]);
     }
-    (samples, reach, places)
+    (samples, pictures, reach, places)
 }
 
 #[test]
@@ -33,8 +36,8 @@ fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
     let mut random = Stream::new(99);
     // All of the ball's disc, silhouette included, and a small part of it.
     for width in [1.1, 0.1] {
-        let (samples, reach, places) = map(&mut random, width);
-        let tubes = RayTubes::new(&samples, &reach, &places);
+        let (samples, pictures, reach, places) = map(&mut random, width);
+        let tubes = RayTubes::new(&samples, &pictures, &reach, &places);
         let (mut expected, mut beyond, mut most) = (0, 0, 0);
         for case in 0..300 {
             // Anywhere, near the ball, and far away in front of a ray.
@@ -57,7 +60,8 @@ fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
             let reaches = |index: usize, leeway: f64| {
                 let perturbed = samples[index].rays.perturbed(point.as_dvec3());
                 perturbed.is_some_and(|perturbed| {
-                    perturbed.distance > 0.0 && perturbed.linear.length() <= f64::from(reach[index]) * leeway
+                    perturbed.distance > 0.0
+                        && (pictures[index] * perturbed.linear).length() <= f64::from(reach[index]) * leeway
                 })
             };
             for index in 0..samples.len() {
@@ -76,15 +80,15 @@ fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
 #[test]
 fn no_samples_and_no_points_give_nothing() {
     let mut found = Vec::new();
-    RayTubes::new(&[], &[], &[]).reaching(Vec3::ONE, &mut found);
-    let (samples, reach, places) = map(&mut Stream::new(3), 0.5);
-    let tubes = RayTubes::new(&samples, &reach, &places);
+    RayTubes::new(&[], &[], &[], &[]).reaching(Vec3::ONE, &mut found);
+    let (samples, pictures, reach, places) = map(&mut Stream::new(3), 0.5);
+    let tubes = RayTubes::new(&samples, &pictures, &reach, &places);
     for point in [Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f32::NAN, 1.0)] {
         tubes.reaching(point, &mut found);
     }
     assert!(found.is_empty() && tubes.byte_count() > samples.len() * 80);
     // One sample, and its own ray.
-    let one = RayTubes::new(&samples[..1], &reach[..1], &places[..1]);
+    let one = RayTubes::new(&samples[..1], &pictures[..1], &reach[..1], &places[..1]);
     let at = |distance: f64| -> DVec3 { samples[0].rays.origin + samples[0].rays.direction * distance };
     one.reaching(at(5.0).as_vec3(), &mut found);
     assert_eq!(found, [0]);
