@@ -31,7 +31,7 @@ pub struct MeshQuality {
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
-    /// About so many pieces are made of one object on one path at the most, or [`LEAST_BUDGET`] of one triangle; those
+    /// About so many pieces are made of one object on one path at the most, or 6,000 of one triangle; those
     /// that need it least are left.
     pub max_pieces: usize,
 }
