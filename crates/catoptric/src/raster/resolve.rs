@@ -113,28 +113,28 @@ pub(super) fn resolve(
                 // Parts of one surface are shaded as one; where samples are shaded one by one that matters only to
                 // pixels that show nothing else.
                 let mut place = PixelPlace { plan, pattern, layers, first, corner, merges: true };
+                let mut add = |mask: u32, chain: &[u32]| {
+                    positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
+                    targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
+                    ids.extend_from_slice(chain);
+                    ends.push(ids.len() as u32);
+                };
                 split(&place, all, &mut prefix, 0, &mut |mask, chain| {
-                    if mask == all {
-                        positions.push(corner + whole);
-                        targets.push(target);
-                        ids.extend_from_slice(chain);
-                        ends.push(ids.len() as u32);
+                    if mask == all || together > 1 {
+                        add(mask, chain);
                         splits = false;
                     }
                 });
                 if !splits {
                     continue;
                 }
-                place.merges = together > 1;
+                place.merges = false;
                 split(&place, all, &mut prefix, 0, &mut |mask, chain| {
                     let mut rest = mask;
                     while rest != 0 {
                         let part = first_samples(rest, together);
                         rest &= !part;
-                        positions.push(corner + centroid(pattern, part));
-                        targets.push(FragmentTarget { weight: part.count_ones() as u8, ..target });
-                        ids.extend_from_slice(chain);
-                        ends.push(ids.len() as u32);
+                        add(part, chain);
                     }
                 });
             }
