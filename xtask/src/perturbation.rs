@@ -59,22 +59,22 @@ fn figures() -> Vec<Figure> {
     let animation = [("0 s", 0.0), ("1.5 s", 1.5), ("5 s", 5.0), ("7.2 s", 7.2)]
         .map(|(label, time_s)| Shot { time_s, ..shot(label, vase, fine, [480, 320]) });
     let figure = |name, shots| Figure { name, shots, close_up: None };
+    let enlarged = |name, part, shots| Figure { name, shots, close_up: Some(part) };
     vec![
-        Figure {
-            close_up: Some([0.25, 0.5, 0.5, 0.5]),
-            ..figure("figure-08", vec![shot("perturbation", vase, sparse, large), truth(vase, large)])
-        },
+        enlarged(
+            "figure-08",
+            [0.25, 0.5, 0.5, 0.5],
+            vec![shot("perturbation", vase, sparse, large), truth(vase, large)],
+        ),
         figure("figure-08-moving", vec![moving]),
-        Figure {
-            close_up: Some([0.5, 0.2, 0.4, 0.4]),
-            ..figure(
-                "figure-09",
-                vec![
-                    second(shot("perturbation", both, "spacing_px=8 finest_px=8 edge_error_px=1 piece_px=2", large)),
-                    second(truth(both, large)),
-                ],
-            )
-        },
+        enlarged(
+            "figure-09",
+            [0.5, 0.2, 0.4, 0.4],
+            vec![
+                second(shot("perturbation", both, "spacing_px=8 finest_px=8 edge_error_px=1 piece_px=2", large)),
+                second(truth(both, large)),
+            ],
+        ),
         figure("figure-10", animation.into()),
         figure(
             "figure-11",
@@ -94,18 +94,16 @@ fn figures() -> Vec<Figure> {
                 truth(vase, small),
             ],
         ),
-        Figure {
-            close_up: Some([0.3, 0.44, 0.2, 0.24]),
-            ..figure(
-                "figure-13",
-                vec![
-                    shot("nearest", vase, "polish=0 expansion=nearest spacing_px=16 finest_px=16", large),
-                    shot("linear", vase, "polish=0 expansion=linear spacing_px=16 finest_px=16", large),
-                    shot("quadratic", vase, "polish=0 expansion=quadratic spacing_px=16 finest_px=16", large),
-                    truth(vase, large),
-                ],
-            )
-        },
+        enlarged(
+            "figure-13",
+            [0.3, 0.44, 0.2, 0.24],
+            vec![
+                shot("nearest", vase, "polish=0 expansion=nearest spacing_px=16 finest_px=16", large),
+                shot("linear", vase, "polish=0 expansion=linear spacing_px=16 finest_px=16", large),
+                shot("quadratic", vase, "polish=0 expansion=quadratic spacing_px=16 finest_px=16", large),
+                truth(vase, large),
+            ],
+        ),
     ]
 }
 

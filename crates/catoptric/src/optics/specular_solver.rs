@@ -444,4 +444,4 @@ fn inverted(matrix: &DMat2) -> Option<DMat2> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

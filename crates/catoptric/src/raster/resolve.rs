@@ -79,7 +79,7 @@ pub(super) fn resolve(
     let samples = pattern.samples;
     let whole = Vec2::splat(0.5);
     let all = (1u32 << samples) - 1;
-    let together = samples_shaded_together(samples);
+    let together = shaded_together(samples);
     for block in 0..TILE_BLOCKS * TILE_BLOCKS {
         let [block_x, block_y] = [block % TILE_BLOCKS * BLOCK, block / TILE_BLOCKS * BLOCK];
         for row in block_y..(block_y + BLOCK).min(extent[1]) {
@@ -110,8 +110,6 @@ pub(super) fn resolve(
                 }
                 ids.truncate(start);
                 let mut prefix = [0u32; 64];
-                // Parts of one surface are shaded as one; where samples are shaded one by one that matters only to
-                // pixels that show nothing else.
                 let mut place = PixelPlace { plan, pattern, layers, first, corner, merges: true };
                 let mut add = |mask: u32, chain: &[u32]| {
                     positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
@@ -119,51 +117,32 @@ pub(super) fn resolve(
                     ids.extend_from_slice(chain);
                     ends.push(ids.len() as u32);
                 };
-                split(&place, all, &mut prefix, 0, &mut |mask, chain| {
-                    if mask == all || together > 1 {
-                        add(mask, chain);
-                        splits = false;
-                    }
-                });
-                if !splits {
-                    continue;
+                if together {
+                    split(&place, all, &mut prefix, 0, &mut add);
+                } else if let Some(depth) = place.one_chain(all, &mut prefix) {
+                    // Parts of one surface alone: no edge of anything that is seen.
+                    add(all, &prefix[..depth]);
+                } else {
+                    place.merges = false;
+                    split(&place, all, &mut prefix, 0, &mut |mask, chain| {
+                        let mut rest = mask;
+                        while rest != 0 {
+                            add(1 << rest.trailing_zeros(), chain);
+                            rest &= rest - 1;
+                        }
+                    });
                 }
-                place.merges = false;
-                split(&place, all, &mut prefix, 0, &mut |mask, chain| {
-                    let mut rest = mask;
-                    while rest != 0 {
-                        let part = first_samples(rest, together);
-                        rest &= !part;
-                        add(part, chain);
-                    }
-                });
             }
         }
     }
 }
 
-/// How many samples of a pixel that shows several chains are shaded together at the most.
+/// Whether the samples of a pixel that show one of several chains are shaded together.
 ///
 /// The places of a few samples that lie to one side of an edge differ much from their mean; with many samples a pixel
 /// each counts little, and shading them together is worth more.
-fn samples_shaded_together(samples: usize) -> u32 {
-    match samples {
-        0..=8 => 1,
-        _ => 16,
-    }
-}
-
-/// The first `count` samples of a mask.
-#[inline]
-fn first_samples(mask: u32, count: u32) -> u32 {
-    if mask.count_ones() <= count {
-        return mask;
-    }
-    let mut rest = mask;
-    for _ in 0..count {
-        rest &= rest - 1;
-    }
-    mask & !rest
+fn shaded_together(samples: usize) -> bool {
+    samples > 8
 }
 
 /// One layer and one sample a pixel: every pixel is a fragment.
@@ -220,6 +199,23 @@ impl PixelPlace<'_> {
     fn layer(&self, depth: usize) -> Option<&[u32]> {
         let layer: &[u32] = bytemuck::cast_slice(self.layers.get(depth)?);
         Some(&layer[self.first..self.first + self.pattern.samples])
+    }
+
+    /// The length of the chain, written to `prefix`, if all samples show one chain of surfaces.
+    fn one_chain(&self, all: u32, prefix: &mut [u32; 64]) -> Option<usize> {
+        let mut depth = 0;
+        while let Some(layer) = self.layer(depth) {
+            let (id, same) = self.of_one_surface(layer, all);
+            if same != all {
+                return None;
+            }
+            if id == EMPTY {
+                break;
+            }
+            prefix[depth] = id;
+            depth += 1;
+        }
+        Some(depth)
     }
 
     /// The samples among `rest` that show the same surface in a layer as the first of them, and the triangle that the

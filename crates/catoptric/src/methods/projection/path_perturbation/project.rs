@@ -123,7 +123,7 @@ impl Perturber<'_> {
         }
         let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
         if forced.is_none() {
-            neighbour = self.of_sufficient_order(sample, point, neighbour)?;
+            neighbour = of_sufficient_order(group, ray, point, neighbour)?;
         }
         let found = if self.settings.polish > 0 {
             if self.is_known(sample, &neighbour, known) {
@@ -229,17 +229,6 @@ impl Perturber<'_> {
         }
     }
 
-    /// The expansion at the order that its remainder asks for.
-    fn of_sufficient_order(&self, sample: &RaySample, point: DVec3, quadratic: Neighbour) -> Option<Neighbour> {
-        let [x, y] = self.view.place_change(sample.first.value);
-        let tangents = &sample.first.first;
-        let step = tangents[0] * quadratic.remainder.x + tangents[1] * quadratic.remainder.y;
-        if x.dot(step).hypot(y.dot(step)) < NEGLIGIBLE_PX {
-            return sample.neighbour(point, Approximation::Linear);
-        }
-        Some(quadratic)
-    }
-
     fn finish(
         &self,
         path: u32,
@@ -272,6 +261,14 @@ impl Perturber<'_> {
             && projection.path_length > 0.0;
         finite.then_some(projection)
     }
+}
+
+/// The expansion at the order that its remainder asks for.
+fn of_sufficient_order(group: &PathRays, ray: u32, point: DVec3, quadratic: Neighbour) -> Option<Neighbour> {
+    if group.distance_px(ray, quadratic.remainder) < NEGLIGIBLE_PX {
+        return group.samples[ray as usize].neighbour(point, Approximation::Linear);
+    }
+    Some(quadratic)
 }
 
 /// About what an expansion leaves out, in the sample's parameters: its next order.

@@ -132,7 +132,7 @@ impl RayMap {
                 groups[group].samples.push(sample);
             }
         }
-        let groups = parallel::map_collect(groups.len(), |index| {
+        let mut finished = parallel::map_collect(groups.len(), |index| {
             let group = &groups[index];
             let in_group = |cell: u32| {
                 places[cell as usize].iter().find(|(path, _)| *path as usize == index).map(|(_, place)| *place)
@@ -144,7 +144,11 @@ impl RayMap {
                 .collect();
             group.finished(field, samples, &neighbours, bounds, rule)
         });
-        Self { groups, rays_traced, samples, index }
+        // Samples are large: they are moved here, not copied there.
+        for (rays, group) in finished.iter_mut().zip(groups) {
+            (rays.path, rays.samples) = (group.path, group.samples);
+        }
+        Self { groups: finished, rays_traced, samples, index }
     }
 
     /// The index of a path's sample whose cell covers a place of the field.
@@ -174,6 +178,7 @@ impl Group {
         Self { path, samples: Vec::new(), cells: Vec::new() }
     }
 
+    /// What is found out about the samples; path and samples are still to be filled in.
     fn finished(
         &self,
         field: &dyn RayField,
@@ -214,8 +219,8 @@ impl Group {
             sample_of_cell[cell as usize] = sample as u32;
         }
         PathRays {
-            path: self.path.clone(),
-            samples: self.samples.clone(),
+            path: SpecularPath::default(),
+            samples: Vec::new(),
             lines,
             reach,
             reach_px,
@@ -235,11 +240,16 @@ pub struct CandidateScratch {
 }
 
 impl PathRays {
-    /// How far in the picture parameters are from a sample, in distances of its neighbours.
+    /// How far from a sample parameters are seen, in pixels, to first order.
+    #[inline]
+    pub fn distance_px(&self, ray: u32, parameters: DVec2) -> f64 {
+        (self.picture_change[ray as usize] * parameters).length()
+    }
+
+    /// The same in distances of its neighbours.
     #[inline]
     pub fn picture_distance(&self, ray: u32, parameters: DVec2) -> f64 {
-        let ray = ray as usize;
-        (self.picture_change[ray] * parameters).length() / f64::from(self.reach_px[ray])
+        self.distance_px(ray, parameters) / f64::from(self.reach_px[ray as usize])
     }
 
     /// Calls `found` for every sample that is a candidate for the reflections of a point, by the rule that the map was

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 /// may appear between them.
 const LONGEST: f32 = 0.35;
 
-/// What an edge that is too long to know what it shows counts as.
+/// What an edge that is too long to know what it shows counts as, in pixels.
 const UNSEEN: f32 = 1e4;
 
 /// Appearances that are this many times further apart than both are expected to move are not one that has moved.
@@ -76,8 +76,8 @@ impl EdgeRule {
         self.piece_px * END_STEPS
     }
 
-    /// How much an edge needs a division: about the error without it as a multiple of what is allowed. Edges above 1
-    /// are divided.
+    /// How much an edge needs a division: 0 where it needs none, else its length in the picture: halving the
+    /// longest edges first makes pieces that look compact.
     pub(super) fn strain(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> f32 {
         let step = b - a;
         let length = step.length();
@@ -99,16 +99,16 @@ impl EdgeRule {
 
     /// How much an appearance at one end asks for a division; `step` leads to the other end.
     fn strain_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
-        let moves = one.predicted(step) - one.image_px;
         let end_limit = self.piece_px * END_PIECES;
         let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         let Some(other) = self.best(one, here, there, step) else {
             // It ends on the way, at the latest half-way to the appearance that it merges with.
+            let moves = one.predicted(step) - one.image_px;
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
             return above(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)), end_limit);
         };
         let (ahead, back) = (self.bend(one, other, step), self.bend(other, one, -step));
-        let (distance, extent) = (other.image_px.distance(one.image_px), moves.length().max(back.moves));
+        let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
         if distance > JUMP * extent {
             // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
             return above(extent, end_limit);

@@ -27,7 +27,7 @@ use std::ops::Range;
 pub struct MeshQuality {
     /// Edges are divided until their middles are this near to where they belong, in pixels.
     pub edge_error_px: f32,
-    /// Edges shorter than this are not divided, in pixels; those of which one end does not appear, than eight times this.
+    /// Edges shorter than this are not divided, in pixels; those on which an appearance ends, than 32 times this.
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
@@ -102,27 +102,25 @@ impl VirtualMesh {
         triangles: &mut Vec<DrawTriangle>,
         corners: &mut Vec<[Vec2; 3]>,
     ) {
-        let first = vertices.len() as u32;
-        vertices.extend_from_slice(&self.vertices);
-        triangles.extend(
-            self.triangles
-                .iter()
-                .map(|triangle| DrawTriangle { vertices: triangle.vertices.map(|v| v + first), ..*triangle }),
-        );
-        corners.extend_from_slice(&self.corners);
+        self.append_some_to(0..self.triangles.len(), vertices, triangles, corners);
     }
 
-    /// Appends some pieces of another mesh: three vertices each.
-    fn append(&mut self, other: &Self, pieces: Range<u32>) {
-        let (first, from) = (self.vertices.len() as u32, 3 * pieces.start);
-        let range = pieces.start as usize..pieces.end as usize;
-        self.vertices.extend_from_slice(&other.vertices[3 * range.start..3 * range.end]);
+    fn append_some_to(
+        &self,
+        pieces: Range<usize>,
+        vertices: &mut Vec<PicturePoint>,
+        triangles: &mut Vec<DrawTriangle>,
+        corners: &mut Vec<[Vec2; 3]>,
+    ) {
+        // Three vertices a piece, in their order.
+        let (first, from) = (vertices.len() as u32, 3 * pieces.start as u32);
+        vertices.extend_from_slice(&self.vertices[3 * pieces.start..3 * pieces.end]);
         let moved = |triangle: &DrawTriangle| {
             let vertices = triangle.vertices.map(|vertex| vertex - from + first);
             DrawTriangle { vertices, ..*triangle }
         };
-        self.triangles.extend(other.triangles[range.clone()].iter().map(moved));
-        self.corners.extend_from_slice(&other.corners[range]);
+        triangles.extend(self.triangles[pieces.clone()].iter().map(moved));
+        corners.extend_from_slice(&self.corners[pieces]);
     }
 }
 
@@ -227,7 +225,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
     let mut meshes: Vec<VirtualMesh> = Vec::new();
     // Of every triangle, in which mesh its pieces are, and where.
-    let mut pieces_of: Vec<(u32, Range<u32>)> = vec![(0, 0..0); welded.triangles.len()];
+    let mut pieces_of: Vec<(u32, Range<usize>)> = vec![(0, 0..0); welded.triangles.len()];
     let mut mesh = VirtualMesh { points_projected: welded.points.len() as u64, ..VirtualMesh::default() };
     for _ in 0..MOST_ROUNDS {
         let chunks: Vec<&[u32]> = wanted.chunks(TRIANGLES_AT_ONCE).collect();
@@ -238,7 +236,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
             for &triangle in chunks[chunk] {
                 let points = welded.triangles[triangle as usize];
                 let corners = points.map(|point| (welded.points[point as usize], appearances_of(point)));
-                ends.push(divider.triangle(triangle, corners) as u32);
+                ends.push(divider.triangle(triangle, corners));
             }
             (divider.finish(), ends)
         });
@@ -259,9 +257,10 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
             break;
         }
     }
+    let VirtualMesh { vertices, triangles, corners, .. } = &mut mesh;
     for (number, range) in pieces_of {
         if !range.is_empty() {
-            mesh.append(&meshes[number as usize], range);
+            meshes[number as usize].append_some_to(range, vertices, triangles, corners);
         }
     }
     mesh

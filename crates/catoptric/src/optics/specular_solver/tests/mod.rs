@@ -10,7 +10,7 @@ use crate::surface::{AnalyticSurface, PlacedSurface};
 use glam::{Affine3A, Quat, Vec3};
 
 /// A scene of analytic surfaces with their materials.
-pub(super) fn scene_of(surfaces: &[(AnalyticSurface, Affine3A, Material)]) -> Scene {
+pub(crate) fn scene_of(surfaces: &[(AnalyticSurface, Affine3A, Material)]) -> Scene {
     let mut scene = Scene::default();
     for (surface, place, material) in surfaces {
         let placed = PlacedSurface { surface: surface.clone(), world_from_surface: *place };
@@ -28,7 +28,7 @@ pub(super) fn scene_of(surfaces: &[(AnalyticSurface, Affine3A, Material)]) -> Sc
     scene
 }
 
-pub(super) fn mirror() -> Material {
+pub(crate) fn mirror() -> Material {
     Material::mirror("mirror", Vec3::ONE)
 }
 
@@ -36,7 +36,7 @@ pub(super) fn sphere(center: Vec3, radius: f32, material: Material) -> (Analytic
     (AnalyticSurface::Sphere { radius: radius.into() }, Affine3A::from_translation(center), material)
 }
 
-pub(super) fn vector(random: &mut Stream) -> DVec3 {
+pub(crate) fn vector(random: &mut Stream) -> DVec3 {
     loop {
         let mut next = || random.next_between(-1.0, 1.0) as f64;
         let vector = DVec3::new(next(), next(), next());

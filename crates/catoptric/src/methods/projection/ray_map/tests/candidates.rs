@@ -1,9 +1,9 @@
 //! The octree's candidates against a search through all rays in double precision.
 
 use super::super::{Lines, RayTree};
-use super::vector;
 use crate::math::Aabb;
 use crate::math::random::Stream;
+use crate::optics::specular_solver::tests::vector;
 use glam::{DVec3, Vec3};
 
 /// Rays along a side of a family's grid.

@@ -1,13 +1,13 @@
 //! Sample rays against traced neighbours, and their focal points against Coddington's equations.
 
 use super::super::{Approximation, RaySample, Specular, follow};
-use super::vector;
 use crate::math::random::Stream;
 use crate::optics::bundle::{BounceKind, Eye};
-use crate::scene::{Material, Object, Ray, Scene};
+use crate::optics::specular_solver::tests::{mirror, scene_of, vector};
+use crate::scene::{Material, Ray, Scene};
 use crate::surface::site::SpecularSurfaces;
 use crate::surface::tracer::Tracer;
-use crate::surface::{AnalyticSurface, PlacedSurface};
+use crate::surface::AnalyticSurface;
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 
 const REFLECT: BounceKind = BounceKind::Reflect;
@@ -15,26 +15,10 @@ const TRANSMIT: BounceKind = BounceKind::Transmit;
 
 /// Balls with centres, radii and materials.
 pub(super) fn balls(list: &[(Vec3, f64, Material)]) -> Scene {
-    let mut scene = Scene::default();
-    for (center, radius, material) in list {
-        let surface = AnalyticSurface::Sphere { radius: *radius };
-        let placed = PlacedSurface { surface, world_from_surface: Affine3A::from_translation(*center) };
-        scene.objects.push(Object {
-            name: String::new(),
-            material: scene.materials.len() as u32,
-            triangles: 0..0,
-            vertices: 0..0,
-            bounds: placed.bounds(),
-            surface: Some(placed),
-            inside: false,
-        });
-        scene.materials.push(material.clone());
-    }
-    scene
-}
-
-pub(super) fn mirror() -> Material {
-    Material::mirror("mirror", Vec3::ONE)
+    let ball = |(center, radius, material): &(Vec3, f64, Material)| {
+        (AnalyticSurface::Sphere { radius: *radius }, Affine3A::from_translation(*center), material.clone())
+    };
+    scene_of(&list.iter().map(ball).collect::<Vec<_>>())
 }
 
 /// What a view ray becomes on a path of these bounces.

@@ -1,10 +1,10 @@
 //! The hierarchy of tubes against all samples, one by one, in double precision.
 
 use super::super::{RaySample, RayTubes};
-use super::samples::{balls, mirror, traced};
-use super::vector;
+use super::samples::{balls, traced};
 use crate::math::random::Stream;
 use crate::optics::bundle::BounceKind;
+use crate::optics::specular_solver::tests::{mirror, vector};
 use glam::{DMat2, DVec3, Vec3};
 
 /// Rays along a side of a map.
