@@ -5,9 +5,9 @@ use crate::math::random::Stream;
 use crate::optics::bundle::{BounceKind, Eye};
 use crate::optics::specular_solver::tests::{mirror, scene_of, vector};
 use crate::scene::{Material, Ray, Scene};
+use crate::surface::AnalyticSurface;
 use crate::surface::site::SpecularSurfaces;
 use crate::surface::tracer::Tracer;
-use crate::surface::AnalyticSurface;
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 
 const REFLECT: BounceKind = BounceKind::Reflect;
