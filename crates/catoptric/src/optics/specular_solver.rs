@@ -83,11 +83,25 @@ pub fn solve(
     max_steps: u32,
     tolerance: f64,
 ) -> Option<Solution> {
+    solve_within(surfaces, eye, point, start, max_steps, tolerance, f64::INFINITY)
+}
+
+/// As [`solve`], but gives up (none) as soon as the first bounce is further than `reach` from where it started: for
+/// those who have other starts for what lies there.
+pub fn solve_within(
+    surfaces: &SpecularSurfaces<'_>,
+    eye: &Eye,
+    point: DVec3,
+    start: &PathSites,
+    max_steps: u32,
+    tolerance: f64,
+    reach: f64,
+) -> Option<Solution> {
     match start.count {
-        1 => Problem::<1>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
-        2 => Problem::<2>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
-        3 => Problem::<3>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
-        4 => Problem::<4>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance),
+        1 => Problem::<1>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance, reach),
+        2 => Problem::<2>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance, reach),
+        3 => Problem::<3>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance, reach),
+        4 => Problem::<4>::new(surfaces, eye, point, start)?.solved(max_steps, tolerance, reach),
         _ => None,
     }
 }
@@ -268,7 +282,8 @@ impl<'a, const N: usize> Problem<'a, N> {
     }
 
     /// Newton's method.
-    fn solved(mut self, max_steps: u32, tolerance: f64) -> Option<Solution> {
+    fn solved(mut self, max_steps: u32, tolerance: f64, reach: f64) -> Option<Solution> {
+        let start = self.at[0].1.position;
         let mut steps = 0;
         let mut residual = largest(&self.constraints);
         // The residuals of the last three steps, the latest first.
@@ -278,6 +293,9 @@ impl<'a, const N: usize> Problem<'a, N> {
             let step = self.newton_step()?;
             if !self.advance(&step)? {
                 break;
+            }
+            if self.at[0].1.position.distance_squared(start) > reach * reach {
+                return None;
             }
             steps += 1;
             residual = largest(&self.constraints);

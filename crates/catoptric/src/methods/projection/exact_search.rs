@@ -1,9 +1,9 @@
 //! All specular paths between an eye and scene points, found from ray maps around the eye and solved exactly.
 //!
 //! Every reflector is sampled from the eye by its own ray map, refined until neighbouring rays predict each other;
-//! a point's candidates are all rays that pass it nearer than their neighbours do, and Newton's method on the
-//! specular constraint takes each to its path; near caustics, where one such ray can stand for several paths, its
-//! neighbours are tried too. So a search costs a few microseconds, and what can be missed are reflections in parts of
+//! a point's candidates are all rays whose expansions reach it, and Newton's method on the specular constraint takes
+//! one for each place in the picture to its path; near caustics, where one ray can stand for several paths, its
+//! neighbours are tried too. So a search costs some five to fifty microseconds, and what can be missed are reflections in parts of
 //! a reflector smaller than the finest sample spacing (see [`SearchSettings`]).
 //!
 //! Ray maps hold what is seen from the eye. Where blocked paths are wanted too, those of one bounce on analytic
@@ -13,7 +13,9 @@
 
 use super::finder::{FoundPath, PathSearch, SearchOutcome};
 use super::projector::{MAX_BOUNCES, SpecularPath};
-use super::ray_map::{Approximation, CandidateRule, CandidateScratch, PathRays, RayMap, Sampling, Specular, ViewField};
+use super::ray_map::{
+    Approximation, Attempts, CandidateRule, CandidateScratch, PathRays, RayMap, Sampling, Specular, ViewField,
+};
 use super::visibility::PathVisibility;
 use crate::error::RenderError;
 use crate::math::Aabb;
@@ -47,7 +49,9 @@ impl Default for SearchSettings {
 /// Newton steps at the most.
 const MAX_STEPS: u32 = 60;
 /// Paths with smaller residuals of the specular constraint are solutions.
-const SOLVED_RESIDUAL: f64 = 1e-11;
+const SOLVED_RESIDUAL: f64 = 1e-12;
+/// The same where a curve of paths is followed, all of which are double roots.
+const CURVE_RESIDUAL: f64 = 1e-11;
 /// Bounce points nearer than this share of the scene's size are the same.
 const SAME_POINT: f64 = 1e-7;
 /// At caustics roots are double, and known to the square root of the residual only.
@@ -61,7 +65,9 @@ const CURVE_STEPS: u32 = 4;
 const MAX_NEIGHBOUR_STEPS: u32 = 24;
 /// A sample whose prediction's second order is above this share of the way to its neighbours is near a caustic.
 const LARGE_REMAINDER: f64 = 0.25;
-/// Candidates of points farther away than this are those of a point there: squares stay in single precision.
+/// Samples reach at most this many distances to their neighbours.
+const LARGEST_REACH: f32 = 4.0;
+/// Candidates of points farther away than this are those of a point there: it fits into single precision.
 const FARTHEST_LOOKUP: f64 = 1e17;
 /// Charts have this many pixels between two sample rays: a unit for the accuracy of their predictions.
 const SPACING_PX: f32 = 16.0;
@@ -171,7 +177,7 @@ impl<'a> ExactSearch<'a> {
         for &object in objects {
             for view in views_of(&scene.objects[object as usize].bounds, eye.as_vec3(), settings.samples_across) {
                 let field = ViewField::new(&view, SPACING_PX);
-                let map = RayMap::build(&specular, &field, &sampling, &bounds, CandidateRule::LocalMinima);
+                let map = RayMap::build(&specular, &field, &sampling, &bounds, CandidateRule::InReach(LARGEST_REACH));
                 let number = |group: &PathRays| {
                     let own = group.path.bounces.first().is_some_and(|bounce| bounce.object == object);
                     if !own
@@ -213,7 +219,15 @@ impl<'a> ExactSearch<'a> {
     }
 
     /// Takes a candidate, and near caustics and borders its neighbours too, to their paths.
-    fn follow_up(&self, group: &PathRays, ray: u32, single: bool, path: u32, point: DVec3, answer: &mut Answer<'_>) {
+    fn follow_up(
+        &self,
+        group: &PathRays,
+        ray: u32,
+        single: bool,
+        path: u32,
+        point: DVec3,
+        answer: &mut Answer<'_>,
+    ) -> bool {
         let sample = &group.samples[ray as usize];
         let reach = f64::from(group.reach[ray as usize]);
         let mut regular = false;
@@ -233,13 +247,14 @@ impl<'a> ExactSearch<'a> {
             self.take(path, &solution, point, answer);
         }
         if regular && found || single {
-            return;
+            return found;
         }
         for &neighbour in group.lines.neighbours(ray) {
             if let Some(solution) = attempt(neighbour, DVec2::ZERO, MAX_NEIGHBOUR_STEPS) {
                 self.take(path, &solution, point, answer);
             }
         }
+        found
     }
 
     /// Keeps a path if it is one and new.
@@ -339,7 +354,7 @@ impl<'a> ExactSearch<'a> {
             let Some(expected) = self.surfaces.moved(object, &at.sites[0], along) else { return false };
             let mut start = at;
             start.sites[0] = expected;
-            match solve(&self.surfaces, &self.eye, point, &start, MAX_STEPS, SOLVED_RESIDUAL) {
+            match solve(&self.surfaces, &self.eye, point, &start, MAX_STEPS, CURVE_RESIDUAL) {
                 Some(next)
                     if next.converged && next.sites.sites[0].position.distance(expected.position) < 0.5 * step =>
                 {
@@ -419,8 +434,11 @@ impl PathSearch for ExactSearch<'_> {
             let groups = chart.map.groups.iter().zip(&chart.path_of_group).zip(&chart.single);
             for ((group, path), &single) in groups {
                 let Some(path) = *path else { continue };
-                group.candidates(lookup, &mut CandidateScratch::default(), |ray| {
-                    self.follow_up(group, ray, single, path, point, &mut answer);
+                let mut attempts = Attempts::default();
+                group.candidates(lookup, &mut CandidateScratch::default(), |candidate| {
+                    let Some(attempt) = attempts.begin(&candidate) else { return };
+                    let told = self.follow_up(group, candidate.ray, single, path, point, &mut answer);
+                    attempts.end(attempt, told);
                 });
             }
         }

@@ -2,11 +2,11 @@
 
 use super::settings::{Candidates, PathPerturbationSettings};
 use crate::methods::projection::ray_map::{
-    Approximation, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap, RaySample,
+    Approximation, Attempts, Candidate, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap, RaySample,
 };
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::{Eye, OutgoingRays};
-use crate::optics::specular_solver::{first_order_bundle_of, solve};
+use crate::optics::specular_solver::{first_order_bundle_of, solve_within};
 use crate::scene::PreciseView;
 use crate::surface::site::SpecularSurfaces;
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -28,8 +28,18 @@ const NEGLIGIBLE_PX: f64 = 0.02;
 /// nearer to another sample, or none passes the point.
 const TRUSTED_REACH: f64 = 3.0;
 
+/// The solver may go this many times the distance to its neighbours away from a sample: what lies there is others'.
+const SOLVED_REACH: f64 = 3.0;
+
+/// A sample that leads less than this many distances of its neighbours away, with a second order below the square of
+/// it, knows: if the solver finds nothing there, there is nothing.
+const SURE_REACH: f64 = 0.5;
+
 /// Expansions whose next order is larger than this share of the distance to their sample's neighbours mean nothing.
 const LARGEST_REST: f64 = 0.75;
+
+/// Beyond this many times the distance to its neighbours an expansion is believed only where no other sample is nearer.
+const OWN_REACH: f64 = 1.0;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
 const TOUCHING: f64 = 2e-4;
@@ -70,7 +80,9 @@ impl VertexProjector for Perturber<'_> {
         let exact = point.as_dvec3();
         let mut representatives: [u32; 8] = [0; 8];
         let mut representative_count = 0;
-        let mut take = |ray: u32| {
+        let mut attempts = Attempts::default();
+        let mut take = |candidate: Candidate| {
+            let ray = candidate.ray;
             if self.settings.candidates == Candidates::Nearest {
                 let known = &representatives[..representative_count];
                 if known.iter().any(|&other| self.same_reflection(group, ray, other)) {
@@ -81,7 +93,10 @@ impl VertexProjector for Perturber<'_> {
                     representative_count += 1;
                 }
             }
-            let Some(projection) = self.perturb(path, group, ray, exact, &found[start..]) else { return };
+            let Some(attempt) = attempts.begin(&candidate) else { return };
+            let outcome = self.perturb(path, group, ray, exact, &found[start..]);
+            attempts.end(attempt, !matches!(outcome, Outcome::Unsolved));
+            let Outcome::Seen(projection) = outcome else { return };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
             };
@@ -108,45 +123,61 @@ impl Perturber<'_> {
             && last(a).distance(last(b)) <= f64::from(self.settings.group_distance) * size
     }
 
-    /// The appearance that a sample ray leads to; none where its expansion does not reach or the solver finds none.
-    /// Nor where it would only find one of `known` again.
-    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> Option<Projection> {
+    /// The appearance that a sample ray leads to; unsolved where its expansion does not reach or the solver finds none.
+    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> Outcome {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
-        let mut neighbour = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic))?;
-        if neighbour.distance.is_nan() || neighbour.distance <= 0.0 {
-            return None;
+        let Some(mut neighbour) = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic)) else {
+            return Outcome::Unsolved;
+        };
+        if !(neighbour.distance > 0.0 && group.is_trusted(ray, neighbour.linear)) {
+            return Outcome::Unsolved;
         }
-        let distance = group.picture_distance(ray, neighbour.linear);
-        if distance.is_nan() || distance > TRUSTED_REACH {
-            return None;
-        }
-        let reach = TRUSTED_REACH * f64::from(group.reach[ray as usize]);
+        let spacing = f64::from(group.reach[ray as usize]);
         if forced.is_none() {
-            neighbour = of_sufficient_order(group, ray, point, neighbour)?;
+            neighbour = of_sufficient_order(group, ray, point, neighbour);
         }
         let found = if self.settings.polish > 0 {
             if self.is_known(sample, &neighbour, known) {
-                return None;
+                return Outcome::Settled;
             }
-            self.polished(sample, neighbour.parameters.clamp_length_max(reach), point)?
+            let parameters = neighbour.parameters.clamp_length_max(TRUSTED_REACH * spacing);
+            self.polished(sample, parameters, point, SOLVED_REACH * spacing)
         } else {
-            let parameters = sample.parameters_of(neighbour.reflection_point);
-            let left_out = left_out(&neighbour, forced);
-            // Nothing follows from an expansion whose next order is as large as its reach.
-            let limit = if forced == Some(Approximation::Nearest) { TRUSTED_REACH } else { LARGEST_REST };
-            if group.picture_distance(ray, left_out) > limit {
-                return None;
-            }
-            Found {
-                reflection_point: neighbour.reflection_point,
-                last: sample.rays.origin_near(neighbour.parameters),
-                motion: sample.motion(neighbour.distance, parameters)?,
-                optical_length: sample.optical_length_to(point),
-                left_out,
-            }
+            self.expanded(group, ray, &neighbour, point)
         };
-        self.seen(path, group, sample, &found, point)
+        let Some(found) = found else {
+            let px = |parameters: DVec2| group.picture_distance(ray, parameters);
+            let sure = px(neighbour.linear) < SURE_REACH && px(neighbour.remainder) < SURE_REACH * SURE_REACH;
+            return if sure { Outcome::Settled } else { Outcome::Unsolved };
+        };
+        self.seen(path, group, sample, &found, point).map_or(Outcome::Settled, Outcome::Seen)
+    }
+
+    /// What an expansion alone says; none where nothing follows from it.
+    fn expanded(&self, group: &PathRays, ray: u32, neighbour: &Neighbour, point: DVec3) -> Option<Found> {
+        let sample = &group.samples[ray as usize];
+        let forced = self.settings.expansion.forced();
+        let left_out = left_out(neighbour, forced);
+        // An expansion whose next order is as large as its reach means nothing.
+        let limit = if forced == Some(Approximation::Nearest) { TRUSTED_REACH } else { LARGEST_REST };
+        if group.picture_distance(ray, left_out) > limit {
+            return None;
+        }
+        let parameters = sample.parameters_of(neighbour.reflection_point);
+        if self.settings.candidates == Candidates::InReach
+            && group.picture_distance(ray, parameters) > OWN_REACH
+            && self.sample_seen_at(group, neighbour.reflection_point).is_some_and(|nearer| nearer != ray)
+        {
+            return None;
+        }
+        Some(Found {
+            reflection_point: neighbour.reflection_point,
+            last: sample.rays.origin_near(neighbour.parameters),
+            motion: sample.motion(neighbour.distance, parameters)?,
+            optical_length: sample.optical_length_to(point),
+            left_out,
+        })
     }
 
     /// A path as an appearance; none where it is not seen.
@@ -169,11 +200,14 @@ impl Perturber<'_> {
         let place = [one.image_px.x, one.image_px.y].map(|pixel| f64::from(pixel) + self.margin_px);
         let ray = self.map.sample_at(group, place)?;
         if self.settings.polish == 0 {
-            return self.perturb(one.path, group, ray, point, &[]);
+            return match self.perturb(one.path, group, ray, point, &[]) {
+                Outcome::Seen(projection) => Some(projection),
+                Outcome::Settled | Outcome::Unsolved => None,
+            };
         }
         let sample = &group.samples[ray as usize];
         let parameters = sample.parameters_of(one.reflection_point.as_dvec3());
-        let found = self.polished(sample, parameters, point)?;
+        let found = self.polished(sample, parameters, point, f64::INFINITY)?;
         self.seen(one.path, group, sample, &found, point)
     }
 
@@ -191,10 +225,12 @@ impl Perturber<'_> {
         motion.is_some_and(|motion| motion.focal_index == one.focal_index)
     }
 
-    /// The exact path near a sample's; none where the solver finds none, or one that meets surfaces from other sides.
-    fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3) -> Option<Found> {
+    /// The exact path near a sample's, whose first bounce is at most `reach` away from where `parameters` have it; none
+    /// where the solver finds none, or one that meets surfaces from other sides.
+    fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3, reach: f64) -> Option<Found> {
         let start = sample.sites_at(&self.surfaces, parameters)?;
-        let solution = solve(&self.surfaces, &self.eye, point, &start, self.settings.polish, SOLVED_RESIDUAL)?;
+        let (most, enough) = (self.settings.polish, SOLVED_RESIDUAL);
+        let solution = solve_within(&self.surfaces, &self.eye, point, &start, most, enough, reach)?;
         if !solution.converged {
             return None;
         }
@@ -216,6 +252,12 @@ impl Perturber<'_> {
         let reflection_point = sites.sites[0].position;
         let optical_length = sample.optical_length_along(&self.eye, sites, point);
         Some(Found { reflection_point, last, motion, optical_length, left_out: DVec2::ZERO })
+    }
+
+    /// The sample in whose cell a first reflection point is seen.
+    fn sample_seen_at(&self, group: &PathRays, reflection_point: DVec3) -> Option<u32> {
+        let [x, y] = self.view.place_of(reflection_point)?;
+        self.map.sample_at(group, [x + self.margin_px, y + self.margin_px])
     }
 
     /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
@@ -264,11 +306,11 @@ impl Perturber<'_> {
 }
 
 /// The expansion at the order that its remainder asks for.
-fn of_sufficient_order(group: &PathRays, ray: u32, point: DVec3, quadratic: Neighbour) -> Option<Neighbour> {
+fn of_sufficient_order(group: &PathRays, ray: u32, point: DVec3, quadratic: Neighbour) -> Neighbour {
     if group.distance_px(ray, quadratic.remainder) < NEGLIGIBLE_PX {
-        return group.samples[ray as usize].neighbour(point, Approximation::Linear);
+        return group.samples[ray as usize].neighbour(point, Approximation::Linear).unwrap_or(quadratic);
     }
-    Some(quadratic)
+    quadratic
 }
 
 /// About what an expansion leaves out, in the sample's parameters: its next order.
@@ -285,6 +327,15 @@ fn left_out(neighbour: &Neighbour, forced: Option<Approximation>) -> DVec2 {
     }
 }
 
+/// What comes of a sample.
+enum Outcome {
+    Seen(Projection),
+    /// A path that is not seen, or one that is known.
+    Settled,
+    /// Another sample may know.
+    Unsolved,
+}
+
 /// An appearance before it is put into the picture.
 struct Found {
     reflection_point: DVec3,
@@ -299,7 +350,7 @@ struct Found {
 /// How candidates are found.
 pub(super) fn rule(settings: &PathPerturbationSettings) -> CandidateRule {
     match settings.candidates {
-        Candidates::LocalMinima => CandidateRule::InReach(TRUSTED_REACH as f32),
+        Candidates::InReach => CandidateRule::InReach(TRUSTED_REACH as f32),
         Candidates::Nearest => CandidateRule::Nearest(settings.nearest_count as usize),
     }
 }

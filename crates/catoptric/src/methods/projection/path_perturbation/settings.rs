@@ -35,9 +35,9 @@ impl ExpansionOrder {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Candidates {
-    /// Every ray that is nearer to the point than its neighbours in the ray map.
+    /// Of the rays whose expansions reach the point, those that lead to different places in the picture.
     #[default]
-    LocalMinima,
+    InReach,
     /// The paper's: of the nearest rays, one for each group by direction and reflection point.
     Nearest,
 }
@@ -80,7 +80,7 @@ impl Default for PathPerturbationSettings {
             accuracy_px: 0.5,
             max_samples: 60_000,
             expansion: ExpansionOrder::Auto,
-            candidates: Candidates::LocalMinima,
+            candidates: Candidates::InReach,
             nearest_count: 5,
             group_angle_deg: 20.0,
             group_distance: 0.25,
@@ -105,7 +105,7 @@ impl Settings for PathPerturbationSettings {
             "expansion",
             "nearest (no derivatives), linear (path Jacobian), quadratic (and Hessian) or auto (by the remainder)",
         ),
-        ("candidates", "local_minima (rays nearer than their neighbours) or nearest (the paper's grouping)"),
+        ("candidates", "in_reach (all rays whose expansions reach the point) or nearest (the paper's grouping)"),
         ("nearest_count", "how many nearest rays are grouped, 1 to 64 (candidates = nearest)"),
         (
             "group_angle_deg",

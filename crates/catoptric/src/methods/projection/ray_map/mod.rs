@@ -1,17 +1,19 @@
 //! Ray maps: a sparse sampling of view rays, followed through reflectors and lenses, that can be asked near which of
 //! its outgoing rays a scene point lies.
 
+mod attempts;
+mod beams;
 mod cells;
 mod lines;
 mod sample;
 mod tree;
-mod tubes;
 
+pub use attempts::{Attempt, Attempts};
+pub use beams::{RayBeams, Reaching};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
 pub use tree::RayTree;
-pub use tubes::RayTubes;
 
 use crate::math::Aabb;
 use crate::methods::projection::SpecularPath;
@@ -42,10 +44,8 @@ pub trait RayField: Sync {
 /// Which rays are candidates for the reflections of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CandidateRule {
-    /// Those that are nearer than all their neighbours in the map.
-    LocalMinima,
-    /// Of those, the ones whose expansion (to first order) finds the point's ray within so many times the distance to
-    /// their neighbours, in the picture.
+    /// Those whose expansion (to first order) finds the point's ray about as far away, in the picture, as it finds their
+    /// neighbours' rays, but at most so many times the distance to these.
     InReach(f32),
     /// So many nearest ones.
     Nearest(usize),
@@ -54,17 +54,17 @@ pub enum CandidateRule {
 /// What finds candidates quickly.
 #[derive(Debug)]
 pub enum CandidateFinder {
-    /// For local minima and nearest rays.
+    /// For nearest rays.
     Tree(RayTree),
     /// For rays in reach.
-    Tubes(RayTubes),
+    Beams(RayBeams),
 }
 
 impl CandidateFinder {
     fn byte_count(&self) -> usize {
         match self {
             Self::Tree(tree) => tree.byte_count(),
-            Self::Tubes(tubes) => tubes.byte_count(),
+            Self::Beams(beams) => beams.byte_count(),
         }
     }
 }
@@ -82,14 +82,34 @@ pub struct PathRays {
     pub reach: Vec<f32>,
     /// The same in pixels, where they are seen.
     reach_px: Vec<f32>,
+    /// How far from a sample, in pixels and to first order, its expansion may lead.
+    trusted_px: Vec<f32>,
     /// The change of the place where the first reflection point is seen with the bundle's parameters, in pixels.
     picture_change: Vec<DMat2>,
     /// What finds the candidates of a point.
     pub finder: CandidateFinder,
-    rule: CandidateRule,
     /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
     sample_of_cell: Vec<u32>,
 }
+
+/// Samples are asked for points on their neighbours' rays at these shares of the scene's size.
+const PROBED_SHARES: [f64; 4] = [0.03, 0.15, 0.4, 0.9];
+
+/// Samples reach this share of the way to their neighbours: from there on the neighbours' expansions are better.
+const NEEDED_SHARE: f32 = 0.75;
+
+/// They reach at least this far, in distances of their neighbours,
+const LEAST_REACH: f32 = 0.75;
+
+/// and beside the border of their path this far: at silhouettes, where directions change with the square root of the
+/// distance, expansions see what is on the silhouette itself twice as far away.
+const BORDER_REACH: f32 = 2.0;
+
+/// Beams are widest across which they are so at this share of the scene's size.
+const TYPICAL_SHARE: f64 = 0.25;
+
+/// How far samples reach where nearest rays are asked for, in distances of their neighbours.
+const NEAREST_REACH: f32 = 3.0;
 
 /// A cell without a sample.
 const NO_SAMPLE: u32 = u32::MAX;
@@ -118,7 +138,7 @@ impl RayMap {
         let cells = Cells::sample(specular, field, sampling, bounds);
         let rays_traced = cells.rays_traced();
         let paths = cells.paths();
-        let neighbours = cells.neighbours();
+        let neighbours_of_cells = cells.neighbours();
         let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
         let samples = cells.len();
         // Of each cell, the place of its sample in every path's list.
@@ -140,9 +160,18 @@ impl RayMap {
             let neighbours: Vec<Vec<u32>> = group
                 .cells
                 .iter()
-                .map(|&cell| neighbours[cell as usize].iter().filter_map(|&other| in_group(other)).collect())
+                .map(|&cell| neighbours_of_cells[cell as usize].iter().filter_map(|&other| in_group(other)).collect())
                 .collect();
-            group.finished(field, samples, &neighbours, bounds, rule)
+            let at_border =
+                |(cell, inside): (&u32, &Vec<u32>)| inside.len() < neighbours_of_cells[*cell as usize].len();
+            let at_border: Vec<bool> = group.cells.iter().zip(&neighbours).map(at_border).collect();
+            group.finished(
+                field,
+                samples,
+                Neighbourhood { neighbours: &neighbours, at_border: &at_border },
+                bounds,
+                rule,
+            )
         });
         // Samples are large: they are moved here, not copied there.
         for (rays, group) in finished.iter_mut().zip(groups) {
@@ -167,6 +196,32 @@ impl RayMap {
     }
 }
 
+/// How far from a sample its expansion must lead, in pixels, to find the reflections of points on a neighbour's ray.
+fn needed_px(sample: &RaySample, neighbour: &RaySample, picture_change: &DMat2, bounds: &Aabb) -> f32 {
+    let (rays, other) = (&sample.rays, &neighbour.rays);
+    let size = f64::from(bounds.diagonal());
+    let at = |share: f64| {
+        let distance = share * size;
+        let point = other.origin + other.direction * distance;
+        // On another sheet the expansion leads elsewhere.
+        if rays.focal_points_before(distance) != other.focal_points_before(distance) {
+            return f32::INFINITY;
+        }
+        let Some(perturbation) = rays.perturbed(point) else { return f32::INFINITY };
+        let needed = (*picture_change * perturbation.linear).length() as f32;
+        if needed.is_nan() { f32::INFINITY } else { needed }
+    };
+    NEEDED_SHARE * PROBED_SHARES.into_iter().map(at).fold(0.0, f32::max)
+}
+
+/// The samples around each sample of a path.
+struct Neighbourhood<'a> {
+    /// Those of the same path.
+    neighbours: &'a [Vec<u32>],
+    /// Whether there are others: the path ends somewhere between.
+    at_border: &'a [bool],
+}
+
 struct Group {
     path: SpecularPath,
     samples: Vec<RaySample>,
@@ -183,10 +238,11 @@ impl Group {
         &self,
         field: &dyn RayField,
         cells: usize,
-        neighbours: &[Vec<u32>],
+        neighbourhood: Neighbourhood<'_>,
         bounds: &Aabb,
         rule: CandidateRule,
     ) -> PathRays {
+        let neighbours = neighbourhood.neighbours;
         let ray = |sample: &RaySample| (sample.rays.origin.as_vec3(), sample.rays.direction.as_vec3());
         let lines = Lines::new(self.samples.iter().map(ray), neighbours);
         let reach = self.samples.iter().zip(neighbours).map(|(sample, neighbours)| {
@@ -206,13 +262,27 @@ impl Group {
             DMat2::from_cols_array_2d(&tangents.map(|tangent| [x.dot(tangent), y.dot(tangent)]))
         });
         let picture_change: Vec<DMat2> = picture_change.collect();
+        let trusted_px = match rule {
+            CandidateRule::InReach(most) => parallel::map_collect(self.samples.len(), |index| {
+                let most = most * reach_px[index];
+                let least = if neighbourhood.at_border[index] { BORDER_REACH } else { LEAST_REACH } * reach_px[index];
+                let needed = neighbours[index].iter().fold(0.0, |needed: f32, &other| {
+                    let (own, other) = (&self.samples[index], &self.samples[other as usize]);
+                    needed.max(needed_px(own, other, &picture_change[index], bounds))
+                });
+                needed.clamp(least, most.max(least))
+            }),
+            CandidateRule::Nearest(_) => reach_px.iter().map(|reach| reach * NEAREST_REACH).collect(),
+        };
         let finder = match rule {
-            CandidateRule::LocalMinima => CandidateFinder::Tree(RayTree::of_local_minima(&lines, bounds)),
-            CandidateRule::Nearest(count) => CandidateFinder::Tree(RayTree::of_nearest(&lines, bounds, count)),
-            CandidateRule::InReach(times) => {
-                let trusted: Vec<f32> = reach_px.iter().map(|reach| reach * times).collect();
-                CandidateFinder::Tubes(RayTubes::new(&self.samples, &picture_change, &trusted, &places))
-            }
+            CandidateRule::Nearest(count) => CandidateFinder::Tree(RayTree::new(&lines, bounds, count)),
+            CandidateRule::InReach(_) => CandidateFinder::Beams(RayBeams::new(
+                &self.samples,
+                &picture_change,
+                &trusted_px,
+                &places,
+                TYPICAL_SHARE * f64::from(bounds.diagonal()),
+            )),
         };
         let mut sample_of_cell = vec![NO_SAMPLE; cells];
         for (sample, &cell) in self.cells.iter().enumerate() {
@@ -224,18 +294,28 @@ impl Group {
             lines,
             reach,
             reach_px,
+            trusted_px,
             picture_change,
             finder,
-            rule,
             sample_of_cell,
         }
     }
 }
 
+/// A sample that may lead to a reflection of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The sample.
+    pub ray: u32,
+    /// Where it leads, if that is known ([`CandidateRule::InReach`]).
+    pub reaching: Option<Reaching>,
+}
+
 /// Memory for look-ups, to be used again and again.
 #[derive(Clone, Debug, Default)]
 pub struct CandidateScratch {
-    rays: Vec<u32>,
+    reaching: Vec<Reaching>,
+    order: Vec<u64>,
     distances: Vec<(f32, u32)>,
 }
 
@@ -246,43 +326,47 @@ impl PathRays {
         (self.picture_change[ray as usize] * parameters).length()
     }
 
-    /// The same in distances of its neighbours.
+    /// Whether a sample's expansion may lead that far.
+    #[inline]
+    pub fn is_trusted(&self, ray: u32, parameters: DVec2) -> bool {
+        self.distance_px(ray, parameters) <= f64::from(self.trusted_px[ray as usize])
+    }
+
+    /// How far from a sample parameters are seen, in distances of its neighbours.
     #[inline]
     pub fn picture_distance(&self, ray: u32, parameters: DVec2) -> f64 {
         self.distance_px(ray, parameters) / f64::from(self.reach_px[ray as usize])
     }
 
     /// Calls `found` for every sample that is a candidate for the reflections of a point, by the rule that the map was
-    /// built for; the nearest rays nearest first.
+    /// built for; the nearest first.
     #[inline]
-    pub fn candidates(&self, point: Vec3, scratch: &mut CandidateScratch, mut found: impl FnMut(u32)) {
-        let CandidateScratch { rays, distances } = scratch;
-        rays.clear();
-        match &self.finder {
-            CandidateFinder::Tubes(tubes) => tubes.reaching(point, rays),
-            CandidateFinder::Tree(tree) => match tree.candidates(&self.lines, point) {
-                Some(candidates) => rays.extend_from_slice(candidates),
-                None => rays.extend(0..self.lines.len() as u32),
-            },
-        }
-        if let CandidateRule::Nearest(count) = self.rule {
-            distances.clear();
-            for &ray in rays.iter() {
-                let own = self.lines.offset(ray, point);
-                if own.along > 0.0 {
-                    distances.push((own.across.length_squared(), ray));
-                }
+    pub fn candidates(&self, point: Vec3, scratch: &mut CandidateScratch, mut found: impl FnMut(Candidate)) {
+        let CandidateScratch { reaching, order, distances } = scratch;
+        let tree = match &self.finder {
+            CandidateFinder::Beams(beams) => {
+                reaching.clear();
+                beams.reaching(point, reaching);
+                // Positive numbers sort like their bits, and whole numbers sort fastest.
+                let key = |(place, one): (usize, &Reaching)| u64::from(one.distance2.to_bits()) << 32 | place as u64;
+                order.clear();
+                order.extend(reaching.iter().enumerate().map(key));
+                order.sort_unstable();
+                let in_order = order.iter().map(|&key| reaching[key as u32 as usize]);
+                in_order.for_each(|one| found(Candidate { ray: one.sample, reaching: Some(one) }));
+                return;
             }
-            distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            distances.iter().take(count).for_each(|(_, ray)| found(*ray));
-        } else {
-            for &ray in rays.iter() {
-                let own = self.lines.offset(ray, point);
-                if own.along > 0.0 && self.lines.is_local_minimum(ray, &own, point) {
-                    found(ray);
-                }
-            }
-        }
+            CandidateFinder::Tree(tree) => tree,
+        };
+        let candidates = tree.candidates(&self.lines, point);
+        let all = 0..if candidates.is_none() { self.lines.len() as u32 } else { 0 };
+        let rays = candidates.unwrap_or(&[]).iter().copied().chain(all);
+        let offsets = rays.map(|ray| (ray, self.lines.offset(ray, point))).filter(|(_, own)| own.along > 0.0);
+        distances.clear();
+        distances.extend(offsets.map(|(ray, own)| (own.across.length_squared(), ray)));
+        distances.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let nearest = distances.iter().take(tree.count());
+        nearest.for_each(|(_, ray)| found(Candidate { ray: *ray, reaching: None }));
     }
 }
 

@@ -1,24 +1,13 @@
 //! An octree over outgoing rays: every leaf holds all rays that can matter to any point in it.
 //!
-//! Chen and Arvo 2000, section III-B.2, with two kinds of exact candidate sets: the rays that are among the `k`
-//! nearest to some point of a cell (their figure 3), and the rays that are nearer than all their neighbours in the
-//! ray map to some point of the cell: one such *local minimum* for every reflection of the point.
+//! Chen and Arvo 2000, section III-B.2, with exact candidate sets: the rays that are among the `k` nearest to some
+//! point of a cell (their figure 3).
 
-use super::lines::{Lines, Offset};
+use super::lines::Lines;
 use crate::math::Aabb;
 use glam::Vec3;
-use std::cell::RefCell;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
-
-/// Which rays a leaf holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum LeafRule {
-    /// Those that are nearer than all their neighbours to some point of the cell.
-    LocalMinima,
-    /// Those that are among this many nearest to some point of the cell.
-    Nearest(usize),
-}
 
 /// A cell with no more candidates than this (beyond what the rule needs) is not divided.
 const SMALL_SET: usize = 16;
@@ -56,26 +45,18 @@ pub struct RayTree {
     root: Cell,
     /// A larger and coarser cell for points beyond the root, made when there are such points.
     outer: OnceLock<Box<Cell>>,
-    rule: LeafRule,
+    /// How many nearest rays every leaf holds.
+    count: usize,
 }
 
 impl RayTree {
-    /// The tree over all rays, for points within `bounds`: leaves hold all rays that are nearer than all their
-    /// neighbours to some point of the cell.
-    pub fn of_local_minima(lines: &Lines, bounds: &Aabb) -> Self {
-        Self::new(lines, bounds, LeafRule::LocalMinima)
-    }
-
-    /// The same with leaves that hold all rays that are among the `count` nearest to some point of the cell.
-    pub fn of_nearest(lines: &Lines, bounds: &Aabb, count: usize) -> Self {
-        Self::new(lines, bounds, LeafRule::Nearest(count))
-    }
-
-    fn new(lines: &Lines, bounds: &Aabb, rule: LeafRule) -> Self {
+    /// The tree over all rays, for points within `bounds`: leaves hold all rays that are among the `count` nearest to
+    /// some point of the cell.
+    pub fn new(lines: &Lines, bounds: &Aabb, count: usize) -> Self {
         let half = (bounds.max - bounds.min).max_element().max(1e-6) * 0.5;
         let candidates = (0..lines.len() as u32).collect();
         let root = Cell::new(bounds.center(), half, 0, candidates);
-        Self { root, outer: OnceLock::new(), rule }
+        Self { root, outer: OnceLock::new(), count }
     }
 
     /// The candidates of a point's leaf; none far outside the tree's bounds, where nothing is known. `lines` are those that
@@ -94,10 +75,15 @@ impl RayTree {
             let outer = || Box::new(Cell::new(cell.center, cell.half * OUTER_SIZE, 0, cell.candidates.clone()));
             cell = self.outer.get_or_init(outer);
         }
-        while let Some(children) = cell.children(lines, self.rule) {
+        while let Some(children) = cell.children(lines, self.count) {
             cell = &children[octant_of(point - cell.center)];
         }
         Some(&cell.candidates)
+    }
+
+    /// How many nearest rays every leaf holds.
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// Memory of the tree as far as it has grown.
@@ -112,7 +98,7 @@ impl Cell {
     }
 
     #[inline]
-    fn children(&self, lines: &Lines, rule: LeafRule) -> Option<&[Self; 8]> {
+    fn children(&self, lines: &Lines, count: usize) -> Option<&[Self; 8]> {
         if let Some(children) = self.children.get() {
             return children.as_deref();
         }
@@ -120,15 +106,11 @@ impl Cell {
         if self.lookups.fetch_add(1, Ordering::Relaxed) < LOOKUPS_BEFORE_DIVISION {
             return None;
         }
-        self.children.get_or_init(|| self.divided(lines, rule)).as_deref()
+        self.children.get_or_init(|| self.divided(lines, count)).as_deref()
     }
 
-    fn divided(&self, lines: &Lines, rule: LeafRule) -> Option<Box<[Self; 8]>> {
-        let least = match rule {
-            LeafRule::LocalMinima => 0,
-            LeafRule::Nearest(count) => count,
-        };
-        if self.depth >= MAX_DEPTH || self.candidates.len() <= SMALL_SET + least {
+    fn divided(&self, lines: &Lines, count: usize) -> Option<Box<[Self; 8]>> {
+        if self.depth >= MAX_DEPTH || self.candidates.len() <= SMALL_SET + count {
             return None;
         }
         let half = self.half * 0.5;
@@ -136,10 +118,7 @@ impl Cell {
         let radius = half * 3f32.sqrt() * 1.001;
         let child = |octant: usize| {
             let center = self.center + octant_center(octant) * half;
-            let candidates = match rule {
-                LeafRule::LocalMinima => local_minima_near(lines, center, radius, &self.candidates),
-                LeafRule::Nearest(count) => nearest_near(lines, center, radius, count, &self.candidates),
-            };
+            let candidates = nearest_near(lines, center, radius, count, &self.candidates);
             Self::new(center, half, self.depth + 1, candidates)
         };
         let children: [Self; 8] = std::array::from_fn(child);
@@ -162,62 +141,6 @@ fn octant_of(offset: Vec3) -> usize {
 fn octant_center(octant: usize) -> Vec3 {
     let sign = |bit: usize| if octant >> bit & 1 != 0 { 1.0 } else { -1.0 };
     Vec3::new(sign(0), sign(1), sign(2))
-}
-
-/// Those of `candidates` that can be nearer than all their neighbours to a point of the sphere.
-///
-/// The difference of two squared distances is a quadratic function of the point; its value and gradient at the
-/// centre, and the bound 2 sin(angle between the rays) of its Hessian, bound it from below.
-fn local_minima_near(lines: &Lines, center: Vec3, radius: f32, candidates: &[u32]) -> Vec<u32> {
-    OFFSETS.with_borrow_mut(|offsets| {
-        offsets.start(lines.len());
-        let mut keeps = |&ray: &u32| {
-            let own = offsets.of(lines, ray, center);
-            if own.along + radius < 0.0 {
-                return false; // the ray begins beyond the whole sphere
-            }
-            let own2 = own.across.length_squared();
-            !lines.neighbours_with_sines(ray).any(|(neighbour, sine)| {
-                let other = offsets.of(lines, neighbour, center);
-                let other2 = other.across.length_squared();
-                let slope = 2.0 * (own.across - other.across).length() * radius;
-                let rounding = 1e-5 * (own2 + other2);
-                own2 - other2 - slope - sine * radius * radius - rounding > 0.0 && other.along - radius > 0.0
-            })
-        };
-        candidates.iter().copied().filter(|ray| keeps(ray)).collect()
-    })
-}
-
-/// Offsets of one point from rays, each worked out once.
-#[derive(Default)]
-struct Offsets {
-    round: u32,
-    known: Vec<(u32, Offset)>,
-}
-
-thread_local! {
-    static OFFSETS: RefCell<Offsets> = RefCell::default();
-}
-
-impl Offsets {
-    fn start(&mut self, rays: usize) {
-        self.round = self.round.wrapping_add(1);
-        if self.round == 0 || self.known.len() < rays {
-            self.known.clear();
-            self.known.resize(rays, (0, Offset { along: 0.0, across: Vec3::ZERO }));
-            self.round = 1;
-        }
-    }
-
-    fn of(&mut self, lines: &Lines, ray: u32, point: Vec3) -> Offset {
-        let (round, known) = &mut self.known[ray as usize];
-        if *round != self.round {
-            *round = self.round;
-            *known = lines.offset(ray, point);
-        }
-        *known
-    }
 }
 
 /// Those of `candidates` that can be among the `count` nearest to a point of the sphere (Chen and Arvo 2000, figure 3).

@@ -1,3 +1,4 @@
+mod attempts;
+mod beams;
 mod candidates;
 mod samples;
-mod tubes;

@@ -1,11 +1,11 @@
-//! The hierarchy of tubes against all samples, one by one, in double precision.
+//! The hierarchy of beams against all samples, one by one, in double precision.
 
-use super::super::{RaySample, RayTubes};
+use super::super::{RayBeams, RaySample, Reaching};
 use super::samples::{balls, traced};
 use crate::math::random::Stream;
 use crate::optics::bundle::BounceKind;
 use crate::optics::specular_solver::tests::{mirror, vector};
-use glam::{DMat2, DVec3, Vec3};
+use glam::{DMat2, DVec2, DVec3, Vec3};
 
 /// Rays along a side of a map.
 const SIDE: usize = 40;
@@ -31,13 +31,28 @@ fn map(random: &mut Stream, width: f64) -> (Vec<RaySample>, Vec<DMat2>, Vec<f32>
     (samples, pictures, reach, places)
 }
 
+/// What is said of a sample is what its expansion says in double precision.
+fn leads_there(one: &Reaching, samples: &[RaySample], pictures: &[DMat2], places: &[[f32; 2]], point: Vec3) {
+    let index = one.sample as usize;
+    let rays = &samples[index].rays;
+    let perturbed = rays.perturbed(point.as_dvec3()).expect("what is reached is not at a focus");
+    let way = pictures[index] * perturbed.linear;
+    let close = |a: f32, b: f64| (f64::from(a) - b).abs() < 1e-4 * (1.0 + b.abs());
+    let own = DVec2::new(places[index][0].into(), places[index][1].into());
+    let place = one.place.as_dvec2();
+    assert!(place.distance(own + way) < 1e-3 && close(one.distance2, way.length_squared()), "{one:?}: {way}");
+    let [[a, b], [c, d]] = rays.spread(perturbed.distance);
+    let mirrored = (a * d - b * c) * pictures[index].determinant() < 0.0;
+    assert_eq!(one.mirrored, mirrored, "{one:?}");
+}
+
 #[test]
 fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
     let mut random = Stream::new(99);
     // All of the ball's disc, silhouette included, and a small part of it.
     for width in [1.1, 0.1] {
         let (samples, pictures, reach, places) = map(&mut random, width);
-        let tubes = RayTubes::new(&samples, &pictures, &reach, &places);
+        let beams = RayBeams::new(&samples, &pictures, &reach, &places, 3.0);
         let (mut expected, mut beyond, mut most) = (0, 0, 0);
         for case in 0..300 {
             // Anywhere, near the ball, and far away in front of a ray.
@@ -51,8 +66,12 @@ fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
                 }
             };
             let point = point.as_vec3();
-            let mut found = Vec::new();
-            tubes.reaching(point, &mut found);
+            let mut reaching = Vec::new();
+            beams.reaching(point, &mut reaching);
+            for one in &reaching {
+                leads_there(one, &samples, &pictures, &places, point);
+            }
+            let mut found: Vec<u32> = reaching.iter().map(|one| one.sample).collect();
             let count = found.len();
             found.sort_unstable();
             found.dedup();
@@ -80,18 +99,18 @@ fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
 #[test]
 fn no_samples_and_no_points_give_nothing() {
     let mut found = Vec::new();
-    RayTubes::new(&[], &[], &[], &[]).reaching(Vec3::ONE, &mut found);
+    RayBeams::new(&[], &[], &[], &[], 1.0).reaching(Vec3::ONE, &mut found);
     let (samples, pictures, reach, places) = map(&mut Stream::new(3), 0.5);
-    let tubes = RayTubes::new(&samples, &pictures, &reach, &places);
+    let beams = RayBeams::new(&samples, &pictures, &reach, &places, 3.0);
     for point in [Vec3::NAN, Vec3::INFINITY, Vec3::new(0.0, f32::NAN, 1.0)] {
-        tubes.reaching(point, &mut found);
+        beams.reaching(point, &mut found);
     }
-    assert!(found.is_empty() && tubes.byte_count() > samples.len() * 80);
+    assert!(found.is_empty() && beams.byte_count() > samples.len() * 80);
     // One sample, and its own ray.
-    let one = RayTubes::new(&samples[..1], &pictures[..1], &reach[..1], &places[..1]);
+    let one = RayBeams::new(&samples[..1], &pictures[..1], &reach[..1], &places[..1], 3.0);
     let at = |distance: f64| -> DVec3 { samples[0].rays.origin + samples[0].rays.direction * distance };
     one.reaching(at(5.0).as_vec3(), &mut found);
-    assert_eq!(found, [0]);
+    assert!(found.len() == 1 && found[0].sample == 0 && found[0].distance2 < 1e-6, "{found:?}");
     one.reaching(at(-5.0).as_vec3(), &mut found);
-    assert_eq!(found, [0]);
+    assert!(found.len() == 1 && found[0].sample == 0 && found[0].distance2 < 1e-6, "{found:?}");
 }

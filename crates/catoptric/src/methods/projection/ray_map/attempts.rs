@@ -1,0 +1,78 @@
+//! Which of a point's candidates are worth a try.
+
+use super::Candidate;
+use glam::Vec2;
+
+/// Places in the picture that are remembered for a point; candidates that lead elsewhere then are not tried.
+const MOST_PLACES: usize = 16;
+
+/// Samples that are asked for one appearance, unless the first ones can tell.
+const MOST_ATTEMPTS: u32 = 3;
+
+/// So many samples in all that cannot tell are asked about a point: around points without any reflection every sample
+/// at a silhouette leads to another place.
+const MOST_UNSOLVED: u32 = 8;
+
+/// Samples that lead to the same sheet, to places that differ by less than this share of the way there, lead to one
+/// appearance; nor are places told apart that are nearer than [`SAME_PX`].
+const SAME_SHARE: f32 = 0.5;
+
+/// See [`SAME_SHARE`], in pixels.
+const SAME_PX: f32 = 0.3;
+
+/// What a point's candidates have led to so far. Several samples lead to each of its appearances, the nearest ones
+/// most surely; they are told by the place and the sheet that they lead to.
+#[derive(Debug, Default)]
+pub struct Attempts {
+    places: [Place; MOST_PLACES],
+    count: usize,
+    unsolved: u32,
+}
+
+/// A place of the picture that candidates lead to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    px: Vec2,
+    mirrored: bool,
+    attempts: u32,
+}
+
+/// An attempt that is under way.
+#[derive(Debug)]
+pub struct Attempt(Option<usize>);
+
+impl Attempts {
+    /// Begins with a candidate (they come nearest first); none if others have led, or failed to lead, where it leads.
+    /// Those of which nobody knows where they lead are always worth a try.
+    #[inline]
+    pub fn begin(&mut self, candidate: &Candidate) -> Option<Attempt> {
+        let Some(reaching) = &candidate.reaching else { return Some(Attempt(None)) };
+        if self.unsolved >= MOST_UNSOLVED {
+            return None;
+        }
+        let near2 = (SAME_SHARE * SAME_SHARE * reaching.distance2).max(SAME_PX * SAME_PX);
+        let same =
+            |place: &Place| place.mirrored == reaching.mirrored && place.px.distance_squared(reaching.place) <= near2;
+        let index = match self.places[..self.count].iter().position(same) {
+            Some(known) => known,
+            None if self.count < MOST_PLACES => {
+                self.places[self.count] = Place { px: reaching.place, mirrored: reaching.mirrored, attempts: 0 };
+                self.count += 1;
+                self.count - 1
+            }
+            None => return None,
+        };
+        let attempts = &mut self.places[index].attempts;
+        *attempts += 1;
+        (*attempts <= MOST_ATTEMPTS).then_some(Attempt(Some(index)))
+    }
+
+    /// Ends an attempt: no other sample is asked for what it was made for if it told.
+    #[inline]
+    pub fn end(&mut self, attempt: Attempt, told: bool) {
+        match attempt.0 {
+            Some(index) if told => self.places[index].attempts = MOST_ATTEMPTS,
+            _ => self.unsolved += u32::from(!told),
+        }
+    }
+}

@@ -1,0 +1,413 @@
+//! A hierarchy of beams around bundles of outgoing rays: which samples' expansions reach a point.
+//!
+//! A sample answers for points that its expansion sees, to first order, within some distance of its own place in the
+//! picture: at a distance along the ray an ellipse around it, altogether an elliptic beam that opens linearly. Beams
+//! of samples beside silhouettes are wide fans. A node's beam is cut out by planes, two across the widest spread of
+//! its samples' beams, two across the other way, and one at their start, and holds all of them. So a look-up visits
+//! only nodes whose beams hold the point, whatever the size of the scene, and nothing depends on earlier look-ups. (The
+//! octree of Chen and Arvo 2000, [`super::RayTree`], answers from the point's cell, which beside silhouettes and
+//! caustics holds hundreds of rays.)
+
+use super::sample::RaySample;
+use crate::parallel;
+use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
+
+/// Samples of a leaf, tested at once.
+const LANES: usize = 8;
+
+/// Planes of a beam.
+const PLANES: usize = 5;
+
+/// Accepted points lie up to this much further out: single precision is no reason to lose one.
+const LEEWAY: f32 = 1.0 + 1e-3;
+
+/// Rounding of a position's distance from a plane in single precision, as a share of the coordinates.
+const ROUNDING: f32 = 2e-6;
+
+/// Squares of areas at this distance stay in single precision.
+const FARTHEST: f32 = 1e12;
+
+/// Planes are tilted in so many steps until their side holds all directions; those that do not get there are left out.
+const TILTS: usize = 6;
+
+/// What a sample reaches: `origin + origin_change r + t (direction + direction_change r)` for `|r| <= 1` and `t >= 0`.
+#[derive(Clone, Copy, Debug)]
+struct Reach {
+    origin: DVec3,
+    direction: DVec3,
+    origin_change: [DVec3; 2],
+    direction_change: [DVec3; 2],
+}
+
+impl Reach {
+    /// The largest component along `normal` of where its rays start.
+    fn origins_along(&self, normal: DVec3) -> f64 {
+        let [x, y] = self.origin_change.map(|change| change.dot(normal));
+        self.origin.dot(normal) + x.hypot(y)
+    }
+
+    /// The largest component along `normal` of its rays' directions.
+    fn directions_along(&self, normal: DVec3) -> f64 {
+        let [x, y] = self.direction_change.map(|change| change.dot(normal));
+        self.direction.dot(normal) + x.hypot(y)
+    }
+}
+
+/// A half-space: all points whose component along `normal` is at most `limit`.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    normal: Vec3,
+    limit: f32,
+}
+
+impl Plane {
+    const NOTHING: Self = Self { normal: Vec3::ZERO, limit: f32::NEG_INFINITY };
+    const EVERYTHING: Self = Self { normal: Vec3::ZERO, limit: f32::INFINITY };
+
+    /// The plane across `side` that holds all of `reaches`, tilted against their mean `direction` as far as they open.
+    fn beside(reaches: &[Reach], side: DVec3, direction: DVec3) -> Self {
+        let mut tilt = f64::NEG_INFINITY;
+        for reach in reaches {
+            tilt = tilt.max(reach.direction.dot(side) / reach.direction.dot(direction).max(1e-3));
+        }
+        for _ in 0..TILTS {
+            let normal = side - direction * tilt;
+            let outermost =
+                reaches.iter().map(|reach| reach.directions_along(normal)).fold(f64::NEG_INFINITY, f64::max);
+            if outermost <= 1e-9 * normal.length() {
+                return Self::holding(reaches, normal);
+            }
+            tilt = reaches.iter().fold(tilt, |tilt: f64, reach| {
+                let spread = reach.directions_along(normal) - reach.direction.dot(normal);
+                // A little more, as the spread across the tilted plane may be larger.
+                tilt.max((reach.direction.dot(side) + 1.02 * spread) / reach.direction.dot(direction).max(1e-3))
+            });
+        }
+        Self::EVERYTHING
+    }
+
+    fn holding(reaches: &[Reach], normal: DVec3) -> Self {
+        let Some(normal) = normal.try_normalize() else { return Self::EVERYTHING };
+        let limit = reaches.iter().map(|reach| reach.origins_along(normal)).fold(f64::NEG_INFINITY, f64::max);
+        if !limit.is_finite() {
+            return Self::EVERYTHING;
+        }
+        Self { normal: normal.as_vec3(), limit: limit as f32 + ROUNDING * limit.abs() as f32 }
+    }
+}
+
+/// The planes around all of `reaches`, whose spread is measured at a distance along them.
+fn beam_around(reaches: &[Reach], distance: f64) -> [Plane; PLANES] {
+    if reaches.is_empty() {
+        return [Plane::NOTHING; PLANES];
+    }
+    let sum: DVec3 = reaches.iter().map(|reach| reach.direction).sum();
+    let Some(direction) = sum.try_normalize() else { return [Plane::EVERYTHING; PLANES] };
+    let [wide, narrow] = spread_axes(reaches, direction, distance);
+    [
+        Plane::beside(reaches, wide, direction),
+        Plane::beside(reaches, -wide, direction),
+        Plane::beside(reaches, narrow, direction),
+        Plane::beside(reaches, -narrow, direction),
+        if reaches.iter().all(|reach| reach.directions_along(-direction) <= 0.0) {
+            Plane::holding(reaches, -direction)
+        } else {
+            Plane::EVERYTHING
+        },
+    ]
+}
+
+/// Two unit vectors across `direction`: along which the reaches spread most at a distance, and least.
+fn spread_axes(reaches: &[Reach], direction: DVec3, distance: f64) -> [DVec3; 2] {
+    let (first, second) = direction.any_orthonormal_pair();
+    let lateral = |vector: DVec3| DVec2::new(vector.dot(first), vector.dot(second));
+    let places = || reaches.iter().map(|reach| lateral(reach.origin + reach.direction * distance));
+    let center = places().sum::<DVec2>() / reaches.len() as f64;
+    // The entries of the covariance.
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for (reach, place) in reaches.iter().zip(places()) {
+        let change = |index: usize| lateral(reach.origin_change[index] + reach.direction_change[index] * distance);
+        for vector in [place - center, change(0), change(1)] {
+            xx += vector.x * vector.x;
+            xy += vector.x * vector.y;
+            yy += vector.y * vector.y;
+        }
+    }
+    let (sine, cosine) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    [first * cosine + second * sine, second * cosine - first * sine]
+}
+
+/// A sample in whose reach a point is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reaching {
+    /// The sample.
+    pub sample: u32,
+    /// Where its expansion sees the point, to first order, in pixels of the field.
+    pub place: Vec2,
+    /// Square of the distance of that place from its own.
+    pub distance2: f32,
+    /// Whether the picture of what is around the point is a mirrored one: another sheet than where it is not.
+    pub mirrored: bool,
+}
+
+/// Samples as arrays, one lane a sample.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Leaf {
+    origin: [[f32; LANES]; 3],
+    direction: [[f32; LANES]; 3],
+    across: [[[f32; LANES]; 3]; 2],
+    /// Lateral change of the origins and of the directions with the place in the picture, row by row.
+    origin_change: [[f32; LANES]; 4],
+    direction_change: [[f32; LANES]; 4],
+    /// Where the sample is seen.
+    place: [[f32; LANES]; 2],
+    /// Square of the distance in the picture that is accepted; negative in empty lanes.
+    reach2: [f32; LANES],
+    samples: [u32; LANES],
+}
+
+/// The beams of eight nodes of the next level (or of eight leaves), one lane a beam.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+struct Node {
+    normal: [[[f32; LANES]; 3]; PLANES],
+    limit: [[f32; LANES]; PLANES],
+}
+
+impl Node {
+    fn of(beams: &[[Plane; PLANES]]) -> Self {
+        let lane = |lane: usize| beams.get(lane).copied().unwrap_or([Plane::NOTHING; PLANES]);
+        let lanes: [[Plane; PLANES]; LANES] = std::array::from_fn(lane);
+        Self {
+            normal: std::array::from_fn(|plane| [0, 1, 2].map(|axis| lanes.map(|beam| beam[plane].normal[axis]))),
+            limit: std::array::from_fn(|plane| lanes.map(|beam| beam[plane].limit)),
+        }
+    }
+
+    /// Which of its beams hold a point, but for rounding.
+    #[inline(always)]
+    fn holding(&self, point: [f32; 3], rounding: f32) -> u8 {
+        let mut holding = [true; LANES];
+        for (normal, limit) in self.normal.iter().zip(&self.limit) {
+            for lane in 0..LANES {
+                let along = point[0] * normal[0][lane] + point[1] * normal[1][lane] + point[2] * normal[2][lane];
+                holding[lane] &= along <= limit[lane] + rounding;
+            }
+        }
+        bits_of(holding)
+    }
+}
+
+/// The hierarchy over the samples of a path.
+#[derive(Clone, Debug, Default)]
+pub struct RayBeams {
+    /// The root first, then level by level; the last level's children are the leaves.
+    nodes: Vec<Node>,
+    /// Where the children of a node's first lane are: among the nodes, or from `nodes.len()` on among the leaves.
+    first_children: Vec<u32>,
+    leaves: Vec<Leaf>,
+}
+
+impl RayBeams {
+    /// Over samples whose expansions are trusted for places in the picture up to `reach_px` away from where they are
+    /// seen, `places`; `picture_change` is the change of places with the parameters of a sample's bundle. Points are
+    /// expected about `distance` away from the reflectors.
+    pub fn new(
+        samples: &[RaySample],
+        picture_change: &[DMat2],
+        reach_px: &[f32],
+        places: &[[f32; 2]],
+        distance: f64,
+    ) -> Self {
+        let mut order: Vec<u32> = (0..samples.len() as u32).collect();
+        let code = |index: u32| places.get(index as usize).map_or(0, |place| morton(*place));
+        order.sort_by_key(|&index| (code(index), index));
+        let mut leaves = Vec::with_capacity(order.len().div_ceil(LANES));
+        // Reaches in the order of the leaves, and where those of each leaf end.
+        let (mut reaches, mut ends) = (Vec::with_capacity(order.len()), Vec::new());
+        for chunk in order.chunks(LANES) {
+            let mut leaf = Leaf::EMPTY;
+            for (lane, &index) in chunk.iter().enumerate() {
+                let place = index as usize;
+                let (sample, change) = (&samples[place], &picture_change[place]);
+                reaches.extend(leaf.set(lane, index, sample, change, reach_px[place], places[place]));
+            }
+            leaves.push(leaf);
+            ends.push(reaches.len());
+        }
+        // Levels from the leaves up: the beams of a level's nodes, eight nodes of which are a node of the next.
+        let mut levels: Vec<Vec<Node>> = Vec::new();
+        while levels.is_empty() || ends.len() > 1 {
+            let start = |node: usize| if node == 0 { 0 } else { ends[node - 1] };
+            let beam = |node: usize| beam_around(&reaches[start(node)..ends[node]], distance);
+            let beams = parallel::map_collect(ends.len(), beam);
+            levels.push(beams.chunks(LANES).map(Node::of).collect());
+            ends = ends.chunks(LANES).filter_map(|ends| ends.last().copied()).collect();
+        }
+        let (mut nodes, mut first_children) = (Vec::new(), Vec::new());
+        for level in levels.iter().rev() {
+            let next = nodes.len() + level.len();
+            first_children.extend((0..level.len()).map(|node| (next + node * LANES) as u32));
+            nodes.extend_from_slice(level);
+        }
+        Self { nodes, first_children, leaves }
+    }
+
+    /// Appends all samples in whose reach a point is, or may be but for rounding. Points farther away than 1e12 are
+    /// taken for points there.
+    pub fn reaching(&self, point: Vec3, found: &mut Vec<Reaching>) {
+        reaching(self, point.clamp_length_max(FARTHEST).to_array(), found);
+    }
+
+    /// Memory of the arrays.
+    pub fn byte_count(&self) -> usize {
+        size_of_val(self.nodes.as_slice())
+            + size_of_val(self.first_children.as_slice())
+            + size_of_val(self.leaves.as_slice())
+    }
+}
+
+/// Of at most eleven levels (2^32 samples) each has at most eight waiting.
+const MOST_WAITING: usize = 12 * LANES;
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn reaching(beams: &RayBeams, point: [f32; 3], found: &mut Vec<Reaching>) {
+    let rounding = ROUNDING * point.iter().fold(0f32, |most, coordinate| most.max(coordinate.abs()));
+    let mut waiting = [0u32; MOST_WAITING];
+    let mut count = usize::from(!beams.nodes.is_empty());
+    while count > 0 {
+        count -= 1;
+        let node = waiting[count] as usize;
+        let mut holding = beams.nodes[node].holding(point, rounding);
+        let first = beams.first_children[node];
+        while holding != 0 {
+            let child = first + holding.trailing_zeros();
+            holding &= holding - 1;
+            match beams.leaves.get((child as usize).wrapping_sub(beams.nodes.len())) {
+                Some(leaf) => leaf.reaching(point, found),
+                None => {
+                    waiting[count] = child;
+                    count += 1;
+                }
+            }
+        }
+    }
+}
+
+/// One bit a lane.
+#[inline(always)]
+fn bits_of(lanes: [bool; LANES]) -> u8 {
+    lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | u8::from(*set) << lane)
+}
+
+impl Leaf {
+    const EMPTY: Self = Self {
+        origin: [[0.0; LANES]; 3],
+        direction: [[0.0; LANES]; 3],
+        across: [[[0.0; LANES]; 3]; 2],
+        origin_change: [[0.0; LANES]; 4],
+        direction_change: [[0.0; LANES]; 4],
+        place: [[0.0; LANES]; 2],
+        reach2: [-1.0; LANES],
+        samples: [0; LANES],
+    };
+
+    /// Fills a lane; returns what the sample reaches, none if it is seen edge-on.
+    fn set(
+        &mut self,
+        lane: usize,
+        index: u32,
+        sample: &RaySample,
+        picture_change: &DMat2,
+        reach_px: f32,
+        place: [f32; 2],
+    ) -> Option<Reach> {
+        let rays = &sample.rays;
+        let (origin, direction) = (rays.origin.as_vec3(), rays.direction.as_vec3());
+        for axis in 0..3 {
+            self.origin[axis][lane] = origin[axis];
+            self.direction[axis][lane] = direction[axis];
+            for (row, across) in rays.across.iter().enumerate() {
+                self.across[row][axis][lane] = across[axis] as f32;
+            }
+        }
+        let inverse = picture_change.inverse();
+        if !inverse.is_finite() {
+            return None;
+        }
+        // Rows: lateral axes. Columns: coordinates of the picture.
+        let [near, far] = [0.0, 1.0].map(|distance| {
+            let [row, other] = rays.spread(distance).map(DVec2::from);
+            [inverse.transpose() * row, inverse.transpose() * other]
+        });
+        let slope = [far[0] - near[0], far[1] - near[1]];
+        for k in 0..4 {
+            self.origin_change[k][lane] = near[k / 2][k % 2] as f32;
+            self.direction_change[k][lane] = slope[k / 2][k % 2] as f32;
+        }
+        for (own, place) in self.place.iter_mut().zip(place) {
+            own[lane] = place;
+        }
+        self.reach2[lane] = reach_px * reach_px * LEEWAY;
+        self.samples[lane] = index;
+        let radius = f64::from(reach_px * LEEWAY);
+        let columns = |rows: [DVec2; 2]| {
+            [0, 1].map(|column| (rays.across[0] * rows[0][column] + rays.across[1] * rows[1][column]) * radius)
+        };
+        Some(Reach {
+            origin: rays.origin,
+            direction: rays.direction,
+            origin_change: columns(near),
+            direction_change: columns(slope),
+        })
+    }
+
+    #[inline(always)]
+    fn reaching(&self, point: [f32; 3], found: &mut Vec<Reaching>) {
+        let mut accepted = [false; LANES];
+        let (mut places, mut distances, mut determinants) = ([[0.0; LANES]; 2], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let relative: [f32; 3] = [0, 1, 2].map(|axis: usize| point[axis] - self.origin[axis][lane]);
+            let dot = |axes: &[[f32; LANES]; 3]| {
+                relative[0] * axes[0][lane] + relative[1] * axes[1][lane] + relative[2] * axes[2][lane]
+            };
+            let along = dot(&self.direction);
+            let (x, y) = (dot(&self.across[0]), dot(&self.across[1]));
+            let entry = |k: usize| self.origin_change[k][lane] + along * self.direction_change[k][lane];
+            let (a, b, c, d) = (entry(0), entry(1), entry(2), entry(3));
+            let determinant = a * d - b * c;
+            // The way in the picture, times the determinant.
+            let (u, v) = (d * x - b * y, a * y - c * x);
+            let (right, down) = (u / determinant, v / determinant);
+            places[0][lane] = self.place[0][lane] + right;
+            places[1][lane] = self.place[1][lane] + down;
+            distances[lane] = right * right + down * down;
+            determinants[lane] = determinant;
+            // A determinant of zero is a focus: nothing compares with what is not a number.
+            accepted[lane] = (distances[lane] <= self.reach2[lane]) & (along > 0.0);
+        }
+        let mut accepted = bits_of(accepted);
+        while accepted != 0 {
+            let lane = accepted.trailing_zeros() as usize;
+            accepted &= accepted - 1;
+            let place = Vec2::new(places[0][lane], places[1][lane]);
+            let (sample, distance2) = (self.samples[lane], distances[lane]);
+            found.push(Reaching { sample, place, distance2, mirrored: determinants[lane] < 0.0 });
+        }
+    }
+}
+
+/// The bits of two coordinates in turn: neighbours on this curve are mostly neighbours in the plane.
+fn morton([x, y]: [f32; 2]) -> u64 {
+    let spread = |value: f32| {
+        // Sixteenths of a pixel, of fields up to a hundred thousand pixels.
+        let mut bits = (value * 16.0).clamp(0.0, u32::MAX as f32 * 0.4) as u64;
+        bits = (bits | bits << 16) & 0x0000_ffff_0000_ffff;
+        bits = (bits | bits << 8) & 0x00ff_00ff_00ff_00ff;
+        bits = (bits | bits << 4) & 0x0f0f_0f0f_0f0f_0f0f;
+        bits = (bits | bits << 2) & 0x3333_3333_3333_3333;
+        (bits | bits << 1) & 0x5555_5555_5555_5555
+    };
+    spread(x) | spread(y) << 1
+}
