@@ -6,6 +6,8 @@
 //! coordinates a bounce. A bounce's constraint knows its neighbours alone, so Newton's matrix is block-tridiagonal
 //! (Jakob and Marschner 2012, section 4) and is solved by elimination of its 2x2 blocks.
 
+mod damped;
+
 use super::bundle::{Bounce, BounceKind, Eye, RayBundle};
 use crate::surface::SurfacePatch;
 use crate::surface::site::{Site, SiteFrame, SpecularSurfaces};
@@ -67,8 +69,9 @@ const LONGEST_STEP: f64 = 0.7;
 
 /// Moves the bounces of a path until light from `point` reaches the eye along it.
 ///
-/// `start` is near the path that is looked for. At most `max_steps` Newton steps are taken; they end as soon as the
-/// residual is at most `tolerance` (1e-10, say; rounding leaves about 1e-15). Where they do not reach it the path
+/// `start` is near the path that is looked for. At most `max_steps` steps are taken, Newton's and, where these fail on
+/// two bounces and more, damped ones; they end as soon as the residual is at most `tolerance` (1e-10, say; rounding
+/// leaves about 1e-15). Where they do not reach it the path
 /// that they have come to is given with `converged` false. Bounces may end up beyond the borders of open surfaces, on
 /// their continuation: see [`SpecularSurfaces::is_within`]. Nothing here knows whether other objects are in the way.
 ///
@@ -199,6 +202,14 @@ struct Constraint {
     on_branch: bool,
 }
 
+/// The constraints of a bounce to first order.
+struct Linearised {
+    own: DMat2,
+    before: DMat2,
+    after: DMat2,
+    rest: DVec2,
+}
+
 /// A path on its way to a solution.
 struct Problem<'a, const N: usize> {
     surfaces: &'a SpecularSurfaces<'a>,
@@ -281,24 +292,17 @@ impl<'a, const N: usize> Problem<'a, N> {
         residual.is_finite().then_some(residual)
     }
 
-    /// Newton's method.
+    /// Newton's method, and damped steps where it fails.
     fn solved(mut self, max_steps: u32, tolerance: f64, reach: f64) -> Option<Solution> {
-        let start = self.at[0].1.position;
+        let start = (self.at, self.constraints);
         let mut steps = 0;
+        let came_to_an_end = self.newton(max_steps, &mut steps, tolerance, reach).is_some();
         let mut residual = largest(&self.constraints);
-        // The residuals of the last three steps, the latest first.
-        let mut earlier = [f64::INFINITY; 3];
-        while residual > tolerance && steps < max_steps && residual < LEAST_PROGRESS * earlier[2] {
-            earlier = [residual, earlier[0], earlier[1]];
-            let step = self.newton_step()?;
-            if !self.advance(&step)? {
-                break;
-            }
-            if self.at[0].1.position.distance_squared(start) > reach * reach {
-                return None;
-            }
-            steps += 1;
-            residual = largest(&self.constraints);
+        if N > 1 && residual > tolerance && steps < max_steps {
+            (self.at, self.constraints) = start;
+            residual = self.descended(max_steps, &mut steps, tolerance, reach);
+        } else if !came_to_an_end {
+            return None;
         }
         if !residual.is_finite() || !self.is_consistent() {
             return None;
@@ -312,6 +316,63 @@ impl<'a, const N: usize> Problem<'a, N> {
         Some(Solution { sites, residual, steps, converged: residual <= tolerance })
     }
 
+    /// Newton's method; none where a step cannot be taken or leaves the reach.
+    fn newton(&mut self, max_steps: u32, steps: &mut u32, tolerance: f64, reach: f64) -> Option<()> {
+        let start = self.at[0].1.position;
+        let mut residual = largest(&self.constraints);
+        // The residuals of the last three steps, the latest first.
+        let mut earlier = [f64::INFINITY; 3];
+        while residual > tolerance && *steps < max_steps && residual < LEAST_PROGRESS * earlier[2] {
+            earlier = [residual, earlier[0], earlier[1]];
+            let step = self.newton_step()?;
+            if !self.advance(&step)? {
+                break;
+            }
+            if self.at[0].1.position.distance_squared(start) > reach * reach {
+                return None;
+            }
+            *steps += 1;
+            residual = largest(&self.constraints);
+        }
+        Some(())
+    }
+
+    /// The linearised constraints of a bounce: their change with its own motion, with that of the bounce before and of
+    /// the one after (zero where there is none), and the negative constraints.
+    #[inline]
+    fn linearised(&self, k: usize) -> Linearised {
+        let (frame, constraint) = (&self.at[k].1, &self.constraints[k]);
+        let (normal, half) = (frame.normal, constraint.half);
+        let slant = frame.tangents.map(|tangent| tangent.dot(normal));
+        let across = [0, 1].map(|i: usize| frame.tangents[i] - normal * slant[i]);
+        let project = |change: DVec3| DVec2::new(change.dot(across[0]), change.dot(across[1]));
+        let [index_eye, index_point] = self.indices[k];
+        let along = half.dot(normal);
+        // C_i = h . t_i - (h . n) (n . t_i), the second term for tangents that an interpolated normal is not
+        // perpendicular to.
+        let own = [0, 1].map(|j: usize| {
+            let (motion, turn) = (frame.tangents[j], frame.normal_change[j]);
+            let change =
+                constraint.to_eye.turned(motion) * -index_eye + constraint.to_point.turned(motion) * -index_point;
+            let turned = half.dot(turn);
+            project(change)
+                - DVec2::new(
+                    turned * slant[0] + along * turn.dot(frame.tangents[0]),
+                    turned * slant[1] + along * turn.dot(frame.tangents[1]),
+                )
+        });
+        let neighbour = |to: &Leg, index: f64, neighbour: usize| {
+            let block = self.at[neighbour].1.tangents.map(|motion| project(to.turned(motion) * index));
+            DMat2::from_cols(block[0], block[1])
+        };
+        Linearised {
+            own: DMat2::from_cols(own[0], own[1]),
+            before: if k > 0 { neighbour(&constraint.to_eye, index_eye, k - 1) } else { DMat2::ZERO },
+            after: if k + 1 < N { neighbour(&constraint.to_point, index_point, k + 1) } else { DMat2::ZERO },
+            rest: -project(half),
+        }
+    }
+
     /// The step to where the linearised constraints vanish.
     #[inline]
     fn newton_step(&self) -> Option<[DVec2; N]> {
@@ -319,42 +380,14 @@ impl<'a, const N: usize> Problem<'a, N> {
         let mut over = [DMat2::ZERO; N];
         let mut right = [DVec2::ZERO; N];
         for k in 0..N {
-            let (frame, constraint) = (&self.at[k].1, &self.constraints[k]);
-            let (normal, half) = (frame.normal, constraint.half);
-            let slant = frame.tangents.map(|tangent| tangent.dot(normal));
-            let across = [0, 1].map(|i: usize| frame.tangents[i] - normal * slant[i]);
-            let project = |change: DVec3| DVec2::new(change.dot(across[0]), change.dot(across[1]));
-            let [index_eye, index_point] = self.indices[k];
-            let along = half.dot(normal);
-            // C_i = h . t_i - (h . n) (n . t_i), the second term for tangents that an interpolated normal is not
-            // perpendicular to.
-            let own = [0, 1].map(|j: usize| {
-                let (motion, turn) = (frame.tangents[j], frame.normal_change[j]);
-                let change =
-                    constraint.to_eye.turned(motion) * -index_eye + constraint.to_point.turned(motion) * -index_point;
-                let turned = half.dot(turn);
-                project(change)
-                    - DVec2::new(
-                        turned * slant[0] + along * turn.dot(frame.tangents[0]),
-                        turned * slant[1] + along * turn.dot(frame.tangents[1]),
-                    )
-            });
-            let mut matrix = DMat2::from_cols(own[0], own[1]);
-            let mut rest = -project(half);
+            let Linearised { own: mut matrix, before, after, mut rest } = self.linearised(k);
             if k > 0 {
-                let previous = &self.at[k - 1].1.tangents;
-                let block = previous.map(|motion| project(constraint.to_eye.turned(motion) * index_eye));
-                let block = DMat2::from_cols(block[0], block[1]);
-                matrix -= block * over[k - 1];
-                rest -= block * right[k - 1];
+                matrix -= before * over[k - 1];
+                rest -= before * right[k - 1];
             }
             let inverse = inverted(&matrix)?;
             right[k] = inverse * rest;
-            if k + 1 < N {
-                let next = &self.at[k + 1].1.tangents;
-                let block = next.map(|motion| project(constraint.to_point.turned(motion) * index_point));
-                over[k] = inverse * DMat2::from_cols(block[0], block[1]);
-            }
+            over[k] = inverse * after;
         }
         for k in (0..N.saturating_sub(1)).rev() {
             let following = right[k + 1];

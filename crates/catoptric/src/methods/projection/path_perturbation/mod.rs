@@ -45,7 +45,7 @@ pub static INFO: MethodInfo = MethodInfo {
 };
 
 /// A reflector appears in itself only where the ray between is longer than this share of its size.
-const OWN_SEGMENT: f32 = 0.02;
+const OWN_SEGMENT: f32 = 0.002;
 
 /// The least edge error and size of pieces without polish.
 const COARSE_PX: (f32, f32) = (1.0, 3.0);

@@ -235,6 +235,11 @@ impl Perturber<'_> {
             return None;
         }
         let sites = &solution.sites;
+        // Beyond the border of the first surface stencils end what is seen; nothing ends it beyond those of the others.
+        let is_within = |k: usize| self.surfaces.is_within(sites.bounces[k].object, &sites.sites[k]);
+        if !(1..sites.count).all(is_within) {
+            return None;
+        }
         let (bundle, outside) = first_order_bundle_of(&self.surfaces, &self.eye, sites)?;
         if outside[..sites.count] != sample.outside[..sites.count] {
             return None;

@@ -84,7 +84,7 @@ impl Default for PathPerturbationSettings {
             nearest_count: 5,
             group_angle_deg: 20.0,
             group_distance: 0.25,
-            polish: 20,
+            polish: 40,
             edge_error_px: 0.25,
             piece_px: 0.75,
         }
@@ -115,7 +115,7 @@ impl Settings for PathPerturbationSettings {
             "group_distance",
             "the same for their reflection points, as a share of the reflector's size (candidates = nearest)",
         ),
-        ("polish", "Newton steps on the specular constraint after the expansion, 0 to 100; 0 is the paper's method"),
+        ("polish", "steps on the specular constraint after the expansion, 0 to 100; 0 is the paper's method"),
         (
             "edge_error_px",
             "edges of virtual geometry are divided until they are this near to where they belong, 0.01 to 100",

@@ -1,4 +1,5 @@
 mod alhazen;
+mod damped;
 mod focal;
 mod laws;
 mod meshes;
