@@ -10,6 +10,7 @@ pub mod projector;
 pub mod ray_map;
 pub mod round_trip;
 pub mod virtual_mesh;
+pub mod virtual_scene;
 pub mod visibility;
 
 pub use projected::ProjectedPaths;
