@@ -1,50 +1,13 @@
 //! Path perturbation against the reference, by pictures and by round trips, and where there is little to draw.
 
-use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::projection::{RoundTrip, RoundTripOptions, round_trip};
-use catoptric::methods::reference::specular_mask;
-use catoptric::methods::{self, Job, Quality, ReflectionMethod};
+use catoptric::methods::{Job, Quality};
 use catoptric::metrics::{Comparison, PictureError};
 use catoptric::progress::Silent;
-use catoptric::scene::{Camera, Material, Scene, View, builtin};
+use catoptric::scene::Material;
+use catoptric_testkit::drawing::{drawn, measured, prepared, scene, survives};
 use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
 use glam::Vec3;
-
-fn scene(spec: &str) -> Scene {
-    let model = builtin::parse(spec).expect("the test's input is valid");
-    model.pose(&Default::default()).expect("the test's input is valid")
-}
-
-fn prepared(id: &str, settings: &str, scene: &Scene, quality: Quality) -> Box<dyn ReflectionMethod> {
-    let settings = toml::from_str(settings).expect("the test's input is valid");
-    let mut method = methods::create(id, &settings).expect("the test's input is valid");
-    method.prepare(scene, quality, &Silent).expect("the test's input is valid");
-    method
-}
-
-fn drawn(method: &mut dyn ReflectionMethod, scene: &Scene, view: &View, quality: Quality) -> Framebuffer {
-    let mut target = Framebuffer::new(view.width, view.height);
-    let job = Job { scene, view, quality, progress: &Silent };
-    method.render(&job, &mut target).expect("the test's input is valid");
-    assert!(target.pixels.iter().flatten().all(|value| value.is_finite()));
-    target
-}
-
-/// The picture's error over reflector pixels, and the round trips of every `every`-th pixel.
-fn measured(scene: &Scene, settings: &str, order: u32, every: u32) -> (PictureError, RoundTrip) {
-    let view = scene.default_view(120, 90);
-    let quality = Quality { samples: 1, order };
-    let mut method = prepared("path_perturbation", settings, scene, quality);
-    let picture = drawn(method.as_mut(), scene, &view, quality);
-    let truth = drawn(prepared("reference", "", scene, quality).as_mut(), scene, &view, quality);
-    let comparison = Comparison::new(&picture, &truth).expect("the test's input is valid");
-    let mask = specular_mask(scene, &view);
-    let comparison = comparison.masked(&mask).expect("the test's input is valid");
-    let job = Job { scene, view: &view, quality, progress: &Silent };
-    let projector = method.projector(&job).expect("it was prepared").expect("it projects");
-    let options = RoundTripOptions { order, every };
-    (comparison.expect("the reflector is seen"), round_trip(scene, &view, projector.as_ref(), options, &Silent))
-}
 
 /// Polished paths are exact but for the rounding of the traced points: 0.02 pixels, and at most one in a thousand is
 /// missing. Pictures are off where an edge of colours lies within the edge error (0.25 pixels) of a pixel's centre.
@@ -57,7 +20,7 @@ fn check(what: &str, (picture, trips): &(PictureError, RoundTrip), over_0_1: f64
 #[test]
 fn a_ball_in_a_room_equals_the_reference() {
     let scene = scene("sphere_room?surface=analytic&tess=24");
-    let found = measured(&scene, "", 1, 1);
+    let found = measured("path_perturbation", &scene, "", 1, 1);
     check("sphere_room", &found, 0.02);
 }
 
@@ -65,7 +28,8 @@ fn a_ball_in_a_room_equals_the_reference() {
 fn the_vase_equals_the_reference() {
     let scene = scene("vase?tess=8");
     // 80 x 60 samples, as the method is judged at 640 x 480.
-    check("vase", &measured(&scene, "spacing_px = 1.5\nfinest_px = 0.375", 1, 1), 0.05);
+    let settings = "spacing_px = 1.5\nfinest_px = 0.375";
+    check("vase", &measured("path_perturbation", &scene, settings, 1, 1), 0.05);
 }
 
 #[test]
@@ -85,17 +49,6 @@ fn without_polish_second_order_is_nearer_than_first_and_first_than_none() {
     assert!(medians[0] < 8.0 && medians[1] < 0.3 * medians[0] && medians[2] < 0.3 * medians[1], "{medians:?}");
 }
 
-/// The pictures from several eyes are finite; nothing panics.
-fn survives(scene: &Scene, eyes: &[(Vec3, Vec3)], order: u32) {
-    let quality = Quality { samples: 1, order };
-    let mut method = prepared("path_perturbation", "", scene, quality);
-    for (eye, target) in eyes {
-        let camera = Camera::look_at("", *eye, *target, Vec3::Y, 50.0);
-        let view = scene.view(&camera, 24, 18);
-        drawn(method.as_mut(), scene, &view, quality);
-    }
-}
-
 #[test]
 fn eyes_within_reflectors_and_on_them_are_survived() {
     let scene = sphere_in_room(true);
@@ -106,7 +59,7 @@ fn eyes_within_reflectors_and_on_them_are_survived() {
         (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
         (center + Vec3::Z * 0.700_01, center),
     ];
-    survives(&scene, &eyes, 2);
+    survives("path_perturbation", &scene, &eyes, 2);
 }
 
 #[test]
@@ -122,7 +75,7 @@ fn things_without_size_are_survived() {
     builder.quad("mirror point", Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO, Vec3::ZERO, mirror);
     builder.quad("mirror line", Vec3::new(0.0, -0.8, 0.0), Vec3::X, Vec3::X, mirror);
     let eye = Vec3::new(0.0, 0.5, 2.0);
-    survives(&builder.build(), &[(eye, Vec3::ZERO), (eye, Vec3::new(0.7, 0.0, 0.0))], 2);
+    survives("path_perturbation", &builder.build(), &[(eye, Vec3::ZERO), (eye, Vec3::new(0.7, 0.0, 0.0))], 2);
 }
 
 #[test]
@@ -144,5 +97,5 @@ fn without_reflectors_and_at_order_zero_pictures_are_those_of_the_reference() {
         assert!(error.over_0_1 <= 2e-3, "{error:?}");
     }
     let empty = SceneBuilder::new().build();
-    survives(&empty, &[(Vec3::Z, Vec3::ZERO)], 2);
+    survives("path_perturbation", &empty, &[(Vec3::Z, Vec3::ZERO)], 2);
 }

@@ -157,11 +157,12 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 4] = [
+    static ALL: [&MethodInfo; 5] = [
         &reference::INFO,
         &lookup::environment_map::INFO,
         &projection::planar_mirror::INFO,
         &projection::path_perturbation::INFO,
+        &projection::sample_based_camera::INFO,
     ];
     &ALL
 }

@@ -9,6 +9,7 @@ pub mod projected;
 pub mod projector;
 pub mod ray_map;
 pub mod round_trip;
+pub mod sample_based_camera;
 pub mod virtual_mesh;
 pub mod virtual_scene;
 pub mod visibility;

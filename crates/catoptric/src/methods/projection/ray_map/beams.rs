@@ -8,134 +8,19 @@
 //! octree of Chen and Arvo 2000, [`super::RayTree`], answers from the point's cell, which beside silhouettes and
 //! caustics holds hundreds of rays.)
 
+use super::beam::{Beam, PLANES, Plane, Reach, rounding_at};
 use super::sample::RaySample;
 use crate::parallel;
-use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat2, DVec2, Vec2, Vec3};
 
 /// Samples of a leaf, tested at once.
 const LANES: usize = 8;
 
-/// Planes of a beam.
-const PLANES: usize = 5;
-
 /// Accepted points lie up to this much further out: single precision is no reason to lose one.
 const LEEWAY: f32 = 1.0 + 1e-3;
 
-/// Rounding of a position's distance from a plane in single precision, as a share of the coordinates.
-const ROUNDING: f32 = 2e-6;
-
 /// Squares of areas at this distance stay in single precision.
 const FARTHEST: f32 = 1e12;
-
-/// Planes are tilted in so many steps until their side holds all directions; those that do not get there are left out.
-const TILTS: usize = 6;
-
-/// What a sample reaches: `origin + origin_change r + t (direction + direction_change r)` for `|r| <= 1` and `t >= 0`.
-#[derive(Clone, Copy, Debug)]
-struct Reach {
-    origin: DVec3,
-    direction: DVec3,
-    origin_change: [DVec3; 2],
-    direction_change: [DVec3; 2],
-}
-
-impl Reach {
-    /// The largest component along `normal` of where its rays start.
-    fn origins_along(&self, normal: DVec3) -> f64 {
-        let [x, y] = self.origin_change.map(|change| change.dot(normal));
-        self.origin.dot(normal) + x.hypot(y)
-    }
-
-    /// The largest component along `normal` of its rays' directions.
-    fn directions_along(&self, normal: DVec3) -> f64 {
-        let [x, y] = self.direction_change.map(|change| change.dot(normal));
-        self.direction.dot(normal) + x.hypot(y)
-    }
-}
-
-/// A half-space: all points whose component along `normal` is at most `limit`.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    normal: Vec3,
-    limit: f32,
-}
-
-impl Plane {
-    const NOTHING: Self = Self { normal: Vec3::ZERO, limit: f32::NEG_INFINITY };
-    const EVERYTHING: Self = Self { normal: Vec3::ZERO, limit: f32::INFINITY };
-
-    /// The plane across `side` that holds all of `reaches`, tilted against their mean `direction` as far as they open.
-    fn beside(reaches: &[Reach], side: DVec3, direction: DVec3) -> Self {
-        let mut tilt = f64::NEG_INFINITY;
-        for reach in reaches {
-            tilt = tilt.max(reach.direction.dot(side) / reach.direction.dot(direction).max(1e-3));
-        }
-        for _ in 0..TILTS {
-            let normal = side - direction * tilt;
-            let outermost =
-                reaches.iter().map(|reach| reach.directions_along(normal)).fold(f64::NEG_INFINITY, f64::max);
-            if outermost <= 1e-9 * normal.length() {
-                return Self::holding(reaches, normal);
-            }
-            tilt = reaches.iter().fold(tilt, |tilt: f64, reach| {
-                let spread = reach.directions_along(normal) - reach.direction.dot(normal);
-                // A little more, as the spread across the tilted plane may be larger.
-                tilt.max((reach.direction.dot(side) + 1.02 * spread) / reach.direction.dot(direction).max(1e-3))
-            });
-        }
-        Self::EVERYTHING
-    }
-
-    fn holding(reaches: &[Reach], normal: DVec3) -> Self {
-        let Some(normal) = normal.try_normalize() else { return Self::EVERYTHING };
-        let limit = reaches.iter().map(|reach| reach.origins_along(normal)).fold(f64::NEG_INFINITY, f64::max);
-        if !limit.is_finite() {
-            return Self::EVERYTHING;
-        }
-        Self { normal: normal.as_vec3(), limit: limit as f32 + ROUNDING * limit.abs() as f32 }
-    }
-}
-
-/// The planes around all of `reaches`, whose spread is measured at a distance along them.
-fn beam_around(reaches: &[Reach], distance: f64) -> [Plane; PLANES] {
-    if reaches.is_empty() {
-        return [Plane::NOTHING; PLANES];
-    }
-    let sum: DVec3 = reaches.iter().map(|reach| reach.direction).sum();
-    let Some(direction) = sum.try_normalize() else { return [Plane::EVERYTHING; PLANES] };
-    let [wide, narrow] = spread_axes(reaches, direction, distance);
-    [
-        Plane::beside(reaches, wide, direction),
-        Plane::beside(reaches, -wide, direction),
-        Plane::beside(reaches, narrow, direction),
-        Plane::beside(reaches, -narrow, direction),
-        if reaches.iter().all(|reach| reach.directions_along(-direction) <= 0.0) {
-            Plane::holding(reaches, -direction)
-        } else {
-            Plane::EVERYTHING
-        },
-    ]
-}
-
-/// Two unit vectors across `direction`: along which the reaches spread most at a distance, and least.
-fn spread_axes(reaches: &[Reach], direction: DVec3, distance: f64) -> [DVec3; 2] {
-    let (first, second) = direction.any_orthonormal_pair();
-    let lateral = |vector: DVec3| DVec2::new(vector.dot(first), vector.dot(second));
-    let places = || reaches.iter().map(|reach| lateral(reach.origin + reach.direction * distance));
-    let center = places().sum::<DVec2>() / reaches.len() as f64;
-    // The entries of the covariance.
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for (reach, place) in reaches.iter().zip(places()) {
-        let change = |index: usize| lateral(reach.origin_change[index] + reach.direction_change[index] * distance);
-        for vector in [place - center, change(0), change(1)] {
-            xx += vector.x * vector.x;
-            xy += vector.x * vector.y;
-            yy += vector.y * vector.y;
-        }
-    }
-    let (sine, cosine) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
-    [first * cosine + second * sine, second * cosine - first * sine]
-}
 
 /// A sample in whose reach a point is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,8 +61,8 @@ struct Node {
 }
 
 impl Node {
-    fn of(beams: &[[Plane; PLANES]]) -> Self {
-        let lane = |lane: usize| beams.get(lane).copied().unwrap_or([Plane::NOTHING; PLANES]);
+    fn of(beams: &[Beam]) -> Self {
+        let lane = |lane: usize| beams.get(lane).copied().unwrap_or(Beam::NOTHING).0;
         let lanes: [[Plane; PLANES]; LANES] = std::array::from_fn(lane);
         Self {
             normal: std::array::from_fn(|plane| [0, 1, 2].map(|axis| lanes.map(|beam| beam[plane].normal[axis]))),
@@ -240,7 +125,7 @@ impl RayBeams {
         let mut levels: Vec<Vec<Node>> = Vec::new();
         while levels.is_empty() || ends.len() > 1 {
             let start = |node: usize| if node == 0 { 0 } else { ends[node - 1] };
-            let beam = |node: usize| beam_around(&reaches[start(node)..ends[node]], distance);
+            let beam = |node: usize| Beam::around(&reaches[start(node)..ends[node]], distance);
             let beams = parallel::map_collect(ends.len(), beam);
             levels.push(beams.chunks(LANES).map(Node::of).collect());
             ends = ends.chunks(LANES).filter_map(|ends| ends.last().copied()).collect();
@@ -273,7 +158,7 @@ const MOST_WAITING: usize = 12 * LANES;
 
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn reaching(beams: &RayBeams, point: [f32; 3], found: &mut Vec<Reaching>) {
-    let rounding = ROUNDING * point.iter().fold(0f32, |most, coordinate| most.max(coordinate.abs()));
+    let rounding = rounding_at(point.into());
     let mut waiting = [0u32; MOST_WAITING];
     let mut count = usize::from(!beams.nodes.is_empty());
     while count > 0 {

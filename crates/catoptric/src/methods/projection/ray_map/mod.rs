@@ -2,6 +2,7 @@
 //! its outgoing rays a scene point lies.
 
 mod attempts;
+mod beam;
 mod beams;
 mod cells;
 mod lines;
@@ -9,6 +10,7 @@ mod sample;
 mod tree;
 
 pub use attempts::{Attempt, Attempts};
+pub use beam::{Beam, Reach, rounding_at};
 pub use beams::{RayBeams, Reaching};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};

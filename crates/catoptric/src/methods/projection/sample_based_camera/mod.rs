@@ -1,0 +1,162 @@
+//! Sample-based cameras: trees of small cameras, fitted to a dense map of reflected rays, project scene points.
+//!
+//! See this folder's `README.md`.
+
+mod grid;
+mod leaf;
+mod project;
+mod settings;
+mod tree;
+
+pub use settings::SampleBasedCameraSettings;
+
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::projection::VertexProjector;
+use crate::methods::projection::ray_map::{Specular, ViewField, eye_of};
+use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
+use crate::methods::projection::virtual_scene::VirtualScene;
+use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::parallel;
+use crate::progress::Progress;
+use crate::scene::{PreciseView, Scene, View};
+use grid::RayGrid;
+use project::CameraProjector;
+use tree::{Builder, Tree};
+
+/// What sample-based cameras are.
+pub static INFO: MethodInfo = MethodInfo {
+    id: "sample_based_camera",
+    family: Family::Projection,
+    summary: "trees of small cameras, fitted to a dense map of reflected rays within an accuracy, show where vertices appear",
+    paper: "Popescu, Sacks, Mei 2006, Sample-based cameras for fast accurate reflections",
+    assumptions: "reflections smaller than the spacing of the ray map can be missed",
+    cpu: true,
+    gpu: false,
+    bake: false,
+    settings: SampleBasedCameraSettings::describe,
+    create: |table| Ok(Box::new(SampleBasedCamera::new(SampleBasedCameraSettings::from_table(table)?))),
+};
+
+/// No more pieces than this are made of one object on one path, as a rule.
+const MAX_PIECES: usize = 200_000;
+
+/// Cells of the ray map around the picture: what appears there belongs to triangles that reach into it.
+const MARGIN_CELLS: f32 = 4.0;
+
+struct SampleBasedCamera {
+    settings: SampleBasedCameraSettings,
+    scene: Option<VirtualScene>,
+    frame: Option<Frame>,
+}
+
+/// What depends on the view and the mirrors, but not on what moves among them.
+struct Frame {
+    view: View,
+    order: u32,
+    grid: RayGrid,
+    /// The tree of each group of the grid.
+    trees: Vec<Tree>,
+}
+
+impl SampleBasedCamera {
+    fn new(settings: SampleBasedCameraSettings) -> Self {
+        Self { settings, scene: None, frame: None }
+    }
+
+    /// Builds the cameras where the kept ones do not fit the view.
+    fn build(&mut self, job: &Job<'_>, report: &mut Report) -> Result<(), RenderError> {
+        let mut watch = Stopwatch::new();
+        let Some(prepared) = &mut self.scene else { return Err(unprepared()) };
+        if !prepared.fits(job.scene) {
+            return Err(unprepared());
+        }
+        let order = job.quality.order;
+        if self.frame.as_ref().is_some_and(|frame| frame.view == *job.view && frame.order == order) {
+            report.counts.insert("rays_traced", 0);
+            return Ok(());
+        }
+        let surfaces = prepared.surfaces(job.scene);
+        let specular = Specular { scene: job.scene, tracer: prepared.tracer(), surfaces: &surfaces, order };
+        let field = ViewField::new(job.view, margin_px(&self.settings));
+        let grid = RayGrid::new(&specular, &field, self.settings.downsampling as f32);
+        report.stages_ms.push(("ray_map", watch.lap_ms()));
+        report.counts.insert("rays_traced", grid.traced);
+        let view = PreciseView::new(job.view);
+        let trees = parallel::map_collect(grid.groups.len(), |group| {
+            let (grid, group) = (&grid, &grid.groups[group]);
+            let accuracy_px = self.settings.accuracy_px.into();
+            Builder { grid, group, view: &view, bounds: job.scene.bounds, accuracy_px }.build()
+        });
+        report.stages_ms.push(("build", watch.lap_ms()));
+        self.frame = Some(Frame { view: job.view.clone(), order, grid, trees });
+        prepared.forget_meshes();
+        Ok(())
+    }
+}
+
+fn margin_px(settings: &SampleBasedCameraSettings) -> f32 {
+    MARGIN_CELLS * settings.downsampling as f32
+}
+
+fn unprepared() -> RenderError {
+    RenderError::Limit { method: INFO.id, problem: "it has not been prepared for the scene".into() }
+}
+
+fn projector<'a>(settings: &SampleBasedCameraSettings, frame: &'a Frame, job: &Job<'_>) -> CameraProjector<'a> {
+    let sizes = job.scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
+    CameraProjector {
+        grid: &frame.grid,
+        trees: &frame.trees,
+        paths: frame.grid.groups.iter().map(|group| group.path.clone()).collect(),
+        eye: eye_of(job.view),
+        view: PreciseView::new(job.view),
+        margin_px: margin_px(settings).into(),
+        accuracy_px: settings.accuracy_px,
+        sizes: sizes.collect(),
+    }
+}
+
+impl ReflectionMethod for SampleBasedCamera {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
+        let mut report = Report::default();
+        let (prepared, same_mirrors) = VirtualScene::prepared(scene, self.scene.take(), &mut report);
+        if !same_mirrors {
+            self.frame = None;
+        }
+        self.scene = Some(prepared);
+        Ok(report)
+    }
+
+    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
+        let mut report = Report::default();
+        self.build(job, &mut report)?;
+        let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
+        let sum = |count: fn(&Tree) -> u64| frame.trees.iter().map(count).sum::<u64>();
+        report.counts.insert("ray_map_rays", frame.grid.groups.iter().map(|group| group.rays.len() as u64).sum());
+        report.counts.insert("leaves", sum(|tree| tree.leaves.len() as u64));
+        report.counts.insert("inaccurate_leaves", sum(|tree| tree.inaccurate_leaves));
+        report.counts.insert("rays_in_inaccurate_leaves", sum(|tree| tree.inaccurate_rays));
+        report.bytes.insert("trees", sum(|tree| tree.byte_count() as u64));
+        let projector = projector(&self.settings, frame, job);
+        let quality = MeshQuality {
+            edge_error_px: self.settings.edge_error_px,
+            piece_px: self.settings.piece_px,
+            picture: PictureScale::new(job.view),
+            max_pieces: MAX_PIECES,
+        };
+        scene.draw(job, &projector, &quality, &mut report, target)?;
+        Ok(report)
+    }
+
+    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
+        self.build(job, &mut Report::default())?;
+        let frame = self.frame.as_ref().ok_or_else(unprepared)?;
+        Ok(Some(Box::new(projector(&self.settings, frame, job))))
+    }
+}

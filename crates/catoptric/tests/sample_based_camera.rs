@@ -1,0 +1,62 @@
+//! Sample-based cameras against the reference, by pictures and by round trips, and where there is little to draw.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{Job, Quality};
+use catoptric::progress::Silent;
+use catoptric::scene::{Material, Scene};
+use catoptric_testkit::drawing::{measured, prepared, scene, survives};
+use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
+use glam::Vec3;
+
+const ID: &str = "sample_based_camera";
+
+/// What the report of a small picture counts.
+fn count(scene: &Scene, settings: &str, what: &str) -> u64 {
+    let view = scene.default_view(120, 90);
+    let quality = Quality { samples: 1, order: 1 };
+    let mut method = prepared(ID, settings, scene, quality);
+    let job = Job { scene, view: &view, quality, progress: &Silent };
+    let report = method.render(&job, &mut Framebuffer::new(120, 90)).expect("the test's input is valid");
+    report.counts[what]
+}
+
+#[test]
+fn all_pixels_are_within_the_accuracy_on_smooth_mirrors() {
+    for name in ["sphere_room?surface=analytic&tess=24", "ellipsoid?tess=24", "dish?tess=24"] {
+        let scene = scene(name);
+        // Rays every second pixel; every pixel is asked for, those between the last ray and the silhouette too.
+        let (picture, trips) = measured(ID, &scene, "accuracy_px = 0.5", 1, 1);
+        assert!(trips.all.count > 300, "{name}: {trips:?}");
+        let (p99, max) = (trips.all.p99.expect("some are found"), trips.all.max.expect("some are found"));
+        assert!(p99 <= 1.0 && max <= 3.0 && trips.all.missing <= 1e-3, "{name}: {trips:?}");
+        assert!(picture.over_0_1 <= 0.1, "{name}: {picture:?}");
+    }
+}
+
+#[test]
+fn leaves_are_one_for_a_flat_mirror_and_fewer_where_accuracy_is_less() {
+    assert_eq!(count(&scene("planar_mirror?mirrors=1"), "accuracy_px = 0.05", "leaves"), 1);
+    let ball = scene("sphere_room?surface=analytic&tess=8");
+    let leaves = ["2", "0.5", "0.05"].map(|accuracy| count(&ball, &format!("accuracy_px = {accuracy}"), "leaves"));
+    assert!(1 < leaves[0] && leaves[0] < leaves[1] && leaves[1] < leaves[2], "{leaves:?}");
+    assert_eq!(count(&ball, "", "inaccurate_leaves"), 0);
+}
+
+#[test]
+fn eyes_within_reflectors_and_things_without_size_are_survived() {
+    let center = Vec3::new(0.0, 1.0, -0.5);
+    let eyes =
+        [(center, Vec3::Z * 3.0), (center + Vec3::Z * 0.7, Vec3::Z * 3.0), (center + Vec3::Z * 0.700_01, center)];
+    survives(ID, &sphere_in_room(true), &eyes, 2);
+    let mut builder = SceneBuilder::new();
+    let grey = builder.flat("grey", Vec3::splat(0.5));
+    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, grey);
+    builder.quad("line", Vec3::new(-0.5, 0.5, 0.5), Vec3::X, Vec3::ZERO, grey);
+    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
+    builder.sphere("speck", Vec3::new(0.7, 0.0, 0.0), 1e-6, mirror);
+    builder.sphere("crumb", Vec3::new(0.2, 0.0, 0.0), 0.02, mirror);
+    builder.quad("mirror line", Vec3::new(0.0, -0.8, 0.0), Vec3::X, Vec3::X, mirror);
+    let eye = Vec3::new(0.0, 0.5, 2.0);
+    survives(ID, &builder.build(), &[(eye, Vec3::ZERO), (eye, Vec3::new(0.7, 0.0, 0.0))], 2);
+    survives(ID, &SceneBuilder::new().build(), &[(Vec3::Z, Vec3::ZERO)], 2);
+}
