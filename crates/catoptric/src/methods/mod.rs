@@ -5,6 +5,7 @@ pub mod projection;
 pub mod reference;
 mod settings;
 
+pub(crate) use settings::within;
 pub use settings::{SettingInfo, Settings};
 
 use crate::error::RenderError;

@@ -14,6 +14,11 @@ pub struct SettingInfo {
     pub help: &'static str,
 }
 
+/// Whether a setting lies in its range; else what is wrong.
+pub(crate) fn within(name: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
+    if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{name} = {value} is outside {least} to {most}")) }
+}
+
 /// A method's settings struct: all fields have defaults, unknown fields are refused
 /// (`#[serde(default, deny_unknown_fields)]`).
 pub trait Settings: Default + Serialize + DeserializeOwned {

@@ -59,6 +59,16 @@ pub struct Projection {
 }
 
 impl Projection {
+    /// It, unless any of its numbers means nothing.
+    #[inline]
+    pub(super) fn if_meaningful(self) -> Option<Self> {
+        let meaningful = self.image_px.is_finite()
+            && self.image_change.iter().all(|change| change.is_finite())
+            && self.path_length.is_finite()
+            && self.path_length > 0.0;
+        meaningful.then_some(self)
+    }
+
     /// Where a point `step` away is expected to appear, to first order.
     #[inline]
     pub fn predicted(&self, step: Vec3) -> Vec2 {

@@ -16,8 +16,15 @@ use glam::Vec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A reflector appears in itself only where the ray between is longer than this share of its size.
-const OWN_SEGMENT: f32 = 0.002;
+/// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
+/// itself, what is not polished sees the surface in itself.
+const OWN_REFLECTED: f32 = 0.02;
+
+/// The same for lenses through which it is seen from within: at their rims they are thin.
+const OWN_TRANSMITTED: f32 = 0.002;
+
+/// No more pieces than this are made of one object on one path, as a rule.
+pub const MAX_PIECES: usize = 200_000;
 
 /// What depends on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
@@ -67,9 +74,19 @@ impl Mirrors {
 type KeyedMesh = ((u32, u32), (Arc<WeldedObject>, VirtualMesh));
 
 impl VirtualScene {
-    /// Prepares a scene, with what is still true of an `old` one: all, meshes included, if its mirrors are the same,
-    /// which is said too. Times go to the report.
-    pub fn prepared(scene: &Scene, old: Option<Self>, report: &mut Report) -> (Self, bool) {
+    /// Puts a scene in the place of the one that was prepared before. What is still true of that one is kept: all,
+    /// meshes included, if its mirrors are the same; if not, `frame`, what was made of them for a view, is forgotten.
+    pub fn prepare<F>(slot: &mut Option<Self>, frame: &mut Option<F>, scene: &Scene) -> Report {
+        let mut report = Report::default();
+        let (prepared, same_mirrors) = Self::prepared(scene, slot.take(), &mut report);
+        if !same_mirrors {
+            *frame = None;
+        }
+        *slot = Some(prepared);
+        report
+    }
+
+    fn prepared(scene: &Scene, old: Option<Self>, report: &mut Report) -> (Self, bool) {
         let mut watch = Stopwatch::new();
         let mirrors = Mirrors::of(scene);
         let old = old.filter(|old| old.mirrors == mirrors);
@@ -173,8 +190,10 @@ impl VirtualScene {
             let Some(last) = sequence.bounces.last() else { continue };
             for (index, object) in job.scene.objects.iter().enumerate() {
                 let own = last.object == index as u32;
+                let reflected = last.kind == BounceKind::Reflect;
+                let share = if reflected { OWN_REFLECTED } else { OWN_TRANSMITTED };
                 let convex = object.surface.as_ref().is_some_and(PlacedSurface::is_convex);
-                if own && convex && last.kind == BounceKind::Reflect && !object.inside {
+                if own && convex && reflected && !object.inside {
                     continue; // rays that leave a convex mirror never come back
                 }
                 let (key, welded) = ((path as u32, index as u32), &self.welded[index]);
@@ -186,7 +205,7 @@ impl VirtualScene {
                     first_triangle: object.triangles.start,
                     alpha_tested: job.scene.is_alpha_tested(index as u32),
                     path: path as u32,
-                    least_segment: if own { OWN_SEGMENT * object.bounds.diagonal() } else { 0.0 },
+                    least_segment: if own { share * object.bounds.diagonal() } else { 0.0 },
                     last_reflector: job.scene.objects[last.object as usize].bounds,
                     scene_size: job.scene.bounds.diagonal(),
                 };

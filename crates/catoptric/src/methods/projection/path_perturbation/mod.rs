@@ -15,7 +15,7 @@ use crate::math::Aabb;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
 use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
-use crate::methods::projection::virtual_scene::VirtualScene;
+use crate::methods::projection::virtual_scene::{MAX_PIECES, VirtualScene};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::scene::{PreciseView, Scene, View};
@@ -39,9 +39,6 @@ pub static INFO: MethodInfo = MethodInfo {
 
 /// The least edge error and size of pieces without polish.
 const COARSE_PX: (f32, f32) = (1.0, 3.0);
-
-/// No more pieces than this are made of one object on one path, as a rule.
-const MAX_PIECES: usize = 200_000;
 
 /// The method with what it keeps from frame to frame.
 struct PathPerturbation {
@@ -135,13 +132,7 @@ impl ReflectionMethod for PathPerturbation {
     }
 
     fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
-        let mut report = Report::default();
-        let (prepared, same_mirrors) = VirtualScene::prepared(scene, self.scene.take(), &mut report);
-        if !same_mirrors {
-            self.frame = None;
-        }
-        self.scene = Some(prepared);
-        Ok(report)
+        Ok(VirtualScene::prepare(&mut self.scene, &mut self.frame, scene))
     }
 
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {

@@ -302,11 +302,7 @@ impl Perturber<'_> {
             last_segment: found.last.distance(point) as f32,
             error_px: gx.dot(left_out).hypot(gy.dot(left_out)) as f32,
         };
-        let finite = projection.image_px.is_finite()
-            && image_change.iter().all(|change| change.is_finite())
-            && projection.path_length.is_finite()
-            && projection.path_length > 0.0;
-        finite.then_some(projection)
+        projection.if_meaningful()
     }
 }
 

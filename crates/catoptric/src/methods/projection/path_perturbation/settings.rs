@@ -1,7 +1,7 @@
 //! The perturbation method's settings.
 
-use crate::methods::Settings;
 use crate::methods::projection::ray_map::Approximation;
+use crate::methods::{Settings, within};
 use serde::{Deserialize, Serialize};
 
 /// Which part of the Taylor expansion is used.
@@ -124,13 +124,6 @@ impl Settings for PathPerturbationSettings {
     ];
 
     fn check(&self) -> Result<(), String> {
-        let within = |name: &str, value: f32, least: f32, most: f32| {
-            if (least..=most).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{name} = {value} is outside {least} to {most}"))
-            }
-        };
         within("spacing_px", self.spacing_px, 1.0, 256.0)?;
         within("finest_px", self.finest_px, 0.25, 256.0)?;
         within("accuracy_px", self.accuracy_px, 1e-3, 1e3)?;

@@ -16,7 +16,7 @@ use crate::framebuffer::Framebuffer;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{Specular, ViewField, eye_of};
 use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
-use crate::methods::projection::virtual_scene::VirtualScene;
+use crate::methods::projection::virtual_scene::{MAX_PIECES, VirtualScene};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
@@ -38,9 +38,6 @@ pub static INFO: MethodInfo = MethodInfo {
     settings: SampleBasedCameraSettings::describe,
     create: |table| Ok(Box::new(SampleBasedCamera::new(SampleBasedCameraSettings::from_table(table)?))),
 };
-
-/// No more pieces than this are made of one object on one path, as a rule.
-const MAX_PIECES: usize = 200_000;
 
 /// Cells of the ray map around the picture: what appears there belongs to triangles that reach into it.
 const MARGIN_CELLS: f32 = 4.0;
@@ -124,13 +121,7 @@ impl ReflectionMethod for SampleBasedCamera {
     }
 
     fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
-        let mut report = Report::default();
-        let (prepared, same_mirrors) = VirtualScene::prepared(scene, self.scene.take(), &mut report);
-        if !same_mirrors {
-            self.frame = None;
-        }
-        self.scene = Some(prepared);
-        Ok(report)
+        Ok(VirtualScene::prepare(&mut self.scene, &mut self.frame, scene))
     }
 
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {

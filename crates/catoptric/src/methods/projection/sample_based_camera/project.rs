@@ -123,11 +123,7 @@ impl CameraProjector<'_> {
             last_segment: answer.last_segment as f32,
             error_px: self.accuracy_px,
         };
-        let finite = projection.image_px.is_finite()
-            && image_change.iter().all(|change| change.is_finite())
-            && projection.path_length.is_finite()
-            && projection.path_length > 0.0;
-        finite.then_some(projection)
+        projection.if_meaningful()
     }
 
     /// Whether one of the four rays around a place, in cells, is not on the path.

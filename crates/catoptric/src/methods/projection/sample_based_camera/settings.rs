@@ -1,6 +1,6 @@
 //! The settings of sample-based cameras.
 
-use crate::methods::Settings;
+use crate::methods::{Settings, within};
 use serde::{Deserialize, Serialize};
 
 /// Settings of sample-based cameras.
@@ -36,13 +36,6 @@ impl Settings for SampleBasedCameraSettings {
     ];
 
     fn check(&self) -> Result<(), String> {
-        let within = |name: &str, value: f32, least: f32, most: f32| {
-            if (least..=most).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{name} = {value} is outside {least} to {most}"))
-            }
-        };
         within("accuracy_px", self.accuracy_px, 1e-3, 100.0)?;
         within("downsampling", self.downsampling as f32, 1.0, 64.0)?;
         within("edge_error_px", self.edge_error_px, 0.01, 100.0)?;

@@ -13,8 +13,11 @@ const TYPICAL_SHARE: f64 = 0.25;
 /// Beams go on beyond a path's border by this many times the difference of the last two rays.
 const EXTRAPOLATED: f64 = 2.0;
 
-/// A fit is tried on at most so many rays for every term of its polynomials; larger blocks on every n-th of them.
-const RAYS_A_TERM: usize = 24;
+/// A fit is tried on at most so many rays, 24 a term of the highest degree; of larger blocks on every n-th of them.
+const MOST_FITTED: usize = 240;
+
+/// Nodes that wait in a look-up: a block is halved at most 32 times in each direction.
+const MOST_WAITING: usize = 66;
 
 /// A block of cells, corners included.
 #[derive(Clone, Copy, Debug)]
@@ -178,12 +181,11 @@ impl Builder<'_> {
         Below::Leaf(tree.leaves.len() as u32 - 1)
     }
 
-    /// The simplest accurate fit, if there is one.
+    /// The fit of the highest degree that is accurate, if there is one.
     fn fitted(&self, rays: &[GridRay], cells: u32) -> Option<Leaf> {
+        let step = rays.len().div_ceil(MOST_FITTED).max(1);
+        let some: Vec<GridRay> = rays.iter().step_by(step).copied().collect();
         for degree in [3, 2, 1] {
-            let most = RAYS_A_TERM * 10;
-            let step = rays.len().div_ceil(most).max(1);
-            let some: Vec<GridRay> = rays.iter().step_by(step).copied().collect();
             let leaf = Leaf::fit(&some, degree, cells).filter(|leaf| self.is_accurate(leaf, &some));
             if let Some(leaf) = leaf.filter(|leaf| step == 1 || self.is_accurate(leaf, rays)) {
                 return Some(leaf);
@@ -220,7 +222,7 @@ impl Tree {
     pub(super) fn leaves_at(&self, point: DVec3, mut found: impl FnMut(&Leaf, &Block)) {
         let point: Vec3 = point.as_vec3();
         let rounding = rounding_at(point);
-        let mut waiting = [0u32; 64];
+        let mut waiting = [0u32; MOST_WAITING];
         let mut count = usize::from(!self.nodes.is_empty());
         waiting[0] = self.nodes.len().saturating_sub(1) as u32;
         while count > 0 {
