@@ -59,6 +59,21 @@ pub fn map_init_collect<S, R: Send>(
     }
 }
 
+/// The values of two pieces of work, done at once where that is `worthwhile`.
+pub fn join<A: Send, B: Send>(
+    worthwhile: bool,
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    #[cfg(feature = "parallel")]
+    if worthwhile {
+        return rayon::join(first, second);
+    }
+    #[cfg(not(feature = "parallel"))]
+    let _ = worthwhile;
+    (first(), second())
+}
+
 /// The number of threads that the loops of this module use.
 pub fn thread_count() -> usize {
     #[cfg(feature = "parallel")]

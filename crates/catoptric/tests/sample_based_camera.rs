@@ -39,7 +39,7 @@ fn leaves_are_one_for_a_flat_mirror_and_fewer_where_accuracy_is_less() {
     let ball = scene("sphere_room?surface=analytic&tess=8");
     let leaves = ["2", "0.5", "0.05"].map(|accuracy| count(&ball, &format!("accuracy_px = {accuracy}"), "leaves"));
     assert!(1 < leaves[0] && leaves[0] < leaves[1] && leaves[1] < leaves[2], "{leaves:?}");
-    assert_eq!(count(&ball, "", "inaccurate_leaves"), 0);
+    assert_eq!(count(&ball, "accuracy_px = 0.5", "interpolating_leaves"), 0);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod aabb;
 pub mod interval;
 pub mod jet;
+pub mod lanes;
 pub mod random;
 pub mod roots;
 pub mod scalar;

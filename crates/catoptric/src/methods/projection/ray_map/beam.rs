@@ -125,7 +125,7 @@ impl Beam {
 
 /// How far off a point's distance from a plane may be in single precision.
 #[inline]
-pub fn rounding_at(point: Vec3) -> f32 {
+pub(super) fn rounding_at(point: Vec3) -> f32 {
     ROUNDING * point.abs().max_element()
 }
 

@@ -8,13 +8,10 @@
 //! octree of Chen and Arvo 2000, [`super::RayTree`], answers from the point's cell, which beside silhouettes and
 //! caustics holds hundreds of rays.)
 
-use super::beam::{Beam, PLANES, Plane, Reach, rounding_at};
+use super::beam::Reach;
+use super::beam_tree::{BeamTree, LANES, bits_of};
 use super::sample::RaySample;
-use crate::parallel;
 use glam::{DMat2, DVec2, Vec2, Vec3};
-
-/// Samples of a leaf, tested at once.
-const LANES: usize = 8;
 
 /// Accepted points lie up to this much further out: single precision is no reason to lose one.
 const LEEWAY: f32 = 1.0 + 1e-3;
@@ -52,45 +49,10 @@ struct Leaf {
     samples: [u32; LANES],
 }
 
-/// The beams of eight nodes of the next level (or of eight leaves), one lane a beam.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-struct Node {
-    normal: [[[f32; LANES]; 3]; PLANES],
-    limit: [[f32; LANES]; PLANES],
-}
-
-impl Node {
-    fn of(beams: &[Beam]) -> Self {
-        let lane = |lane: usize| beams.get(lane).copied().unwrap_or(Beam::NOTHING).0;
-        let lanes: [[Plane; PLANES]; LANES] = std::array::from_fn(lane);
-        Self {
-            normal: std::array::from_fn(|plane| [0, 1, 2].map(|axis| lanes.map(|beam| beam[plane].normal[axis]))),
-            limit: std::array::from_fn(|plane| lanes.map(|beam| beam[plane].limit)),
-        }
-    }
-
-    /// Which of its beams hold a point, but for rounding.
-    #[inline(always)]
-    fn holding(&self, point: [f32; 3], rounding: f32) -> u8 {
-        let mut holding = [true; LANES];
-        for (normal, limit) in self.normal.iter().zip(&self.limit) {
-            for lane in 0..LANES {
-                let along = point[0] * normal[0][lane] + point[1] * normal[1][lane] + point[2] * normal[2][lane];
-                holding[lane] &= along <= limit[lane] + rounding;
-            }
-        }
-        bits_of(holding)
-    }
-}
-
 /// The hierarchy over the samples of a path.
 #[derive(Clone, Debug, Default)]
 pub struct RayBeams {
-    /// The root first, then level by level; the last level's children are the leaves.
-    nodes: Vec<Node>,
-    /// Where the children of a node's first lane are: among the nodes, or from `nodes.len()` on among the leaves.
-    first_children: Vec<u32>,
+    tree: BeamTree,
     leaves: Vec<Leaf>,
 }
 
@@ -121,22 +83,7 @@ impl RayBeams {
             leaves.push(leaf);
             ends.push(reaches.len());
         }
-        // Levels from the leaves up: the beams of a level's nodes, eight nodes of which are a node of the next.
-        let mut levels: Vec<Vec<Node>> = Vec::new();
-        while levels.is_empty() || ends.len() > 1 {
-            let start = |node: usize| if node == 0 { 0 } else { ends[node - 1] };
-            let beam = |node: usize| Beam::around(&reaches[start(node)..ends[node]], distance);
-            let beams = parallel::map_collect(ends.len(), beam);
-            levels.push(beams.chunks(LANES).map(Node::of).collect());
-            ends = ends.chunks(LANES).filter_map(|ends| ends.last().copied()).collect();
-        }
-        let (mut nodes, mut first_children) = (Vec::new(), Vec::new());
-        for level in levels.iter().rev() {
-            let next = nodes.len() + level.len();
-            first_children.extend((0..level.len()).map(|node| (next + node * LANES) as u32));
-            nodes.extend_from_slice(level);
-        }
-        Self { nodes, first_children, leaves }
+        Self { tree: BeamTree::new(&reaches, ends, distance), leaves }
     }
 
     /// Appends all samples in whose reach a point is, or may be but for rounding. Points farther away than 1e12 are
@@ -147,43 +94,17 @@ impl RayBeams {
 
     /// Memory of the arrays.
     pub fn byte_count(&self) -> usize {
-        size_of_val(self.nodes.as_slice())
-            + size_of_val(self.first_children.as_slice())
-            + size_of_val(self.leaves.as_slice())
+        self.tree.byte_count() + size_of_val(self.leaves.as_slice())
     }
 }
-
-/// Of at most eleven levels (2^32 samples) each has at most eight waiting.
-const MOST_WAITING: usize = 12 * LANES;
 
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn reaching(beams: &RayBeams, point: [f32; 3], found: &mut Vec<Reaching>) {
-    let rounding = rounding_at(point.into());
-    let mut waiting = [0u32; MOST_WAITING];
-    let mut count = usize::from(!beams.nodes.is_empty());
-    while count > 0 {
-        count -= 1;
-        let node = waiting[count] as usize;
-        let mut holding = beams.nodes[node].holding(point, rounding);
-        let first = beams.first_children[node];
-        while holding != 0 {
-            let child = first + holding.trailing_zeros();
-            holding &= holding - 1;
-            match beams.leaves.get((child as usize).wrapping_sub(beams.nodes.len())) {
-                Some(leaf) => leaf.reaching(point, found),
-                None => {
-                    waiting[count] = child;
-                    count += 1;
-                }
-            }
+    beams.tree.visit(point, |leaf| {
+        if let Some(leaf) = beams.leaves.get(leaf as usize) {
+            leaf.reaching(point, found);
         }
-    }
-}
-
-/// One bit a lane.
-#[inline(always)]
-fn bits_of(lanes: [bool; LANES]) -> u8 {
-    lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | u8::from(*set) << lane)
+    });
 }
 
 impl Leaf {

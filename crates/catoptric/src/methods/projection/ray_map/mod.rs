@@ -3,6 +3,7 @@
 
 mod attempts;
 mod beam;
+mod beam_tree;
 mod beams;
 mod cells;
 mod lines;
@@ -10,7 +11,8 @@ mod sample;
 mod tree;
 
 pub use attempts::{Attempt, Attempts};
-pub use beam::{Beam, Reach, rounding_at};
+pub use beam::{Beam, Reach};
+pub use beam_tree::BeamTree;
 pub use beams::{RayBeams, Reaching};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};

@@ -1,18 +1,33 @@
-//! The dense ray map: every d-th view ray in both directions, followed through reflectors and lenses.
+//! The dense ray map: every d-th view ray in both directions, followed through reflectors and lenses, and rays close to
+//! where paths end.
 
+use super::pieces;
+use crate::math::Aabb;
 use crate::methods::projection::ray_map::{RayField, Specular};
 use crate::methods::projection::{MAX_BOUNCES, SpecularPath};
 use crate::optics::bundle::{Bounce, BounceKind};
 use crate::parallel;
 use crate::scene::{Ray, Role};
 use glam::DVec3;
+use std::ops::Range;
 
-/// Cells a path has no ray in.
-pub(super) const NO_RAY: u32 = u32::MAX;
+/// Where paths end between neighbouring rays is found this near, in pixels.
+const BORDER_PX: f32 = 0.06;
+
+/// Beyond the outermost rays of a path, places belong to it no further than this, in cells.
+const FARTHEST_NEIGHBOUR: f64 = 0.75;
+
+/// A cell that has more than one piece in it or beside it, or none.
+const MIXED: u32 = u32::MAX;
+
+/// A cell of the map that is meant by nobody.
+pub(super) const NO_CELL: u32 = u32::MAX;
 
 /// An outgoing ray, without the path that led to it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GridRay {
+    /// Where its view ray is, in cells: those of the regular map are at whole numbers.
+    pub(super) place: [f32; 2],
     /// The first bounce point, and the unit normal there, on the side of the eye.
     pub(super) first: DVec3,
     pub(super) normal: DVec3,
@@ -25,61 +40,311 @@ pub(super) struct GridRay {
     pub(super) medium: f64,
 }
 
-/// All rays of one path, on the grid.
-#[derive(Clone, Debug)]
-pub(super) struct GroupRays {
+/// All rays of one path.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PathRays {
     pub(super) path: SpecularPath,
+    /// In the order of the cells nearest to them, row by row; a cell's regular ray is its first.
     pub(super) rays: Vec<GridRay>,
-    /// The ray of each cell, or [`NO_RAY`].
-    pub(super) ray_of_cell: Vec<u32>,
+    /// The connected region that each ray belongs to.
+    pub(super) piece_of_ray: Vec<u32>,
+    pub(super) piece_count: u32,
+    /// The rectangle of cells with rays.
+    low: [u32; 2],
+    size: [u32; 2],
+    /// Where the rays of each of its cells start.
+    starts: Vec<u32>,
+    /// The piece of each of its cells, or [`MIXED`].
+    piece_of_cell: Vec<u32>,
 }
 
-/// The rays of every path, on one grid of `columns` by `rows` cells.
+/// The rays of every path, on one grid of cells.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RayGrid {
-    pub(super) columns: u32,
-    pub(super) rows: u32,
     /// Pixels between neighbouring rays; those of cell `(i, j)` are at `(i + 1/2, j + 1/2)` times this in the field.
     pub(super) spacing_px: f32,
-    pub(super) groups: Vec<GroupRays>,
+    pub(super) groups: Vec<PathRays>,
     /// Rays traced, bounces included.
     pub(super) traced: u64,
+}
+
+/// A ray on its way into the grid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    group: u32,
+    cell: u32,
+    /// The cells between whose rays it was looked for; [`NO_CELL`] for regular rays.
+    pub(super) between: [u32; 2],
+    ray: GridRay,
+}
+
+/// What is found in one row.
+#[derive(Default)]
+struct RowEntries {
+    /// The paths that occur; the entries' groups are indices of these.
+    paths: Vec<Bounces>,
+    entries: Vec<Entry>,
+    traced: u64,
+}
+
+impl RowEntries {
+    fn group_of(&mut self, bounces: &Bounces) -> u32 {
+        let known = self.paths.iter().position(|known| known == bounces);
+        known.unwrap_or_else(|| {
+            self.paths.push(*bounces);
+            self.paths.len() - 1
+        }) as u32
+    }
+}
+
+/// What rays are traced for.
+struct Sampler<'a> {
+    specular: &'a Specular<'a>,
+    field: &'a dyn RayField,
+    spacing_px: f32,
+    columns: u32,
+}
+
+impl Sampler<'_> {
+    /// Follows the ray at a place (in cells); a number that tells which paths it has taken, 0 for none.
+    fn sample(&self, place: [f32; 2], cell: u32, between: [u32; 2], row: &mut RowEntries) -> u64 {
+        let [x, y] = place.map(|place| (place + 0.5) * self.spacing_px);
+        let (ray, near) = self.field.ray(x, y);
+        let mut signature = 0u64;
+        let mut waiting = Vec::new();
+        let mut traced = 0;
+        follow(self.specular, &ray, near, &mut waiting, &mut traced, &mut |bounces, ray| {
+            signature = signature.wrapping_add(bounces.signature());
+            let group = row.group_of(&bounces);
+            row.entries.push(Entry { group, cell, between, ray: GridRay { place, ..ray } });
+        });
+        row.traced += traced;
+        signature
+    }
+
+    /// Closes in on where paths change between the rays of two cells with different signatures.
+    fn close_in(&self, cells: [u32; 2], signature: u64, row: &mut RowEntries) {
+        let [mut from, mut to] = cells.map(|cell| [cell % self.columns, cell / self.columns].map(|index| index as f32));
+        let mut apart_px = self.spacing_px;
+        while apart_px > BORDER_PX {
+            let middle = [0, 1].map(|axis: usize| 0.5 * (from[axis] + to[axis]));
+            let cell = middle[1].round() as u32 * self.columns + middle[0].round() as u32;
+            let same = self.sample(middle, cell, cells, row) == signature;
+            *(if same { &mut from } else { &mut to }) = middle;
+            apart_px *= 0.5;
+        }
+    }
 }
 
 impl RayGrid {
     /// Follows the rays of a field.
     pub(super) fn new(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32) -> Self {
-        let cells = field.size_px().map(|size| ((size / spacing_px).ceil() as u32).max(1));
-        let [columns, rows] = cells;
-        let followed = parallel::map_collect(rows as usize, |row| {
-            let mut found: Vec<(u32, Bounces, GridRay)> = Vec::new();
-            let mut traced = 0;
-            for column in 0..columns {
-                let place = |index: u32| (index as f32 + 0.5) * spacing_px;
-                let (ray, near) = field.ray(place(column), place(row as u32));
+        let [columns, rows] = field.size_px().map(|size| ((size / spacing_px).ceil() as u32).max(1));
+        let sampler = Sampler { specular, field, spacing_px, columns };
+        let spans = spans(specular, field, spacing_px, [columns, rows]);
+        let regular = parallel::map_collect(rows as usize, |row| {
+            let mut entries = RowEntries::default();
+            let mut signatures = vec![0; columns as usize];
+            for column in spans[row].clone() {
                 let cell = row as u32 * columns + column;
-                traced += follow(specular, &ray, near, &mut |bounces, ray| found.push((cell, bounces, ray)));
+                signatures[column as usize] =
+                    sampler.sample([column as f32, row as f32], cell, [NO_CELL; 2], &mut entries);
             }
-            (found, traced)
+            (entries, signatures)
         });
-        let mut groups: Vec<(Bounces, GroupRays)> = Vec::new();
-        for (cell, bounces, ray) in followed.iter().flat_map(|(found, _)| found) {
-            let group = match groups.iter().position(|(known, _)| known == bounces) {
-                Some(group) => group,
-                None => {
-                    let path = SpecularPath { bounces: bounces.bounces[..bounces.count].to_vec() };
-                    let ray_of_cell = vec![NO_RAY; (columns * rows) as usize];
-                    groups.push((*bounces, GroupRays { path, rays: Vec::new(), ray_of_cell }));
-                    groups.len() - 1
+        let signature = |column: u32, row: u32| regular[row as usize].1[column as usize];
+        let borders = parallel::map_collect(rows as usize, |row| {
+            let mut entries = RowEntries::default();
+            let row = row as u32;
+            let one_more = |count: u32, index: u32| (index + 1 < count).then_some(index + 1);
+            for column in 0..columns {
+                let own = signature(column, row);
+                let right = one_more(columns, column).map(|column| (column, row));
+                let below = one_more(rows, row).map(|row| (column, row));
+                for (column_beside, row_beside) in [right, below].into_iter().flatten() {
+                    if signature(column_beside, row_beside) != own {
+                        let cells = [row * columns + column, row_beside * columns + column_beside];
+                        sampler.close_in(cells, own, &mut entries);
+                    }
                 }
-            };
-            let group = &mut groups[group].1;
-            group.ray_of_cell[*cell as usize] = group.rays.len() as u32;
-            group.rays.push(*ray);
+            }
+            entries
+        });
+        let regular = regular.into_iter().map(|(entries, _)| entries);
+        let found: Vec<RowEntries> = regular.chain(borders).collect();
+        let traced = found.iter().map(|row| row.traced).sum();
+        let mut groups = by_path(found);
+        groups.sort_by(|a, b| a.0.cmp(&b.0));
+        let reach = specular.scene.bounds.diagonal();
+        let groups = parallel::map_collect(groups.len(), |index| {
+            let (path, entries) = &groups[index];
+            PathRays::new(path.clone(), entries, columns, reach.into())
+        });
+        Self { spacing_px, groups, traced }
+    }
+}
+
+/// The columns of each row in which reflectors and lenses may be seen first.
+fn spans(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32, [columns, rows]: [u32; 2]) -> Vec<Range<u32>> {
+    let mut spans = vec![0..0; rows as usize];
+    for object in specular.scene.specular_objects() {
+        let bounds = &specular.scene.objects[object as usize].bounds;
+        let seen = extent(bounds, field).map(|[low, high]| {
+            let cell = |px: f64| (px / f64::from(spacing_px) - 0.5).clamp(-1.0, 1e9);
+            // One cell more on every side, for rounding.
+            let [first, last] = [low, high].map(|corner| corner.map(cell));
+            [first.map(|cell| (cell - 1.0).max(0.0) as u32), last.map(|cell| (cell + 2.0).max(0.0) as u32)]
+        });
+        let [low, high] = seen.unwrap_or([[0, 0], [columns, rows]]);
+        for span in &mut spans[(low[1].min(rows)) as usize..(high[1] + 1).min(rows) as usize] {
+            let (start, end) = (low[0].min(columns), (high[0] + 1).min(columns));
+            *span = if span.start >= span.end { start..end } else { span.start.min(start)..span.end.max(end) };
         }
-        let mut groups: Vec<GroupRays> = groups.into_iter().map(|(_, group)| group).collect();
-        groups.sort_by(|a, b| a.path.cmp(&b.path));
-        Self { columns, rows, spacing_px, groups, traced: followed.iter().map(|(_, traced)| traced).sum() }
+    }
+    spans
+}
+
+/// The rectangle of the field that a box appears in; none where some of it is beside or behind the eye.
+fn extent(bounds: &Aabb, field: &dyn RayField) -> Option<[[f64; 2]; 2]> {
+    let mut found = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for corner in 0..8 {
+        let axis = |axis: usize| f64::from(if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] });
+        let place = field.place_of(DVec3::new(axis(0), axis(1), axis(2)))?;
+        for (axis, place) in place.into_iter().enumerate() {
+            found[0][axis] = found[0][axis].min(place);
+            found[1][axis] = found[1][axis].max(place);
+        }
+    }
+    Some(found)
+}
+
+/// The entries of all rows by their paths, in the order of the rows.
+fn by_path(rows: Vec<RowEntries>) -> Vec<(SpecularPath, Vec<Entry>)> {
+    let mut known: Vec<Bounces> = Vec::new();
+    let mut groups: Vec<(SpecularPath, Vec<Entry>)> = Vec::new();
+    for row in rows {
+        let numbers: Vec<usize> = row
+            .paths
+            .iter()
+            .map(|bounces| {
+                known.iter().position(|other| other == bounces).unwrap_or_else(|| {
+                    known.push(*bounces);
+                    let path = SpecularPath { bounces: bounces.bounces[..bounces.count].to_vec() };
+                    groups.push((path, Vec::new()));
+                    known.len() - 1
+                })
+            })
+            .collect();
+        for entry in row.entries {
+            groups[numbers[entry.group as usize]].1.push(entry);
+        }
+    }
+    groups
+}
+
+impl PathRays {
+    /// `reach` is how far rays are expected to go.
+    fn new(path: SpecularPath, entries: &[Entry], columns: u32, reach: f64) -> Self {
+        let place = |cell: u32| [cell % columns, cell / columns];
+        let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
+        for entry in entries {
+            for (axis, index) in place(entry.cell).into_iter().enumerate() {
+                low[axis] = low[axis].min(index);
+                high[axis] = high[axis].max(index);
+            }
+        }
+        let size = [0, 1].map(|axis: usize| high[axis] + 1 - low[axis].min(high[axis]));
+        let mut group = Self { path, low, size, ..Self::default() };
+        let bin = |cell: u32| {
+            let [column, row] = place(cell);
+            ((row - low[1]) * size[0] + column - low[0]) as usize
+        };
+        let mut starts = vec![0u32; (size[0] * size[1]) as usize + 1];
+        for entry in entries {
+            starts[bin(entry.cell) + 1] += 1;
+        }
+        for index in 1..starts.len() {
+            starts[index] += starts[index - 1];
+        }
+        let mut next = starts.clone();
+        let mut order = vec![0u32; entries.len()];
+        // Regular rays come first among the entries, so they do in their cells.
+        for (index, entry) in entries.iter().enumerate() {
+            let next = &mut next[bin(entry.cell)];
+            order[*next as usize] = index as u32;
+            *next += 1;
+        }
+        group.starts = starts;
+        group.rays = order.iter().map(|&index| entries[index as usize].ray).collect();
+        let between: Vec<[u32; 2]> = order.iter().map(|&index| entries[index as usize].between).collect();
+        (group.piece_of_ray, group.piece_count) = pieces::of(&group, &between, columns, reach);
+        group.piece_of_cell = group.pieces_of_cells();
+        group
+    }
+
+    /// The numbers of the rays of a cell.
+    #[inline]
+    pub(super) fn in_cell(&self, column: i64, row: i64) -> Range<usize> {
+        let Some(bin) = self.bin(column, row) else { return 0..0 };
+        self.starts[bin] as usize..self.starts[bin + 1] as usize
+    }
+
+    /// The regular ray of a cell.
+    #[inline]
+    pub(super) fn regular(&self, column: i64, row: i64) -> Option<usize> {
+        let first = self.in_cell(column, row).next()?;
+        let place = self.rays[first].place;
+        (place == [column as f32, row as f32]).then_some(first)
+    }
+
+    /// The ray nearest to a place, in cells; none where none is within three quarters of a cell.
+    pub(super) fn nearest(&self, place: [f64; 2]) -> Option<usize> {
+        let [column, row] = place.map(|place| place.round() as i64);
+        let around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| (column + right, row + down)));
+        let distance2 = |ray: usize| {
+            let [right, down] = [0, 1].map(|axis: usize| f64::from(self.rays[ray].place[axis]) - place[axis]);
+            right * right + down * down
+        };
+        let rays = around.flat_map(|(column, row)| self.in_cell(column, row)).map(|ray| (ray, distance2(ray)));
+        let nearest = rays.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (nearest.1 <= FARTHEST_NEIGHBOUR * FARTHEST_NEIGHBOUR).then_some(nearest.0)
+    }
+
+    /// The piece that a place belongs to.
+    #[inline]
+    pub(super) fn piece_at(&self, place: [f64; 2]) -> Option<u32> {
+        let [column, row] = place.map(|place| place.round() as i64);
+        match self.bin(column, row).map(|bin| self.piece_of_cell[bin]) {
+            Some(piece) if piece != MIXED => Some(piece),
+            _ => self.nearest(place).map(|ray| self.piece_of_ray[ray]),
+        }
+    }
+
+    #[inline]
+    fn bin(&self, column: i64, row: i64) -> Option<usize> {
+        let (column, row) = (column - i64::from(self.low[0]), row - i64::from(self.low[1]));
+        let inside = column >= 0 && row >= 0 && column < i64::from(self.size[0]) && row < i64::from(self.size[1]);
+        inside.then(|| row as usize * self.size[0] as usize + column as usize)
+    }
+
+    /// The piece of each cell that has, like all cells around it, a regular ray of one and the same piece.
+    fn pieces_of_cells(&self) -> Vec<u32> {
+        let piece = |column: i64, row: i64| self.regular(column, row).map(|ray| self.piece_of_ray[ray]);
+        let cells =
+            (0..i64::from(self.size[1])).flat_map(|row| (0..i64::from(self.size[0])).map(move |column| (column, row)));
+        cells
+            .map(|(column, row)| {
+                let (column, row) = (column + i64::from(self.low[0]), row + i64::from(self.low[1]));
+                let Some(own) = piece(column, row) else { return MIXED };
+                let mut around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| (column + right, row + down)));
+                if around.all(|(column, row)| piece(column, row) == Some(own)) { own } else { MIXED }
+            })
+            .collect()
+    }
+
+    /// The cell that a ray is nearest to.
+    pub(super) fn cell_of(&self, ray: usize) -> [i64; 2] {
+        self.rays[ray].place.map(|place| place.round() as i64)
     }
 }
 
@@ -88,6 +353,17 @@ impl RayGrid {
 struct Bounces {
     count: usize,
     bounces: [Bounce; MAX_BOUNCES],
+}
+
+impl Bounces {
+    /// A number by which sets of paths are told apart as sums.
+    fn signature(&self) -> u64 {
+        self.bounces[..self.count].iter().fold(0x9e37_79b9_7f4a_7c15, |number: u64, bounce| {
+            let letter = u64::from(bounce.object) << 1 | u64::from(bounce.kind == BounceKind::Reflect);
+            let mixed = (number ^ letter.wrapping_add(0x632b_e59b_d9b4_e019)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+            mixed ^ mixed >> 32
+        })
+    }
 }
 
 /// A ray on its way.
@@ -103,14 +379,22 @@ struct Waiting {
     bounces: Bounces,
 }
 
-/// Calls `found` for the outgoing ray of every path that a view ray begins; how many rays were traced.
-fn follow(specular: &Specular<'_>, ray: &Ray, near: f32, found: &mut impl FnMut(Bounces, GridRay)) -> u64 {
+/// Calls `found` for the outgoing ray of every path that a view ray begins. Its place is left at the origin.
+fn follow(
+    specular: &Specular<'_>,
+    ray: &Ray,
+    near: f32,
+    waiting: &mut Vec<Waiting>,
+    traced: &mut u64,
+    found: &mut impl FnMut(Bounces, GridRay),
+) {
     let most = (specular.order as usize).min(MAX_BOUNCES);
     if most == 0 {
-        return 0;
+        return;
     }
     let none = Bounces { count: 0, bounces: [Bounce { object: 0, kind: BounceKind::Reflect }; MAX_BOUNCES] };
-    let mut waiting = vec![Waiting {
+    waiting.clear();
+    waiting.push(Waiting {
         ray: *ray,
         near,
         from: ray.origin.as_dvec3(),
@@ -119,10 +403,9 @@ fn follow(specular: &Specular<'_>, ray: &Ray, near: f32, found: &mut impl FnMut(
         length: 0.0,
         medium: 1.0,
         bounces: none,
-    }];
-    let mut traced = 0;
+    });
     while let Some(before) = waiting.pop() {
-        traced += 1;
+        *traced += 1;
         let Some(hit) = specular.tracer.first_hit(specular.scene, &before.ray, before.near) else { continue };
         let Some((object, site)) = specular.surfaces.site_of(&before.ray, &hit) else { continue };
         let Some(frame) = specular.surfaces.frame(object, &site) else { continue };
@@ -156,7 +439,8 @@ fn follow(specular: &Specular<'_>, ray: &Ray, near: f32, found: &mut impl FnMut(
             bounces.count += 1;
             let first = before.first.unwrap_or((frame.position, if outside { frame.normal } else { -frame.normal }));
             let tail = frame.position;
-            found(bounces, GridRay { first: first.0, normal: first.1, tail, direction, length, medium });
+            let ray = GridRay { place: [0.0; 2], first: first.0, normal: first.1, tail, direction, length, medium };
+            found(bounces, ray);
             if bounces.count < most {
                 let offset = 16.0 * f64::from(f32::EPSILON) * tail.abs().max_element();
                 let origin = (tail + geometric * offset.copysign(direction.dot(geometric))).as_vec3();
@@ -166,7 +450,6 @@ fn follow(specular: &Specular<'_>, ray: &Ray, near: f32, found: &mut impl FnMut(
             }
         }
     }
-    traced
 }
 
 /// Snell's law; none where there is total reflection. `ratio`: the index before over that behind.

@@ -2,11 +2,15 @@
 //!
 //! See this folder's `README.md`.
 
+mod answer;
+mod bundle;
+mod bundles;
+mod fit;
 mod grid;
-mod leaf;
+mod layout;
+mod pieces;
 mod project;
 mod settings;
-mod tree;
 
 pub use settings::SampleBasedCameraSettings;
 
@@ -21,9 +25,9 @@ use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report,
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::{PreciseView, Scene, View};
+use bundles::{Builder, BundleTree};
 use grid::RayGrid;
 use project::CameraProjector;
-use tree::{Builder, Tree};
 
 /// What sample-based cameras are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -54,7 +58,7 @@ struct Frame {
     order: u32,
     grid: RayGrid,
     /// The tree of each group of the grid.
-    trees: Vec<Tree>,
+    trees: Vec<BundleTree>,
 }
 
 impl SampleBasedCamera {
@@ -82,9 +86,9 @@ impl SampleBasedCamera {
         report.counts.insert("rays_traced", grid.traced);
         let view = PreciseView::new(job.view);
         let trees = parallel::map_collect(grid.groups.len(), |group| {
-            let (grid, group) = (&grid, &grid.groups[group]);
+            let group = &grid.groups[group];
             let accuracy_px = self.settings.accuracy_px.into();
-            Builder { grid, group, view: &view, bounds: job.scene.bounds, accuracy_px }.build()
+            Builder { group, view: &view, bounds: job.scene.bounds, accuracy_px }.build()
         });
         report.stages_ms.push(("build", watch.lap_ms()));
         self.frame = Some(Frame { view: job.view.clone(), order, grid, trees });
@@ -128,11 +132,12 @@ impl ReflectionMethod for SampleBasedCamera {
         let mut report = Report::default();
         self.build(job, &mut report)?;
         let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
-        let sum = |count: fn(&Tree) -> u64| frame.trees.iter().map(count).sum::<u64>();
+        let sum = |count: fn(&BundleTree) -> u64| frame.trees.iter().map(count).sum::<u64>();
         report.counts.insert("ray_map_rays", frame.grid.groups.iter().map(|group| group.rays.len() as u64).sum());
         report.counts.insert("leaves", sum(|tree| tree.leaves.len() as u64));
-        report.counts.insert("inaccurate_leaves", sum(|tree| tree.inaccurate_leaves));
-        report.counts.insert("rays_in_inaccurate_leaves", sum(|tree| tree.inaccurate_rays));
+        report.counts.insert("interpolating_leaves", sum(|tree| tree.interpolating_leaves));
+        report.counts.insert("rays_in_interpolating_leaves", sum(|tree| tree.rays_in_interpolating_leaves));
+        report.counts.insert("pieces", frame.grid.groups.iter().map(|group| u64::from(group.piece_count)).sum());
         report.bytes.insert("trees", sum(|tree| tree.byte_count() as u64));
         let projector = projector(&self.settings, frame, job);
         let quality = MeshQuality {

@@ -19,14 +19,14 @@ pub struct SampleBasedCameraSettings {
 
 impl Default for SampleBasedCameraSettings {
     fn default() -> Self {
-        Self { accuracy_px: 0.25, downsampling: 2, edge_error_px: 0.5, piece_px: 3.0 }
+        Self { accuracy_px: 0.1, downsampling: 2, edge_error_px: 0.15, piece_px: 0.75 }
     }
 }
 
 impl Settings for SampleBasedCameraSettings {
     const METHOD: &'static str = "sample_based_camera";
     const HELP: &'static [(&'static str, &'static str)] = &[
-        ("accuracy_px", "leaves see the points of their rays at most this far from where they belong, 0.001 to 100"),
+        ("accuracy_px", "leaves see the points of their rays at most this far from where they belong, 0.01 to 100"),
         ("downsampling", "a ray every so many pixels, 1 to 64"),
         (
             "edge_error_px",
@@ -36,7 +36,7 @@ impl Settings for SampleBasedCameraSettings {
     ];
 
     fn check(&self) -> Result<(), String> {
-        within("accuracy_px", self.accuracy_px, 1e-3, 100.0)?;
+        within("accuracy_px", self.accuracy_px, 0.01, 100.0)?;
         within("downsampling", self.downsampling as f32, 1.0, 64.0)?;
         within("edge_error_px", self.edge_error_px, 0.01, 100.0)?;
         within("piece_px", self.piece_px, 0.1, 100.0)

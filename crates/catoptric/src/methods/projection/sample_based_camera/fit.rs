@@ -1,0 +1,284 @@
+//! Least-squares fits of ray bundles, and how accurate they are.
+
+use super::grid::GridRay;
+use super::layout::{BundleLeaf, OUTPUTS, TERMS};
+use crate::scene::PreciseView;
+use glam::{DVec2, DVec3};
+
+/// Which terms of a polynomial are fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    Linear,
+    /// And the product of the coordinates: four rays are met exactly.
+    Bilinear,
+    Quadratic,
+    Cubic,
+}
+
+impl Shape {
+    pub(super) fn terms(self) -> &'static [usize] {
+        match self {
+            Self::Linear => &[0, 1, 2],
+            Self::Bilinear => &[0, 1, 2, 4],
+            Self::Quadratic => &[0, 1, 2, 3, 4, 5],
+            Self::Cubic => &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9],
+        }
+    }
+
+    /// How many rays say something of its accuracy: what is fitted exactly may do anything between them.
+    fn least_rays(self) -> usize {
+        match self {
+            Self::Bilinear => 4,
+            Self::Linear => 3,
+            Self::Quadratic => 9,
+            Self::Cubic => 20,
+        }
+    }
+}
+
+/// Where a ray is tested, as shares of its way through the scene: near its tail, at its head, and between. (At the very
+/// tail the error of where tails are would decide whether the point is before or behind it.)
+const TESTED: [f64; 3] = [0.02, 0.25, 1.0];
+
+/// Weight of the coefficients' own size in the least squares, against rays on a line.
+const RIDGE: f64 = 1e-12;
+
+/// Rays of a bundle are at most this far from its mean direction (a cosine).
+const WIDEST: f64 = 0.1;
+
+/// Coordinates may go beyond those of the leaf's rays by this share of their extent.
+const LEEWAY: f64 = 0.1;
+
+/// Outputs, padded to whole vectors.
+const PADDED: usize = 12;
+
+/// The frame of a leaf, and its polynomials.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    center: DVec3,
+    size: f64,
+    tangents: [DVec3; 2],
+    origin: DVec3,
+    direction: DVec3,
+    across: [DVec3; 2],
+    medium: f64,
+    /// Root mean squares of what is left of offsets and slopes.
+    offset_error: f64,
+    slope_error: f64,
+    coefficients: [[f64; PADDED]; TERMS],
+}
+
+impl Fit {
+    /// The least-squares fit to rays; none where there are too few of them, or they fan out too widely.
+    pub(super) fn new(rays: &[GridRay], shape: Shape) -> Option<Self> {
+        let terms = shape.terms();
+        let first = rays.first()?;
+        if rays.len() < shape.least_rays() {
+            return None;
+        }
+        let count = rays.len() as f64;
+        let center = rays.iter().map(|ray| ray.first).sum::<DVec3>() / count;
+        let origin = rays.iter().map(|ray| ray.tail).sum::<DVec3>() / count;
+        let normal = rays.iter().map(|ray| ray.normal).sum::<DVec3>().try_normalize()?;
+        let direction = rays.iter().map(|ray| ray.direction).sum::<DVec3>().try_normalize()?;
+        if rays.iter().any(|ray| ray.direction.dot(direction) < WIDEST) {
+            return None;
+        }
+        let size = rays.iter().map(|ray| ray.first.distance_squared(center)).fold(0.0, f64::max).sqrt().max(1e-12);
+        // Along the rows of the map, so that the box of coordinates is no larger than it need be.
+        let column = rays.iter().map(|ray| f64::from(ray.place[0])).sum::<f64>() / count;
+        let along_rows: DVec3 = rays.iter().map(|ray| (ray.first - center) * (f64::from(ray.place[0]) - column)).sum();
+        let u = along_rows.reject_from_normalized(normal).try_normalize().unwrap_or(normal.any_orthonormal_vector());
+        let (right, up) = direction.any_orthonormal_pair();
+        let mut fit = Self {
+            center,
+            size,
+            tangents: [u / size, normal.cross(u) / size],
+            origin,
+            direction,
+            across: [right, up],
+            medium: first.medium,
+            offset_error: 0.0,
+            slope_error: 0.0,
+            coefficients: [[0.0; PADDED]; TERMS],
+        };
+        let mut matrix = [[0.0; TERMS]; TERMS];
+        let mut right = [[0.0; PADDED]; TERMS];
+        for ray in rays {
+            let all = basis(fit.coordinates(ray.first));
+            let outputs = fit.outputs(ray);
+            for (i, &term) in terms.iter().enumerate() {
+                for (sum, &other) in matrix[i].iter_mut().zip(&terms[..=i]) {
+                    *sum += all[term] * all[other];
+                }
+                for (sum, output) in right[i].iter_mut().zip(outputs) {
+                    *sum += all[term] * output;
+                }
+            }
+        }
+        for (i, row) in matrix.iter_mut().enumerate().take(terms.len()) {
+            row[i] += RIDGE * count;
+        }
+        let solved = solved(matrix, right, terms.len())?;
+        for (&term, row) in terms.iter().zip(solved) {
+            fit.coefficients[term] = row;
+        }
+        let (mut offset, mut slope) = (0.0, 0.0);
+        for ray in rays {
+            let all = basis(fit.coordinates(ray.first));
+            let truth = fit.outputs(ray);
+            let left = |output: usize| {
+                let value: f64 = terms.iter().map(|&term| all[term] * fit.coefficients[term][output]).sum();
+                (value - truth[output]).powi(2)
+            };
+            offset += left(3) + left(4);
+            slope += left(5) + left(6);
+        }
+        (fit.offset_error, fit.slope_error) = ((offset / count).sqrt(), (slope / count).sqrt());
+        Some(fit)
+    }
+
+    /// Takes over what another fit leaves as its own error: a fit that meets its rays exactly knows nothing of it.
+    pub(super) fn with_errors_of(self, other: &Self) -> Self {
+        Self { offset_error: other.offset_error, slope_error: other.slope_error, ..self }
+    }
+
+    /// The coordinates of a first bounce point.
+    #[inline(always)]
+    fn coordinates(&self, first: DVec3) -> DVec2 {
+        let relative = first - self.center;
+        DVec2::new(relative.dot(self.tangents[0]), relative.dot(self.tangents[1]))
+    }
+
+    /// What a ray wants the polynomials to be.
+    #[inline(always)]
+    fn outputs(&self, ray: &GridRay) -> [f64; PADDED] {
+        let first = ray.first - self.center;
+        let tail = ray.tail - self.origin;
+        let along = tail.dot(self.direction);
+        let forward = 1.0 / ray.direction.dot(self.direction);
+        let slope = self.across.map(|axis| axis.dot(ray.direction) * forward);
+        let offset = [0, 1].map(|i: usize| self.across[i].dot(tail) - along * slope[i]);
+        [first.x, first.y, first.z, offset[0], offset[1], slope[0], slope[1], along, ray.length, 0.0, 0.0, 0.0]
+    }
+
+    /// The record of the leaf, for the coordinates of all of `rays`.
+    pub(super) fn leaf<'a>(
+        &self,
+        rays: impl Iterator<Item = &'a GridRay>,
+        piece: u32,
+        cells: [[u32; 2]; 2],
+    ) -> BundleLeaf {
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for ray in rays {
+            let coordinates = self.coordinates(ray.first);
+            (low, high) = (low.min(coordinates), high.max(coordinates));
+        }
+        let leeway = (high - low) * LEEWAY;
+        let single = |vector: DVec3| vector.as_vec3().to_array();
+        BundleLeaf {
+            center: single(self.center),
+            size: self.size as f32,
+            origin: single(self.origin),
+            medium: self.medium as f32,
+            direction: single(self.direction),
+            piece,
+            offset_error: self.offset_error as f32,
+            slope_error: self.slope_error as f32,
+            across: self.across.map(single),
+            tangents: self.tangents.map(single),
+            low: (low - leeway).as_vec2().to_array(),
+            high: (high + leeway).as_vec2().to_array(),
+            low_cell: cells[0],
+            high_cell: cells[1],
+            coefficients: std::array::from_fn(|output| self.coefficients.map(|row| row[output] as f32)),
+        }
+    }
+}
+
+const _: () = assert!(OUTPUTS <= PADDED);
+
+/// Whether a fit sees points on all of `rays` at most `accuracy_px` from where they belong, to first order.
+///
+/// `heads` is how far each of the rays goes.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub(super) fn is_accurate(fit: &Fit, rays: &[GridRay], heads: &[f32], view: &PreciseView, accuracy_px: f64) -> bool {
+    let most = accuracy_px * accuracy_px;
+    rays.iter().zip(heads).all(|(ray, head)| {
+        let z = fit.coordinates(ray.first);
+        let (x, y) = (z.x, z.y);
+        let basis = basis(z);
+        let by_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];
+        let by_y = [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y];
+        let (mut value, mut right, mut down) = ([0.0; PADDED], [0.0; PADDED], [0.0; PADDED]);
+        for (term, row) in fit.coefficients.iter().enumerate() {
+            for output in 0..PADDED {
+                value[output] += basis[term] * row[output];
+                right[output] += by_x[term] * row[output];
+                down[output] += by_y[term] * row[output];
+            }
+        }
+        let truth = fit.outputs(ray);
+        let vector = |from: &[f64; PADDED]| DVec3::new(from[0], from[1], from[2]);
+        let off = vector(&value) - vector(&truth);
+        let gradients = view.place_change(ray.first);
+        let [off, right_px, down_px] =
+            [off, vector(&right), vector(&down)].map(|step| DVec2::new(gradients[0].dot(step), gradients[1].dot(step)));
+        // How fast the ray goes along the mean direction.
+        let forward = ray.direction.dot(fit.direction);
+        TESTED.iter().all(|share| {
+            let depth = truth[7] + share * f64::from(*head) * forward;
+            let miss = [3, 4].map(|i: usize| value[i] - truth[i] + depth * (value[i + 2] - truth[i + 2]));
+            let [[a, b], [c, d]] =
+                [3, 4].map(|i: usize| [right[i] + depth * right[i + 2], down[i] + depth * down[i + 2]]);
+            let determinant = a * d - b * c;
+            let step = [(b * miss[1] - d * miss[0]) / determinant, (c * miss[0] - a * miss[1]) / determinant];
+            // Also false where it is not a number.
+            (off + right_px * step[0] + down_px * step[1]).length_squared() <= most
+        })
+    })
+}
+
+#[inline(always)]
+fn basis(z: DVec2) -> [f64; TERMS] {
+    let (x, y) = (z.x, z.y);
+    [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y]
+}
+
+/// Cholesky's method, in place: fits are too many for a library that allocates. None where the matrix (its lower half)
+/// is not positive definite.
+fn solved(
+    mut matrix: [[f64; TERMS]; TERMS],
+    mut right: [[f64; PADDED]; TERMS],
+    terms: usize,
+) -> Option<[[f64; PADDED]; TERMS]> {
+    for i in 0..terms {
+        for j in 0..=i {
+            let (row, other) = (matrix[i], matrix[j]);
+            let known: f64 = row.iter().zip(other).take(j).map(|(a, b)| a * b).sum();
+            let rest = row[j] - known;
+            matrix[i][j] = match i == j {
+                true if rest > 0.0 && rest.is_finite() => rest.sqrt(),
+                true => return None,
+                false => rest / other[j],
+            };
+        }
+    }
+    let subtract = |right: &mut [[f64; PADDED]; TERMS], from: usize, row: usize, factor: f64| {
+        let known = right[row];
+        right[from].iter_mut().zip(known).for_each(|(sum, known)| *sum -= factor * known);
+    };
+    for (i, row) in matrix.iter().enumerate().take(terms) {
+        for (k, factor) in row.iter().enumerate().take(i) {
+            subtract(&mut right, i, k, *factor);
+        }
+        right[i].iter_mut().for_each(|sum| *sum /= row[i]);
+    }
+    for i in (0..terms).rev() {
+        for (k, row) in matrix.iter().enumerate().take(terms).skip(i + 1) {
+            subtract(&mut right, i, k, row[i]);
+        }
+        right[i].iter_mut().for_each(|sum| *sum /= matrix[i][i]);
+    }
+    Some(right)
+}
