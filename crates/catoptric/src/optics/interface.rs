@@ -3,7 +3,7 @@
 
 use super::{fresnel_dielectric, fresnel_schlick, reflect, refract};
 use crate::scene::shade::SurfacePoint;
-use crate::scene::{Material, Role, Scene};
+use crate::scene::{Attenuation, Material, Role, Scene};
 use glam::{Vec3, Vec4Swizzles};
 
 /// How a new direction is kept on the side of the flat surface where it belongs: the sine of the least angle to it.
@@ -73,14 +73,34 @@ pub struct Interface {
     pub facing: Facing,
     /// Index of refraction of the side that is seen over that of the other; 1 where nothing is refracted.
     pub eta: f32,
-    /// The share of light that is reflected, before any tint.
+    /// The share of light that is reflected, before any tint and any attenuation.
     pub reflectance: f32,
-    /// What reflected light is multiplied with.
+    /// What reflected light is multiplied with, before any attenuation.
     pub reflected: Vec3,
     /// What refracted light is multiplied with.
     pub transmitted: Vec3,
-    /// What the surface's own scattered light is multiplied with.
+    /// What the surface's own scattered light is multiplied with; with an attenuation, where nothing is reflected.
     pub scattered: f32,
+    /// How the reflection fades with distance: then [`Deferred`] light is settled at the next surface.
+    pub attenuation: Option<Attenuation>,
+}
+
+/// Light of a mirror whose share depends on how far away what it reflects is, which is known only when that is met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deferred {
+    own: Vec3,
+    reflectance: f32,
+    attenuation: Attenuation,
+}
+
+impl Deferred {
+    /// When the next surface is met at this distance from the mirror (infinite: none is): the mirror's own light, and
+    /// what light from there is multiplied with.
+    #[inline]
+    pub fn settled(&self, distance: f32) -> (Vec3, f32) {
+        let weight = self.attenuation.weight(distance);
+        (self.own * (1.0 - self.reflectance * weight), weight)
+    }
 }
 
 impl Interface {
@@ -89,16 +109,30 @@ impl Interface {
     pub fn of(scene: &Scene, material: &Material, point: &SurfacePoint, direction: Vec3) -> Self {
         let facing = Facing::of(direction, point);
         let cosine = -direction.dot(facing.normal);
-        let mut found =
-            Self { facing, eta: 1.0, reflectance: 0.0, reflected: Vec3::ZERO, transmitted: Vec3::ZERO, scattered: 0.0 };
+        let mut found = Self {
+            facing,
+            eta: 1.0,
+            reflectance: 0.0,
+            reflected: Vec3::ZERO,
+            transmitted: Vec3::ZERO,
+            scattered: 0.0,
+            attenuation: None,
+        };
         match material.role {
             Role::Diffuse => found.scattered = 1.0,
             Role::Reflector => {
                 let blind = facing.outside && scene.objects[point.object as usize].inside;
                 if !blind {
                     let base = scene.base_color(material, point).xyz();
-                    found.reflected = if material.schlick { fresnel_schlick(base, cosine) } else { base };
+                    found.reflected = mirror_tint(material, base, cosine);
                     found.reflectance = 1.0;
+                    if let Some(blend) = &material.blend {
+                        found.reflectance = blend.weight_at(cosine);
+                        found.reflected *= found.reflectance;
+                        found.attenuation = blend.attenuation;
+                        let faintest = blend.attenuation.map_or(1.0, |attenuation| attenuation.weight(f32::INFINITY));
+                        found.scattered = 1.0 - found.reflectance * faintest;
+                    }
                 }
             }
             Role::Coated => {
@@ -117,4 +151,18 @@ impl Interface {
         }
         found
     }
+
+    /// What waits for the next surface, given the light that the surface scatters itself (before its share is taken).
+    #[inline]
+    pub fn deferred(&self, own: Vec3) -> Option<Deferred> {
+        let attenuation = self.attenuation?;
+        Some(Deferred { own, reflectance: self.reflectance, attenuation })
+    }
+}
+
+/// What colours a mirror's reflection: a ramp of weights by the angle takes the place of Schlick's.
+#[inline(always)]
+pub(crate) fn mirror_tint(material: &Material, base: Vec3, cosine: f32) -> Vec3 {
+    let ramp = material.blend.is_some_and(|blend| blend.fresnel.is_some());
+    if material.schlick && !ramp { fresnel_schlick(base, cosine) } else { base }
 }

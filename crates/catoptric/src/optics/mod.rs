@@ -8,7 +8,8 @@ pub mod path_derivatives;
 pub mod specular_solver;
 
 pub use differential::{reflected_change, refracted_change};
-pub use interface::{Facing, Interface};
+pub(crate) use interface::mirror_tint;
+pub use interface::{Deferred, Facing, Interface};
 
 use glam::Vec3;
 

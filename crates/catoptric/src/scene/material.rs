@@ -1,5 +1,6 @@
 //! How a surface looks: its role, colours and textures.
 
+use super::Blend;
 use glam::{Affine2, Vec3, Vec4};
 
 /// What a surface is to the methods.
@@ -7,7 +8,7 @@ use glam::{Affine2, Vec3, Vec4};
 pub enum Role {
     /// Scatters light; this is what is seen in mirrors and through glass.
     Diffuse,
-    /// A perfect mirror with a tint.
+    /// A perfect mirror with a tint, perhaps [blended](Blend) with its own colour.
     Reflector,
     /// A clear dielectric body: reflects and refracts at its surface.
     Lens,
@@ -77,6 +78,8 @@ pub struct Material {
     pub absorption: Vec3,
     /// A reflector whose reflectance rises to 1 at grazing angles (Schlick), not a perfect mirror of constant tint.
     pub schlick: bool,
+    /// How a reflector weighs its reflection against its own colour; none: it is a mirror all over ([`Role::Reflector`] alone).
+    pub blend: Option<Blend>,
     /// How much of the clear coat there is, 0 to 1 (role [`Role::Coated`] alone).
     pub coat: f32,
     /// The file says that both sides are drawn. Kept for information: both sides are always drawn.
@@ -97,6 +100,7 @@ impl Default for Material {
             ior: 1.5,
             absorption: Vec3::ZERO,
             schlick: false,
+            blend: None,
             coat: 0.0,
             double_sided: true,
         }

@@ -1,6 +1,7 @@
 //! What is seen: scenes in world space, and how they come from files.
 
 mod animation;
+mod blend;
 pub mod builtin;
 mod environment;
 mod filter;
@@ -16,6 +17,7 @@ mod shade_batch;
 mod texture;
 mod view;
 
+pub use blend::{Attenuation, Blend};
 pub use environment::Environment;
 pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, Role, TextureBinding};

@@ -38,6 +38,8 @@ pub struct Model {
     pub method_settings: BTreeMap<String, toml::Table>,
     /// Roles that the file gives by name, over its materials.
     pub roles: Vec<super::roles::RoleRule>,
+    /// How the file blends mirrors by name, over their materials; later ones win.
+    pub blends: Vec<super::roles::BlendRule>,
     /// What was left out or mended while reading, for the user.
     pub warnings: Vec<String>,
 }

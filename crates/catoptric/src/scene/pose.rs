@@ -1,8 +1,8 @@
 //! From a [`Model`] to a [`Scene`]: animation, skinning, morphing and placement at one moment.
 
 use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
-use super::roles::RoleRule;
-use super::{Camera, Light, Material, Object, Scene};
+use super::roles::{MaterialRules, RoleRule};
+use super::{Camera, Light, Object, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
@@ -43,8 +43,7 @@ impl Model {
         let worlds = self.world_transforms(&states)?;
         let mut builder = Builder {
             model: self,
-            rules: self.roles.iter().chain(&options.roles).collect(),
-            rule_used: vec![false; self.roles.len() + options.roles.len()],
+            rules: MaterialRules::new(self, &options.roles),
             overridden: HashMap::new(),
             any_colors: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.colors.is_empty()),
             scene: Scene {
@@ -95,7 +94,7 @@ impl Model {
                 }
             }
         }
-        builder.check_rules()?;
+        builder.rules.check(&builder.scene)?;
         let mut scene = builder.scene;
         for camera in &self.cameras {
             let parent = match camera.node {
@@ -268,10 +267,9 @@ impl Primitive {
 
 struct Builder<'a> {
     model: &'a Model,
-    rules: Vec<&'a RoleRule>,
-    rule_used: Vec<bool>,
-    /// Materials made by rules: by original material and the rule that won.
-    overridden: HashMap<(usize, usize), u32>,
+    rules: MaterialRules<'a>,
+    /// Materials made by rules: by original material and the rules that won.
+    overridden: HashMap<(usize, [Option<usize>; 2]), u32>,
     any_colors: bool,
     scene: Scene,
 }
@@ -279,33 +277,15 @@ struct Builder<'a> {
 impl Builder<'_> {
     /// The material that an object gets, after the rules.
     fn material(&mut self, name: &str, material: usize) -> u32 {
-        let mut winner = None;
-        for (index, rule) in self.rules.iter().enumerate() {
-            if rule.matches(name, &self.model.materials[material].name) {
-                self.rule_used[index] = true;
-                winner = Some(index);
-            }
+        let original = &self.model.materials[material];
+        let winners = self.rules.winners(name, original);
+        if winners == [None; 2] {
+            return material as u32;
         }
-        let Some(rule) = winner else { return material as u32 };
-        *self.overridden.entry((material, rule)).or_insert_with(|| {
-            let changed: Material = self.rules[rule].apply(&self.model.materials[material]);
-            self.scene.materials.push(changed);
+        *self.overridden.entry((material, winners)).or_insert_with(|| {
+            self.scene.materials.push(self.rules.apply(winners, original));
             self.scene.materials.len() as u32 - 1
         })
-    }
-
-    fn check_rules(&self) -> Result<(), SceneError> {
-        let Some(unused) = self.rule_used.iter().position(|used| !used) else { return Ok(()) };
-        let mut names: Vec<&str> = self.scene.objects.iter().map(|object| object.name.as_str()).collect();
-        names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
-        names.retain(|name| !name.is_empty());
-        names.sort_unstable();
-        names.dedup();
-        let mut known = names[..names.len().min(40)].join(", ");
-        if names.len() > 40 {
-            known.push_str(", ...");
-        }
-        Err(SceneError::Unknown { kind: "node or material", name: self.rules[unused].pattern().into(), known })
     }
 
     fn add_primitive(

@@ -193,7 +193,22 @@ impl Scene {
     #[inline(always)]
     pub fn radiance(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         let material = self.material_of(point.object);
-        let base = self.base_color(material, point).xyz();
+        self.radiance_of(material, self.base_color(material, point).xyz(), point, towards_viewer)
+    }
+
+    /// The radiance that a point of a reflector or of what is under a coat scatters and emits by itself, before its
+    /// share is taken: as [`Self::radiance`], by the mirror's own colour where it has one.
+    #[inline]
+    pub fn own_radiance(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        let material = self.material_of(point.object);
+        match material.blend.and_then(|blend| blend.diffuse) {
+            Some(diffuse) => self.radiance_of(material, diffuse, point, towards_viewer),
+            None => self.radiance(point, towards_viewer),
+        }
+    }
+
+    #[inline(always)]
+    fn radiance_of(&self, material: &Material, base: Vec3, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         if material.unlit {
             return finite(base);
         }

@@ -39,6 +39,13 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
             "base_color": material.base_color.to_array(),
             "base_texture": material.base_texture.as_ref().map(|binding| binding.texture),
             "unlit": material.unlit,
+            "blend": material.blend.as_ref().map(|blend| json!({
+                "fresnel": blend.fresnel,
+                "attenuation": blend.attenuation.map(|attenuation| json!({
+                    "distance": attenuation.distance, "specularity": attenuation.specularity,
+                })),
+                "diffuse": blend.diffuse.map(|diffuse| diffuse.to_array()),
+            })),
             "ior": if matches!(material.role, Role::Lens | Role::Coated) { Some(material.ior) } else { None },
         })
     });
@@ -108,6 +115,10 @@ fn as_text(model: &Model, scene: &Scene) -> String {
         }
         if material.unlit {
             row.push("unlit".into());
+        }
+        if let Some(blend) = &material.blend {
+            let weights = [("by angle", blend.fresnel.is_some()), ("by distance", blend.attenuation.is_some())];
+            row.extend(weights.into_iter().filter(|(_, given)| *given).map(|(what, _)| format!("blended {what}")));
         }
         if matches!(material.role, Role::Lens | Role::Coated) {
             row.push(format!("ior {}", material.ior));

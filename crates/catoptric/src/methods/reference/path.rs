@@ -1,10 +1,10 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
 use super::PathModel;
-use crate::optics::{Facing, Interface, reflected_change, refracted_change, transmittance};
+use crate::optics::{Deferred, Facing, Interface, reflected_change, refracted_change, transmittance};
 use crate::scene::shade::{Encounter, SurfacePoint};
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
-use crate::surface::tracer::Tracer;
+use crate::surface::tracer::{Hit, Tracer};
 use glam::Vec3;
 
 /// Paths that carry less than this share of the light are ended.
@@ -23,6 +23,8 @@ struct Segment {
     absorption: Vec3,
     /// The two-path model has split already.
     split: bool,
+    /// Light of the mirror that it left, whose share depends on the ray's length.
+    deferred: Option<Deferred>,
 }
 
 /// Follows specular paths; one a thread.
@@ -77,6 +79,7 @@ impl<'a> PathTracer<'a> {
             order: 0,
             absorption: Vec3::ZERO,
             split: false,
+            deferred: None,
         });
         while let Some(segment) = self.waiting.pop() {
             sum += self.follow(&segment);
@@ -90,15 +93,25 @@ impl<'a> PathTracer<'a> {
     fn follow(&mut self, segment: &Segment) -> Vec3 {
         self.ray_count += 1;
         let (scene, ray) = (self.scene, &segment.ray);
-        let Some(hit) = self.tracer.first_hit(scene, ray, segment.near) else {
-            return segment.throughput * scene.background(ray.direction);
-        };
-        let encounter = self.tracer.encounter(scene, ray, &hit, segment.change.as_ref());
+        let hit = self.tracer.first_hit(scene, ray, segment.near);
+        if let Some(deferred) = &segment.deferred {
+            let (own, weight) = deferred.settled(hit.as_ref().map_or(f32::INFINITY, |hit| hit.distance()));
+            return own + self.arrive(segment, segment.throughput * weight, hit.as_ref());
+        }
+        self.arrive(segment, segment.throughput, hit.as_ref())
+    }
+
+    /// Goes on at what a ray meets.
+    #[inline(always)]
+    fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
+        let (scene, ray) = (self.scene, &segment.ray);
+        let Some(hit) = hit else { return throughput * scene.background(ray.direction) };
+        let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
         let material = scene.material_of(encounter.point.object);
         // Whoever meets a lens from inside was inside it, also when the eye is there or another lens lies within.
         let inside = material.role == Role::Lens && ray.direction.dot(encounter.point.geometric_normal) > 0.0;
         let absorption = if inside { material.absorption } else { segment.absorption };
-        let throughput = segment.throughput * transmittance(absorption, hit.distance());
+        let throughput = throughput * transmittance(absorption, hit.distance());
         match material.role {
             Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
             _ => self.scatter(segment, throughput, &encounter, material),
@@ -109,12 +122,12 @@ impl<'a> PathTracer<'a> {
     fn scatter(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, material: &Material) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let last = segment.order >= self.max_order;
-        if last && material.role != Role::Coated {
+        if last && material.role != Role::Coated && material.blend.is_none() {
             return Vec3::ZERO;
         }
         let interface = Interface::of(scene, material, point, direction);
         let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && interface.reflectance < 1.0);
-        let mut segment = *segment;
+        let mut segment = Segment { deferred: None, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
                 reflects = interface.reflectance > 0.5;
@@ -125,17 +138,24 @@ impl<'a> PathTracer<'a> {
         if refracts {
             self.push_refraction(&segment, throughput * interface.transmitted, encounter, &interface, material);
         }
+        // How much the surface scatters itself.
+        let own = |share: f32| match share {
+            0.0 => Vec3::ZERO,
+            share => throughput * share * scene.own_radiance(point, -direction),
+        };
+        if reflects && interface.attenuation.is_some() {
+            segment.deferred = interface.deferred(own(1.0));
+            self.push_reflection(&segment, throughput * interface.reflected, encounter, &interface.facing);
+            return Vec3::ZERO;
+        }
         if reflects {
             self.push_reflection(&segment, throughput * interface.reflected, encounter, &interface.facing);
         }
-        if interface.scattered == 0.0 {
-            return Vec3::ZERO;
-        }
-        throughput * interface.scattered * scene.radiance(point, -direction)
+        own(interface.scattered)
     }
 
     fn push(&mut self, segment: &Segment, child: Segment, point: &SurfacePoint) {
-        if child.throughput.max_element() >= LEAST_THROUGHPUT {
+        if child.throughput.max_element() >= LEAST_THROUGHPUT || child.deferred.is_some() {
             let origin = self.tracer.departure(point, child.ray.direction);
             let ray = Ray { origin, direction: child.ray.direction };
             self.waiting.push(Segment { ray, near: 0.0, order: segment.order + 1, ..child });
@@ -242,6 +262,7 @@ mod tests {
             order: 0,
             absorption: Vec3::ZERO,
             split: false,
+            deferred: None,
         };
         paths.follow(&start);
         // The refracted child, where there is one, was pushed first.

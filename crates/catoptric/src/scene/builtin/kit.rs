@@ -101,6 +101,13 @@ impl Kit {
         self.material(Material::mirror("mirror", Vec3::splat(0.95)))
     }
 
+    /// Adds that mirror, blended with a colour (sRGB) as the scene's parameter `blend` says.
+    pub(super) fn blended_mirror(&mut self, distance: f32, color: Vec3, values: &Values<'_>) -> usize {
+        let mirror = self.mirror();
+        self.model.materials[mirror].blend = values.blend(distance, textures::linear(color));
+        mirror
+    }
+
     fn node(&mut self, name: &str, place: Place) -> &mut Node {
         let local =
             LocalTransform::Parts { translation: place.translation, rotation: place.rotation, scale: Vec3::ONE };

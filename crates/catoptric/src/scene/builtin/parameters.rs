@@ -1,6 +1,8 @@
 //! Parameters of built-in scenes: what is allowed, and the checked values.
 
 use crate::error::SceneError;
+use crate::scene::{Attenuation, Blend};
+use glam::Vec3;
 
 /// A parameter of a built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,6 +96,13 @@ pub(super) const EXACT_SURFACE: ParameterInfo =
 pub(super) const SURFACE: ParameterInfo =
     choice("surface", "the mirror is a mesh, or the exact surface of a formula", &["mesh", "analytic"]);
 
+/// How the mirror weighs its reflection against its own colour.
+pub(super) const BLEND: ParameterInfo = choice(
+    "blend",
+    "the mirror's reflection over its own colour: all of it, weighed by angle, by distance, by both, or alike everywhere",
+    &["none", "fresnel", "attenuation", "both", "diffuse"],
+);
+
 /// The values of all parameters of a scene, checked.
 pub(super) struct Values<'a> {
     infos: &'static [ParameterInfo],
@@ -162,6 +171,20 @@ impl<'a> Values<'a> {
             Ok(value) => value,
             Err(error) => panic!("the parameter `{name}` does not take numbers: {error}"),
         }
+    }
+
+    /// How mirrors are blended, by [`BLEND`]; reflections fade within `distance` scene units.
+    pub(super) fn blend(&self, distance: f32, diffuse: Vec3) -> Option<Blend> {
+        let ramp = Some([0.2, 1.0]);
+        let attenuation = Some(Attenuation { distance, specularity: [0.1, 1.0] });
+        let (fresnel, attenuation) = match self.word(BLEND.name) {
+            "fresnel" => (ramp, None),
+            "attenuation" => (None, attenuation),
+            "both" => (ramp, attenuation),
+            "diffuse" => (Some([0.5, 0.5]), None),
+            _ => return None,
+        };
+        Some(Blend { fresnel, attenuation, diffuse: Some(diffuse) })
     }
 
     /// The number of rings of curved surfaces.

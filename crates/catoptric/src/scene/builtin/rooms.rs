@@ -1,7 +1,7 @@
 //! Flat mirrors on the walls of a room.
 
 use super::kit::{Kit, RoomSkin, at};
-use super::parameters::{SURFACE, Values, integer};
+use super::parameters::{BLEND, SURFACE, Values, integer};
 use super::shapes::{self, prop_segments};
 use super::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
@@ -16,6 +16,7 @@ pub(super) const PLANAR_MIRROR: BuiltinInfo = BuiltinInfo {
         TESS,
         SURFACE,
         integer("mirrors", "2", "1: back wall; 2: and right wall; 3: and front wall; 4: and left wall", 1, 4),
+        BLEND,
     ],
     command: "catoptric render \"builtin:planar_mirror?mirrors=2\" --order 4 -o planar_mirror.png",
     build: planar_mirror,
@@ -31,7 +32,7 @@ const FRAME: f32 = 0.1;
 fn planar_mirror(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
     let segments = prop_segments(values.tess());
-    let mirror = kit.mirror();
+    let mirror = kit.blended_mirror(3.0, rgb(0x9db4c0), values);
     let floor = kit.painted(textures::planks("planks", 10, rgb(0xb98754)));
     let ceiling = kit.painted(textures::tiles("ceiling_tiles", 4, rgb(0xf1ead8), rgb(0xc9bfa5)));
     let back = kit.painted(textures::marble("plaster", 50, 3, rgb(0xa9b8a2), rgb(0xe2e8da)));

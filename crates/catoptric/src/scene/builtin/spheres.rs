@@ -1,7 +1,7 @@
 //! Mirror spheres among near things.
 
 use super::kit::{Kit, Place, RoomSkin, at};
-use super::parameters::{SEED, SURFACE, Values};
+use super::parameters::{BLEND, SEED, SURFACE, Values};
 use super::shapes::{self, prop_segments};
 use super::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
@@ -12,7 +12,7 @@ use glam::{Vec2, Vec3};
 pub(super) const SPHERE_ROOM: BuiltinInfo = BuiltinInfo {
     name: "sphere_room",
     summary: "a mirror sphere in a room, with boxes and columns so near that an environment map fails",
-    parameters: &[TESS, SURFACE],
+    parameters: &[TESS, SURFACE, BLEND],
     command: "catoptric render builtin:sphere_room -o sphere_room.png",
     build: sphere_room,
 };
@@ -28,7 +28,7 @@ pub(super) const TWO_SPHERES: BuiltinInfo = BuiltinInfo {
 fn sphere_room(spec: &str, values: &Values<'_>) -> Model {
     let mut kit = Kit::unlit(spec);
     let segments = prop_segments(values.tess());
-    let mirror = kit.mirror();
+    let mirror = kit.blended_mirror(1.5, rgb(0x9db4c0), values);
     let planks = kit.painted(textures::planks("planks", 10, rgb(0xc99a63)));
     let plaster = kit.painted(textures::tiles("ceiling_tiles", 4, rgb(0xf1ead8), rgb(0xc9bfa5)));
     let labels = kit.painted(textures::labels("labels", 8, rgb(0x1d2b44), rgb(0xf6efe0)));

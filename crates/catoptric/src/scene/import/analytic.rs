@@ -1,5 +1,6 @@
 //! The keys that describe an analytic surface, the same in `.toml` scenes and in glTF extras.
 
+use super::blend::BlendKeys;
 use crate::scene::Material;
 use crate::surface::{AnalyticSurface, Ellipsoid, Implicit, Quadric, Revolution, Superquadric, SurfaceError, Torus};
 use glam::Vec3;
@@ -78,7 +79,7 @@ impl From<SurfaceError> for KeyError {
     }
 }
 
-fn wrong<T>(key: &'static str, problem: impl Into<String>) -> Result<T, KeyError> {
+pub(super) fn wrong<T>(key: &'static str, problem: impl Into<String>) -> Result<T, KeyError> {
     Err(KeyError { key, problem: problem.into() })
 }
 
@@ -102,6 +103,7 @@ pub(super) struct SurfaceKeys {
     pub(super) tint: Option<[f64; 3]>,
     pub(super) ior: Option<f64>,
     pub(super) inside: bool,
+    pub(super) blend: BlendKeys,
 }
 
 impl SurfaceKeys {
@@ -176,18 +178,22 @@ impl SurfaceKeys {
             }
             tint = Vec3::from(numbers.map(|number| number as f32));
         }
-        let Some(ior) = self.ior else { return Ok(Material::mirror(name, tint)) };
+        let blend = self.blend.blend()?;
+        let Some(ior) = self.ior else { return Ok(Material { blend, ..Material::mirror(name, tint) }) };
         if !(0.1..=10.0).contains(&ior) {
             return wrong("ior", format!("{ior}; allowed is 0.1 to 10"));
         }
         if self.inside {
             return wrong("inside", "is for mirrors, not for lenses: leave out `inside` or `ior`");
         }
+        if let Some(key) = self.blend.any() {
+            return wrong(key, format!("is for mirrors, not for lenses: leave out `{key}` or `ior`"));
+        }
         Ok(Material { base_color: tint.extend(1.0), ..Material::glass(name, ior as f32) })
     }
 }
 
-fn positive(key: &'static str, length: f64) -> Result<f64, KeyError> {
+pub(super) fn positive(key: &'static str, length: f64) -> Result<f64, KeyError> {
     // Below the smallest normal float a length would be rounded to 0.
     if !(1e-9..=MAX_LENGTH).contains(&length) {
         return wrong(key, format!("{length}; a length must be from 1e-9 to {MAX_LENGTH:e}"));
@@ -202,7 +208,14 @@ mod tests {
 
     fn keys(kind: &str, numbers: &[&[f64]]) -> SurfaceKeys {
         let values = numbers.iter().map(|numbers| Some(Value::Numbers(numbers.to_vec()))).collect();
-        SurfaceKeys { kind: kind_named(kind).unwrap(), values, tint: None, ior: None, inside: false }
+        SurfaceKeys {
+            kind: kind_named(kind).unwrap(),
+            values,
+            tint: None,
+            ior: None,
+            inside: false,
+            blend: BlendKeys::default(),
+        }
     }
 
     #[test]

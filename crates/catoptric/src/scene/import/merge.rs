@@ -4,7 +4,7 @@ use crate::scene::model::{ChannelValues, Model};
 
 /// Adds everything of `other` to `model`, with all indices moved up.
 ///
-/// Region, settings, roles and environment of `model` stay unless it has none.
+/// Region, settings, roles, blends and environment of `model` stay unless it has none.
 pub(super) fn append(model: &mut Model, other: Model) {
     let offset = Offsets {
         node: model.nodes.len(),
@@ -65,6 +65,7 @@ pub(super) fn append(model: &mut Model, other: Model) {
         model.method_settings.entry(method).or_insert(settings);
     }
     model.roles.splice(0..0, other.roles);
+    model.blends.splice(0..0, other.blends);
     model.warnings.extend(other.warnings);
 }
 

@@ -4,6 +4,7 @@
 //! before memory is asked for, and every index before it is used.
 
 mod analytic;
+mod blend;
 mod environment;
 mod files;
 #[cfg(feature = "gltf")]

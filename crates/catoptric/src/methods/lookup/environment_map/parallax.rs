@@ -36,28 +36,36 @@ impl Surround {
     ///
     /// A position outside the shape is met by growing the shape to hold it.
     pub(super) fn direction(&self, center: Vec3, position: Vec3, direction: Vec3) -> Vec3 {
-        let found = match *self {
-            Self::Infinite => return direction,
+        let distance = self.distance(center, position, direction);
+        if !distance.is_finite() {
+            return direction;
+        }
+        let found = match self {
+            Self::Sphere(_) => (position - center) + direction * distance,
+            _ => position + direction * distance - center,
+        };
+        // On the shape's own centre every direction is as good as the ray's.
+        if found.length_squared() > 0.0 { found } else { direction }
+    }
+
+    /// How far a ray of unit direction from `position` goes until it meets the shape; infinite where it never does.
+    pub(super) fn distance(&self, center: Vec3, position: Vec3, direction: Vec3) -> f32 {
+        match *self {
+            Self::Infinite => f32::INFINITY,
             Self::Box(bounds) => {
                 let bounds = bounds.with(position);
                 let exit = Vec3::select(direction.cmpgt(Vec3::ZERO), bounds.max, bounds.min);
                 // A component of zero never leaves; its quotient is infinite or not a number, and is left out.
                 let distances = ((exit - position) / direction).to_array();
-                let distance = distances.into_iter().filter(|t| t.is_finite()).fold(f32::INFINITY, f32::min);
-                if !distance.is_finite() {
-                    return direction;
-                }
-                position + direction * distance - center
+                distances.into_iter().filter(|t| t.is_finite()).fold(f32::INFINITY, f32::min)
             }
             Self::Sphere(radius) => {
                 let offset = position - center;
                 let along = offset.dot(direction);
                 let beyond = (radius * radius).max(offset.length_squared()) - offset.length_squared();
-                offset + direction * ((along * along + beyond).sqrt() - along)
+                (along * along + beyond).sqrt() - along
             }
-        };
-        // On the shape's own centre every direction is as good as the ray's.
-        if found.length_squared() > 0.0 { found } else { direction }
+        }
     }
 }
 
@@ -72,6 +80,8 @@ mod tests {
         let position = Vec3::new(0.5, 0.0, 0.0);
         let hit = Surround::Box(bounds).direction(center, position, Vec3::X) + center;
         assert!((hit - Vec3::new(1.0, 0.0, 0.0)).length() < 1e-6);
+        assert_eq!(Surround::Box(bounds).distance(center, position, Vec3::X), 0.5);
+        assert_eq!(Surround::Infinite.distance(center, position, Vec3::X), f32::INFINITY);
         let slanted = Vec3::new(0.0, -0.6, 0.8);
         let hit = Surround::Box(bounds).direction(center, position, slanted) + center;
         assert!((hit - Vec3::new(0.5, -2.0, 2.0 / 0.6 * 0.8)).length() < 1e-5, "{hit}");

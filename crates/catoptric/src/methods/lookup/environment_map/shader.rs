@@ -2,7 +2,7 @@
 
 use super::cube_map::CubeMap;
 use super::parallax::Surround;
-use crate::optics::{fresnel_dielectric, fresnel_schlick, reflect, reflected_change, refract, refracted_change};
+use crate::optics::{fresnel_dielectric, mirror_tint, reflect, reflected_change, refract, refracted_change};
 use crate::raster::{Fragment, Look, LookShader};
 use crate::scene::shade::Encounter;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, ViewRays};
@@ -51,8 +51,16 @@ impl MapShader<'_> {
             Role::Diffuse => Vec3::ZERO,
             Role::Reflector if outside && object.inside => Vec3::ZERO,
             Role::Reflector => {
-                let tint = if material.schlick { fresnel_schlick(base, cosine) } else { base };
-                tint * mirrored()
+                let reflection = mirror_tint(material, base, cosine) * mirrored();
+                let Some(blend) = &material.blend else { return reflection };
+                let mut weight = blend.weight_at(cosine.max(0.0));
+                if let Some(attenuation) = &blend.attenuation {
+                    // What is reflected is taken to be as far away as the surround.
+                    let towards = reflect(ray.direction, normal);
+                    let distance = |map: &ReflectorMap| map.surround.distance(map.center, point.position, towards);
+                    weight *= attenuation.weight(map.map_or(f32::INFINITY, distance));
+                }
+                reflection * weight + self.scene.own_radiance(point, -ray.direction) * (1.0 - weight)
             }
             Role::Coated => {
                 let reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);

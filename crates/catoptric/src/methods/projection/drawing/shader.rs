@@ -1,6 +1,6 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
-use crate::optics::{Interface, transmittance};
+use crate::optics::{Deferred, Interface, transmittance};
 use crate::raster::{Fragment, LayerSurface, Look, LookShader};
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, Role, Scene, View, ViewRays};
@@ -12,7 +12,7 @@ const SHORT: f32 = 1e-4;
 /// Walks along the surfaces that a fragment shows.
 ///
 /// Triangles of reflectors and lenses at which paths go on have groups other than 0; those of group 0 are black, but
-/// for what they scatter themselves. Where nothing is seen at the end of a path the environment is.
+/// for what they scatter themselves. A mirror whose reflection fades with distance waits for the next surface. Where nothing is seen at the end of a path the environment is.
 pub(in crate::methods::projection) struct PathShader<'a> {
     scene: &'a Scene,
     rays: ViewRays,
@@ -34,6 +34,12 @@ impl<'a> PathShader<'a> {
             ray.direction = step / length;
         }
     }
+
+    /// How far the surface at the end of a segment is from its start. Rarely asked: kept out of the walk.
+    #[inline(never)]
+    fn distance(&self, ray: &Ray, surface: &LayerSurface) -> f32 {
+        length(ray, &self.scene.drawn_point(surface, ray))
+    }
 }
 
 /// The distance from the start of a segment to its end.
@@ -52,9 +58,15 @@ impl LookShader for PathShader<'_> {
         let scene = self.scene;
         let mut ray = self.rays.ray(fragment.position.x, fragment.position.y);
         let (mut sum, mut throughput, mut absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
+        let mut deferred: Option<Deferred> = None;
         for (bounce, surface) in fragment.chain.iter().enumerate() {
             if bounce > 0 {
                 self.aim(&mut ray, surface);
+            }
+            if let Some(waiting) = deferred.take() {
+                let (own, weight) = waiting.settled(self.distance(&ray, surface));
+                sum += own;
+                throughput *= weight;
             }
             let object = scene.triangle_objects[surface.source as usize];
             let material = scene.material_of(object);
@@ -65,12 +77,13 @@ impl LookShader for PathShader<'_> {
                 return Look::of_diffuse(scene, surface, &ray, throughput, sum);
             }
             let ends = surface.group == 0;
-            if ends && material.role != Role::Coated {
+            if ends && material.role != Role::Coated && material.blend.is_none() {
                 return Look::Color(sum);
             }
-            // What comes next on the path is known: a mirror's exact place would add nothing to it.
+            // What comes next on the path is known: a mirror's exact place would add nothing to it, but to its weights.
             let goes_on = bounce + 1 < fragment.chain.len();
-            let approximately = goes_on && material.role == Role::Reflector && !scene.objects[object as usize].inside;
+            let plain = material.role == Role::Reflector && material.blend.is_none();
+            let approximately = goes_on && plain && !scene.objects[object as usize].inside;
             let point = match approximately {
                 true => scene.surface_point(surface.source, &surface.barycentrics),
                 false => scene.drawn_point(surface, &ray),
@@ -82,12 +95,16 @@ impl LookShader for PathShader<'_> {
             let crossed = if inside { material.absorption } else { absorption };
             throughput *= transmittance(crossed, length(&ray, &point));
             // What is scattered before the last second branch belongs to the fragment that takes the first one there.
-            if interface.scattered > 0.0 && fragment.second_branches >> bounce == 0 {
-                sum += throughput * interface.scattered * scene.radiance(&point, -ray.direction);
+            let scatters = interface.scattered > 0.0 && fragment.second_branches >> bounce == 0;
+            if interface.attenuation.is_some() && !ends {
+                let share = if scatters { throughput } else { Vec3::ZERO };
+                deferred = interface.deferred(share * scene.own_radiance(&point, -ray.direction));
+            } else if scatters {
+                sum += throughput * interface.scattered * scene.own_radiance(&point, -ray.direction);
             }
             let refracts = fragment.second_branches >> bounce & 1 != 0;
             throughput *= if refracts { interface.transmitted } else { interface.reflected };
-            if ends || throughput.max_element() <= 0.0 {
+            if ends || (throughput.max_element() <= 0.0 && deferred.is_none()) {
                 return Look::Color(sum);
             }
             let direction = if refracts {
@@ -98,6 +115,11 @@ impl LookShader for PathShader<'_> {
             };
             let Some(direction) = direction else { return Look::Color(sum) };
             ray = Ray { origin: point.position, direction };
+        }
+        if let Some(waiting) = deferred {
+            let (own, weight) = waiting.settled(f32::INFINITY);
+            sum += own;
+            throughput *= weight;
         }
         Look::Color(sum + throughput * scene.background(ray.direction))
     }

@@ -195,7 +195,20 @@ impl<'r, 's> Importer<'r, 's> {
         let own = plan.keys.material(&source.document.nodes[index].name).map_err(wrong)?;
         // The triangles' material goes on being used unless the extras say what the surface is made of.
         let material = match plan.material {
-            Some(material) if plan.keys.tint.is_none() && plan.keys.ior.is_none() => material,
+            Some(material) if plan.keys.tint.is_none() && plan.keys.ior.is_none() => {
+                match (own.blend, plan.keys.blend.any()) {
+                    (Some(_), Some(key)) if self.model.materials[material].role != Role::Reflector => {
+                        let problem = "is for mirrors, but the material is none: add a `tint`, which makes it one";
+                        return Err(source.invalid(format!("{owner}.{key}"), problem));
+                    }
+                    (Some(blend), _) => {
+                        let blended = Material { blend: Some(blend), ..self.model.materials[material].clone() };
+                        self.model.materials.push(blended);
+                        self.model.materials.len() - 1
+                    }
+                    (None, _) => material,
+                }
+            }
             _ => {
                 self.model.materials.push(own);
                 self.model.materials.len() - 1

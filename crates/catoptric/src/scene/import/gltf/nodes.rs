@@ -1,13 +1,14 @@
 //! The tree of nodes, what stands at them, cameras, lights, instances and skins.
 
 use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value as Given};
+use super::super::blend::{AttenuationKeys, BlendKeys};
 use super::schema;
 use super::source::Source;
 use crate::error::SceneError;
 use crate::scene::model::{CameraAsset, LightAsset, LocalTransform, Node, Skin};
 use crate::scene::{LightKind, Projection};
 use glam::{Affine3A, Mat4, Quat, Vec3};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 /// The nodes, and which of them the scene shows.
 pub(super) struct Tree {
@@ -254,21 +255,48 @@ pub(super) fn surface_keys(
         let given: Option<Result<Given, String>> = given;
         values.push(given.transpose().map_err(|what| wrong(parameter.key, &what))?);
     }
-    let tint = take("tint").map(|value| {
-        let list = value.as_array().and_then(|list| list.iter().map(number).collect::<Option<Vec<f64>>>());
-        list.and_then(|list| <[f64; 3]>::try_from(list).ok())
-            .ok_or_else(|| wrong("tint", "3 finite numbers in brackets"))
-    });
+    let tint =
+        take("tint").map(|value| numbers::<3>(&value).ok_or_else(|| wrong("tint", "3 finite numbers in brackets")));
     let ior = take("ior").map(|value| number(&value).ok_or_else(|| wrong("ior", "a finite number")));
     let inside = take("inside").map(|value| value.as_bool().ok_or_else(|| wrong("inside", "true or false")));
+    let blend = blend_keys(source, &field, &mut keys)?;
     if let Some(key) = keys.keys().next() {
-        let known = ["surface", "tint", "ior", "inside"].into_iter();
+        let known = ["surface", "tint", "ior", "inside", "fresnel", "attenuation", "diffuse"].into_iter();
         let known: Vec<&str> = known.chain(kind.parameters.iter().map(|parameter| parameter.key)).collect();
         let problem = format!("unknown field `{key}`; known are: {}", known.join(", "));
         return Err(source.invalid(format!("{field}.{key}"), problem));
     }
     let (tint, ior, inside) = (tint.transpose()?, ior.transpose()?, inside.transpose()?.unwrap_or(false));
-    Ok(Some(SurfaceKeys { kind, values, tint, ior, inside }))
+    Ok(Some(SurfaceKeys { kind, values, tint, ior, inside, blend }))
+}
+
+/// Takes the keys that say how a mirror is blended.
+fn blend_keys(source: &Source<'_>, field: &str, keys: &mut Map<String, Value>) -> Result<BlendKeys, SceneError> {
+    let wrong = |key: &str, what: &str| source.invalid(format!("{field}.{key}"), format!("must be {what}"));
+    let pair = |key: &str, value: Value| numbers(&value).ok_or_else(|| wrong(key, "2 finite numbers in brackets"));
+    let fresnel = keys.remove("fresnel").map(|value| pair("fresnel", value)).transpose()?;
+    let three = |value: Value| numbers(&value).ok_or_else(|| wrong("diffuse", "3 finite numbers in brackets"));
+    let diffuse = keys.remove("diffuse").map(three).transpose()?;
+    let Some(attenuation) = keys.remove("attenuation") else {
+        return Ok(BlendKeys { fresnel, attenuation: None, diffuse });
+    };
+    let Value::Object(mut inner) = attenuation else {
+        return Err(wrong("attenuation", "an object such as { \"distance\": 1, \"specularity\": [0, 1] }"));
+    };
+    let one = |value: Value| number(&value).ok_or_else(|| wrong("attenuation.distance", "a finite number"));
+    let distance = inner.remove("distance").map(one).transpose()?;
+    let specularity = inner.remove("specularity").map(|value| pair("attenuation.specularity", value)).transpose()?;
+    if let Some(key) = inner.keys().next() {
+        let problem = format!("unknown field `{key}`; known are: distance, specularity");
+        return Err(source.invalid(format!("{field}.attenuation.{key}"), problem));
+    }
+    Ok(BlendKeys { fresnel, attenuation: Some(AttenuationKeys { distance, specularity }), diffuse })
+}
+
+/// So many finite numbers.
+fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
+    let list: Option<Vec<f64>> = value.as_array()?.iter().map(number).collect();
+    list?.try_into().ok()
 }
 
 /// A finite number.

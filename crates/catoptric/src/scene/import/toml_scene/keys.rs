@@ -50,13 +50,23 @@ impl<'t, 'i> Keys<'t, 'i> {
         }
     }
 
+    /// Where the table begins in the text.
+    pub(super) fn begin(&self) -> usize {
+        self.begin
+    }
+
+    /// The full name of one of the table's keys.
+    pub(super) fn field(&self, key: &str) -> String {
+        format!("{}{key}", self.prefix)
+    }
+
     /// An error about one of the table's keys, whether it was given or not.
     pub(super) fn invalid(&self, key: &str, problem: impl Into<String>) -> SceneError {
-        self.text.invalid(self.begin, &format!("{}{key}", self.prefix), problem)
+        self.text.invalid(self.begin, &self.field(key), problem)
     }
 
     fn wrong(&self, key: &str, byte: usize, problem: impl Into<String>) -> SceneError {
-        self.text.invalid(byte, &format!("{}{key}", self.prefix), problem)
+        self.text.invalid(byte, &self.field(key), problem)
     }
 
     /// Takes a key's value as it stands, and where it stands.
@@ -112,7 +122,7 @@ impl<'t, 'i> Keys<'t, 'i> {
 
     /// A table in this one.
     pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Keys<'t, 'i>>, SceneError> {
-        let name = format!("{}{key}", self.prefix);
+        let name = self.field(key);
         self.take(key).map(|(_, value)| Self::of_value(self.text, &name, value)).transpose()
     }
 

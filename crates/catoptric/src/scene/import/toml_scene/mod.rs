@@ -1,5 +1,6 @@
-//! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles and settings.
+//! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles, blends and settings.
 
+mod blend;
 mod keys;
 mod light;
 mod reflector;
@@ -25,7 +26,7 @@ pub struct SceneFile {
     pub gltf: Vec<String>,
     /// Name of the environment's picture, relative to this file.
     pub environment: Option<String>,
-    /// Everything that stands in the file itself: reflectors, lights, camera, roles, region and settings.
+    /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
     pub model: Model,
 }
 
@@ -64,6 +65,7 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     read_reflectors(source, &mut keys, &mut scene.model)?;
     read_lights(source, &mut keys, &mut scene.model)?;
     scene.model.roles = read_roles(source, &mut keys)?;
+    scene.model.blends = blend::read_rules(source, &mut keys)?;
     scene.model.region = read_region(source, &mut keys)?;
     read_settings(source, &mut keys, &mut scene.model)?;
     keys.finish()?;

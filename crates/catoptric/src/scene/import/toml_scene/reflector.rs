@@ -2,7 +2,7 @@
 
 use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value};
 use super::keys::{At, Keys, Text};
-use super::{direction, point};
+use super::{blend, direction, point};
 use crate::error::SceneError;
 use crate::scene::Material;
 use crate::scene::model::LocalTransform;
@@ -32,8 +32,12 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
     let tint = table.numbers("tint")?;
     let ior = table.number("ior")?;
     let inside = table.boolean("inside")?;
-    let mut begins =
-        vec![("tint", tint.map(|at| at.begin)), ("ior", ior.map(|at| at.begin)), ("inside", inside.map(|at| at.begin))];
+    let (blend, mut begins) = blend::take(&mut table)?;
+    begins.extend([
+        ("tint", tint.map(|at| at.begin)),
+        ("ior", ior.map(|at| at.begin)),
+        ("inside", inside.map(|at| at.begin)),
+    ]);
     let mut values = Vec::new();
     for parameter in kind.parameters {
         let given = match parameter.form {
@@ -53,11 +57,9 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
         tint: tint.map(|tint| tint.value),
         ior: ior.map(|ior| ior.value),
         inside: inside.is_some_and(|inside| inside.value),
+        blend,
     };
-    let explain = |error: KeyError| match begins.iter().find(|(key, _)| *key == error.key) {
-        Some((_, Some(begin))) => at(*begin, error),
-        _ => table.invalid(error.key, error.problem),
-    };
+    let explain = |error: KeyError| blend::explain(text, &table, &begins, error);
     let surface = keys.surface().map_err(explain)?;
     let material = keys.material(&name).map_err(explain)?;
     let center = match center {
