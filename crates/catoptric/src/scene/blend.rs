@@ -1,5 +1,5 @@
-//! How mirrors weigh their reflection against their own colour: the reflector surface properties of Popescu, Sacks,
-//! Mei 2006, *Sample-Based Cameras for Feed Forward Reflection Rendering*, section V.D.
+//! How mirrors weigh their reflection against their own colour: the reflector surface properties of sample-based cameras
+//! (Popescu, Sacks, Mei 2006, section V.D and figure 14).
 
 use glam::Vec3;
 
@@ -42,10 +42,9 @@ pub struct Attenuation {
 impl Attenuation {
     /// The weight of what is reflected at this distance from the mirror, along the reflected ray; infinite: the sky.
     ///
-    /// "Attenuated with the square of the distance", "quadratically from" the greatest at 0 to the least at the full
-    /// distance (section V.D): what is *lost* grows with the square, so near things keep almost all. The other
-    /// quadratic between the same ends, with its vertex at the full distance, would fall linearly with the distance
-    /// at first.
+    /// The paper attenuates with the square of the distance, from the greatest weight at 0 to the least at the full
+    /// distance (section V.D). Read so: what is *lost* is proportional to the square, and near things keep almost all.
+    /// The other quadratic between the same ends, with its vertex at the full distance, would fall linearly at first.
     #[inline]
     pub fn weight(&self, distance: f32) -> f32 {
         let [least, greatest] = self.specularity;

@@ -1,7 +1,8 @@
 use super::super::load;
 use super::*;
 use crate::scene::model::LocalTransform;
-use crate::scene::{PoseOptions, Projection};
+use crate::scene::roles::BlendRule;
+use crate::scene::{Attenuation, Blend, PoseOptions, Projection};
 use crate::surface::AnalyticSurface;
 
 fn read(text: &str) -> Model {
@@ -29,6 +30,9 @@ surface = "sphere"
 center = [0, 1, 0]
 radius = 0.5
 tint = [0.95, 0.9, 0.85]
+fresnel = [0.1, 0.9]
+attenuation = { distance = 0.3, specularity = [0, 1] }
+diffuse = [0.2, 0.3, 0.4]
 [[reflector]]
 name = "drop"
 surface = "sphere"
@@ -51,6 +55,11 @@ rotation_deg = [0, 90, 0]
 [role]
 "ball" = "reflector"
 "chair*" = "diffuse"
+[blend."b{all,owl}"]
+fresnel = [0.5, 0.5]
+[blend.wall.attenuation]
+distance = 2
+specularity = [0.25, 0.75]
 [region]
 min = [-1, 0, -1]
 max = [1, 2, 1]
@@ -82,6 +91,11 @@ fn everything_is_read() {
     assert!((rotation * Vec3::Y - Vec3::X).length() < 1e-6); // the normal, turned from z to x
     assert!((rotation * Vec3::X - Vec3::NEG_Z).length() < 1e-6);
     assert_eq!(model.roles.iter().map(RoleRule::pattern).collect::<Vec<_>>(), ["ball", "chair*"]);
+    let fading = Attenuation { distance: 0.3, specularity: [0.0, 1.0] };
+    let ball = Blend { fresnel: Some([0.1, 0.9]), attenuation: Some(fading), diffuse: Some(Vec3::new(0.2, 0.3, 0.4)) };
+    assert_eq!(model.materials[0].blend, Some(ball));
+    assert!(model.materials[1..].iter().all(|material| material.blend.is_none()));
+    assert_eq!(model.blends.iter().map(BlendRule::pattern).collect::<Vec<_>>(), ["b{all,owl}", "wall"]);
     assert_eq!(model.region, Some(Aabb { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 2.0, 1.0) }));
     assert_eq!(model.method_settings["sample_based_camera"]["accuracy_px"].as_float(), Some(1.0));
     assert!(model.method_settings["reference"].is_empty());
@@ -175,6 +189,55 @@ fn errors_of_reflectors_name_the_line() {
     assert_error(&format!("{plane}normal = [0, 1, 0]\nsize = [1, 0]\n"), 5, "a length must be");
     let named = "[[reflector]]\nname = \"a\"\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
     assert_error(&format!("{named}{named}"), 6, "there is a reflector `a` already");
+}
+
+#[test]
+fn blends_are_given_by_name_and_the_last_one_wins() {
+    let ball = "[[reflector]]\nname = \"ball\"\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    let blend_of = |text: &str| {
+        let scene = read(&format!("{ball}{text}")).pose(&PoseOptions::default())?;
+        Ok::<_, SceneError>(scene.material_of(0).blend)
+    };
+    let even = |weight| Some(Blend { fresnel: Some([weight; 2]), ..Blend::default() });
+    assert_eq!(blend_of("").unwrap(), None);
+    assert_eq!(blend_of("fresnel = [0.5, 0.5]\n").unwrap(), even(0.5));
+    let rules = "fresnel = [0.5, 0.5]\n[blend.\"b*\"]\nfresnel = [0.25, 0.25]\n[blend.ball]\nfresnel = [0.75, 0.75]\n";
+    assert_eq!(blend_of(rules).unwrap(), even(0.75));
+    // What matches nothing, or only what is no mirror, is told; unless the moment's own roles made it so.
+    let problem = |text: &str| blend_of(text).unwrap_err().to_string();
+    assert!(problem("[blend.bell]\nfresnel = [0, 1]\n").contains("no node or material `bell`; there are: ball"));
+    let glass = "[blend.ball]\nfresnel = [0, 1]\n[role]\nball = \"diffuse\"\n";
+    assert!(problem(glass).contains("blend.ball: `ball` is not a mirror: give it the role \"reflector\""));
+    let roles = vec![RoleRule::new("ball", Role::Lens, None).unwrap()];
+    let scene = read(&format!("{ball}{rules}")).pose(&PoseOptions { roles, ..PoseOptions::default() }).unwrap();
+    assert_eq!((scene.role_of(0), scene.material_of(0).blend), (Role::Lens, None));
+}
+
+#[test]
+fn errors_of_blends_name_the_line() {
+    let ball = "[[reflector]]\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    for (line, needle) in [
+        ("fresnel = [0.9, 0.2]", "reflector.fresnel: [0.9, 0.2]; must be [least, greatest]"),
+        ("fresnel = [0.1, 1.2]", "0 <= least <= greatest <= 1"),
+        ("fresnel = 0.5", "reflector.fresnel: must be 2 finite numbers"),
+        ("attenuation = 3", "reflector.attenuation: must be a table"),
+        ("attenuation = { distance = 1 }", "reflector.attenuation.specularity: missing"),
+        ("attenuation = { specularity = [0, 1] }", "reflector.attenuation.distance: missing; needed is"),
+        ("attenuation = { distance = 0, specularity = [0, 1] }", "a length must be"),
+        ("attenuation = { distance = 1, specularity = [1, 0] }", "reflector.attenuation.specularity: [1.0, 0.0]"),
+        ("attenuation = { distance = 1, specularity = [0, 1], near = 1 }", "near: unknown key; known are: distance"),
+        ("diffuse = [0.5, 0.5, 0.5]", "reflector.diffuse: shows nowhere while all is reflection"),
+        ("fresnel = [0, 1]\ndiffuse = [2, 0, 0]", "every number must be from 0 to 1"),
+        ("ior = 1.5\nfresnel = [0, 1]", "reflector.fresnel: is for mirrors, not for lenses"),
+    ] {
+        let text = format!("{ball}{line}\n");
+        assert_error(&text, text.lines().count(), needle);
+    }
+    assert_error("blend = 3\n", 1, "blend: must be a table");
+    assert_error("[blend]\nball = 3\n", 2, "blend.ball: must be a table");
+    assert_error("\n[blend.ball]\n", 2, "blend.ball: says nothing; needed is `fresnel` or `attenuation`");
+    assert_error("[blend.ball]\nfresnel = [0, 1]\ntint = [1, 1, 1]\n", 3, "blend.ball.tint: unknown key");
+    assert_error("[blend.\"b*\"]\nfresnel = [0, 7]\n", 2, "blend.b*.fresnel: [0.0, 7.0]");
 }
 
 #[test]

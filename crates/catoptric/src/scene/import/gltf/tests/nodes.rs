@@ -1,6 +1,6 @@
 use super::*;
 use crate::scene::model::LocalTransform;
-use crate::scene::{LightKind, Projection, Role};
+use crate::scene::{Attenuation, Blend, LightKind, Projection, Role};
 use crate::surface::AnalyticSurface;
 use glam::Vec3;
 
@@ -138,7 +138,29 @@ fn extras_name_analytic_surfaces() {
     file.json["meshes"][0]["extras"] = json!({ "catoptric": { "surface": "plane", "size": [2, 4] } });
     let scene = file.scene();
     assert_eq!((scene.role_of(0), scene.material_of(0).name.as_str()), (Role::Diffuse, "red"));
+    let keys = json!({
+        "surface": "sphere", "radius": 1, "tint": [1, 1, 1], "fresnel": [0.25, 1], "diffuse": [0, 0, 1],
+        "attenuation": { "distance": 2, "specularity": [0, 1] },
+    });
+    file.json["meshes"][0]["extras"]["catoptric"] = keys;
+    let attenuation = Some(Attenuation { distance: 2.0, specularity: [0.0, 1.0] });
+    let blend = Blend { fresnel: Some([0.25, 1.0]), attenuation, diffuse: Some(Vec3::Z) };
+    assert_eq!(file.scene().material_of(0).blend, Some(blend));
+    // Over a material that is a mirror already.
+    file.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(1);
+    file.json["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = json!(0);
+    file.json["meshes"][0]["extras"]["catoptric"] = json!({ "surface": "sphere", "radius": 1, "fresnel": [0.5, 1] });
+    let scene = file.scene();
+    assert_eq!((scene.role_of(0), scene.material_of(0).name.as_str()), (Role::Reflector, "red"));
+    assert_eq!(scene.material_of(0).blend.and_then(|blend| blend.fresnel), Some([0.5, 1.0]));
+    file.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(0);
     for (keys, needle) in [
+        (json!({ "surface": "sphere", "radius": 1, "fresnel": [1, 0] }), "extras.catoptric.fresnel: [1.0, 0.0]"),
+        (json!({ "surface": "sphere", "radius": 1, "fresnel": [0, 1] }), "fresnel: is for mirrors, but the material"),
+        (json!({ "surface": "sphere", "radius": 1, "fresnel": 1 }), "fresnel: must be 2 finite numbers in brackets"),
+        (json!({ "surface": "sphere", "radius": 1, "attenuation": 1 }), "attenuation: must be an object"),
+        (json!({ "surface": "sphere", "radius": 1, "attenuation": { "distance": 1 } }), "specularity: missing"),
+        (json!({ "surface": "sphere", "radius": 1, "attenuation": { "far": 1 } }), "unknown field `far`"),
         (json!({ "surface": "torus", "major_radius": 1 }), "meshes[0].extras.catoptric.minor_radius: missing"),
         (json!({ "surface": "ellipsoid", "radii": [1, 2] }), "extras.catoptric.radii: must be 3 finite numbers"),
         (json!({ "surface": "egg" }), "supported are `plane`, `sphere`"),
