@@ -137,13 +137,11 @@ fn assert_no_worse(what: &str, id: &str, settings: &str, scene: &Scene, order: u
     let own = Some(Vec3::new(0.3, 0.45, 0.5));
     let attenuation = Some(Attenuation { distance: 2.0, specularity: [0.1, 1.0] });
     let plain = error(id, settings, &blended(scene, None), 1, order);
-    println!("{what}: flip {:.4}, over 0.1 {:.4}", plain.flip_mean, plain.over_0_1);
     for (fresnel, attenuation) in
         [(Some([0.2, 1.0]), None), (None, attenuation), (Some([0.2, 1.0]), attenuation), (Some([0.5, 0.5]), None)]
     {
         let blend = Blend { fresnel, attenuation, diffuse: own };
         let found = error(id, settings, &blended(scene, Some(blend)), 1, order);
-        println!("{what}, {fresnel:?} {attenuation:?}: flip {:.4}, over 0.1 {:.4}", found.flip_mean, found.over_0_1);
         assert!(found.flip_mean <= plain.flip_mean + more, "{what}, {blend:?}: {found:?} beside {plain:?}");
         assert!(found.over_0_1 <= plain.over_0_1 + more, "{what}, {blend:?}: {found:?} beside {plain:?}");
     }

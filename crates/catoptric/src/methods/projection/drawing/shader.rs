@@ -12,7 +12,8 @@ const SHORT: f32 = 1e-4;
 /// Walks along the surfaces that a fragment shows.
 ///
 /// Triangles of reflectors and lenses at which paths go on have groups other than 0; those of group 0 are black, but
-/// for what they scatter themselves. A mirror whose reflection fades with distance waits for the next surface. Where nothing is seen at the end of a path the environment is.
+/// for what they scatter themselves. A mirror whose reflection fades with distance waits for the next surface. Where
+/// nothing is seen at the end of a path the environment is.
 pub(in crate::methods::projection) struct PathShader<'a> {
     scene: &'a Scene,
     rays: ViewRays,
