@@ -5,6 +5,7 @@ pub mod exact_search;
 pub mod finder;
 pub mod path_perturbation;
 pub mod planar_mirror;
+mod polish;
 pub mod projected;
 pub mod projector;
 pub mod ray_map;

@@ -29,7 +29,7 @@ pub const MAX_PIECES: usize = 200_000;
 /// What depends on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
     mirrors: Mirrors,
-    tracer: Tracer,
+    tracer: Arc<Tracer>,
     topologies: MeshTopologies,
     welded: Vec<Arc<WeldedObject>>,
     meshes: HashMap<(u32, u32), (Arc<WeldedObject>, VirtualMesh)>,
@@ -94,7 +94,7 @@ impl VirtualScene {
         let mut prepared = match old {
             Some(old) => old,
             None => {
-                let tracer = Tracer::build(scene, |object| scene.role_of(object).is_specular());
+                let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
                 report.stages_ms.push(("bvh", watch.lap_ms()));
                 let topologies = MeshTopologies::of(scene);
                 report.stages_ms.push(("topology", watch.lap_ms()));
@@ -124,7 +124,7 @@ impl VirtualScene {
     }
 
     /// The hierarchy over reflectors and lenses alone.
-    pub fn tracer(&self) -> &Tracer {
+    pub fn tracer(&self) -> &Arc<Tracer> {
         &self.tracer
     }
 

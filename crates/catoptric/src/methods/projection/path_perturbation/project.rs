@@ -1,19 +1,16 @@
 //! Scene points to their appearances: candidates from the ray map, Taylor expansion, polish.
 
 use super::settings::{Candidates, PathPerturbationSettings};
+use crate::methods::projection::polish::{Effort, Polished, polished};
 use crate::methods::projection::ray_map::{
     Approximation, Attempts, Candidate, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap, RaySample,
 };
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
-use crate::optics::bundle::{Eye, OutgoingRays};
-use crate::optics::specular_solver::{first_order_bundle_of, solve_within};
+use crate::optics::bundle::Eye;
 use crate::scene::PreciseView;
 use crate::surface::site::SpecularSurfaces;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::cell::RefCell;
-
-/// Residuals of the specular constraint below this count as solved.
-const SOLVED_RESIDUAL: f64 = 1e-10;
 
 /// Two appearances on one sheet nearer than this, in pixels, are one: beside a fold the solver's answers scatter.
 const SAME_PX: f32 = 0.3;
@@ -229,33 +226,11 @@ impl Perturber<'_> {
     /// where the solver finds none, or one that meets surfaces from other sides.
     fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3, reach: f64) -> Option<Found> {
         let start = sample.sites_at(&self.surfaces, parameters)?;
-        let (most, enough) = (self.settings.polish, SOLVED_RESIDUAL);
-        let solution = solve_within(&self.surfaces, &self.eye, point, &start, most, enough, reach)?;
-        if !solution.converged {
-            return None;
-        }
-        let sites = &solution.sites;
-        // Beyond the border of the first surface stencils end what is seen; nothing ends it beyond those of the others.
-        let is_within = |k: usize| self.surfaces.is_within(sites.bounces[k].object, &sites.sites[k]);
-        if !(1..sites.count).all(is_within) {
-            return None;
-        }
-        let (bundle, outside) = first_order_bundle_of(&self.surfaces, &self.eye, sites)?;
-        if outside[..sites.count] != sample.outside[..sites.count] {
-            return None;
-        }
-        let rays = OutgoingRays::new(&bundle)?;
-        let last = sites.sites[sites.count - 1].position;
-        let distance = last.distance(point);
-        let focus = rays.focus(distance)?;
-        let first = &bundle.first.first;
-        let motion = Motion {
-            change: [0, 1].map(|i: usize| first[0] * focus[0][i] + first[1] * focus[1][i]),
-            across: rays.across,
-            focal_index: bundle.focal_points_passed + rays.focal_points_before(distance),
-        };
+        let effort = Effort { steps: self.settings.polish, reach, must_converge: true };
+        let found = polished(&self.surfaces, &self.eye, &start, &sample.outside, point, effort)?;
+        let Polished { sites, last, motion, .. } = found;
         let reflection_point = sites.sites[0].position;
-        let optical_length = sample.optical_length_along(&self.eye, sites, point);
+        let optical_length = sample.optical_length_along(&self.eye, &sites, point);
         Some(Found { reflection_point, last, motion, optical_length, left_out: DVec2::ZERO })
     }
 

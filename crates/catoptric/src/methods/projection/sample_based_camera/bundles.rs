@@ -1,12 +1,11 @@
 //! The leaves of kind `ray_bundle`: blocks of the ray map, halved until a leaf is accurate, found by beams.
 
+use super::cameras::{Builder, Counts};
 use super::fit::{Fit, Shape, is_accurate};
-use super::grid::{GridRay, PathRays};
+use super::grid::GridRay;
 use super::layout::BundleLeaf;
-use crate::math::Aabb;
 use crate::methods::projection::ray_map::{BeamTree, Reach};
 use crate::parallel;
-use crate::scene::PreciseView;
 use glam::{DVec3, Vec3};
 
 /// Rays are looked at for their spread at this share of the scene's size.
@@ -30,21 +29,13 @@ const NO_LEAF: u32 = u32::MAX;
 /// The leaves of one path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BundleTree {
-    pub(super) leaves: Vec<BundleLeaf>,
+    leaves: Vec<BundleLeaf>,
     beams: BeamTree,
     /// The leaf that each ray belongs to, or [`NO_LEAF`].
     leaf_of_ray: Vec<u32>,
     /// Leaves of the smallest size, whose fit is not accurate: they interpolate between their rays.
-    pub(super) interpolating_leaves: u64,
-    pub(super) rays_in_interpolating_leaves: u64,
-}
-
-/// What trees are built for.
-pub(super) struct Builder<'a> {
-    pub(super) group: &'a PathRays,
-    pub(super) view: &'a PreciseView,
-    pub(super) bounds: Aabb,
-    pub(super) accuracy_px: f64,
+    interpolating_leaves: u64,
+    rays_in_interpolating_leaves: u64,
 }
 
 /// A leaf with its rays.
@@ -54,27 +45,10 @@ struct Built {
     accurate: bool,
 }
 
-/// How far a ray goes until it leaves a box.
-pub(super) fn head(ray: &GridRay, bounds: &Aabb) -> f64 {
-    let (tail, direction) = (ray.tail, ray.direction);
-    let mut exit = f64::INFINITY;
-    for axis in 0..3 {
-        let limit = if direction[axis] > 0.0 { bounds.max[axis] } else { bounds.min[axis] };
-        let distance = (f64::from(limit) - tail[axis]) / direction[axis];
-        if distance.is_finite() {
-            exit = exit.min(distance.max(0.0));
-        }
-    }
-    if exit.is_finite() { exit } else { f64::from(bounds.diagonal()) }
-}
-
 impl Builder<'_> {
     /// The leaves over all rays of the path.
-    pub(super) fn build(&self) -> BundleTree {
-        let mut pieces = vec![Vec::new(); self.group.piece_count as usize];
-        for (ray, &piece) in self.group.piece_of_ray.iter().enumerate() {
-            pieces[piece as usize].push(ray as u32);
-        }
+    pub(super) fn bundle_tree(&self) -> BundleTree {
+        let pieces = self.pieces();
         let built: Vec<Built> = parallel::map_collect(pieces.len(), |piece| self.divided(&pieces[piece], piece as u32))
             .into_iter()
             .flatten()
@@ -151,7 +125,7 @@ impl Builder<'_> {
     fn fitted(&self, rays: &[u32]) -> Option<Fit> {
         let gathered = |indices: &mut dyn Iterator<Item = u32>| -> (Vec<GridRay>, Vec<f32>) {
             let rays = indices.map(|ray| self.group.rays[ray as usize]);
-            rays.map(|ray| (ray, head(&ray, &self.bounds) as f32)).unzip()
+            rays.map(|ray| (ray, self.head(&ray) as f32)).unzip()
         };
         let count = rays.len();
         let sampled = count > MOST_FITTED;
@@ -212,9 +186,9 @@ impl Builder<'_> {
 impl BundleTree {
     /// Calls `found` for every leaf whose beam holds a point.
     #[inline(always)]
-    pub(super) fn leaves_at(&self, point: Vec3, mut found: impl FnMut(u32)) {
+    pub(super) fn leaves_at(&self, point: Vec3, mut found: impl FnMut(&BundleLeaf)) {
         self.beams.visit(point.to_array(), |leaf| {
-            if (leaf as usize) < self.leaves.len() {
+            if let Some(leaf) = self.leaves.get(leaf as usize) {
                 found(leaf);
             }
         });
@@ -225,8 +199,14 @@ impl BundleTree {
         self.leaves.get(*self.leaf_of_ray.get(ray)? as usize)
     }
 
-    /// Memory of the tree.
-    pub(super) fn byte_count(&self) -> usize {
-        size_of_val(self.leaves.as_slice()) + self.beams.byte_count() + size_of_val(self.leaf_of_ray.as_slice())
+    pub(super) fn counts(&self) -> Counts {
+        let bytes =
+            size_of_val(self.leaves.as_slice()) + self.beams.byte_count() + size_of_val(self.leaf_of_ray.as_slice());
+        Counts {
+            leaves: self.leaves.len() as u64 - self.interpolating_leaves,
+            ray_lists: self.interpolating_leaves,
+            rays_in_lists: self.rays_in_interpolating_leaves,
+            bytes: bytes as u64,
+        }
     }
 }

@@ -247,11 +247,11 @@ fn basis(z: DVec2) -> [f64; TERMS] {
 
 /// Cholesky's method, in place: fits are too many for a library that allocates. None where the matrix (its lower half)
 /// is not positive definite.
-fn solved(
+pub(super) fn solved<const TERMS: usize, const OUTPUTS: usize>(
     mut matrix: [[f64; TERMS]; TERMS],
-    mut right: [[f64; PADDED]; TERMS],
+    mut right: [[f64; OUTPUTS]; TERMS],
     terms: usize,
-) -> Option<[[f64; PADDED]; TERMS]> {
+) -> Option<[[f64; OUTPUTS]; TERMS]> {
     for i in 0..terms {
         for j in 0..=i {
             let (row, other) = (matrix[i], matrix[j]);
@@ -264,7 +264,7 @@ fn solved(
             };
         }
     }
-    let subtract = |right: &mut [[f64; PADDED]; TERMS], from: usize, row: usize, factor: f64| {
+    let subtract = |right: &mut [[f64; OUTPUTS]; TERMS], from: usize, row: usize, factor: f64| {
         let known = right[row];
         right[from].iter_mut().zip(known).for_each(|(sum, known)| *sum -= factor * known);
     };

@@ -342,6 +342,17 @@ impl PathRays {
             .collect()
     }
 
+    /// The rays of a piece in the square whose corners are four regular rays, the first at `cell`.
+    pub(super) fn in_unit(&self, cell: [u32; 2], piece: u32) -> impl Iterator<Item = usize> {
+        let low = cell.map(i64::from);
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
+        let rays = corners.into_iter().flat_map(move |(right, down)| self.in_cell(low[0] + right, low[1] + down));
+        rays.filter(move |&ray| {
+            let inside = |axis: usize| (0.0..=1.0).contains(&(self.rays[ray].place[axis] - cell[axis] as f32));
+            self.piece_of_ray[ray] == piece && inside(0) && inside(1)
+        })
+    }
+
     /// The cell that a ray is nearest to.
     pub(super) fn cell_of(&self, ray: usize) -> [i64; 2] {
         self.rays[ray].place.map(|place| place.round() as i64)

@@ -39,3 +39,55 @@ pub(super) struct BundleLeaf {
     pub(super) high_cell: [u32; 2],
     pub(super) coefficients: [[f32; TERMS]; OUTPUTS],
 }
+
+/// Terms of a polynomial of degree 2 in two variables: `1, u, v, uu, uv, vv`.
+pub(super) const PINHOLE_TERMS: usize = 6;
+
+/// What a pinhole's polynomials give: the first bounce point (3, from the image plane's origin), the optical length to
+/// the tail, where tails are along the mean direction.
+pub(super) const PINHOLE_OUTPUTS: usize = 5;
+
+/// A leaf of kind `pinhole`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct PinholeLeaf {
+    /// The centre of projection, unless the camera is affine.
+    pub(super) center: [f32; 3],
+    pub(super) is_affine: u32,
+    /// A point of the image plane: the middle of the tails.
+    pub(super) origin: [f32; 3],
+    /// Index of refraction of what its rays run through.
+    pub(super) medium: f32,
+    /// The image plane's unit normal.
+    pub(super) normal: [f32; 3],
+    /// By this the polynomials' own normal points to the side that is seen.
+    pub(super) side: f32,
+    /// The mean direction of its rays.
+    pub(super) direction: [f32; 3],
+    /// Root mean square of the errors of first bounce points.
+    pub(super) first_error: f32,
+    /// Axes of the image plane over the extent of its tails.
+    pub(super) axes: [[f32; 3]; 2],
+    /// The frustum: image coordinates of its tails and heads lie between these.
+    pub(super) low: [f32; 2],
+    pub(super) high: [f32; 2],
+    pub(super) coefficients: [[f32; PINHOLE_TERMS]; PINHOLE_OUTPUTS],
+}
+
+/// A node of the paper's tree: a splitting plane.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct SplitNode {
+    /// Points with `normal . point > offset` are looked for in the first child, others in the second.
+    pub(super) normal: [f32; 3],
+    pub(super) offset: f32,
+    /// Numbers of nodes, or with [`Self::LEAF`] of cameras; [`Self::LIST`] where rays are listed.
+    pub(super) children: [u32; 2],
+}
+
+impl SplitNode {
+    /// This bit marks numbers of cameras.
+    pub(super) const LEAF: u32 = 1 << 31;
+    /// A list of rays.
+    pub(super) const LIST: u32 = u32::MAX;
+}

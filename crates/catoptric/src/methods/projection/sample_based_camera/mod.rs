@@ -3,16 +3,19 @@
 //! See this folder's `README.md`.
 
 mod answer;
+mod bsp;
 mod bundle;
 mod bundles;
+mod cameras;
 mod fit;
 mod grid;
 mod layout;
 mod pieces;
+mod pinhole;
 mod project;
 mod settings;
 
-pub use settings::SampleBasedCameraSettings;
+pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -25,9 +28,12 @@ use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report,
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::{PreciseView, Scene, View};
-use bundles::{Builder, BundleTree};
+use crate::surface::site::SpecularSurfaces;
+use crate::surface::tracer::Tracer;
+use cameras::{Builder, Cameras, Counts};
 use grid::RayGrid;
 use project::CameraProjector;
+use std::sync::Arc;
 
 /// What sample-based cameras are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -57,8 +63,8 @@ struct Frame {
     view: View,
     order: u32,
     grid: RayGrid,
-    /// The tree of each group of the grid.
-    trees: Vec<BundleTree>,
+    /// The cameras of each group of the grid.
+    cameras: Vec<Cameras>,
 }
 
 impl SampleBasedCamera {
@@ -85,13 +91,13 @@ impl SampleBasedCamera {
         report.stages_ms.push(("ray_map", watch.lap_ms()));
         report.counts.insert("rays_traced", grid.traced);
         let view = PreciseView::new(job.view);
-        let trees = parallel::map_collect(grid.groups.len(), |group| {
+        let cameras = parallel::map_collect(grid.groups.len(), |group| {
             let group = &grid.groups[group];
             let accuracy_px = self.settings.accuracy_px.into();
-            Builder { group, view: &view, bounds: job.scene.bounds, accuracy_px }.build()
+            Builder { group, view: &view, bounds: job.scene.bounds, accuracy_px }.cameras(self.settings.camera)
         });
         report.stages_ms.push(("build", watch.lap_ms()));
-        self.frame = Some(Frame { view: job.view.clone(), order, grid, trees });
+        self.frame = Some(Frame { view: job.view.clone(), order, grid, cameras });
         prepared.forget_meshes();
         Ok(())
     }
@@ -105,16 +111,27 @@ fn unprepared() -> RenderError {
     RenderError::Limit { method: INFO.id, problem: "it has not been prepared for the scene".into() }
 }
 
-fn projector<'a>(settings: &SampleBasedCameraSettings, frame: &'a Frame, job: &Job<'_>) -> CameraProjector<'a> {
+fn projector<'a>(
+    settings: &SampleBasedCameraSettings,
+    frame: &'a Frame,
+    job: &Job<'a>,
+    tracer: Arc<Tracer>,
+    surfaces: SpecularSurfaces<'a>,
+) -> CameraProjector<'a> {
     let sizes = job.scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
     CameraProjector {
         grid: &frame.grid,
-        trees: &frame.trees,
+        cameras: &frame.cameras,
         paths: frame.grid.groups.iter().map(|group| group.path.clone()).collect(),
         eye: eye_of(job.view),
         view: PreciseView::new(job.view),
+        field: ViewField::new(job.view, margin_px(settings)),
+        scene: job.scene,
+        tracer,
+        surfaces,
         margin_px: margin_px(settings).into(),
         accuracy_px: settings.accuracy_px,
+        polish: settings.polish,
         sizes: sizes.collect(),
     }
 }
@@ -132,14 +149,16 @@ impl ReflectionMethod for SampleBasedCamera {
         let mut report = Report::default();
         self.build(job, &mut report)?;
         let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
-        let sum = |count: fn(&BundleTree) -> u64| frame.trees.iter().map(count).sum::<u64>();
+        let counts: Vec<Counts> = frame.cameras.iter().map(Cameras::counts).collect();
+        let sum = |count: fn(&Counts) -> u64| counts.iter().map(count).sum::<u64>();
         report.counts.insert("ray_map_rays", frame.grid.groups.iter().map(|group| group.rays.len() as u64).sum());
-        report.counts.insert("leaves", sum(|tree| tree.leaves.len() as u64));
-        report.counts.insert("interpolating_leaves", sum(|tree| tree.interpolating_leaves));
-        report.counts.insert("rays_in_interpolating_leaves", sum(|tree| tree.rays_in_interpolating_leaves));
+        report.counts.insert("leaves", sum(|counts| counts.leaves));
+        report.counts.insert("ray_lists", sum(|counts| counts.ray_lists));
+        report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
         report.counts.insert("pieces", frame.grid.groups.iter().map(|group| u64::from(group.piece_count)).sum());
-        report.bytes.insert("trees", sum(|tree| tree.byte_count() as u64));
-        let projector = projector(&self.settings, frame, job);
+        report.bytes.insert("cameras", sum(|counts| counts.bytes));
+        let (tracer, surfaces) = (scene.tracer().clone(), scene.surfaces(job.scene));
+        let projector = projector(&self.settings, frame, job, tracer, surfaces);
         let quality = MeshQuality {
             edge_error_px: self.settings.edge_error_px,
             piece_px: self.settings.piece_px,
@@ -152,7 +171,8 @@ impl ReflectionMethod for SampleBasedCamera {
 
     fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
         self.build(job, &mut Report::default())?;
-        let frame = self.frame.as_ref().ok_or_else(unprepared)?;
-        Ok(Some(Box::new(projector(&self.settings, frame, job))))
+        let (Some(scene), Some(frame)) = (&self.scene, &self.frame) else { return Err(unprepared()) };
+        let (tracer, surfaces) = (scene.tracer().clone(), scene.surfaces(job.scene));
+        Ok(Some(Box::new(projector(&self.settings, frame, job, tracer, surfaces))))
     }
 }

@@ -1,14 +1,16 @@
-//! Scene points to their appearances through the leaves of sample-based cameras.
+//! Scene points to their appearances through the cameras.
 
-use super::answer::Answer;
-use super::bundle::{ask, ask_near};
-use super::bundles::BundleTree;
+use super::cameras::{Cameras, Seen};
 use super::grid::RayGrid;
-use super::layout::BundleLeaf;
+use crate::methods::projection::polish::{Effort, Polished, polished};
+use crate::methods::projection::ray_map::{RayField, RaySample, Specular, ViewField, follow};
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::Eye;
-use crate::scene::PreciseView;
+use crate::scene::{PreciseView, Scene};
+use crate::surface::site::SpecularSurfaces;
+use crate::surface::tracer::Tracer;
 use glam::{DVec3, Vec2, Vec3};
+use std::sync::Arc;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
 const TOUCHING: f64 = 2e-4;
@@ -19,15 +21,29 @@ const BEYOND_BLOCK: f64 = 0.75;
 /// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy.
 const SAME: f32 = 3.0;
 
+/// Polished answers are one when they are nearer than this, in pixels: beside folds the solver's answers scatter.
+const SAME_POLISHED_PX: f32 = 0.3;
+
+/// Polish may move an answer by so many cells.
+const POLISH_REACH: f64 = 3.0;
+
 /// Projects scene points by the cameras of one view.
 pub(super) struct CameraProjector<'a> {
     pub(super) grid: &'a RayGrid,
-    pub(super) trees: &'a [BundleTree],
+    /// The cameras of each group of the grid.
+    pub(super) cameras: &'a [Cameras],
     pub(super) paths: Vec<SpecularPath>,
     pub(super) eye: Eye,
     pub(super) view: PreciseView,
+    /// The rays of the grid.
+    pub(super) field: ViewField,
+    pub(super) scene: &'a Scene,
+    pub(super) tracer: Arc<Tracer>,
+    pub(super) surfaces: SpecularSurfaces<'a>,
     pub(super) margin_px: f64,
     pub(super) accuracy_px: f32,
+    /// Steps of the solver, or 0.
+    pub(super) polish: u32,
     /// The size of every object.
     pub(super) sizes: Vec<f64>,
 }
@@ -38,38 +54,38 @@ impl VertexProjector for CameraProjector<'_> {
     }
 
     fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
-        let Some(tree) = self.trees.get(path as usize) else { return };
+        let Some(cameras) = self.cameras.get(path as usize) else { return };
         if !point.is_finite() {
             return;
         }
         let start = found.len();
-        let mut answers = Vec::new();
-        tree.leaves_at(point, |leaf| {
-            let leaf = &tree.leaves[leaf as usize];
-            ask(leaf, point, &mut answers);
-            for answer in answers.drain(..) {
-                self.take(path, leaf, &answer, start, found);
+        let apart_px = if self.polish > 0 { SAME_POLISHED_PX } else { SAME * self.accuracy_px };
+        cameras.ask(&self.grid.groups[path as usize], point, |seen| {
+            let Some(projection) = self.projection(path, seen, point) else { return };
+            let same = |other: &Projection| {
+                other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
+            };
+            if !found[start..].iter().any(same) {
+                found.push(projection);
             }
         });
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
-        let (Some(tree), Some(group)) = (self.trees.get(one.path as usize), self.grid.groups.get(one.path as usize))
-        else {
-            return;
-        };
+        let path = one.path as usize;
+        let (Some(cameras), Some(group)) = (self.cameras.get(path), self.grid.groups.get(path)) else { return };
         let mut place = self.cell_of([one.image_px.x.into(), one.image_px.y.into()]);
         let mut first = one.reflection_point.as_dvec3();
         // In the leaf where the appearance is, and if it has moved out of it in that one.
         for _ in 0..2 {
-            let Some(leaf) = group.nearest(place).and_then(|ray| tree.leaf_of(ray)) else { break };
-            let Some(answer) = ask_near(leaf, point, first) else { break };
-            if let Some(projection) = self.projection(one.path, leaf, &answer) {
+            let near = group.nearest(place).and_then(|ray| cameras.ask_near(ray, point, first));
+            let Some(seen) = near else { break };
+            if let Some(projection) = self.projection(one.path, &seen, point) {
                 found.push(projection);
                 return;
             }
-            let Some(seen) = self.view.place_of(answer.first) else { break };
-            (place, first) = (self.cell_of(seen), answer.first);
+            let Some(moved) = self.view.place_of(seen.answer.first) else { break };
+            (place, first) = (self.cell_of(moved), seen.answer.first);
         }
         self.project_on(one.path, point, found);
     }
@@ -81,32 +97,20 @@ impl CameraProjector<'_> {
         pixel.map(|pixel| (pixel + self.margin_px) / f64::from(self.grid.spacing_px) - 0.5)
     }
 
-    /// Appends a leaf's answer unless it is none, or one that another leaf has given.
-    fn take(&self, path: u32, leaf: &BundleLeaf, answer: &Answer, start: usize, found: &mut Vec<Projection>) {
-        let Some(projection) = self.projection(path, leaf, answer) else { return };
-        let same = |other: &Projection| {
-            other.focal_index == projection.focal_index
-                && other.image_px.distance(projection.image_px) < SAME * self.accuracy_px
-        };
-        if !found[start..].iter().any(same) {
-            found.push(projection);
-        }
-    }
-
-    /// A leaf's answer as an appearance; none outside the leaf's block of rays.
-    fn projection(&self, path: u32, leaf: &BundleLeaf, answer: &Answer) -> Option<Projection> {
+    /// A camera's answer as an appearance; none where the rays that it is meant for are not.
+    fn projection(&self, path: u32, seen: &Seen, point: Vec3) -> Option<Projection> {
+        let answer = &seen.answer;
         let object = self.paths[path as usize].bounces.last()?.object;
         if f64::from(answer.last_segment) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
         // Polynomials go on beyond the silhouette, to the side that is not seen.
-        let towards: DVec3 = self.eye.direction_to(answer.first)?;
-        if towards.dot(answer.normal.as_dvec3()) >= 0.0 {
+        if self.eye.direction_to(answer.first)?.dot(answer.normal.as_dvec3()) >= 0.0 {
             return None;
         }
         let [x, y] = self.view.place_of(answer.first)?;
         let place = self.cell_of([x, y]);
-        if !self.is_within(path, leaf, place) {
+        if !self.is_within(path, seen, place) {
             return None;
         }
         let gradients = self.view.place_change(answer.first).map(DVec3::as_vec3);
@@ -124,27 +128,93 @@ impl CameraProjector<'_> {
             last_segment: answer.last_segment,
             error_px: answer.lateral_error * largest,
         };
+        match self.polish {
+            0 => projection.if_meaningful(),
+            _ => self.polished(path, seen, place, projection, point),
+        }
+    }
+
+    /// An appearance made exact by the solver, from the bounces of the ray next to it; as it is where the solver does
+    /// not get there in the steps that it has, none where it finds that there is no such path.
+    fn polished(
+        &self,
+        path: u32,
+        seen: &Seen,
+        place: [f64; 2],
+        as_seen: Projection,
+        point: Vec3,
+    ) -> Option<Projection> {
+        let group = &self.grid.groups[path as usize];
+        let ray = &group.rays[group.nearest(place)?];
+        let spacing = self.grid.spacing_px;
+        let [x, y] = ray.place.map(|place| (place + 0.5) * spacing);
+        let (view_ray, near) = self.field.ray(x, y);
+        let order = self.paths[path as usize].bounces.len() as u32;
+        let specular = Specular { scene: self.scene, tracer: &self.tracer, surfaces: &self.surfaces, order };
+        let mut sample: Option<RaySample> = None;
+        follow(&specular, &self.eye, &view_ray, near, &mut |other, followed| {
+            if other == self.paths[path as usize] {
+                sample = Some(followed);
+            }
+        });
+        let Some(sample) = sample else { return as_seen.if_meaningful() };
+        let parameters = sample.parameters_of(seen.answer.first);
+        let Some(start) = sample.sites_at(&self.surfaces, parameters) else { return as_seen.if_meaningful() };
+        let reach = POLISH_REACH * (ray.first.distance(seen.answer.first)).max(self.cell_size_at(ray.first));
+        let effort = Effort { steps: self.polish, reach, must_converge: false };
+        let exact = point.as_dvec3();
+        let found = polished(&self.surfaces, &self.eye, &start, &sample.outside, exact, effort)?;
+        let Polished { sites, last, motion, converged } = found;
+        if !converged {
+            return as_seen.if_meaningful();
+        }
+        let first = sites.sites[0].position;
+        let [x, y] = self.view.place_of(first)?;
+        if !self.is_within(path, &Seen { cells: None, ..*seen }, self.cell_of([x, y])) {
+            return None;
+        }
+        let image_change = self.view.place_change(first).map(|gradient| {
+            let [right, up] = motion.change.map(|change| gradient.dot(change));
+            (motion.across[0] * right + motion.across[1] * up).as_vec3()
+        });
+        let projection = Projection {
+            path,
+            focal_index: motion.focal_index,
+            image_px: Vec2::new(x as f32, y as f32),
+            image_change,
+            path_length: sample.optical_length_along(&self.eye, &sites, exact) as f32,
+            reflection_point: first.as_vec3(),
+            last_segment: last.distance(exact) as f32,
+            error_px: 0.0,
+        };
         projection.if_meaningful()
     }
 
-    /// Whether a place, in cells, is among the rays of a leaf, or beside them where its piece ends.
-    fn is_within(&self, path: u32, leaf: &BundleLeaf, place: [f64; 2]) -> bool {
+    /// About how far apart on the first surface neighbouring rays are, seen face on.
+    fn cell_size_at(&self, first: DVec3) -> f64 {
+        let [right, down] = self.view.place_change(first).map(DVec3::length);
+        f64::from(self.grid.spacing_px) / right.max(down).max(1e-12)
+    }
+
+    /// Whether a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
+    fn is_within(&self, path: u32, seen: &Seen, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
         let leeway = f64::from(self.accuracy_px / self.grid.spacing_px);
         for axis in 0..2 {
-            let (low, high) = (f64::from(leaf.low_cell[axis]), f64::from(leaf.high_cell[axis]));
-            let (beyond, next) =
-                if place[axis] > high { (place[axis] - high, high + 1.0) } else { (low - place[axis], low - 1.0) };
+            let Some([low_cell, high_cell]) = seen.cells else { break };
+            let (low, high) = (f64::from(low_cell[axis]), f64::from(high_cell[axis]));
+            let above = place[axis] > high;
+            let (beyond, next) = if above { (place[axis] - high, high + 1.0) } else { (low - place[axis], low - 1.0) };
             if beyond <= leeway {
                 continue;
             }
             let mut cell = place.map(|place| place.round() as i64);
             cell[axis] = next as i64;
-            let goes_on = group.regular(cell[0], cell[1]).is_some_and(|ray| group.piece_of_ray[ray] == leaf.piece);
+            let goes_on = group.regular(cell[0], cell[1]).is_some_and(|ray| group.piece_of_ray[ray] == seen.piece);
             if beyond > BEYOND_BLOCK || goes_on {
                 return false;
             }
         }
-        group.piece_at(place) == Some(leaf.piece)
+        group.piece_at(place) == Some(seen.piece)
     }
 }

@@ -1,33 +1,90 @@
 //! The settings of sample-based cameras.
 
+use crate::error::RenderError;
 use crate::methods::{Settings, within};
 use serde::{Deserialize, Serialize};
+
+/// What a leaf is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CameraKind {
+    /// Ours: polynomials over surface coordinates, in blocks of the ray map.
+    #[default]
+    RayBundle,
+    /// The paper's: pinholes with a quadratic map, in a tree of splitting planes.
+    Pinhole,
+}
+
+/// Settings that go together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// A quarter of the resolution, one pixel: for previews.
+    Fast,
+    /// Half the resolution, a tenth of a pixel.
+    #[default]
+    Balanced,
+    /// As balanced, and every vertex made exact by the solver.
+    Exact,
+    /// As in the paper: pinholes, half the resolution, one pixel.
+    Faithful,
+}
 
 /// Settings of sample-based cameras.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SampleBasedCameraSettings {
+    /// Where the other settings start from.
+    pub preset: Preset,
+    /// What leaves are.
+    pub camera: CameraKind,
     /// Leaves see the points of their rays at most this far from where they belong, in pixels.
     pub accuracy_px: f32,
     /// A ray every so many pixels.
     pub downsampling: u32,
+    /// Steps of the solver that makes appearances exact; 0 leaves them as the cameras have them.
+    pub polish: u32,
     /// Edges of virtual geometry are divided until they are this near to where they belong.
     pub edge_error_px: f32,
     /// Pieces that appear in part are divided down to this size.
     pub piece_px: f32,
 }
 
+impl SampleBasedCameraSettings {
+    /// The settings of a preset.
+    pub const fn preset(preset: Preset) -> Self {
+        let balanced = Self {
+            preset,
+            camera: CameraKind::RayBundle,
+            accuracy_px: 0.1,
+            downsampling: 2,
+            polish: 0,
+            edge_error_px: 0.15,
+            piece_px: 0.75,
+        };
+        match preset {
+            Preset::Fast => Self { accuracy_px: 1.0, downsampling: 4, edge_error_px: 0.5, piece_px: 3.0, ..balanced },
+            Preset::Balanced => balanced,
+            Preset::Exact => Self { polish: 8, ..balanced },
+            Preset::Faithful => Self { camera: CameraKind::Pinhole, accuracy_px: 1.0, edge_error_px: 0.5, ..balanced },
+        }
+    }
+}
+
 impl Default for SampleBasedCameraSettings {
     fn default() -> Self {
-        Self { accuracy_px: 0.1, downsampling: 2, edge_error_px: 0.15, piece_px: 0.75 }
+        Self::preset(Preset::default())
     }
 }
 
 impl Settings for SampleBasedCameraSettings {
     const METHOD: &'static str = "sample_based_camera";
     const HELP: &'static [(&'static str, &'static str)] = &[
+        ("preset", "what the other settings start from: fast, balanced, exact or faithful (to the paper)"),
+        ("camera", "ray_bundle: polynomials over surface coordinates; pinhole: the paper's, with splitting planes"),
         ("accuracy_px", "leaves see the points of their rays at most this far from where they belong, 0.01 to 100"),
         ("downsampling", "a ray every so many pixels, 1 to 64"),
+        ("polish", "steps of the solver that makes every appearance exact, 0 (none) to 100"),
         (
             "edge_error_px",
             "edges of virtual geometry are divided until they are this near to where they belong, 0.01 to 100",
@@ -38,7 +95,22 @@ impl Settings for SampleBasedCameraSettings {
     fn check(&self) -> Result<(), String> {
         within("accuracy_px", self.accuracy_px, 0.01, 100.0)?;
         within("downsampling", self.downsampling as f32, 1.0, 64.0)?;
+        within("polish", self.polish as f32, 0.0, 100.0)?;
         within("edge_error_px", self.edge_error_px, 0.01, 100.0)?;
         within("piece_px", self.piece_px, 0.1, 100.0)
+    }
+
+    fn from_table(table: &toml::Table) -> Result<Self, RenderError> {
+        let fail = |problem: String| RenderError::Setting { method: Self::METHOD, problem };
+        let read = |table: toml::Table| -> Result<Self, RenderError> {
+            let read = toml::Value::Table(table).try_into();
+            read.map_err(|error: toml::de::Error| fail(error.to_string().trim().replace('\n', " ")))
+        };
+        // What the table does not name has the preset's value.
+        let given = read(table.clone())?;
+        let preset = toml::Table::try_from(Self::preset(given.preset)).map_err(|error| fail(error.to_string()))?;
+        let settings = read(preset.into_iter().chain(table.clone()).collect())?;
+        settings.check().map_err(fail)?;
+        Ok(settings)
     }
 }

@@ -1,0 +1,71 @@
+//! The polish step of every projection method: Newton's method on the specular constraint, from where an approximation
+//! has put the bounces.
+
+use super::ray_map::Motion;
+use crate::optics::bundle::{Eye, OutgoingRays};
+use crate::optics::specular_solver::{PathSites, first_order_bundle_of, solve_within};
+use crate::surface::site::SpecularSurfaces;
+use glam::DVec3;
+
+/// Residuals of the specular constraint below this count as solved.
+pub(super) const SOLVED_RESIDUAL: f64 = 1e-10;
+
+/// How far the solver may go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Steps at most.
+    pub(super) steps: u32,
+    /// The first bounce may end up so far from where it started.
+    pub(super) reach: f64,
+    /// Whether paths whose residual is not below [`SOLVED_RESIDUAL`] by then are worth nothing.
+    pub(super) must_converge: bool,
+}
+
+/// A path through a scene point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Polished {
+    pub(super) sites: PathSites,
+    /// The last bounce point.
+    pub(super) last: DVec3,
+    /// How the first bounce point moves with the scene point.
+    pub(super) motion: Motion,
+    /// Whether the residual is below [`SOLVED_RESIDUAL`].
+    pub(super) converged: bool,
+}
+
+/// The path near `start` that leads to a point; none where the solver finds none, or one that meets surfaces from other
+/// sides than `outside` says.
+pub(super) fn polished(
+    surfaces: &SpecularSurfaces<'_>,
+    eye: &Eye,
+    start: &PathSites,
+    outside: &[bool],
+    point: DVec3,
+    effort: Effort,
+) -> Option<Polished> {
+    let solution = solve_within(surfaces, eye, point, start, effort.steps, SOLVED_RESIDUAL, effort.reach)?;
+    if effort.must_converge && !solution.converged {
+        return None;
+    }
+    let sites = solution.sites;
+    // Beyond the border of the first surface stencils end what is seen; nothing ends it beyond those of the others.
+    let is_within = |k: usize| surfaces.is_within(sites.bounces[k].object, &sites.sites[k]);
+    if !(1..sites.count).all(is_within) {
+        return None;
+    }
+    let (bundle, met_outside) = first_order_bundle_of(surfaces, eye, &sites)?;
+    if met_outside[..sites.count] != outside[..sites.count] {
+        return None;
+    }
+    let rays = OutgoingRays::new(&bundle)?;
+    let last = sites.sites[sites.count - 1].position;
+    let distance = last.distance(point);
+    let focus = rays.focus(distance)?;
+    let first = &bundle.first.first;
+    let motion = Motion {
+        change: [0, 1].map(|i: usize| first[0] * focus[0][i] + first[1] * focus[1][i]),
+        across: rays.across,
+        focal_index: bundle.focal_points_passed + rays.focal_points_before(distance),
+    };
+    Some(Polished { sites, last, motion, converged: solution.converged })
+}

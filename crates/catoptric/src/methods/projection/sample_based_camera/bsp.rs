@@ -1,0 +1,231 @@
+//! The paper's tree: splitting planes, pinholes in its leaves, and lists of rays where no split helps (Popescu, Sacks,
+//! Mei 2006, Figure 10).
+
+use super::bundle;
+use super::cameras::{Builder, Counts, Seen};
+use super::fit::{Fit, Shape};
+use super::grid::{GridRay, PathRays};
+use super::layout::{BundleLeaf, PinholeLeaf, SplitNode};
+use super::pinhole;
+use crate::methods::projection::ray_map::{BeamTree, Reach};
+use crate::parallel;
+use glam::{DVec3, Vec3};
+use std::collections::BTreeSet;
+
+/// Cells of lists are looked for by beams, whose spread is measured at this share of the scene's size.
+const TYPICAL_SHARE: f64 = 0.25;
+
+/// A fit is tried on at most so many rays first.
+const MOST_FITTED: usize = 120;
+
+/// A split whose sides together have more than this many times its rays is none: four by four rays are still split.
+const MOST_SHARED: f64 = 1.5;
+
+/// Subsets with more rays are worked on by another thread.
+const PARALLEL_RAYS: usize = 600;
+
+/// The trees of one path: one for each connected region of rays.
+#[derive(Clone, Debug, Default)]
+pub(super) struct PinholeTrees {
+    /// Where the tree of each piece starts: a number as in [`SplitNode::children`].
+    roots: Vec<u32>,
+    nodes: Vec<SplitNode>,
+    leaves: Vec<PinholeLeaf>,
+    /// The cells of listed rays: their first column and row, and their piece.
+    cells: Vec<([u32; 2], u32)>,
+    beams: BeamTree,
+    lists: u64,
+    listed_rays: u64,
+}
+
+/// A tree as it is built.
+enum Branch {
+    Camera(Box<PinholeLeaf>),
+    List(Vec<u32>),
+    Split { normal: Vec3, offset: f32, children: Box<[Branch; 2]> },
+}
+
+impl Builder<'_> {
+    /// The trees over all rays of the path.
+    pub(super) fn pinhole_trees(&self) -> PinholeTrees {
+        let group = self.group;
+        let heads: Vec<f32> = group.rays.iter().map(|ray| self.head(ray) as f32).collect();
+        let pieces = self.pieces();
+        let branches = parallel::map_collect(pieces.len(), |piece| self.branch(&pieces[piece], &heads));
+        let mut trees = PinholeTrees::default();
+        let mut cells = BTreeSet::new();
+        for (piece, branch) in branches.into_iter().enumerate() {
+            let root = self.add(branch, piece as u32, &mut trees, &mut cells);
+            trees.roots.push(root);
+        }
+        trees.cells =
+            cells.into_iter().filter(|(cell, piece)| self.group.in_unit(*cell, *piece).count() >= 3).collect();
+        let (mut reaches, mut ends) = (Vec::new(), Vec::new());
+        for (cell, piece) in &trees.cells {
+            let rays = group.in_unit(*cell, *piece).map(|ray| &group.rays[ray]);
+            reaches.extend(rays.map(|ray| Reach::of_ray(ray.tail, ray.direction)));
+            ends.push(reaches.len());
+        }
+        trees.beams = BeamTree::new(&reaches, ends, TYPICAL_SHARE * f64::from(self.bounds.diagonal()));
+        trees
+    }
+
+    fn gathered(&self, rays: impl Iterator<Item = u32>, heads: &[f32]) -> (Vec<GridRay>, Vec<f32>) {
+        rays.map(|ray| (self.group.rays[ray as usize], heads[ray as usize])).unzip()
+    }
+
+    fn camera(&self, rays: &[u32], heads: &[f32]) -> Option<PinholeLeaf> {
+        let accurate = |leaf: &PinholeLeaf, some: &(Vec<GridRay>, Vec<f32>)| {
+            pinhole::is_accurate(leaf, &some.0, &some.1, self.view, self.accuracy_px)
+        };
+        if rays.len() > MOST_FITTED {
+            let some = self.gathered(rays.iter().copied().step_by(rays.len().div_ceil(MOST_FITTED)), heads);
+            // Half as much again: a fit to all rays is a little better for them.
+            let tried = pinhole::fit(&some.0, &some.1)?;
+            if !pinhole::is_accurate(&tried, &some.0, &some.1, self.view, 1.5 * self.accuracy_px) {
+                return None;
+            }
+        }
+        let all = self.gathered(rays.iter().copied(), heads);
+        pinhole::fit(&all.0, &all.1).filter(|leaf| accurate(leaf, &all))
+    }
+
+    fn branch(&self, rays: &[u32], heads: &[f32]) -> Branch {
+        if let Some(camera) = self.camera(rays, heads) {
+            return Branch::Camera(Box::new(camera));
+        }
+        let Some((normal, offset)) = self.plane(rays) else { return Branch::List(rays.to_vec()) };
+        let sides: Vec<[bool; 2]> = rays.iter().map(|&ray| self.sides(ray, normal, offset, heads)).collect();
+        let subset = |side: usize| -> Vec<u32> {
+            rays.iter().zip(&sides).filter(|(_, sides)| sides[side]).map(|(ray, _)| *ray).collect()
+        };
+        let (positive, negative) = (subset(0), subset(1));
+        // The paper's rule, which alone would go on for as long as a ray less is left on each side.
+        let fails = positive.len() == rays.len() || negative.len() == rays.len();
+        if fails || (positive.len() + negative.len()) as f64 > MOST_SHARED * rays.len() as f64 {
+            return Branch::List(rays.to_vec());
+        }
+        let children = parallel::join(
+            rays.len() > PARALLEL_RAYS,
+            || self.branch(&positive, heads),
+            || self.branch(&negative, heads),
+        );
+        Branch::Split { normal: normal.as_vec3(), offset: offset as f32, children: Box::new(children.into()) }
+    }
+
+    /// The splitting plane: through the middle of the tails, along the mean direction, across the tails' diameter.
+    fn plane(&self, rays: &[u32]) -> Option<(DVec3, f64)> {
+        let rays = || rays.iter().map(|&ray| &self.group.rays[ray as usize]);
+        let center = rays().map(|ray| ray.tail).sum::<DVec3>() / rays().count() as f64;
+        let direction = rays().map(|ray| ray.direction).sum::<DVec3>().try_normalize()?;
+        let farthest = |from: DVec3| {
+            let tails = rays().map(|ray| ray.tail);
+            tails.max_by(|a, b| a.distance_squared(from).total_cmp(&b.distance_squared(from)))
+        };
+        let one = farthest(center)?;
+        let diameter = farthest(one)? - one;
+        let normal = diameter.reject_from_normalized(direction).try_normalize()?;
+        Some((normal, center.dot(normal)))
+    }
+
+    /// On which sides of a plane a ray is with its unit frustum: the four rays around it.
+    fn sides(&self, ray: u32, normal: DVec3, offset: f64, heads: &[f32]) -> [bool; 2] {
+        let group = self.group;
+        let [column, row] = group.cell_of(ray as usize);
+        let piece = group.piece_of_ray[ray as usize];
+        let corners = [(1, 1), (1, -1), (-1, 1), (-1, -1)];
+        let around = corners.iter().filter_map(|(right, down)| group.regular(column + right, row + down));
+        let mut sides = [false; 2];
+        for ray in around.filter(|&ray| group.piece_of_ray[ray] == piece).chain([ray as usize]) {
+            let ends = &group.rays[ray];
+            for end in [ends.tail, ends.tail + ends.direction * f64::from(heads[ray])] {
+                sides[usize::from(end.dot(normal) <= offset)] = true;
+            }
+        }
+        sides
+    }
+
+    /// Appends a tree; its number as in [`SplitNode::children`].
+    fn add(&self, branch: Branch, piece: u32, trees: &mut PinholeTrees, cells: &mut BTreeSet<([u32; 2], u32)>) -> u32 {
+        match branch {
+            Branch::Camera(leaf) => {
+                trees.leaves.push(*leaf);
+                SplitNode::LEAF | (trees.leaves.len() - 1) as u32
+            }
+            Branch::List(rays) => {
+                trees.lists += 1;
+                trees.listed_rays += rays.len() as u64;
+                for ray in rays {
+                    let [column, row] = self.group.cell_of(ray as usize).map(|cell| cell as u32);
+                    for (right, down) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                        cells.insert(([column.saturating_sub(right), row.saturating_sub(down)], piece));
+                    }
+                }
+                SplitNode::LIST
+            }
+            Branch::Split { normal, offset, children } => {
+                let number = trees.nodes.len();
+                let node = SplitNode { normal: normal.to_array(), offset, children: [SplitNode::LIST; 2] };
+                trees.nodes.push(node);
+                let children = children.map(|child| self.add(child, piece, trees, cells));
+                trees.nodes[number].children = children;
+                number as u32
+            }
+        }
+    }
+}
+
+impl PinholeTrees {
+    /// Calls `found` with what the trees say about a point.
+    pub(super) fn ask(&self, group: &PathRays, point: Vec3, mut found: impl FnMut(&Seen)) {
+        let mut listed = Vec::new();
+        for (piece, &root) in self.roots.iter().enumerate() {
+            let mut at = root;
+            while at & SplitNode::LEAF == 0 {
+                let Some(node) = self.nodes.get(at as usize) else { break };
+                at = node.children[usize::from(point.dot(node.normal.into()) <= node.offset)];
+            }
+            if at == SplitNode::LIST {
+                listed.push(piece as u32);
+            } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
+                && let Some(answer) = pinhole::ask(leaf, point)
+            {
+                found(&Seen { answer, piece: piece as u32, cells: None });
+            }
+        }
+        if listed.is_empty() {
+            return;
+        }
+        let mut answers = Vec::new();
+        self.beams.visit(point.to_array(), |cell| {
+            let Some((cell, piece)) = self.cells.get(cell as usize).filter(|(_, piece)| listed.contains(piece)) else {
+                return;
+            };
+            let Some(leaf) = interpolating(group, *cell, *piece) else { return };
+            bundle::ask(&leaf, point, &mut answers);
+            for answer in answers.drain(..) {
+                found(&Seen { answer, piece: *piece, cells: Some([leaf.low_cell, leaf.high_cell]) });
+            }
+        });
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        let bytes = size_of_val(self.nodes.as_slice())
+            + size_of_val(self.leaves.as_slice())
+            + size_of_val(self.cells.as_slice())
+            + self.beams.byte_count();
+        Counts {
+            leaves: self.leaves.len() as u64,
+            ray_lists: self.lists,
+            rays_in_lists: self.listed_rays,
+            bytes: bytes as u64,
+        }
+    }
+}
+
+/// The interpolation between the rays of a cell of the map: inside their unit frustum.
+fn interpolating(group: &PathRays, cell: [u32; 2], piece: u32) -> Option<BundleLeaf> {
+    let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
+    let fit = Fit::new(&rays, Shape::Bilinear).or_else(|| Fit::new(&rays, Shape::Linear))?;
+    Some(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)]))
+}

@@ -1,0 +1,113 @@
+//! The cameras of one path, of either kind.
+
+use super::answer::Answer;
+use super::bsp::PinholeTrees;
+use super::bundle::{ask, ask_near};
+use super::bundles::BundleTree;
+use super::grid::{GridRay, PathRays};
+use super::settings::CameraKind;
+use crate::math::Aabb;
+use crate::scene::PreciseView;
+use glam::{DVec3, Vec3};
+
+/// What cameras are built for: the rays of a path, seen in a view, in a scene's box, within an accuracy.
+pub(super) struct Builder<'a> {
+    pub(super) group: &'a PathRays,
+    pub(super) view: &'a PreciseView,
+    pub(super) bounds: Aabb,
+    pub(super) accuracy_px: f64,
+}
+
+impl Builder<'_> {
+    /// How far a ray goes until it leaves the scene's box.
+    pub(super) fn head(&self, ray: &GridRay) -> f64 {
+        let (tail, direction) = (ray.tail, ray.direction);
+        let mut exit = f64::INFINITY;
+        for axis in 0..3 {
+            let limit = if direction[axis] > 0.0 { self.bounds.max[axis] } else { self.bounds.min[axis] };
+            let distance = (f64::from(limit) - tail[axis]) / direction[axis];
+            if distance.is_finite() {
+                exit = exit.min(distance.max(0.0));
+            }
+        }
+        if exit.is_finite() { exit } else { f64::from(self.bounds.diagonal()) }
+    }
+
+    /// The numbers of the rays of each piece.
+    pub(super) fn pieces(&self) -> Vec<Vec<u32>> {
+        let mut pieces = vec![Vec::new(); self.group.piece_count as usize];
+        for (ray, &piece) in self.group.piece_of_ray.iter().enumerate() {
+            pieces[piece as usize].push(ray as u32);
+        }
+        pieces
+    }
+
+    pub(super) fn cameras(&self, kind: CameraKind) -> Cameras {
+        match kind {
+            CameraKind::RayBundle => Cameras::Bundles(self.bundle_tree()),
+            CameraKind::Pinhole => Cameras::Pinholes(self.pinhole_trees()),
+        }
+    }
+}
+
+/// An answer, and where it holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) answer: Answer,
+    /// The connected region of rays that it is meant for.
+    pub(super) piece: u32,
+    /// The cells of these rays, corners included; none where all cells of the piece may be meant.
+    pub(super) cells: Option<[[u32; 2]; 2]>,
+}
+
+/// What is counted of cameras.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Counts {
+    /// Leaves that are cameras within the accuracy.
+    pub(super) leaves: u64,
+    /// Leaves that interpolate between rays instead, and the rays in them.
+    pub(super) ray_lists: u64,
+    pub(super) rays_in_lists: u64,
+    pub(super) bytes: u64,
+}
+
+/// The cameras of one path.
+#[derive(Clone, Debug)]
+pub(super) enum Cameras {
+    Bundles(BundleTree),
+    Pinholes(PinholeTrees),
+}
+
+impl Cameras {
+    /// Calls `found` with everything that the cameras say about a point.
+    pub(super) fn ask(&self, group: &PathRays, point: Vec3, mut found: impl FnMut(&Seen)) {
+        match self {
+            Self::Bundles(tree) => {
+                let mut answers = Vec::new();
+                tree.leaves_at(point, |leaf| {
+                    ask(leaf, point, &mut answers);
+                    for answer in answers.drain(..) {
+                        found(&Seen { answer, piece: leaf.piece, cells: Some([leaf.low_cell, leaf.high_cell]) });
+                    }
+                });
+            }
+            Self::Pinholes(trees) => trees.ask(group, point, &mut found),
+        }
+    }
+
+    /// What the camera of a ray says about a point that is seen near a first bounce point; none where it is not known
+    /// without asking all.
+    pub(super) fn ask_near(&self, ray: usize, point: Vec3, first: DVec3) -> Option<Seen> {
+        let Self::Bundles(tree) = self else { return None };
+        let leaf = tree.leaf_of(ray)?;
+        let answer = ask_near(leaf, point, first)?;
+        Some(Seen { answer, piece: leaf.piece, cells: Some([leaf.low_cell, leaf.high_cell]) })
+    }
+
+    pub(super) fn counts(&self) -> Counts {
+        match self {
+            Self::Bundles(tree) => tree.counts(),
+            Self::Pinholes(trees) => trees.counts(),
+        }
+    }
+}
