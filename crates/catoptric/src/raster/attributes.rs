@@ -46,52 +46,55 @@ pub(super) type Weights = [[f32; LANES]; 6];
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of many arrays, for the vectoriser
 pub(super) fn weights(corners: &Corners, out: &mut Weights) {
+    // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..LANES {
         let (px, py) = (corners.at_x[i], corners.at_y[i]);
-        // All weights change alike with the size of the points: a power of two keeps products within range.
-        let mut largest = 0.0f32;
-        for corner in 0..3 {
-            largest = largest.max(corners.x[corner][i].abs());
-            largest = largest.max(corners.y[corner][i].abs());
-            largest = largest.max(corners.w[corner][i].abs());
-        }
-        let exponent = (largest.to_bits() & 0x7f80_0000).min(0x7e80_0000);
+        let [xa, xb, xc] = [corners.x[0][i], corners.x[1][i], corners.x[2][i]];
+        let [ya, yb, yc] = [corners.y[0][i], corners.y[1][i], corners.y[2][i]];
+        let [wa, wb, wc] = [corners.w[0][i], corners.w[1][i], corners.w[2][i]];
+        let leeway = corners.leeway[i];
+        // All weights change alike with the size of the points: a power of two keeps products within range. The
+        // largest number has the largest bits.
+        let size = |value: f32| value.to_bits() & 0x7fff_ffff;
+        let of_x = size(xa).max(size(xb)).max(size(xc));
+        let of_y = size(ya).max(size(yb)).max(size(yc));
+        let of_w = size(wa).max(size(wb)).max(size(wc));
+        let exponent = (of_x.max(of_y).max(of_w) & 0x7f80_0000).min(0x7e80_0000);
         let scale = f32::from_bits(0x7f00_0000 - exponent);
-        let [wa, wb, wc] = [corners.w[0][i] * scale, corners.w[1][i] * scale, corners.w[2][i] * scale];
+        let (wa, wb, wc) = (wa * scale, wb * scale, wc * scale);
         // From the position: differences of large products would lose the small triangles.
-        let from_position =
-            |corner: usize, w: f32| (corners.x[corner][i] * scale - px * w, corners.y[corner][i] * scale - py * w);
-        let ((xa, ya), (xb, yb), (xc, yc)) = (from_position(0, wa), from_position(1, wb), from_position(2, wc));
+        let (xa, xb, xc) = (xa * scale - px * wa, xb * scale - px * wb, xc * scale - px * wc);
+        let (ya, yb, yc) = (ya * scale - py * wa, yb * scale - py * wb, yc * scale - py * wc);
         let (na, nb, nc) = (xb * yc - xc * yb, xc * ya - xa * yc, xa * yb - xb * ya);
         let (na_dx, nb_dx, nc_dx) = (yb * wc - yc * wb, yc * wa - ya * wc, ya * wb - yb * wa);
         let (na_dy, nb_dy, nc_dy) = (xc * wb - xb * wc, xa * wc - xc * wa, xb * wa - xa * wb);
         let inverse = 1.0 / (na + nb + nc);
         let (sum_dx, sum_dy) = (na_dx + nb_dx + nc_dx, na_dy + nb_dy + nc_dy);
         let (b, c) = (nb * inverse, nc * inverse);
-        let values = [
-            b,
-            c,
-            (nb_dx - b * sum_dx) * inverse,
-            (nc_dx - c * sum_dx) * inverse,
-            (nb_dy - b * sum_dy) * inverse,
-            (nc_dy - c * sum_dy) * inverse,
-        ];
-        let mut size = 0.0;
-        for value in values {
-            size += value.abs();
-        }
-        let usable = size < f32::MAX;
-        let leeway = corners.leeway[i];
-        let (b, c) = (b.clamp(-leeway, 1.0 + leeway), c.clamp(-leeway, 1.0 + leeway));
+        let (b_dx, c_dx) = ((nb_dx - b * sum_dx) * inverse, (nc_dx - c * sum_dx) * inverse);
+        let (b_dy, c_dy) = ((nb_dy - b * sum_dy) * inverse, (nc_dy - c * sum_dy) * inverse);
+        let total = b.abs() + c.abs() + b_dx.abs() + c_dx.abs() + b_dy.abs() + c_dy.abs();
+        let usable = total < f32::MAX;
+        let (b, c) = (clamp(b, -leeway, 1.0 + leeway), clamp(c, -leeway, 1.0 + leeway));
         // Keeps the sum at 1 when the first weight would be negative.
-        let excess = ((b + c - 1.0 - leeway) * 0.5).max(0.0);
-        let inside = [(b - excess).max(-leeway), (c - excess).max(-leeway)];
-        for (index, value) in values.into_iter().enumerate() {
-            let value = if index < 2 { inside[index] } else { value };
-            let otherwise = if index < 2 { 1.0 / 3.0 } else { 0.0 };
-            out[index][i] = if usable { value } else { otherwise };
-        }
+        let excess = (b + c - 1.0 - leeway) * 0.5;
+        let excess = if excess > 0.0 { excess } else { 0.0 };
+        let (b, c) = (b - excess, c - excess);
+        let (b, c) = (if b > -leeway { b } else { -leeway }, if c > -leeway { c } else { -leeway });
+        out[0][i] = if usable { b } else { 1.0 / 3.0 };
+        out[1][i] = if usable { c } else { 1.0 / 3.0 };
+        out[2][i] = if usable { b_dx } else { 0.0 };
+        out[3][i] = if usable { c_dx } else { 0.0 };
+        out[4][i] = if usable { b_dy } else { 0.0 };
+        out[5][i] = if usable { c_dy } else { 0.0 };
     }
+}
+
+/// Brings a value into a range; the library's panics where the range is none, and is a branch.
+#[inline(always)]
+fn clamp(value: f32, low: f32, high: f32) -> f32 {
+    let value = if value > low { value } else { low };
+    if value < high { value } else { high }
 }
 
 /// One lane of [`weights`].

@@ -18,6 +18,7 @@ mod tests;
 mod tile;
 
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
+pub(crate) use samples::PATTERNS;
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub use scene_list::{Look, LookShader, SceneShader, scene_draw_list};
 

@@ -5,7 +5,7 @@ use glam::Vec2;
 
 /// Samples of a pixel, in sixteenths of its width from its top left corner: the standard patterns of Direct3D 11
 /// ("D3D11_STANDARD_MULTISAMPLE_PATTERN") and Vulkan ("standardSampleLocations").
-const PATTERNS: [&[[u8; 2]]; 5] = [
+pub(crate) const PATTERNS: [&[[u8; 2]]; 5] = [
     &[[8, 8]],
     &[[12, 12], [4, 4]],
     &[[6, 2], [14, 6], [2, 10], [10, 14]],

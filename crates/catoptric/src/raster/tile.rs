@@ -183,22 +183,31 @@ fn label(
     let groups_in_block = below.len() / in_blocks.len();
     // Neighbours mostly show the same.
     let (mut last_id, mut last_label) = (EMPTY, 0);
-    for (index, ids) in below.iter().enumerate() {
-        labels.push(Ids(ids.0.map(|id| {
-            if id != last_id {
-                last_id = id;
-                last_label = 0;
-                if id != EMPTY {
-                    let (list, triangle) = plan.triangle(id);
-                    last_label = layer.label(list, triangle.group);
-                    divided |= layer.divides(last_label);
+    for (in_block, groups) in in_blocks.iter_mut().zip(below.chunks_exact(groups_in_block)) {
+        for Ids(ids) in groups {
+            let mut found = [last_label; LANES];
+            let differences = ids.iter().fold(0, |sum, id| sum | (id ^ last_id));
+            if differences != 0 {
+                for (found, &id) in found.iter_mut().zip(ids) {
+                    if id != last_id {
+                        last_id = id;
+                        last_label = 0;
+                        if id != EMPTY {
+                            let (list, triangle) = plan.triangle(id);
+                            last_label = layer.label(list, triangle.group);
+                            divided |= layer.divides(last_label);
+                        }
+                    }
+                    if last_label != 0 {
+                        *in_block |= 1 << (last_label & 63);
+                    }
+                    *found = last_label;
                 }
+            } else if last_label != 0 {
+                *in_block |= 1 << (last_label & 63);
             }
-            if last_label != 0 {
-                in_blocks[index / groups_in_block] |= 1 << (last_label & 63);
-            }
-            last_label
-        })));
+            labels.push(Ids(found));
+        }
     }
     (in_blocks, divided)
 }

@@ -1,7 +1,7 @@
 //! Filtered look-ups in textures, several at a time: what does not touch texels is done for all of them at once.
 
 use super::texture::{Level, MipFilter, Texture, Wrap};
-use crate::raster::sample_positions;
+use crate::raster::PATTERNS;
 use glam::{Vec2, Vec4};
 
 /// The largest ratio of the footprint's axes that is resolved by several look-ups; beyond it the result is blurred.
@@ -47,14 +47,50 @@ struct Traits<const N: usize> {
     wrap: [[f32; N]; 2],
 }
 
-/// The places in a pixel at which each look-up reads its texture.
+/// The places in a pixel at which each look-up reads its texture: those of a pattern of samples.
 struct Places<const N: usize> {
-    /// From the corner of the pixel, in pixels.
-    offsets: [&'static [Vec2]; N],
-    /// How many there are, and the side of the square that each stands for, in pixels.
+    /// The binary logarithm of how many there are, how many there are, and the side of the square that each stands
+    /// for, in pixels.
+    count_log2: [u32; N],
     count: [f32; N],
     side: [f32; N],
 }
+
+/// The levels that are read.
+struct Levels<const N: usize> {
+    size: [[f32; N]; 2],
+    first: [u32; N],
+    stride: [u32; N],
+}
+
+impl<const N: usize> Levels<N> {
+    const NONE: Self = Self { size: [[1.0; N]; 2], first: [0; N], stride: [1; N] };
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, level: &Level) {
+        (self.size[0][lane], self.size[1][lane]) = (level.width as f32, level.height as f32);
+        (self.first[lane], self.stride[lane]) = (level.first, level.width + 1);
+    }
+}
+
+/// The most places in a pixel: see [`places`].
+const MAX_PLACES: usize = 8;
+
+/// The places of 1, 2, 4 and 8 samples, from the middle of the pixel; 0, where there are fewer.
+static PLACES: [[Vec2; MAX_PLACES]; 4] = {
+    let mut places = [[Vec2::ZERO; MAX_PLACES]; 4];
+    let mut pattern = 0;
+    while pattern < places.len() {
+        let mut place = 0;
+        while place < 1 << pattern {
+            let [x, y] = PATTERNS[pattern][place];
+            places[pattern][place] = Vec2::new(x as f32 / 16.0 - 0.5, y as f32 / 16.0 - 0.5);
+            place += 1;
+        }
+        pattern += 1;
+    }
+    places
+};
 
 /// The filtered values of textures; white where there is none, or where the place is not finite.
 ///
@@ -64,39 +100,49 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
     let traits = traits(textures);
     let places = places(&traits, at);
     let taps = taps(&traits, at, &places.side);
-    let mut levels: [Option<[&Level; 2]>; N] = [None; N];
-    let mut sizes = [[[1.0f32; N]; 2]; 2];
-    let (mut most_places, mut most_probes) = (0, 0.0f32);
+    let mut texels: [&[[u16; 4]]; N] = [&[]; N];
+    let (mut fine_levels, mut coarse_levels) = (Levels::NONE, Levels::NONE);
+    // What is done for a lane: nothing where there is no texture.
+    let (mut place_counts, mut probe_counts) = ([0u32; N], [0u32; N]);
+    let (mut most_places, mut most_probes, mut any_blend) = (0, 0, false);
     for i in 0..N {
         let Some(texture) = textures[i] else { continue };
-        let fine = (taps.level[i] as usize).min(texture.levels.len() - 1);
-        let coarse = (fine + usize::from(taps.blend[i] > 0.0)).min(texture.levels.len() - 1);
-        let pair = [&texture.levels[fine], &texture.levels[coarse]];
-        for (sizes, level) in sizes.iter_mut().zip(pair) {
-            (sizes[0][i], sizes[1][i]) = (level.width as f32, level.height as f32);
+        let last = texture.levels.len() - 1;
+        let fine = (index(taps.level[i]) as usize).min(last);
+        fine_levels.set(i, &texture.levels[fine]);
+        if taps.blend[i] > 0.0 {
+            coarse_levels.set(i, &texture.levels[(fine + 1).min(last)]);
+            any_blend = true;
         }
-        levels[i] = Some(pair);
-        most_places = most_places.max(places.offsets[i].len());
-        most_probes = most_probes.max(taps.probes[i]);
+        texels[i] = &texture.texels;
+        (place_counts[i], probe_counts[i]) = (1 << places.count_log2[i], index(taps.probes[i]));
+        most_places = most_places.max(place_counts[i]);
+        most_probes = most_probes.max(probe_counts[i]);
     }
     let mut sums = [Vec4::ZERO; N];
     for place in 0..most_places {
         // No closures here: they would not be compiled for the caller's instruction set.
-        let uv = [moved(at, &places, place, 0), moved(at, &places, place, 1)];
-        for probe in 0..most_probes as u32 {
+        let uv = moved(at, &places, place as usize);
+        for probe in 0..most_probes {
             let wrapped =
                 [along(probe, &uv[0], &taps, 0, &traits.wrap[0]), along(probe, &uv[1], &taps, 1, &traits.wrap[1])];
-            let fine = corners(&wrapped, &sizes[0], &traits.wrap, &taps.half);
-            let coarse = corners(&wrapped, &sizes[1], &traits.wrap, &taps.half);
-            for i in 0..N {
-                let Some(levels) = levels[i] else { continue };
-                if probe as f32 >= taps.probes[i] || place >= places.offsets[i].len() {
-                    continue;
+            let fine = corners(&wrapped, &fine_levels, &traits.wrap, &taps.half);
+            if !any_blend {
+                for i in 0..N {
+                    if (place < place_counts[i]) & (probe < probe_counts[i]) {
+                        sums[i] += fine.blended(texels[i], i);
+                    }
                 }
-                let value = fine.blended(levels[0], i);
-                sums[i] += value;
-                if taps.blend[i] > 0.0 {
-                    sums[i] += (coarse.blended(levels[1], i) - value) * taps.blend[i];
+                continue;
+            }
+            let coarse = corners(&wrapped, &coarse_levels, &traits.wrap, &taps.half);
+            for i in 0..N {
+                if (place < place_counts[i]) & (probe < probe_counts[i]) {
+                    let value = fine.blended(texels[i], i);
+                    sums[i] += value;
+                    if taps.blend[i] > 0.0 {
+                        sums[i] += (coarse.blended(texels[i], i) - value) * taps.blend[i];
+                    }
                 }
             }
         }
@@ -112,27 +158,27 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
 /// The places at which each look-up reads its texture; one, in the middle, where the texture shows no detail.
 #[inline(always)]
 fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
-    static MIDDLE: [Vec2; 1] = [Vec2::splat(0.5)];
-    let mut places = Places { offsets: [&MIDDLE; N], count: [1.0; N], side: [1.0; N] };
+    let mut extents2 = [0.0; N];
     for i in 0..N {
-        if at.samples[i] < 2 {
-            continue;
-        }
         let [width, height] = [traits.size[0][i], traits.size[1][i]];
         let (xu, xv, yu, yv) = (at.dx[0][i] * width, at.dx[1][i] * height, at.dy[0][i] * width, at.dy[1][i] * height);
-        let extent2_texels = (xu * xu + xv * xv).max(yu * yu + yv * yv);
-        let samples = at.samples[i].next_power_of_two();
+        let (x2, y2) = (xu * xu + xv * xv, yu * yu + yv * yv);
+        extents2[i] = x2.max(y2);
+    }
+    let mut places = Places { count_log2: [0; N], count: [1.0; N], side: [1.0; N] };
+    for i in 0..N {
+        let samples_log2 = at.samples[i].max(1).next_power_of_two().trailing_zeros();
         // Within a third of a texel a texture is a ramp, within one it has a bend or two.
-        let wanted = match extent2_texels {
-            extent2 if extent2 < 0.1 => continue,
-            extent2 if extent2 < 1.0 => samples.min(4),
-            _ if samples <= 8 => samples,
+        places.count_log2[i] = match extents2[i] {
+            extent2 if extent2 < 0.1 => 0,
+            extent2 if extent2 < 1.0 => samples_log2.min(2),
+            _ if samples_log2 <= 3 => samples_log2,
             // Sixteen would cost more than they show: four leave a mean FLIP of 0.02 on the finest textures.
-            _ => 4,
+            _ => 2,
         };
-        let offsets = sample_positions(wanted).unwrap_or(&MIDDLE);
-        places.offsets[i] = offsets;
-        places.count[i] = offsets.len() as f32;
+    }
+    for i in 0..N {
+        places.count[i] = (1u32 << places.count_log2[i]) as f32;
         places.side[i] = (1.0 / places.count[i]).sqrt();
     }
     places
@@ -140,11 +186,22 @@ fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
 
 /// The coordinates of a place in the pixel.
 #[inline(always)]
-fn moved<const N: usize>(at: &LookUps<N>, places: &Places<N>, place: usize, axis: usize) -> [f32; N] {
-    let mut result = at.uv[axis];
-    for (i, coordinate) in result.iter_mut().enumerate() {
-        if let Some(offset) = places.offsets[i].get(place) {
-            *coordinate += at.dx[axis][i] * (offset.x - 0.5) + at.dy[axis][i] * (offset.y - 0.5);
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+fn moved<const N: usize>(at: &LookUps<N>, places: &Places<N>, place: usize) -> [[f32; N]; 2] {
+    let place = place % MAX_PLACES;
+    let offset = PLACES[places.count_log2[0] as usize % PLACES.len()][place];
+    let (mut x, mut y) = ([offset.x; N], [offset.y; N]);
+    // Neighbours mostly have as many.
+    if places.count_log2 != [places.count_log2[0]; N] {
+        for i in 0..N {
+            let offset = PLACES[places.count_log2[i] as usize % PLACES.len()][place];
+            (x[i], y[i]) = (offset.x, offset.y);
+        }
+    }
+    let mut result = at.uv;
+    for axis in 0..2 {
+        for i in 0..N {
+            result[axis][i] += at.dx[axis][i] * x[i] + at.dy[axis][i] * y[i];
         }
     }
     result
@@ -252,38 +309,54 @@ fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize,
     result
 }
 
-/// Columns and rows of the texels to be blended, and the shares of the second ones.
+/// The texels to be blended: where the left ones of the upper and the lower row are, and the shares of the right ones
+/// and of the lower row.
 struct Texels<const N: usize> {
-    first: [[u32; N]; 2],
-    second: [[u32; N]; 2],
+    rows: [[u32; N]; 2],
     share: [[f32; N]; 2],
 }
 
 #[inline(always)]
 fn corners<const N: usize>(
     wrapped: &[[f32; N]; 2],
-    size: &[[f32; N]; 2],
+    levels: &Levels<N>,
     wrap: &[[f32; N]; 2],
     half: &[f32; N],
 ) -> Texels<N> {
-    let mut texels = Texels { first: [[0; N]; 2], second: [[0; N]; 2], share: [[0.0; N]; 2] };
-    for axis in 0..2 {
-        for i in 0..N {
-            let (size, wrap, half) = (size[axis][i], wrap[axis][i], half[i]);
-            let last = size - 1.0;
-            let position = wrapped[axis][i] * size - half;
-            let first = floor(position);
-            // Mirrored coordinates are already folded: beyond the edge lies the edge's own texel.
-            let below = if wrap == 1.0 { last } else { 0.0 };
-            let above = last - below;
-            let second = first + 1.0;
-            let second = if second > last { above } else { second };
-            let inside = if first < 0.0 { below } else { first };
-            let inside = if first > last { above } else { inside };
-            texels.first[axis][i] = index(inside);
-            texels.second[axis][i] = index(second);
-            texels.share[axis][i] = if half > 0.0 { position - first } else { 0.0 };
-        }
+    let mut texels = Texels { rows: [[0; N]; 2], share: [[0.0; N]; 2] };
+    // All loads come first and nothing branches, so that the loop becomes vector instructions.
+    for i in 0..N {
+        let [width, height] = [levels.size[0][i], levels.size[1][i]];
+        let (first_texel, stride) = (levels.first[i], levels.stride[i]);
+        let (wrap_u, wrap_v, half) = (wrap[0][i], wrap[1][i], half[i]);
+        let (x, y) = (wrapped[0][i] * width - half, wrapped[1][i] * height - half);
+        let blended = if half > 0.0 { 1.0 } else { 0.0 };
+
+        // Mirrored coordinates are already folded: beyond the edge lies the edge's own texel.
+        let last = width - 1.0;
+        let first = floor(x);
+        let below = if wrap_u == 1.0 { last } else { 0.0 };
+        let above = last - below;
+        let inside = if first < 0.0 { below } else { first };
+        let inside = if first > last { above } else { inside };
+        let column = index(inside);
+        // Left of the image its edge is seen alone, if it does not repeat; right of it see [`Texture::texels`].
+        let share = if (first < 0.0) & (wrap_u != 1.0) { 0.0 } else { x - first };
+        texels.share[0][i] = share * blended;
+
+        let last = height - 1.0;
+        let first = floor(y);
+        let below = if wrap_v == 1.0 { last } else { 0.0 };
+        let above = last - below;
+        let second = first + 1.0;
+        let second = if second > last { above } else { second };
+        let inside = if first < 0.0 { below } else { first };
+        let inside = if first > last { above } else { inside };
+        texels.share[1][i] = (y - first) * blended;
+
+        let start = first_texel.wrapping_add(column);
+        texels.rows[0][i] = index(inside).wrapping_mul(stride).wrapping_add(start);
+        texels.rows[1][i] = index(second).wrapping_mul(stride).wrapping_add(start);
     }
     texels
 }
@@ -291,9 +364,8 @@ fn corners<const N: usize>(
 impl<const N: usize> Texels<N> {
     /// The blend of four texels, 65535 for 1.
     #[inline(always)]
-    fn blended(&self, level: &Level, i: usize) -> Vec4 {
-        let (x0, x1) = (self.first[0][i] as usize, self.second[0][i] as usize);
-        let (upper, lower) = (pair(level, x0, x1, self.first[1][i]), pair(level, x0, x1, self.second[1][i]));
+    fn blended(&self, texels: &[[u16; 4]], i: usize) -> Vec4 {
+        let (upper, lower) = (pair(texels, self.rows[0][i]), pair(texels, self.rows[1][i]));
         let (x, y) = (self.share[0][i], self.share[1][i]);
         let both: [f32; 8] = std::array::from_fn(|k| upper[k] + (lower[k] - upper[k]) * y);
         let left = Vec4::new(both[0], both[1], both[2], both[3]);
@@ -302,19 +374,14 @@ impl<const N: usize> Texels<N> {
     }
 }
 
-/// The texels of a row at two columns.
+/// A texel and its right neighbour.
 #[inline(always)]
-fn pair(level: &Level, x0: usize, x1: usize, row: u32) -> [f32; 8] {
-    let row = row as usize * level.width as usize;
-    if x1 == x0 + 1 {
-        // Neighbours in memory are read at once.
-        let first = row + x0;
-        if let Some(pair) = level.texels[first..first + 2].as_flattened().first_chunk::<8>() {
-            return pair.map(f32::from);
-        }
+fn pair(texels: &[[u16; 4]], first: u32) -> [f32; 8] {
+    let first = first as usize;
+    match texels.get(first..first + 2).and_then(|pair| pair.as_flattened().first_chunk::<8>()) {
+        Some(pair) => pair.map(f32::from),
+        None => [0.0; 8],
     }
-    let (a, b) = (level.texels[row + x0], level.texels[row + x1]);
-    std::array::from_fn(|k| f32::from(if k < 4 { a[k] } else { b[k - 4] }))
 }
 
 /// 1.5 * 2^23: added to a number within +-2^22, it leaves the number's nearest integer in the lowest bits.

@@ -53,40 +53,85 @@ fn one_by_one(scene: &Scene, query: &SurfaceQuery) -> Vec3 {
     scene.radiance(&scene.surface_point(query.triangle, &query.barycentrics), towards_viewer)
 }
 
-/// Attributes of the three corners of the triangles.
-struct Corners {
+/// What the triangles of eight points are like.
+struct Triangles<'a> {
+    /// Attributes of the three corners.
     positions: [Lane3; 3],
     normals: [Lane3; 3],
     uvs: [[Lane; 2]; 3],
+    materials: [Option<&'a Material>; LANES],
+    textures: [Option<&'a Texture>; LANES],
+    base: [Vec4; LANES],
+    /// Rows of the map from the vertices' to the textures' coordinates.
+    texture_from_uv: [[Lane; 3]; 2],
+}
+
+impl<'a> Triangles<'a> {
+    const NONE: Self = Self {
+        positions: [[[0.0; LANES]; 3]; 3],
+        normals: [[[0.0; LANES]; 3]; 3],
+        uvs: [[[0.0; LANES]; 2]; 3],
+        materials: [None; LANES],
+        textures: [None; LANES],
+        base: [Vec4::ONE; LANES],
+        texture_from_uv: [[[0.0; LANES]; 3]; 2],
+    };
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, scene: &'a Scene, triangle: u32) {
+        let triangle = triangle as usize;
+        let material = scene.material_of(scene.triangle_objects[triangle]);
+        let channel = material.base_texture.as_ref().map_or(0, |binding| binding.uv_channel as usize & 1);
+        for (corner, vertex) in scene.triangles[triangle].into_iter().enumerate() {
+            let vertex = vertex as usize;
+            set(&mut self.positions[corner], i, scene.positions[vertex]);
+            set(&mut self.normals[corner], i, scene.normals[vertex]);
+            let uv = scene.uvs[vertex][channel];
+            (self.uvs[corner][0][i], self.uvs[corner][1][i]) = (uv.x, uv.y);
+        }
+        self.materials[i] = Some(material);
+        self.base[i] = material.base_color;
+        if let Some(binding) = &material.base_texture {
+            self.textures[i] = scene.textures.get(binding.texture as usize).map(|texture| &**texture);
+            let map = &binding.texture_from_uv;
+            for row in 0..2 {
+                let entries = [map.matrix2.x_axis[row], map.matrix2.y_axis[row], map.translation[row]];
+                for (column, entry) in entries.into_iter().enumerate() {
+                    self.texture_from_uv[row][column][i] = entry;
+                }
+            }
+        }
+    }
+
+    /// Gives all points the triangle of the first.
+    #[inline(always)]
+    fn spread(&mut self) {
+        for corner in 0..3 {
+            for axis in 0..3 {
+                self.positions[corner][axis] = [self.positions[corner][axis][0]; LANES];
+                self.normals[corner][axis] = [self.normals[corner][axis][0]; LANES];
+                self.texture_from_uv[axis % 2][corner] = [self.texture_from_uv[axis % 2][corner][0]; LANES];
+                self.uvs[corner][axis % 2] = [self.uvs[corner][axis % 2][0]; LANES];
+            }
+        }
+        self.materials = [self.materials[0]; LANES];
+        self.textures = [self.textures[0]; LANES];
+        self.base = [self.base[0]; LANES];
+    }
 }
 
 /// The radiance of eight points; none where the general way must be gone.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of many arrays, for the vectoriser
 fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; LANES] {
-    let mut corners =
-        Corners { positions: [[[0.0; LANES]; 3]; 3], normals: [[[0.0; LANES]; 3]; 3], uvs: [[[0.0; LANES]; 2]; 3] };
-    let mut materials: [Option<&Material>; LANES] = [None; LANES];
-    let mut textures: [Option<&Texture>; LANES] = [None; LANES];
-    let mut base = [Vec4::ONE; LANES];
-    // Rows of the map from the vertices' to the textures' coordinates.
-    let mut texture_from_uv = [[[0.0; LANES]; 3]; 2];
+    let mut triangles = Triangles::NONE;
     let mut samples = [1u32; LANES];
     let (mut weights, mut dx, mut dy) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2], [[0.0; LANES]; 2]);
     let mut viewers: Lane3 = [[0.0; LANES]; 3];
-    let mut any_lit = false;
+    let mut differences = 0;
     for (i, query) in queries.iter().enumerate() {
-        let triangle = query.triangle as usize;
-        let vertices = scene.triangles[triangle].map(|vertex| vertex as usize);
-        let material = scene.material_of(scene.triangle_objects[triangle]);
-        let channel = material.base_texture.as_ref().map_or(0, |binding| binding.uv_channel as usize & 1);
-        for (corner, &vertex) in vertices.iter().enumerate() {
-            set(&mut corners.positions[corner], i, scene.positions[vertex]);
-            set(&mut corners.normals[corner], i, scene.normals[vertex]);
-            let uv = scene.uvs[vertex][channel];
-            (corners.uvs[corner][0][i], corners.uvs[corner][1][i]) = (uv.x, uv.y);
-        }
         let Barycentrics { value, dx: at_dx, dy: at_dy, samples: at_samples } = query.barycentrics;
+        differences |= query.triangle ^ queries[0].triangle;
         samples[i] = at_samples;
         for axis in 0..2 {
             weights[axis][i] = value[axis];
@@ -94,39 +139,40 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
             dy[axis][i] = at_dy[axis];
         }
         set(&mut viewers, i, query.towards_viewer);
-        any_lit |= !material.unlit;
-        materials[i] = Some(material);
-        base[i] = material.base_color;
-        if !scene.colors.is_empty() {
-            let [a, b, c] = vertices.map(|vertex| Vec4::from(scene.colors[vertex]));
-            base[i] *= a * (1.0 - value.x - value.y) + b * value.x + c * value.y;
-        }
-        if let Some(binding) = &material.base_texture {
-            textures[i] = scene.textures.get(binding.texture as usize).map(|texture| &**texture);
-            let map = &binding.texture_from_uv;
-            for row in 0..2 {
-                let entries = [map.matrix2.x_axis[row], map.matrix2.y_axis[row], map.translation[row]];
-                for (column, entry) in entries.into_iter().enumerate() {
-                    texture_from_uv[row][column][i] = entry;
-                }
-            }
+    }
+    triangles.set(0, scene, queries[0].triangle);
+    if differences == 0 {
+        // Neighbours mostly lie on one triangle.
+        triangles.spread();
+    } else {
+        for i in 1..LANES {
+            triangles.set(i, scene, queries[i].triangle);
         }
     }
+    if !scene.colors.is_empty() {
+        for (i, query) in queries.iter().enumerate() {
+            let [a, b, c] =
+                scene.triangles[query.triangle as usize].map(|vertex| Vec4::from(scene.colors[vertex as usize]));
+            let value = query.barycentrics.value;
+            triangles.base[i] *= a * (1.0 - value.x - value.y) + b * value.x + c * value.y;
+        }
+    }
+    let Triangles { positions, normals, uvs, materials, textures, base, texture_from_uv } = &triangles;
+    let any_lit = materials.iter().flatten().any(|material| !material.unlit);
 
-    let look_ups = LookUps { samples, ..look_ups(&corners.uvs, &texture_from_uv, &weights, &dx, &dy) };
-    let texels = filter::sample(&textures, &look_ups);
+    let look_ups = LookUps { samples, ..look_ups(uvs, texture_from_uv, &weights, &dx, &dy) };
+    let texels = filter::sample(textures, &look_ups);
     let mut light = [[1.0; LANES]; 3];
     let mut usable = [true; LANES];
     if any_lit {
-        let positions = interpolated(&corners.positions, &weights);
-        let mut normals = interpolated(&corners.normals, &weights);
-        let backs = backs(&corners, &viewers);
+        let sides = sides(positions, normals, &viewers);
+        let positions = interpolated(positions, &weights);
+        let mut normals = interpolated(normals, &weights);
         for i in 0..LANES {
             let [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
             let length2 = x * x + y * y + z * z;
             usable[i] = (length2 > 1e-36) & (length2 < f32::INFINITY);
-            let inverse = 1.0 / length2.sqrt();
-            let inverse = if backs[i] { -inverse } else { inverse };
+            let inverse = sides[i] / length2.sqrt();
             (normals[0][i], normals[1][i], normals[2][i]) = (x * inverse, y * inverse, z * inverse);
         }
         light = irradiance_over_pi(scene, &positions, &normals, &viewers);
@@ -148,20 +194,29 @@ fn radiance(scene: &Scene, queries: &[&SurfaceQuery; LANES]) -> [Option<Vec3>; L
     result
 }
 
-/// Whether the back of a triangle is seen: the side that its corners' normals do not point to.
+/// -1 where the back of a triangle is seen, the side that its corners' normals do not point to, else 1.
 #[inline(always)]
-fn backs(corners: &Corners, viewers: &Lane3) -> [bool; LANES] {
-    let mut backs = [false; LANES];
+#[allow(clippy::needless_range_loop)]
+fn sides(positions: &[Lane3; 3], normals: &[Lane3; 3], viewers: &Lane3) -> Lane {
+    let mut sides = [1.0; LANES];
+    // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..LANES {
-        let at = |vectors: &Lane3| Vec3::new(vectors[0][i], vectors[1][i], vectors[2][i]);
-        let [a, b, c] = [at(&corners.positions[0]), at(&corners.positions[1]), at(&corners.positions[2])];
-        let outside = at(&corners.normals[0]) + at(&corners.normals[1]) + at(&corners.normals[2]);
-        let face = (b - a).cross(c - a);
-        let face = if face.length_squared() > 1e-36 { face } else { at(&corners.normals[0]) };
-        let sign = if face.dot(outside) < 0.0 { -1.0 } else { 1.0 };
-        backs[i] = face.dot(at(viewers)) * sign < 0.0;
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2]
+            .map(|corner: usize| [positions[corner][0][i], positions[corner][1][i], positions[corner][2][i]]);
+        let [[nx, ny, nz], [ox, oy, oz], [px, py, pz]] =
+            [0, 1, 2].map(|corner: usize| [normals[corner][0][i], normals[corner][1][i], normals[corner][2][i]]);
+        let [vx, vy, vz] = [viewers[0][i], viewers[1][i], viewers[2][i]];
+        let (sx, sy, sz) = (nx + ox + px, ny + oy + py, nz + oz + pz);
+        let ([ux, uy, uz], [wx, wy, wz]) = ([bx - ax, by - ay, bz - az], [cx - ax, cy - ay, cz - az]);
+        let (fx, fy, fz) = (uy * wz - wy * uz, uz * wx - wz * ux, ux * wy - wx * uy);
+        let faces = fx * fx + fy * fy + fz * fz > 1e-36;
+        let (fx, fy, fz) = (if faces { fx } else { nx }, if faces { fy } else { ny }, if faces { fz } else { nz });
+        let outside = fx * sx + fy * sy + fz * sz;
+        let towards = fx * vx + fy * vy + fz * vz;
+        let sign = if outside < 0.0 { -1.0 } else { 1.0 };
+        sides[i] = if towards * sign < 0.0 { -1.0 } else { 1.0 };
     }
-    backs
+    sides
 }
 
 #[inline(always)]

@@ -64,12 +64,20 @@ pub struct UvFootprint {
     pub samples: u32,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+/// Where a mip level is among the texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Level {
     pub(super) width: u32,
     pub(super) height: u32,
-    /// Linear RGBA, 65535 for 1.
-    pub(super) texels: Vec<[u16; 4]>,
+    /// Its first texel. Each row is followed by one more texel: see [`Texture::texels`].
+    pub(super) first: u32,
+}
+
+/// An image on its way to a mip level.
+struct Image {
+    width: u32,
+    height: u32,
+    texels: Vec<[u16; 4]>,
 }
 
 /// An image with its mip levels and sampler. Values are linear, alpha is not premultiplied.
@@ -79,6 +87,9 @@ pub struct Texture {
     pub name: String,
     pub(super) sampler: Sampler,
     pub(super) levels: Vec<Level>,
+    /// The texels of all levels, linear RGBA, 65535 for 1. At the end of each row stands what is seen right of it (its
+    /// first texel where the image repeats, else its last), so that two neighbours are always read at once.
+    pub(super) texels: Vec<[u16; 4]>,
 }
 
 impl Texture {
@@ -99,13 +110,24 @@ impl Texture {
     pub fn from_linear16(name: &str, width: u32, height: u32, mut texels: Vec<[u16; 4]>, sampler: Sampler) -> Self {
         let (width, height) = (width.max(1), height.max(1));
         texels.resize(width as usize * height as usize, [u16::MAX; 4]);
-        let mut levels = vec![Level { width, height, texels }];
-        if sampler.mip_filter != MipFilter::None {
-            while let Some(next) = levels.last().and_then(Level::halved) {
-                levels.push(next);
-            }
+        let mut texture = Self { name: name.into(), sampler, levels: Vec::new(), texels: Vec::new() };
+        let mut image = Some(Image { width, height, texels });
+        while let Some(level) = image {
+            texture.push(&level);
+            image = if sampler.mip_filter != MipFilter::None { level.halved() } else { None };
         }
-        Self { name: name.into(), sampler, levels }
+        texture
+    }
+
+    fn push(&mut self, image: &Image) {
+        let Image { width, height, .. } = *image;
+        self.levels.push(Level { width, height, first: self.texels.len() as u32 });
+        self.texels.reserve((width as usize + 1) * height as usize);
+        for row in image.texels.chunks_exact(width as usize) {
+            let next = if self.sampler.wrap_u == Wrap::Repeat { row.first() } else { row.last() };
+            self.texels.extend_from_slice(row);
+            self.texels.extend(next);
+        }
     }
 
     /// Width and height of the finest level, in texels.
@@ -115,7 +137,7 @@ impl Texture {
 
     /// The memory that the texels take.
     pub fn byte_count(&self) -> usize {
-        self.levels.iter().map(|level| level.texels.len() * 8).sum()
+        self.texels.len() * 8
     }
 
     /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
@@ -131,7 +153,7 @@ impl Texture {
     }
 }
 
-impl Level {
+impl Image {
     fn halved(&self) -> Option<Self> {
         if self.width == 1 && self.height == 1 {
             return None;
