@@ -23,15 +23,29 @@ pub(super) struct Corners {
 
 impl Corners {
     #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, points: [&PicturePoint; 3], at: Vec2, leeway: f32) {
+    pub(super) fn set(&mut self, lane: usize, points: [&PicturePoint; 3], leeway: f32) {
         self.leeway[lane] = leeway;
         for (corner, point) in points.into_iter().enumerate() {
             self.x[corner][lane] = point.xy.x;
             self.y[corner][lane] = point.xy.y;
             self.w[corner][lane] = point.w;
         }
-        self.at_x[lane] = at.x;
-        self.at_y[lane] = at.y;
+    }
+
+    /// Gives all lanes the same triangle.
+    #[inline(always)]
+    pub(super) fn set_all(&mut self, points: [&PicturePoint; 3], leeway: f32) {
+        self.leeway = [leeway; LANES];
+        for (corner, point) in points.into_iter().enumerate() {
+            self.x[corner] = [point.xy.x; LANES];
+            self.y[corner] = [point.xy.y; LANES];
+            self.w[corner] = [point.w; LANES];
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn set_position(&mut self, lane: usize, at: Vec2) {
+        (self.at_x[lane], self.at_y[lane]) = (at.x, at.y);
     }
 }
 
@@ -136,7 +150,8 @@ pub(super) fn depth_at(points: [&PicturePoint; 3], at: Vec2) -> f32 {
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
 pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2) -> Barycentrics {
     let (mut corners, mut out) = (Corners::default(), Weights::default());
-    corners.set(0, points, at, 0.0);
+    corners.set(0, points, 0.0);
+    corners.set_position(0, at);
     weights(&corners, &mut out);
     lane(&out, 0)
 }

@@ -191,20 +191,19 @@ fn draw<const STENCIL: bool>(
         lane_pattern(pattern, 0, &edges, [key_step_x, key_step_y]),
         lane_pattern(pattern, pattern.halves - 1, &edges, [key_step_x, key_step_y]),
     ];
+    let steps = Steps::new(&edges, key_step_x);
     let changes = edges.map(|edge| edge.change_over(BLOCK as i64));
-    let group_log2 = LANES.trailing_zeros();
-    let samples_log2 = pattern.samples_log2;
-    let half_mask = pattern.halves - 1;
 
     for block_y in rows[0] / BLOCK..=rows[1] / BLOCK {
         for block_x in columns[0] / BLOCK..=columns[1] / BLOCK {
             let block = block_y * TILE_BLOCKS + block_x;
             let (x0, y0) = ((block_x * BLOCK) as i64 * 16, (block_y * BLOCK) as i64 * 16);
             let mut bases = [0i32; 3];
-            let mut rejected = false;
+            let (mut rejected, mut inside) = (false, true);
             for e in 0..3 {
                 let value = edges[e].at(x0, y0);
                 rejected |= value + changes[e][1] < 0;
+                inside &= value + changes[e][0] >= 0;
                 // Where the whole block is inside, the value may be too large: any that stays positive serves.
                 bases[e] = value.min(i32::MAX as i64 - changes[e][1]) as i32;
             }
@@ -217,38 +216,107 @@ fn draw<const STENCIL: bool>(
             {
                 continue;
             }
-            let key_block = (key_corner + key_x * (block_x * BLOCK) as f64 + key_y * (block_y * BLOCK) as f64) as f32;
+            let key = (key_corner + key_x * (block_x * BLOCK) as f64 + key_y * (block_y * BLOCK) as f64) as f32;
             let within = |range: [usize; 2], index: usize| {
-                (range[0].max(index * BLOCK) - index * BLOCK, (range[1] - index * BLOCK).min(BLOCK - 1))
+                [range[0].max(index * BLOCK) - index * BLOCK, (range[1] - index * BLOCK).min(BLOCK - 1)]
             };
-            let (first_column, last_column) = within(columns, block_x);
-            let (first_row, last_row) = within(rows, block_y);
-            let first_group = (first_column << samples_log2) >> group_log2;
-            let last_group = (((last_column + 1) << samples_log2) - 1) >> group_log2;
-            for row in first_row..=last_row {
-                let row_bases: [i32; 3] =
-                    std::array::from_fn(|e| bases[e].wrapping_add(edges[e].y.wrapping_mul(row as i32 * 16)));
-                let row_key = key_block + key_step_y * row as f32;
-                let first = ((block * BLOCK + row) << samples_log2) + first_group;
-                let range = first..first + (last_group - first_group + 1);
-                let keys = &mut target.keys[range.clone()];
-                let ids = &mut target.ids[range.clone()];
-                let labels = match stencil {
-                    Some(mask) if STENCIL => &mask.labels[range],
-                    _ => &[],
-                };
-                for (index, (keys, ids)) in keys.iter_mut().zip(ids).enumerate() {
-                    let group = first_group + index;
-                    let column = (group << group_log2) >> samples_log2;
-                    let lane = &lanes[group & half_mask];
-                    let base: [i32; 3] =
-                        std::array::from_fn(|e| row_bases[e].wrapping_add(edges[e].x.wrapping_mul(column as i32 * 16)));
-                    let key = row_key + key_step_x * column as f32;
-                    let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
-                    let wanted = stencil.map_or(0, |mask| mask.wanted);
-                    draw_group::<STENCIL>(base, key, lane, triangle, label, wanted, keys, ids);
+            let place = BlockPlace { block, columns: within(columns, block_x), rows: within(rows, block_y) };
+            let plane = BlockPlane { bases, steps_y: edges.map(|edge| edge.y), key, key_step_y };
+            if inside {
+                draw_block::<STENCIL, false>(pattern, &place, &plane, &steps, &lanes, triangle, stencil, target);
+            } else {
+                draw_block::<STENCIL, true>(pattern, &place, &plane, &steps, &lanes, triangle, stencil, target);
+            }
+        }
+    }
+}
+
+/// What edges and key change by from the first column of a block to each.
+struct Steps {
+    edges: [[i32; BLOCK]; 3],
+    key: [f32; BLOCK],
+}
+
+impl Steps {
+    #[inline(always)]
+    fn new(edges: &[Edge; 3], key_step: f32) -> Self {
+        let mut steps = Self { edges: [[0; BLOCK]; 3], key: [0.0; BLOCK] };
+        for column in 0..BLOCK {
+            steps.key[column] = key_step * column as f32;
+        }
+        for (values, edge) in steps.edges.iter_mut().zip(edges) {
+            for column in 0..BLOCK {
+                values[column] = edge.x.wrapping_mul(column as i32 * 16);
+            }
+        }
+        steps
+    }
+}
+
+/// The part of a block that a triangle may cover.
+struct BlockPlace {
+    block: usize,
+    columns: [usize; 2],
+    rows: [usize; 2],
+}
+
+/// Edges and key at the corner of a block, and their change from row to row: of edges a sixteenth of it.
+struct BlockPlane {
+    bases: [i32; 3],
+    steps_y: [i32; 3],
+    key: f32,
+    key_step_y: f32,
+}
+
+/// Draws a triangle over a block. Without `EDGES` all of the block is inside of it.
+#[allow(clippy::too_many_arguments)] // inlined; a struct would only hide what is loop-invariant
+#[allow(clippy::needless_range_loop)] // the lanes of several arrays, for the vectoriser
+#[inline(always)]
+fn draw_block<const STENCIL: bool, const EDGES: bool>(
+    pattern: &Pattern,
+    place: &BlockPlace,
+    plane: &BlockPlane,
+    steps: &Steps,
+    lanes: &[LanePattern; 2],
+    triangle: &SetupTriangle,
+    stencil: Option<StencilMask<'_>>,
+    target: &mut Target<'_>,
+) {
+    let (samples_log2, group_log2) = (pattern.samples_log2, LANES.trailing_zeros());
+    let half_mask = pattern.halves - 1;
+    let first_group = (place.columns[0] << samples_log2) >> group_log2;
+    let last_group = (((place.columns[1] + 1) << samples_log2) - 1) >> group_log2;
+    for row in place.rows[0]..=place.rows[1] {
+        // Edges and key of the whole row, for each of its columns.
+        let row_key = plane.key + plane.key_step_y * row as f32;
+        let (mut row_keys, mut row_edges) = ([0.0; BLOCK], [[0i32; BLOCK]; 3]);
+        for column in 0..BLOCK {
+            row_keys[column] = row_key + steps.key[column];
+        }
+        if EDGES {
+            for e in 0..3 {
+                let base = plane.bases[e].wrapping_add(plane.steps_y[e].wrapping_mul(row as i32 * 16));
+                for column in 0..BLOCK {
+                    row_edges[e][column] = base.wrapping_add(steps.edges[e][column]);
                 }
             }
+        }
+        let first = ((place.block * BLOCK + row) << samples_log2) + first_group;
+        let range = first..first + (last_group - first_group + 1);
+        let keys = &mut target.keys[range.clone()];
+        let ids = &mut target.ids[range.clone()];
+        let labels = match stencil {
+            Some(mask) if STENCIL => &mask.labels[range],
+            _ => &[],
+        };
+        let wanted = stencil.map_or(0, |mask| mask.wanted);
+        for (index, (keys, ids)) in keys.iter_mut().zip(ids).enumerate() {
+            let group = first_group + index;
+            let column = ((group << group_log2) >> samples_log2) % BLOCK;
+            let lane = &lanes[group & half_mask & 1];
+            let base = [row_edges[0][column], row_edges[1][column], row_edges[2][column]];
+            let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
+            draw_group::<STENCIL, EDGES>(base, row_keys[column], lane, triangle, label, wanted, keys, ids);
         }
     }
 }
@@ -257,7 +325,7 @@ fn draw<const STENCIL: bool>(
 #[allow(clippy::too_many_arguments)] // inlined; a struct would only hide what is loop-invariant
 #[allow(clippy::needless_range_loop)] // the lanes of six arrays, for the vectoriser
 #[inline(always)]
-fn draw_group<const STENCIL: bool>(
+fn draw_group<const STENCIL: bool, const EDGES: bool>(
     base: [i32; 3],
     key: f32,
     lane: &LanePattern,
@@ -276,16 +344,18 @@ fn draw_group<const STENCIL: bool>(
     let (mut new_keys, mut new_ids) = (keys.0.map(f32::to_bits), ids.0);
     let id = triangle.id;
     for i in 0..LANES {
-        let e0 = base[0].wrapping_add(x[i]);
-        let e1 = base[1].wrapping_add(y[i]);
-        let e2 = base[2].wrapping_add(z[i]);
         let value = key + steps[i];
         let value = if value < low { low } else { value };
         let value = if value > high { high } else { value };
         // Masks of ones and zeros; conditions would become branches.
-        let outside = ((e0 | e1 | e2) >> 31) as u32;
-        let nearer = 0u32.wrapping_sub(u32::from(value > f32::from_bits(new_keys[i])));
-        let mut pass = nearer & !outside;
+        let mut pass = 0u32.wrapping_sub(u32::from(value > f32::from_bits(new_keys[i])));
+        if EDGES {
+            let e0 = base[0].wrapping_add(x[i]);
+            let e1 = base[1].wrapping_add(y[i]);
+            let e2 = base[2].wrapping_add(z[i]);
+            let outside = ((e0 | e1 | e2) >> 31) as u32;
+            pass &= !outside;
+        }
         if STENCIL {
             pass &= 0u32.wrapping_sub(u32::from(labels[i] == wanted));
         }

@@ -1,5 +1,6 @@
 //! A tile of the picture: its layers of samples are drawn, and read back as fragments.
 
+use super::DrawTriangle;
 use super::attributes::{Corners, Weights, barycentrics, in_source, lane, weights};
 use super::bin::Bins;
 use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
@@ -276,16 +277,29 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &m
     for (index, surfaces) in surfaces.chunks_mut(LANES).enumerate() {
         let first = index * LANES;
         let ids = &chains.ids[first..first + surfaces.len()];
-        for (index, (&id, surface)) in ids.iter().zip(surfaces.iter_mut()).enumerate() {
+        for (index, fragment_weight) in fragment_weights[..ids.len()].iter_mut().enumerate() {
             while chains.ends[fragment] as usize <= first + index {
                 fragment += 1;
             }
-            let (list, triangle) = plan.triangle(id);
-            (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
-            // One of several pieces may be shaded for all of them, at a place beside it.
-            let leeway = if triangle.patch != 0 { PIECE_LEEWAY } else { 0.0 };
-            corners.set(index, plan.corners(list, triangle), chains.positions[fragment], leeway);
-            fragment_weights[index] = chains.targets[fragment].weight;
+            corners.set_position(index, chains.positions[fragment]);
+            *fragment_weight = chains.targets[fragment].weight;
+        }
+        // One of several pieces may be shaded for all of them, at a place beside it.
+        let leeway = |triangle: &DrawTriangle| if triangle.patch != 0 { PIECE_LEEWAY } else { 0.0 };
+        let alike = ids.iter().fold(0, |differences, id| differences | (id ^ ids[0])) == 0;
+        if alike {
+            // Neighbours mostly show the same triangle.
+            let (list, triangle) = plan.triangle(ids[0]);
+            corners.set_all(plan.corners(list, triangle), leeway(triangle));
+            for surface in surfaces.iter_mut() {
+                (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
+            }
+        } else {
+            for (index, (&id, surface)) in ids.iter().zip(surfaces.iter_mut()).enumerate() {
+                let (list, triangle) = plan.triangle(id);
+                (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
+                corners.set(index, plan.corners(list, triangle), leeway(triangle));
+            }
         }
         weights(&corners, &mut result);
         for (index, (surface, &id)) in surfaces.iter_mut().zip(ids).enumerate() {

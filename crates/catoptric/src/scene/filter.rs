@@ -119,40 +119,98 @@ pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &Look
         most_places = most_places.max(place_counts[i]);
         most_probes = most_probes.max(probe_counts[i]);
     }
-    let mut sums = [Vec4::ZERO; N];
-    for place in 0..most_places {
-        // No closures here: they would not be compiled for the caller's instruction set.
-        let uv = moved(at, &places, place as usize);
-        for probe in 0..most_probes {
-            let wrapped =
-                [along(probe, &uv[0], &taps, 0, &traits.wrap[0]), along(probe, &uv[1], &taps, 1, &traits.wrap[1])];
-            let fine = corners(&wrapped, &fine_levels, &traits.wrap, &taps.half);
-            if !any_blend {
-                for i in 0..N {
-                    if (place < place_counts[i]) & (probe < probe_counts[i]) {
-                        sums[i] += fine.blended(texels[i], i);
-                    }
-                }
-                continue;
-            }
-            let coarse = corners(&wrapped, &coarse_levels, &traits.wrap, &taps.half);
-            for i in 0..N {
-                if (place < place_counts[i]) & (probe < probe_counts[i]) {
-                    let value = fine.blended(texels[i], i);
-                    sums[i] += value;
-                    if taps.blend[i] > 0.0 {
-                        sums[i] += (coarse.blended(texels[i], i) - value) * taps.blend[i];
-                    }
-                }
-            }
-        }
-    }
+    let look_up = LookUp {
+        at,
+        places: &places,
+        taps: &taps,
+        wrap: &traits.wrap,
+        texels: &texels,
+        levels: [&fine_levels, &coarse_levels],
+        counts: [&place_counts, &probe_counts],
+        steps: [most_places, most_probes],
+    };
+    let repeats = traits.wrap == [[1.0; N]; 2];
+    let mut sums = match (repeats, any_blend) {
+        (true, false) => look_up.sums::<true, false>(),
+        (true, true) => look_up.sums::<true, true>(),
+        (false, _) => look_up.sums::<false, true>(),
+    };
     for i in 0..N {
         let finite = at.uv[0][i].is_finite() && at.uv[1][i].is_finite();
         let share = taps.share[i] / (places.count[i] * 65535.0);
         sums[i] = if textures[i].is_some() && finite { sums[i] * share } else { Vec4::ONE };
     }
     sums
+}
+
+/// Look-ups of which all is known but the texels.
+struct LookUp<'a, const N: usize> {
+    at: &'a LookUps<N>,
+    places: &'a Places<N>,
+    taps: &'a Taps<N>,
+    wrap: &'a [[f32; N]; 2],
+    texels: &'a [&'a [[u16; 4]]; N],
+    /// The finer and the coarser one.
+    levels: [&'a Levels<N>; 2],
+    /// How many places and how many probes each has.
+    counts: [&'a [u32; N]; 2],
+    /// The largest of either.
+    steps: [u32; 2],
+}
+
+/// Steps (a probe at a place) whose texels are found before any is read.
+const STEPS_AT_ONCE: usize = 4;
+
+impl<const N: usize> LookUp<'_, N> {
+    /// The sums over all places and probes. `REPEATS`: all textures do; `BLENDS`: some need their coarser level too.
+    #[inline(always)]
+    fn sums<const REPEATS: bool, const BLENDS: bool>(&self) -> [Vec4; N] {
+        let [places, probes] = self.steps;
+        let mut sums = [Vec4::ZERO; N];
+        let mut fine = [Texels::NONE; STEPS_AT_ONCE];
+        let mut coarse = [Texels::NONE; STEPS_AT_ONCE];
+        let mut steps = [[0u32; 2]; STEPS_AT_ONCE];
+        let (mut place, mut probe) = (0, 0);
+        while place < places {
+            let mut count = 0;
+            // No closures here: they would not be compiled for the caller's instruction set.
+            while count < STEPS_AT_ONCE && place < places {
+                let uv = moved(self.at, self.places, place as usize);
+                let wrapped = [
+                    along::<N, REPEATS>(probe, &uv[0], self.taps, 0, &self.wrap[0]),
+                    along::<N, REPEATS>(probe, &uv[1], self.taps, 1, &self.wrap[1]),
+                ];
+                fine[count] = corners::<N, REPEATS>(&wrapped, self.levels[0], self.wrap, &self.taps.half);
+                if BLENDS {
+                    coarse[count] = corners::<N, REPEATS>(&wrapped, self.levels[1], self.wrap, &self.taps.half);
+                }
+                steps[count] = [place, probe];
+                count += 1;
+                probe += 1;
+                if probe == probes {
+                    (place, probe) = (place + 1, 0);
+                }
+            }
+            for i in 0..N {
+                let (texels, blend) = (self.texels[i], self.taps.blend[i]);
+                let (place_count, probe_count) = (self.counts[0][i], self.counts[1][i]);
+                let mut sum = sums[i];
+                for step in 0..count {
+                    let [place, probe] = steps[step];
+                    if (place >= place_count) | (probe >= probe_count) {
+                        continue;
+                    }
+                    let value = fine[step].blended(texels, i);
+                    sum += value;
+                    if BLENDS && blend > 0.0 {
+                        sum += (coarse[step].blended(texels, i) - value) * blend;
+                    }
+                }
+                sums[i] = sum;
+            }
+        }
+        sums
+    }
 }
 
 /// The places at which each look-up reads its texture; one, in the middle, where the texture shows no detail.
@@ -290,18 +348,28 @@ fn taps<const N: usize>(traits: &Traits<N>, at: &LookUps<N>, side: &[f32; N]) ->
     taps
 }
 
-/// Coordinates of the look-ups along the footprints, brought into 0..1.
+/// Coordinates of the look-ups along the footprints, brought into 0..1. `REPEATS`: `wrap` is 1 throughout.
 #[inline(always)]
-fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize, wrap: &[f32; N]) -> [f32; N] {
+fn along<const N: usize, const REPEATS: bool>(
+    probe: u32,
+    at: &[f32; N],
+    taps: &Taps<N>,
+    axis: usize,
+    wrap: &[f32; N],
+) -> [f32; N] {
     let mut result = [0.0; N];
     for i in 0..N {
         let (at, step, share, wrap) = (at[i], taps.step[axis][i], taps.share[i], wrap[i]);
         let coordinate = at + step * ((probe as f32 + 0.5) * share - 0.5);
-        let scaled = coordinate * wrap;
-        let fraction = scaled - floor(scaled);
-        let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
-        let folded = if wrap == 1.0 { fraction } else { mirrored };
-        let folded = if wrap == 0.0 { coordinate } else { folded };
+        let folded = if REPEATS {
+            coordinate - floor(coordinate)
+        } else {
+            let scaled = coordinate * wrap;
+            let fraction = scaled - floor(scaled);
+            let mirrored = 1.0 - (1.0 - 2.0 * fraction).abs();
+            let folded = if wrap == 1.0 { fraction } else { mirrored };
+            if wrap == 0.0 { coordinate } else { folded }
+        };
         // Not a number, and what rounding of far coordinates leaves outside.
         let folded = if folded > 0.0 { folded } else { 0.0 };
         result[i] = if folded < 1.0 { folded } else { 1.0 };
@@ -311,19 +379,20 @@ fn along<const N: usize>(probe: u32, at: &[f32; N], taps: &Taps<N>, axis: usize,
 
 /// The texels to be blended: where the left ones of the upper and the lower row are, and the shares of the right ones
 /// and of the lower row.
+#[derive(Clone, Copy)]
 struct Texels<const N: usize> {
     rows: [[u32; N]; 2],
     share: [[f32; N]; 2],
 }
 
 #[inline(always)]
-fn corners<const N: usize>(
+fn corners<const N: usize, const REPEATS: bool>(
     wrapped: &[[f32; N]; 2],
     levels: &Levels<N>,
     wrap: &[[f32; N]; 2],
     half: &[f32; N],
 ) -> Texels<N> {
-    let mut texels = Texels { rows: [[0; N]; 2], share: [[0.0; N]; 2] };
+    let mut texels = Texels::NONE;
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..N {
         let [width, height] = [levels.size[0][i], levels.size[1][i]];
@@ -335,18 +404,18 @@ fn corners<const N: usize>(
         // Mirrored coordinates are already folded: beyond the edge lies the edge's own texel.
         let last = width - 1.0;
         let first = floor(x);
-        let below = if wrap_u == 1.0 { last } else { 0.0 };
-        let above = last - below;
+        let below = if REPEATS || wrap_u == 1.0 { last } else { 0.0 };
         let inside = if first < 0.0 { below } else { first };
-        let inside = if first > last { above } else { inside };
+        let inside = if first > last { last - below } else { inside };
         let column = index(inside);
-        // Left of the image its edge is seen alone, if it does not repeat; right of it see [`Texture::texels`].
-        let share = if (first < 0.0) & (wrap_u != 1.0) { 0.0 } else { x - first };
+        // Left of the image its edge is seen alone, if it does not repeat; right of it see `Texture::texels`.
+        let edge = !REPEATS & (first < 0.0) & (wrap_u != 1.0);
+        let share = if edge { 0.0 } else { x - first };
         texels.share[0][i] = share * blended;
 
         let last = height - 1.0;
         let first = floor(y);
-        let below = if wrap_v == 1.0 { last } else { 0.0 };
+        let below = if REPEATS || wrap_v == 1.0 { last } else { 0.0 };
         let above = last - below;
         let second = first + 1.0;
         let second = if second > last { above } else { second };
@@ -362,6 +431,8 @@ fn corners<const N: usize>(
 }
 
 impl<const N: usize> Texels<N> {
+    const NONE: Self = Self { rows: [[0; N]; 2], share: [[0.0; N]; 2] };
+
     /// The blend of four texels, 65535 for 1.
     #[inline(always)]
     fn blended(&self, texels: &[[u16; 4]], i: usize) -> Vec4 {

@@ -201,8 +201,8 @@ fn sides(positions: &[Lane3; 3], normals: &[Lane3; 3], viewers: &Lane3) -> Lane 
     let mut sides = [1.0; LANES];
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..LANES {
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2]
-            .map(|corner: usize| [positions[corner][0][i], positions[corner][1][i], positions[corner][2][i]]);
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] =
+            [0, 1, 2].map(|corner: usize| [positions[corner][0][i], positions[corner][1][i], positions[corner][2][i]]);
         let [[nx, ny, nz], [ox, oy, oz], [px, py, pz]] =
             [0, 1, 2].map(|corner: usize| [normals[corner][0][i], normals[corner][1][i], normals[corner][2][i]]);
         let [vx, vy, vz] = [viewers[0][i], viewers[1][i], viewers[2][i]];
