@@ -3,7 +3,7 @@
 use super::attributes::depth_at;
 use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
 use super::plan::Plan;
-use super::samples::Pattern;
+use super::samples::{LANES, Pattern};
 use glam::Vec2;
 
 /// Parts of one surface that meet in a pixel differ in depth by less than this share of it.
@@ -221,13 +221,8 @@ impl PixelPlace<'_> {
     /// The samples among `rest` that show the same surface in a layer as the first of them, and the triangle that the
     /// one in their middle shows.
     fn of_one_surface(&self, layer: &[u32], rest: u32) -> (u32, u32) {
-        let samples_of = |id: u32| {
-            let same =
-                layer.iter().enumerate().fold(0, |mask, (sample, &other)| mask | u32::from(other == id) << sample);
-            same & rest
-        };
         let id = layer[rest.trailing_zeros() as usize];
-        let mut all = samples_of(id);
+        let mut all = samples_of(layer, id) & rest;
         if id == EMPTY || all == rest || !self.merges {
             return (id, all);
         }
@@ -240,7 +235,7 @@ impl PixelPlace<'_> {
         while others != 0 {
             let sample = others.trailing_zeros() as usize;
             let other = layer[sample];
-            let mask = samples_of(other);
+            let mask = samples_of(layer, other) & rest;
             others &= !mask;
             if other == EMPTY {
                 continue;
@@ -261,6 +256,24 @@ impl PixelPlace<'_> {
         let nearest = in_all.min_by(|a, b| distance2(*a).total_cmp(&distance2(*b)));
         (nearest.map_or(id, |sample| layer[sample]), all)
     }
+}
+
+/// The samples that show a triangle, as bits.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn samples_of(layer: &[u32], id: u32) -> u32 {
+    let mut mask = 0;
+    let (groups, rest) = layer.as_chunks::<LANES>();
+    for (index, group) in groups.iter().enumerate() {
+        let mut bits = [0u32; LANES];
+        for (index, (bit, &other)) in bits.iter_mut().zip(group).enumerate() {
+            *bit = u32::from(other == id) << index;
+        }
+        mask |= bits.iter().fold(0, |sum, bit| sum | bit) << (index * LANES);
+    }
+    for (index, &other) in rest.iter().enumerate() {
+        mask |= u32::from(other == id) << (groups.len() * LANES + index);
+    }
+    mask
 }
 
 /// Calls `found` for every different chain among the samples in `mask`, in the order of their first samples within

@@ -93,7 +93,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
             });
         }
         fetch_surfaces(plan, chains, pattern.samples, surfaces);
-        colors.clear();
+        // All of them are set by the shader.
         colors.resize(chains.positions.len(), Vec3::ZERO);
         let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces, second_branches };
         self.shader.shade_batch(&batch, colors);
@@ -172,6 +172,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
 
 /// Gives every sample the label of what it shows in the layer below, and says which labels each block holds and
 /// whether light divides at any of them.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn label(
     plan: &Plan<'_>,
     layer: &LayerPlan,
@@ -269,7 +270,7 @@ fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
 /// The surfaces of all chains, with their attributes.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &mut Vec<LayerSurface>) {
-    surfaces.clear();
+    // All of what stands there is overwritten.
     surfaces.resize(chains.ids.len(), LayerSurface::default());
     let (mut corners, mut result) = (Corners::default(), Weights::default());
     let mut fragment_weights = [0u8; LANES];
