@@ -245,8 +245,8 @@ impl Steps {
             steps.key[column] = key_step * column as f32;
         }
         for (values, edge) in steps.edges.iter_mut().zip(edges) {
-            for column in 0..BLOCK {
-                values[column] = edge.x.wrapping_mul(column as i32 * 16);
+            for (column, value) in values.iter_mut().enumerate() {
+                *value = edge.x.wrapping_mul(column as i32 * 16);
             }
         }
         steps

@@ -96,6 +96,7 @@ static PLACES: [[Vec2; MAX_PLACES]; 4] = {
 ///
 /// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 pub(super) fn sample<const N: usize>(textures: &[Option<&Texture>; N], at: &LookUps<N>) -> [Vec4; N] {
     let traits = traits(textures);
     let places = places(&traits, at);
@@ -164,6 +165,7 @@ const STEPS_AT_ONCE: usize = 4;
 impl<const N: usize> LookUp<'_, N> {
     /// The sums over all places and probes. `REPEATS`: all textures do; `BLENDS`: some need their coarser level too.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
     fn sums<const REPEATS: bool, const BLENDS: bool>(&self) -> [Vec4; N] {
         let [places, probes] = self.steps;
         let mut sums = [Vec4::ZERO; N];
@@ -215,6 +217,7 @@ impl<const N: usize> LookUp<'_, N> {
 
 /// The places at which each look-up reads its texture; one, in the middle, where the texture shows no detail.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 fn places<const N: usize>(traits: &Traits<N>, at: &LookUps<N>) -> Places<N> {
     let mut extents2 = [0.0; N];
     for i in 0..N {
@@ -286,26 +289,14 @@ fn traits<const N: usize>(textures: &[Option<&Texture>; N]) -> Traits<N> {
     for (i, texture) in textures.iter().enumerate() {
         let Some(texture) = texture else { continue };
         let sampler = &texture.sampler;
-        let size = [texture.levels[0].width as f32, texture.levels[0].height as f32];
-        let last_level = if sampler.mip_filter == MipFilter::None { -1.0 } else { (texture.levels.len() - 1) as f32 };
-        let nearest_level = if sampler.mip_filter == MipFilter::Nearest { 1.0 } else { 0.0 };
-        let halves = [half(sampler.magnify_linear), half(sampler.minify_linear)];
-        let wraps = [wrap(sampler.wrap_u), wrap(sampler.wrap_v)];
-        if i == 0 && textures.iter().all(|other| other.is_some_and(|other| std::ptr::eq(other, *texture))) {
-            // Neighbours mostly show the same texture.
-            return Traits {
-                size: size.map(|size| [size; N]),
-                last_level: [last_level; N],
-                nearest_level: [nearest_level; N],
-                magnified_half: [halves[0]; N],
-                minified_half: [halves[1]; N],
-                wrap: wraps.map(|wrap| [wrap; N]),
-            };
+        (traits.size[0][i], traits.size[1][i]) = (texture.levels[0].width as f32, texture.levels[0].height as f32);
+        if sampler.mip_filter != MipFilter::None {
+            traits.last_level[i] = (texture.levels.len() - 1) as f32;
         }
-        (traits.size[0][i], traits.size[1][i]) = (size[0], size[1]);
-        (traits.last_level[i], traits.nearest_level[i]) = (last_level, nearest_level);
-        (traits.magnified_half[i], traits.minified_half[i]) = (halves[0], halves[1]);
-        (traits.wrap[0][i], traits.wrap[1][i]) = (wraps[0], wraps[1]);
+        traits.nearest_level[i] = if sampler.mip_filter == MipFilter::Nearest { 1.0 } else { 0.0 };
+        traits.magnified_half[i] = half(sampler.magnify_linear);
+        traits.minified_half[i] = half(sampler.minify_linear);
+        (traits.wrap[0][i], traits.wrap[1][i]) = (wrap(sampler.wrap_u), wrap(sampler.wrap_v));
     }
     traits
 }
@@ -552,7 +543,10 @@ mod tests {
                 let size = [0.0, 0.01, 0.4, 30.0][(round + lane) / 4 % 4];
                 (vector(scale), UvFootprint { dx: vector(size), dy: vector(size), samples: 1 << ((round + lane) % 5) })
             });
-            let chosen: [Option<&Texture>; 8] = std::array::from_fn(|lane| textures.get((round + lane * 5) % 19));
+            // Every second time all lanes read the same texture.
+            let spread = round % 2 * 5;
+            let chosen: [Option<&Texture>; 8] =
+                std::array::from_fn(|lane| textures.get((round / 2 + lane * spread) % 19));
             let lanes = |value: &dyn Fn(&(Vec2, UvFootprint)) -> Vec2| {
                 [std::array::from_fn(|i| value(&places[i]).x), std::array::from_fn(|i| value(&places[i]).y)]
             };
