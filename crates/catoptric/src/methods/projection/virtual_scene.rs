@@ -1,11 +1,12 @@
 //! What every projection method with virtual meshes keeps: mirrors made ready, welded objects, meshes of earlier frames.
 
-use super::drawing::{PathGeometry, draw_paths};
+use super::drawing::{PathGeometry, draw_paths_with};
 use super::projector::{SpecularPath, VertexProjector};
 use super::virtual_mesh::{MeshQuality, VirtualMesh, VirtualObject, WeldedObject, virtual_mesh};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::{Job, Report};
 use crate::optics::bundle::BounceKind;
 use crate::scene::Scene;
@@ -133,15 +134,17 @@ impl VirtualScene {
         self.meshes.clear();
     }
 
-    /// Draws the picture: makes the virtual meshes that are not kept, with the projector, and has them drawn.
+    /// Draws the picture: makes the virtual meshes that are not kept, with the projector, and has them drawn. Reflectors
+    /// with environment maps show these.
     ///
     /// # Errors
     /// Those of the rasteriser.
-    pub fn draw<P: VertexProjector + ?Sized>(
+    pub(super) fn draw<P: VertexProjector + ?Sized>(
         &mut self,
         job: &Job<'_>,
         projector: &P,
         quality: &MeshQuality,
+        maps: Option<&ReflectorMaps>,
         report: &mut Report,
         target: &mut Framebuffer,
     ) -> Result<(), RenderError> {
@@ -174,7 +177,7 @@ impl VirtualScene {
         if unfinished > 0 {
             report.fallbacks.insert("undivided_pieces", unfinished);
         }
-        report.add_raster(&draw_paths(job, geometry, target)?);
+        report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
         Ok(())
     }
 

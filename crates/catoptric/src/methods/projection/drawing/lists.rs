@@ -2,6 +2,7 @@
 
 use super::PathGeometry;
 use crate::methods::Job;
+use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::projection::SpecularPath;
 use crate::optics::bundle::{Bounce, BounceKind};
 use crate::raster::{Branch, DrawList, Stencil, scene_draw_list};
@@ -14,10 +15,14 @@ const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
 /// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
 ///
-/// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, and where the highest
-/// order is reached: there paths end. Every lens that is seen has a list for what passes through it, be it empty: so
+/// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, those that have
+/// environment maps among them, and where the highest order is reached: there paths end. Every lens that is seen has a list for what passes through it, be it empty: so
 /// the rasteriser knows that light divides there.
-pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawList> {
+pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>, maps: Option<&ReflectorMaps>) -> Vec<DrawList> {
+    let group = |object: u32, goes_on: bool| {
+        let mapped = maps.is_some_and(|maps| maps.has(object));
+        if goes_on && !mapped && job.scene.role_of(object).is_specular() { object + 1 } else { 0 }
+    };
     let (scene, order) = (job.scene, job.quality.order as usize);
     // Sorted by length, so that parents come first.
     let mut waiting: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
@@ -32,7 +37,7 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
         }
         waiting.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
     }
-    let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(scene, object, order > 0)))];
+    let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(object, order > 0)))];
     for object in lenses(scene, &lists[0]) {
         waiting.entry((1, passing(&SpecularPath::default(), object))).or_default();
     }
@@ -51,7 +56,7 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>) -> Vec<DrawLis
         for triangle in &mut list.triangles {
             match scene.triangle_objects.get(triangle.source as usize) {
                 Some(&object) => {
-                    triangle.group = group(scene, object, length < order);
+                    triangle.group = group(object, length < order);
                     triangle.alpha_tested = scene.is_alpha_tested(object);
                     // Pieces of one triangle are one surface, too.
                     let piece = if in_pieces { triangle.source + 1 } else { 0 };
@@ -103,10 +108,6 @@ fn is_possible(scene: &Scene, path: &SpecularPath) -> bool {
                 BounceKind::Transmit => scene.role_of(bounce.object) == Role::Lens,
             }
     })
-}
-
-fn group(scene: &Scene, object: u32, goes_on: bool) -> u32 {
-    if goes_on && scene.role_of(object).is_specular() { object + 1 } else { 0 }
 }
 
 /// The parts of one path as one list.

@@ -18,6 +18,7 @@ use super::projector::SpecularPath;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::Job;
+use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::raster::{self, DrawTriangle, RasterReport};
 use crate::scene::PicturePoint;
 use glam::Vec2;
@@ -58,7 +59,17 @@ pub fn draw_paths(
     paths: Vec<PathGeometry>,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    let lists = lists::draw_lists(job, paths);
-    let shader = PathShader::new(job.scene, job.view);
+    draw_paths_with(job, paths, None, target)
+}
+
+/// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them.
+pub(super) fn draw_paths_with(
+    job: &Job<'_>,
+    paths: Vec<PathGeometry>,
+    maps: Option<&ReflectorMaps>,
+    target: &mut Framebuffer,
+) -> Result<RasterReport, RenderError> {
+    let lists = lists::draw_lists(job, paths, maps);
+    let shader = PathShader::new(job.scene, job.view).with_maps(maps, job.quality.order);
     raster::draw(job.view, job.quality.samples, &lists, &shader, target)
 }

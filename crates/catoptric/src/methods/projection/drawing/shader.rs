@@ -1,9 +1,10 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
+use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::optics::{Deferred, Interface, transmittance};
 use crate::raster::{Fragment, LayerSurface, Look, LookShader};
 use crate::scene::shade::SurfacePoint;
-use crate::scene::{Ray, Role, Scene, View, ViewRays};
+use crate::scene::{Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::Vec3;
 
 /// Shorter segments than this share of the coordinates' size have no direction of their own: it is lost in rounding.
@@ -17,12 +18,39 @@ const SHORT: f32 = 1e-4;
 pub(in crate::methods::projection) struct PathShader<'a> {
     scene: &'a Scene,
     rays: ViewRays,
+    /// Reflectors with maps look these up, after fewer bounces than the order.
+    maps: Option<&'a ReflectorMaps>,
+    order: usize,
 }
 
 impl<'a> PathShader<'a> {
     /// A shader for paths from the eye of a view.
     pub(in crate::methods::projection) fn new(scene: &'a Scene, view: &View) -> Self {
-        Self { scene, rays: view.rays() }
+        Self { scene, rays: view.rays(), maps: None, order: 0 }
+    }
+
+    /// The same with environment maps, for pictures of an order.
+    pub(super) fn with_maps(self, maps: Option<&'a ReflectorMaps>, order: u32) -> Self {
+        Self { maps, order: order as usize, ..self }
+    }
+
+    /// What a reflector with an environment map shows. Rarely asked: kept out of the walk.
+    #[inline(never)]
+    fn mapped(
+        &self,
+        maps: &ReflectorMaps,
+        fragment: &Fragment<'_>,
+        surface: &LayerSurface,
+        ray: &Ray,
+        bounce: usize,
+    ) -> Vec3 {
+        // How reflected rays differ from pixel to pixel is not known here: what they meet is not filtered.
+        let change = match bounce {
+            0 => self.rays.ray_with_differential(fragment.position.x, fragment.position.y).1,
+            _ => RayDifferential::default(),
+        };
+        let encounter = self.scene.drawn_encounter(surface, ray, &change);
+        maps.radiance(self.scene, &encounter, ray, &change)
     }
 
     /// Turns a ray from the last bounce towards the surface that is seen at its end.
@@ -78,6 +106,15 @@ impl LookShader for PathShader<'_> {
                 return Look::of_diffuse(scene, surface, &ray, throughput, sum);
             }
             let ends = surface.group == 0;
+            if let Some(maps) = self.maps
+                && bounce < self.order
+                && maps.has(object)
+            {
+                if absorption != Vec3::ZERO {
+                    throughput *= transmittance(absorption, length(&ray, &scene.drawn_point(surface, &ray)));
+                }
+                return Look::Color(sum + throughput * self.mapped(maps, fragment, surface, &ray, bounce));
+            }
             if ends && material.role != Role::Coated && material.blend.is_none() {
                 return Look::Color(sum);
             }

@@ -155,7 +155,7 @@ impl ReflectionMethod for PathPerturbation {
             picture: PictureScale::new(job.view),
             max_pieces: MAX_PIECES,
         };
-        scene.draw(job, &perturber, &quality, &mut report, target)?;
+        scene.draw(job, &perturber, &quality, None, &mut report, target)?;
         Ok(report)
     }
 

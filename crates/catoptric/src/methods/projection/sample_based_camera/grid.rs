@@ -103,6 +103,7 @@ struct Sampler<'a> {
     field: &'a dyn RayField,
     spacing_px: f32,
     columns: u32,
+    mapped: &'a [bool],
 }
 
 impl Sampler<'_> {
@@ -113,7 +114,7 @@ impl Sampler<'_> {
         let mut signature = 0u64;
         let mut waiting = Vec::new();
         let mut traced = 0;
-        follow(self.specular, &ray, near, &mut waiting, &mut traced, &mut |bounces, ray| {
+        follow(self.specular, self.mapped, &ray, near, &mut waiting, &mut traced, &mut |bounces, ray| {
             signature = signature.wrapping_add(bounces.signature());
             let group = row.group_of(&bounces);
             row.entries.push(Entry { group, cell, between, ray: GridRay { place, ..ray } });
@@ -137,10 +138,10 @@ impl Sampler<'_> {
 }
 
 impl RayGrid {
-    /// Follows the rays of a field.
-    pub(super) fn new(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32) -> Self {
+    /// Follows the rays of a field. Objects of `mapped` show environment maps: no path goes on at them.
+    pub(super) fn new(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32, mapped: &[bool]) -> Self {
         let [columns, rows] = field.size_px().map(|size| ((size / spacing_px).ceil() as u32).max(1));
-        let sampler = Sampler { specular, field, spacing_px, columns };
+        let sampler = Sampler { specular, field, spacing_px, columns, mapped };
         let spans = spans(specular, field, spacing_px, [columns, rows]);
         let regular = parallel::map_collect(rows as usize, |row| {
             let mut entries = RowEntries::default();
@@ -205,7 +206,7 @@ fn spans(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32, [column
 }
 
 /// The rectangle of the field that a box appears in; none where some of it is beside or behind the eye.
-fn extent(bounds: &Aabb, field: &dyn RayField) -> Option<[[f64; 2]; 2]> {
+pub(super) fn extent(bounds: &Aabb, field: &dyn RayField) -> Option<[[f64; 2]; 2]> {
     let mut found = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for corner in 0..8 {
         let axis = |axis: usize| f64::from(if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] });
@@ -393,6 +394,7 @@ struct Waiting {
 /// Calls `found` for the outgoing ray of every path that a view ray begins. Its place is left at the origin.
 fn follow(
     specular: &Specular<'_>,
+    mapped: &[bool],
     ray: &Ray,
     near: f32,
     waiting: &mut Vec<Waiting>,
@@ -419,6 +421,9 @@ fn follow(
         *traced += 1;
         let Some(hit) = specular.tracer.first_hit(specular.scene, &before.ray, before.near) else { continue };
         let Some((object, site)) = specular.surfaces.site_of(&before.ray, &hit) else { continue };
+        if mapped.get(object as usize) == Some(&true) {
+            continue;
+        }
         let Some(frame) = specular.surfaces.frame(object, &site) else { continue };
         let lens = specular.scene.role_of(object) == Role::Lens;
         let cosine = before.direction.dot(frame.normal);

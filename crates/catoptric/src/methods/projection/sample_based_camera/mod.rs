@@ -9,6 +9,7 @@ mod bundles;
 mod cameras;
 mod fit;
 mod grid;
+mod hybrid;
 mod layout;
 mod pieces;
 mod pinhole;
@@ -20,6 +21,7 @@ pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{Specular, ViewField, eye_of};
 use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
@@ -56,6 +58,8 @@ struct SampleBasedCamera {
     settings: SampleBasedCameraSettings,
     scene: Option<VirtualScene>,
     frame: Option<Frame>,
+    /// The environment maps of the prepared scene, and which objects have them.
+    maps: Option<(Vec<bool>, ReflectorMaps)>,
 }
 
 /// What depends on the view and the mirrors, but not on what moves among them.
@@ -65,11 +69,13 @@ struct Frame {
     grid: RayGrid,
     /// The cameras of each group of the grid.
     cameras: Vec<Cameras>,
+    /// Which objects show environment maps.
+    mapped: Vec<bool>,
 }
 
 impl SampleBasedCamera {
     fn new(settings: SampleBasedCameraSettings) -> Self {
-        Self { settings, scene: None, frame: None }
+        Self { settings, scene: None, frame: None, maps: None }
     }
 
     /// Builds the cameras where the kept ones do not fit the view.
@@ -87,7 +93,8 @@ impl SampleBasedCamera {
         let surfaces = prepared.surfaces(job.scene);
         let specular = Specular { scene: job.scene, tracer: prepared.tracer(), surfaces: &surfaces, order };
         let field = ViewField::new(job.view, margin_px(&self.settings));
-        let grid = RayGrid::new(&specular, &field, self.settings.downsampling as f32);
+        let mapped = hybrid::mapped(&self.settings, job.scene, &field)?;
+        let grid = RayGrid::new(&specular, &field, self.settings.downsampling as f32, &mapped);
         report.stages_ms.push(("ray_map", watch.lap_ms()));
         report.counts.insert("rays_traced", grid.traced);
         let view = PreciseView::new(job.view);
@@ -97,8 +104,29 @@ impl SampleBasedCamera {
             Builder { group, view: &view, bounds: job.scene.bounds, accuracy_px }.cameras(self.settings.camera)
         });
         report.stages_ms.push(("build", watch.lap_ms()));
-        self.frame = Some(Frame { view: job.view.clone(), order, grid, cameras });
+        self.frame = Some(Frame { view: job.view.clone(), order, grid, cameras, mapped });
         prepared.forget_meshes();
+        Ok(())
+    }
+}
+
+impl SampleBasedCamera {
+    /// Captures the environment maps that the frame wants and the kept ones are not.
+    fn capture(&mut self, job: &Job<'_>, report: &mut Report) -> Result<(), RenderError> {
+        let Some(frame) = &self.frame else { return Err(unprepared()) };
+        let count = frame.mapped.iter().filter(|&&mapped| mapped).count() as u64;
+        if count == 0 {
+            self.maps = None;
+            return Ok(());
+        }
+        let mut watch = Stopwatch::new();
+        if self.maps.as_ref().is_none_or(|(mapped, _)| *mapped != frame.mapped) {
+            let maps = hybrid::captured(&self.settings, job.scene, &frame.mapped, job.quality.order, job.progress)?;
+            self.maps = Some((frame.mapped.clone(), maps));
+        }
+        report.stages_ms.push(("capture", watch.lap_ms()));
+        report.fallbacks.insert("environment_mapped_reflectors", count);
+        report.bytes.insert("environment_maps", self.maps.as_ref().map_or(0, |(_, maps)| maps.byte_count()));
         Ok(())
     }
 }
@@ -142,12 +170,14 @@ impl ReflectionMethod for SampleBasedCamera {
     }
 
     fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
+        self.maps = None;
         Ok(VirtualScene::prepare(&mut self.scene, &mut self.frame, scene))
     }
 
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
         let mut report = Report::default();
         self.build(job, &mut report)?;
+        self.capture(job, &mut report)?;
         let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
         let counts: Vec<Counts> = frame.cameras.iter().map(Cameras::counts).collect();
         let sum = |count: fn(&Counts) -> u64| counts.iter().map(count).sum::<u64>();
@@ -165,7 +195,8 @@ impl ReflectionMethod for SampleBasedCamera {
             picture: PictureScale::new(job.view),
             max_pieces: MAX_PIECES,
         };
-        scene.draw(job, &projector, &quality, &mut report, target)?;
+        let maps = self.maps.as_ref().map(|(_, maps)| maps);
+        scene.draw(job, &projector, &quality, maps, &mut report, target)?;
         Ok(report)
     }
 

@@ -1,5 +1,6 @@
 //! The settings of sample-based cameras.
 
+use super::hybrid::patterns;
 use crate::error::RenderError;
 use crate::methods::{Settings, within};
 use serde::{Deserialize, Serialize};
@@ -48,11 +49,17 @@ pub struct SampleBasedCameraSettings {
     pub edge_error_px: f32,
     /// Pieces that appear in part are divided down to this size.
     pub piece_px: f32,
+    /// Reflectors and lenses with these names show environment maps: patterns, separated by commas.
+    pub environment: String,
+    /// So do those that appear no larger than this, in pixels, in either direction.
+    pub environment_below_px: f32,
+    /// Texels a side of a face of these maps.
+    pub environment_size: u32,
 }
 
 impl SampleBasedCameraSettings {
     /// The settings of a preset.
-    pub const fn preset(preset: Preset) -> Self {
+    pub fn preset(preset: Preset) -> Self {
         let balanced = Self {
             preset,
             camera: CameraKind::RayBundle,
@@ -61,6 +68,9 @@ impl SampleBasedCameraSettings {
             polish: 0,
             edge_error_px: 0.15,
             piece_px: 0.75,
+            environment: String::new(),
+            environment_below_px: 0.0,
+            environment_size: 256,
         };
         match preset {
             Preset::Fast => Self { accuracy_px: 1.0, downsampling: 4, edge_error_px: 0.5, piece_px: 3.0, ..balanced },
@@ -90,6 +100,9 @@ impl Settings for SampleBasedCameraSettings {
             "edges of virtual geometry are divided until they are this near to where they belong, 0.01 to 100",
         ),
         ("piece_px", "pieces that appear in part are divided down to this size, 0.1 to 100"),
+        ("environment", "names of reflectors that show environment maps: patterns with * and ?, separated by commas"),
+        ("environment_below_px", "reflectors that appear smaller than this show environment maps, 0 (none) to 100000"),
+        ("environment_size", "texels a side of a face of these maps, 4 to 4096"),
     ];
 
     fn check(&self) -> Result<(), String> {
@@ -97,7 +110,10 @@ impl Settings for SampleBasedCameraSettings {
         within("downsampling", self.downsampling as f32, 1.0, 64.0)?;
         within("polish", self.polish as f32, 0.0, 100.0)?;
         within("edge_error_px", self.edge_error_px, 0.01, 100.0)?;
-        within("piece_px", self.piece_px, 0.1, 100.0)
+        within("piece_px", self.piece_px, 0.1, 100.0)?;
+        within("environment_below_px", self.environment_below_px, 0.0, 1e5)?;
+        within("environment_size", self.environment_size as f32, 4.0, 4096.0)?;
+        patterns(&self.environment).map(|_| ())
     }
 
     fn from_table(table: &toml::Table) -> Result<Self, RenderError> {

@@ -1,0 +1,202 @@
+//! Maps of reflectors: captured, and looked up.
+
+use super::cube_map::CubeMap;
+use super::parallax::Surround;
+use super::settings::{EnvironmentMapSettings, Source};
+use super::shader::MapShader;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::math::Aabb;
+use crate::optics::{fresnel_dielectric, mirror_tint, reflect, reflected_change, refract, refracted_change};
+use crate::progress::Progress;
+use crate::raster;
+use crate::scene::shade::Encounter;
+use crate::scene::{Ray, RayDifferential, Role, Scene};
+use glam::{Vec3, Vec4Swizzles};
+
+/// The map of one reflector.
+#[derive(Clone, Debug)]
+struct ReflectorMap {
+    /// Where it was captured.
+    center: Vec3,
+    /// The captured radiance; none: the scene's environment is read.
+    cube: Option<CubeMap>,
+    /// The shape of the surround.
+    surround: Surround,
+}
+
+/// The maps of some of a scene's reflectors and lenses.
+#[derive(Clone, Debug, Default)]
+pub(in crate::methods) struct ReflectorMaps {
+    /// For every object of the scene.
+    maps: Vec<Option<ReflectorMap>>,
+    captured_faces: u64,
+}
+
+impl ReflectorMaps {
+    /// The maps of some objects. In `rounds` rounds all of one show the maps of the round before; without any there are
+    /// none.
+    pub(in crate::methods) fn capture(
+        settings: &EnvironmentMapSettings,
+        scene: &Scene,
+        reflectors: &[u32],
+        rounds: u32,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let mut maps = Self { maps: vec![None; scene.objects.len()], captured_faces: 0 };
+        let rounds = match settings.source {
+            Source::Capture => rounds,
+            Source::Environment => rounds.min(1),
+        };
+        if rounds == 0 || reflectors.is_empty() {
+            return Ok(maps);
+        }
+        progress.begin("capturing environment maps", u64::from(rounds) * reflectors.len() as u64);
+        for _ in 0..rounds {
+            let mut captured = vec![None; scene.objects.len()];
+            for &object in reflectors {
+                captured[object as usize] = Some(maps.map(settings, scene, object)?);
+                progress.advance(1);
+            }
+            maps.maps = captured;
+        }
+        progress.end();
+        Ok(maps)
+    }
+
+    /// Whether they were captured in a scene with as many objects.
+    pub(in crate::methods) fn fit(&self, scene: &Scene) -> bool {
+        self.maps.len() == scene.objects.len()
+    }
+
+    /// Whether an object has one.
+    #[inline]
+    pub(in crate::methods) fn has(&self, object: u32) -> bool {
+        self.maps.get(object as usize).is_some_and(Option::is_some)
+    }
+
+    /// Faces of cubes drawn to make them.
+    pub(in crate::methods) fn captured_faces(&self) -> u64 {
+        self.captured_faces
+    }
+
+    /// Memory of the cubes.
+    pub(in crate::methods) fn byte_count(&self) -> u64 {
+        self.maps.iter().flatten().filter_map(|map| map.cube.as_ref()).map(CubeMap::byte_count).sum()
+    }
+
+    /// The map of one reflector, with the other reflectors as they look so far.
+    fn map(
+        &mut self,
+        settings: &EnvironmentMapSettings,
+        scene: &Scene,
+        object: u32,
+    ) -> Result<ReflectorMap, RenderError> {
+        let center = scene.objects[object as usize].bounds.center();
+        let surround = Surround::new(settings, &diffuse_bounds(scene));
+        let cube = match settings.source {
+            Source::Environment => None,
+            Source::Capture => {
+                let mut pictures = Vec::with_capacity(6);
+                for face in 0..6 {
+                    let view = CubeMap::face_view(face, center, settings.size, scene.near());
+                    let list = raster::scene_draw_list(scene, &view, |other| (other != object).then_some(0));
+                    let shader = MapShader { scene, rays: view.rays(), maps: self };
+                    let mut picture = Framebuffer::new(view.width, view.height);
+                    raster::draw(&view, settings.capture_samples, &[list], &shader, &mut picture)?;
+                    pictures.push(picture.pixels);
+                }
+                self.captured_faces += 6;
+                Some(CubeMap::new(settings.size, pictures))
+            }
+        };
+        Ok(ReflectorMap { center, cube, surround })
+    }
+
+    /// What a reflector or lens shows where a ray meets it: light by its map, and what it scatters itself.
+    pub(in crate::methods) fn radiance(
+        &self,
+        scene: &Scene,
+        encounter: &Encounter,
+        ray: &Ray,
+        change: &RayDifferential,
+    ) -> Vec3 {
+        let point = &encounter.point;
+        let material = scene.material_of(point.object);
+        let object = &scene.objects[point.object as usize];
+        let outside = ray.direction.dot(point.geometric_normal) <= 0.0;
+        let sign = if outside { 1.0 } else { -1.0 };
+        let normal = point.normal * sign;
+        let cosine = -ray.direction.dot(normal);
+        let base = scene.base_color(material, point).xyz();
+        let map = self.maps.get(point.object as usize).and_then(Option::as_ref);
+        let fetch = |direction: Vec3, direction_change: [Vec3; 2]| {
+            map.map_or(Vec3::ZERO, |map| map.radiance(scene, encounter, direction, direction_change))
+        };
+        let mirrored = || {
+            let bend = |ray_change, k: usize| {
+                reflected_change(ray.direction, ray_change, normal, encounter.normal_change[k] * sign)
+            };
+            let change = [bend(change.direction_dx, 0), bend(change.direction_dy, 1)];
+            fetch(reflect(ray.direction, normal), change)
+        };
+        match material.role {
+            Role::Diffuse => Vec3::ZERO,
+            Role::Reflector if outside && object.inside => Vec3::ZERO,
+            Role::Reflector => {
+                let reflection = mirror_tint(material, base, cosine) * mirrored();
+                let Some(blend) = &material.blend else { return reflection };
+                let mut weight = blend.weight_at(cosine.max(0.0));
+                if let Some(attenuation) = &blend.attenuation {
+                    // What is reflected is taken to be as far away as the surround.
+                    let towards = reflect(ray.direction, normal);
+                    let distance = |map: &ReflectorMap| map.surround.distance(map.center, point.position, towards);
+                    weight *= attenuation.weight(map.map_or(f32::INFINITY, distance));
+                }
+                reflection * weight + scene.own_radiance(point, -ray.direction) * (1.0 - weight)
+            }
+            Role::Coated => {
+                let reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);
+                mirrored() * reflectance + scene.radiance(point, -ray.direction) * (1.0 - reflectance)
+            }
+            Role::Lens => {
+                let eta = if outside { 1.0 / material.ior } else { material.ior };
+                let reflectance = fresnel_dielectric(cosine, eta);
+                let mut sum = mirrored() * reflectance;
+                if let Some(direction) = refract(ray.direction, normal, eta) {
+                    let bend = |ray_change, k: usize| {
+                        refracted_change(ray.direction, ray_change, normal, encounter.normal_change[k] * sign, eta)
+                    };
+                    let change = [bend(change.direction_dx, 0), bend(change.direction_dy, 1)];
+                    sum += base * fetch(direction, change) * (1.0 - reflectance);
+                }
+                sum
+            }
+        }
+    }
+}
+
+impl ReflectorMap {
+    /// The radiance that the map gives for a ray that leaves a surface.
+    fn radiance(&self, scene: &Scene, encounter: &Encounter, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
+        let position = encounter.point.position;
+        let read = |position: Vec3, direction: Vec3| self.surround.direction(self.center, position, direction);
+        let found = read(position, direction);
+        let Some(cube) = &self.cube else {
+            return scene.background(found.try_normalize().unwrap_or(direction));
+        };
+        // How far the neighbouring pixels' look-ups are: changes of the unit direction.
+        let unit = found.normalize_or_zero();
+        let neighbour = |k: usize| {
+            let turned = (direction + change[k]).normalize_or(direction);
+            read(position + encounter.position_change[k], turned).normalize_or_zero() - unit
+        };
+        cube.filtered(unit, [neighbour(0), neighbour(1)])
+    }
+}
+
+/// The box around everything that does not reflect.
+fn diffuse_bounds(scene: &Scene) -> Aabb {
+    let diffuse = (0..scene.objects.len()).filter(|&object| !scene.role_of(object as u32).is_specular());
+    diffuse.map(|object| scene.objects[object].bounds).fold(Aabb::EMPTY, Aabb::union)
+}

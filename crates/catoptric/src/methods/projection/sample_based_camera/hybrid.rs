@@ -1,0 +1,73 @@
+//! Reflectors that do not deserve cameras: the user's rule which of them show environment maps (Popescu, Sacks, Mei 2006,
+//! section VII-C and Figure 21).
+
+use super::grid::extent;
+use super::settings::SampleBasedCameraSettings;
+use crate::error::RenderError;
+use crate::methods::Settings;
+use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
+use crate::methods::projection::ray_map::RayField;
+use crate::progress::Progress;
+use crate::scene::Scene;
+use globset::{Glob, GlobSet, GlobSetBuilder};
+
+/// The names that are given, as patterns.
+///
+/// # Errors
+/// What is wrong with one of them.
+pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
+    let mut set = GlobSetBuilder::new();
+    for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+        set.add(Glob::new(name).map_err(|error| format!("environment = \"{names}\": {error}"))?);
+    }
+    set.build().map_err(|error| format!("environment = \"{names}\": {error}"))
+}
+
+/// Which objects show environment maps, by the settings' rule, in a field of view rays.
+///
+/// # Errors
+/// Where names are given that no reflector or lens has.
+pub(super) fn mapped(
+    settings: &SampleBasedCameraSettings,
+    scene: &Scene,
+    field: &dyn RayField,
+) -> Result<Vec<bool>, RenderError> {
+    let fail = |problem: String| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
+    let names = patterns(&settings.environment).map_err(fail)?;
+    let mut mapped = vec![false; scene.objects.len()];
+    let mut met = names.is_empty();
+    for object in scene.specular_objects() {
+        let of_object = &scene.objects[object as usize];
+        let named = names.is_match(&of_object.name);
+        met |= named;
+        // One that reaches behind the eye is not small.
+        let small = extent(&of_object.bounds, field).is_some_and(|[low, high]| {
+            (high[0] - low[0]).max(high[1] - low[1]) < f64::from(settings.environment_below_px)
+        });
+        mapped[object as usize] = named || small;
+    }
+    if !met {
+        let objects = scene.specular_objects();
+        let known: Vec<&str> = objects.iter().map(|&object| scene.objects[object as usize].name.as_str()).collect();
+        let problem = format!(
+            "environment = \"{}\" names no reflector or lens; there are: {}",
+            settings.environment,
+            known.join(", ")
+        );
+        return Err(fail(problem));
+    }
+    Ok(mapped)
+}
+
+/// The environment maps of these objects. Mapped reflectors show each other as often as the order says.
+pub(super) fn captured(
+    settings: &SampleBasedCameraSettings,
+    scene: &Scene,
+    mapped: &[bool],
+    order: u32,
+    progress: &dyn Progress,
+) -> Result<ReflectorMaps, RenderError> {
+    let objects: Vec<u32> = (0..mapped.len() as u32).filter(|&object| mapped[object as usize]).collect();
+    let settings = EnvironmentMapSettings { size: settings.environment_size, ..EnvironmentMapSettings::default() };
+    ReflectorMaps::capture(&settings, scene, &objects, order, progress)
+}
