@@ -1,7 +1,7 @@
 //! Scene points to their appearances: points a second, by how they are found.
 //!
 //! Points lie anywhere in the scene's box. `second order` is the cached expansion of the nearest sample rays, `polished`
-//! the solver's exact answer from there, `exact search` needs no view and no samples of it. Errors are those of
+//! the solver's exact answer from there, `ray bundles` and `pinholes` the cameras of sample-based cameras, `exact search` needs no view and no samples of it. Errors are those of
 //! `catoptric compare`; here the mean number of appearances a point is printed beside the times. Run with
 //! `RAYON_NUM_THREADS=1` for one thread.
 
@@ -26,10 +26,19 @@ const AT_ONCE: usize = 1024;
 /// Scene and highest order.
 const SCENES: [(&str, u32); 4] = [("sphere_room", 1), ("vase", 1), ("dish", 1), ("two_spheres", 2)];
 
-const METHODS: [(&str, &str); 3] = [
-    ("second order, regular samples", "polish = 0\nexpansion = 'quadratic'\nspacing_px = 8\nfinest_px = 8"),
-    ("second order, adaptive samples", "polish = 0\nexpansion = 'quadratic'"),
-    ("polished", ""),
+/// What is measured: a label, the method, its settings.
+const METHODS: [(&str, &str, &str); 7] = [
+    (
+        "second order, regular samples",
+        "path_perturbation",
+        "polish = 0\nexpansion = 'quadratic'\nspacing_px = 8\nfinest_px = 8",
+    ),
+    ("second order, adaptive samples", "path_perturbation", "polish = 0\nexpansion = 'quadratic'"),
+    ("polished", "path_perturbation", ""),
+    ("ray bundles, 1 px", "sample_based_camera", "accuracy_px = 1"),
+    ("ray bundles, 0.1 px", "sample_based_camera", ""),
+    ("pinholes, 1 px", "sample_based_camera", "preset = 'faithful'"),
+    ("ray bundles, polished", "sample_based_camera", "preset = 'exact'"),
 ];
 
 fn points(scene: &Scene) -> Vec<Vec3> {
@@ -50,9 +59,9 @@ fn projectors(criterion: &mut Criterion, name: &str, scene: &Scene, view: &View,
     let mut group = criterion.benchmark_group(format!("points/{name}"));
     group.sample_size(10).throughput(Throughput::Elements(POINTS as u64));
     let quality = Quality { samples: 1, order };
-    for (label, settings) in METHODS {
+    for (label, id, settings) in METHODS {
         let settings = toml::from_str(settings).expect("the bench's settings are valid");
-        let mut method = methods::create("path_perturbation", &settings).expect("the method exists");
+        let mut method = methods::create(id, &settings).expect("the method exists");
         method.prepare(scene, quality, &Silent).expect("built-in scenes can be drawn");
         let job = Job { scene, view, quality, progress: &Silent };
         let projector = method.projector(&job).expect("prepared").expect("it projects points");

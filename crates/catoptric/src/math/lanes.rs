@@ -1,6 +1,6 @@
 //! Several numbers at once: arrays with arithmetic, which compilers turn into vector instructions.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Mul, Sub};
 
 /// `N` numbers, each calculated with on its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,56 +12,59 @@ impl<const N: usize> Lanes<N> {
     pub fn splat(value: f32) -> Self {
         Self([value; N])
     }
-
-    /// `operation` on every lane.
-    #[inline(always)]
-    pub fn map(self, operation: impl Fn(f32) -> f32) -> Self {
-        Self(self.0.map(operation))
-    }
-
-    /// `operation` on every lane of two.
-    #[inline(always)]
-    pub fn zip(self, other: Self, operation: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|lane| operation(self.0[lane], other.0[lane])))
-    }
 }
 
 impl<const N: usize> Add for Lanes<N> {
     type Output = Self;
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
+    fn add(mut self, other: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] += other.0[lane];
+        }
+        self
     }
 }
 
 impl<const N: usize> Sub for Lanes<N> {
     type Output = Self;
     #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
+    fn sub(mut self, other: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] -= other.0[lane];
+        }
+        self
     }
 }
 
 impl<const N: usize> Mul for Lanes<N> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
+    fn mul(mut self, other: Self) -> Self {
+        for lane in 0..N {
+            self.0[lane] *= other.0[lane];
+        }
+        self
     }
 }
 
 impl<const N: usize> Mul<f32> for Lanes<N> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f32) -> Self {
-        self.map(|value| value * factor)
+    fn mul(mut self, factor: f32) -> Self {
+        for lane in 0..N {
+            self.0[lane] *= factor;
+        }
+        self
     }
 }
 
-impl<const N: usize> Neg for Lanes<N> {
+impl<const N: usize> Add<f32> for Lanes<N> {
     type Output = Self;
     #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|value| -value)
+    fn add(mut self, other: f32) -> Self {
+        for lane in 0..N {
+            self.0[lane] += other;
+        }
+        self
     }
 }

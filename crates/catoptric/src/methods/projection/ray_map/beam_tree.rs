@@ -97,10 +97,20 @@ impl BeamTree {
         }
     }
 
+    /// Appends every leaf whose beam holds a point, but for rounding.
+    pub fn leaves_at(&self, point: [f32; 3], found: &mut Vec<u32>) {
+        leaves_at(self, point, found);
+    }
+
     /// Memory of the arrays.
     pub fn byte_count(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.first_children.as_slice())
     }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn leaves_at(tree: &BeamTree, point: [f32; 3], found: &mut Vec<u32>) {
+    tree.visit(point, |leaf| found.push(leaf));
 }
 
 /// One bit a lane.

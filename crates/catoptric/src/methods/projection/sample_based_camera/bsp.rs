@@ -2,7 +2,7 @@
 //! Mei 2006, Figure 10).
 
 use super::bundle;
-use super::cameras::{Builder, Counts, Seen};
+use super::cameras::{Builder, Counts, Scratch, Seen};
 use super::fit::{Fit, Shape};
 use super::grid::{GridRay, PathRays};
 use super::layout::{BundleLeaf, PinholeLeaf, SplitNode};
@@ -177,8 +177,10 @@ impl Builder<'_> {
 
 impl PinholeTrees {
     /// Calls `found` with what the trees say about a point.
-    pub(super) fn ask(&self, group: &PathRays, point: Vec3, mut found: impl FnMut(&Seen)) {
-        let mut listed = Vec::new();
+    pub(super) fn ask(&self, group: &PathRays, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
+        let Scratch { numbers, answers } = scratch;
+        // The pieces in whose trees the point is in a list.
+        let mut listed = 0u64;
         for (piece, &root) in self.roots.iter().enumerate() {
             let mut at = root;
             while at & SplitNode::LEAF == 0 {
@@ -186,27 +188,29 @@ impl PinholeTrees {
                 at = node.children[usize::from(point.dot(node.normal.into()) <= node.offset)];
             }
             if at == SplitNode::LIST {
-                listed.push(piece as u32);
+                listed |= 1 << (piece % 64);
             } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
-                && let Some(answer) = pinhole::ask(leaf, point)
+                && let Some(answer) = &pinhole::ask(leaf, point)
             {
-                found(&Seen { answer, piece: piece as u32, cells: None });
+                found(&Seen { answer, piece: piece as u32, cells: None, interpolates: false });
             }
         }
-        if listed.is_empty() {
+        if listed == 0 {
             return;
         }
-        let mut answers = Vec::new();
-        self.beams.visit(point.to_array(), |cell| {
-            let Some((cell, piece)) = self.cells.get(cell as usize).filter(|(_, piece)| listed.contains(piece)) else {
-                return;
-            };
-            let Some(leaf) = interpolating(group, *cell, *piece) else { return };
-            bundle::ask(&leaf, point, &mut answers);
-            for answer in answers.drain(..) {
-                found(&Seen { answer, piece: *piece, cells: Some([leaf.low_cell, leaf.high_cell]) });
+        self.beams.leaves_at(point.to_array(), numbers);
+        for &cell in numbers.iter() {
+            let Some(&(cell, piece)) = self.cells.get(cell as usize) else { continue };
+            if listed >> (piece % 64) & 1 == 0 {
+                continue;
             }
-        });
+            let Some(leaf) = interpolating(group, cell, piece) else { continue };
+            answers.clear();
+            bundle::ask(&leaf, point, answers);
+            for answer in answers.iter() {
+                found(&Seen::of(answer, &leaf));
+            }
+        }
     }
 
     pub(super) fn counts(&self) -> Counts {
@@ -227,5 +231,5 @@ impl PinholeTrees {
 fn interpolating(group: &PathRays, cell: [u32; 2], piece: u32) -> Option<BundleLeaf> {
     let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
     let fit = Fit::new(&rays, Shape::Bilinear).or_else(|| Fit::new(&rays, Shape::Linear))?;
-    Some(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)]))
+    Some(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)], false))
 }

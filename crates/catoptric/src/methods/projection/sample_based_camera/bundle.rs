@@ -18,12 +18,17 @@ const LAST_STEP: f32 = 3e-4;
 /// On the way coordinates may go further than the leaf's rays, by this in the leaf's size.
 const OVERSHOOT: f32 = 0.5;
 
+/// Coordinates of answers that are one differ less than this.
+const SAME: f32 = 2e-3;
+
+/// Sums of terms are at most this many times off by rounding.
+const ROUNDING: f32 = 1.001;
+
 /// Starts tried at once.
 pub(super) const LANES: usize = 8;
 
 /// What the polynomials give.
 mod output {
-    pub(super) const FIRST: usize = 0;
     pub(super) const OFFSET: usize = 3;
     pub(super) const SLOPE: usize = 5;
     pub(super) const ALONG: usize = 7;
@@ -36,87 +41,91 @@ const STARTS: [[f32; LANES]; 2] =
 
 #[inline(always)]
 fn starts(leaf: &BundleLeaf) -> [Lanes<LANES>; 2] {
-    [0, 1].map(|axis: usize| {
+    let axis = |axis: usize| {
         let (low, high) = (leaf.low[axis], leaf.high[axis]);
-        Lanes(STARTS[axis]).map(|share| 0.5 * (low + high) + 0.5 * share * (high - low))
-    })
+        Lanes(STARTS[axis]) * (0.5 * (high - low)) + 0.5 * (low + high)
+    };
+    [axis(0), axis(1)]
 }
 
 /// A polynomial of degree 3 with its changes.
 #[inline(always)]
-fn polynomial<const N: usize>(c: &[Lanes<N>; TERMS], [x, y]: [Lanes<N>; 2]) -> [Lanes<N>; 3] {
-    let value = c[0]
-        + x * (c[1] + x * (c[3] + c[6] * x + c[7] * y) + y * (c[4] + c[8] * y))
-        + y * (c[2] + y * (c[5] + c[9] * y));
-    let by_x = c[1] + x * (c[3] * 2.0 + c[6] * 3.0 * x + c[7] * 2.0 * y) + y * (c[4] + c[8] * y);
-    let by_y = c[2] + x * (c[4] + c[7] * x + c[8] * 2.0 * y) + y * (c[5] * 2.0 + c[9] * 3.0 * y);
-    [value, by_x, by_y]
+fn polynomial<const N: usize>(c: &[f32; TERMS], [x, y]: [Lanes<N>; 2]) -> [Lanes<N>; 3] {
+    let value_x = (x * c[6] + y * c[7] + c[3]) * x + (y * c[8] + c[4]) * y + c[1];
+    let value_y = (y * c[9] + c[5]) * y + c[2];
+    let by_x = (x * (3.0 * c[6]) + y * (2.0 * c[7]) + 2.0 * c[3]) * x + (y * c[8] + c[4]) * y + c[1];
+    let by_y = (x * c[7] + y * (2.0 * c[8]) + c[4]) * x + (y * (3.0 * c[9]) + 2.0 * c[5]) * y + c[2];
+    [x * value_x + y * value_y + c[0], by_x, by_y]
 }
 
-/// Points relative to a leaf.
-struct Slice<const N: usize> {
-    depth: Lanes<N>,
-    /// Lateral distance of the leaf's rays, at the points' depths, from the points: polynomials.
-    lateral: [[Lanes<N>; TERMS]; 2],
+/// A leaf's rays at the depth of a point.
+struct Slice<'a> {
+    leaf: &'a BundleLeaf,
+    depth: f32,
+    /// Their lateral distance from the point: polynomials.
+    lateral: [[f32; TERMS]; 2],
 }
 
-impl<const N: usize> Slice<N> {
+impl<'a> Slice<'a> {
     #[inline(always)]
-    fn new(leaf: &BundleLeaf, point: [Lanes<N>; 3]) -> Self {
-        let relative = [0, 1, 2].map(|axis: usize| point[axis].map(|value| value - leaf.origin[axis]));
-        let dot = |axis: &[f32; 3]| relative[0] * axis[0] + relative[1] * axis[1] + relative[2] * axis[2];
-        let depth = dot(&leaf.direction);
-        let lateral = [0, 1].map(|axis: usize| {
+    fn new(leaf: &'a BundleLeaf, point: Vec3) -> Self {
+        let relative = point - Vec3::from(leaf.origin);
+        let depth = relative.dot(leaf.direction.into());
+        let mut lateral = [[0.0; TERMS]; 2];
+        for (axis, sums) in lateral.iter_mut().enumerate() {
             let (offset, slope) = (&leaf.coefficients[output::OFFSET + axis], &leaf.coefficients[output::SLOPE + axis]);
-            let mut sums: [Lanes<N>; TERMS] =
-                std::array::from_fn(|term| depth.map(|depth| offset[term] + depth * slope[term]));
-            sums[0] = sums[0] - dot(&leaf.across[axis]);
-            sums
-        });
-        Self { depth, lateral }
+            for term in 0..TERMS {
+                sums[term] = offset[term] + depth * slope[term];
+            }
+            sums[0] -= relative.dot(leaf.across[axis].into());
+        }
+        Self { leaf, depth, lateral }
     }
 
-    /// Whether a ray of the leaf may pass through one of the points: the polynomials have no larger values than the
-    /// sums of their terms' largest.
+    /// Whether a ray of the leaf may pass through the point: the polynomials have no larger values than the sums of
+    /// their terms' largest.
     #[inline(always)]
-    fn may_be_met(&self, leaf: &BundleLeaf) -> bool {
-        let extent = [0, 1].map(|axis: usize| leaf.low[axis].abs().max(leaf.high[axis].abs()));
-        let [x, y] = extent;
-        let largest = [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
-        (0..N).any(|lane| {
-            self.lateral.iter().all(|sums| {
-                let most: f32 = (1..TERMS).map(|term| sums[term].0[lane].abs() * largest[term]).sum();
-                sums[0].0[lane].abs() <= most * 1.001
-            })
+    fn may_be_met(&self) -> bool {
+        let [x, y] = [0, 1].map(|axis: usize| self.leaf.low[axis].abs().max(self.leaf.high[axis].abs()));
+        let largest = [0.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
+        self.lateral.iter().all(|sums| {
+            let mut most = 0.0;
+            for term in 1..TERMS {
+                most += sums[term].abs() * largest[term];
+            }
+            sums[0].abs() <= most * ROUNDING
         })
     }
 
     /// Newton's method; the coordinates, and which of the lanes have got there.
     #[inline(always)]
-    fn solved(&self, leaf: &BundleLeaf, mut z: [Lanes<N>; 2]) -> ([Lanes<N>; 2], [bool; N]) {
-        let mut done = [false; N];
-        let mut lost = [false; N];
+    fn solved<const N: usize>(&self, mut z: [Lanes<N>; 2]) -> ([Lanes<N>; 2], [bool; N]) {
+        let leaf = self.leaf;
+        let (mut done, mut lost) = ([false; N], [false; N]);
         for _ in 0..MOST_STEPS {
             let [u, ux, uy] = polynomial(&self.lateral[0], z);
             let [v, vx, vy] = polynomial(&self.lateral[1], z);
             let determinant = ux * vy - uy * vx;
-            let right = (uy * v - vy * u).zip(determinant, |step, determinant| step / determinant);
-            let down = (vx * u - ux * v).zip(determinant, |step, determinant| step / determinant);
+            let (right, down) = (uy * v - vy * u, vx * u - ux * v);
             let mut going = false;
             for lane in 0..N {
-                let (right, down) = (right.0[lane], down.0[lane]);
-                let length = right.abs().max(down.abs());
                 // Not a number where the rays meet in a line.
-                let shorter = if length > 1.0 { 1.0 / length } else { 1.0 };
-                if !(done[lane] | lost[lane]) {
-                    z[0].0[lane] += right * shorter;
-                    z[1].0[lane] += down * shorter;
+                let inverse = 1.0 / determinant.0[lane];
+                let (right, down) = (right.0[lane] * inverse, down.0[lane] * inverse);
+                let length = right.abs().max(down.abs());
+                let stays = done[lane] | lost[lane];
+                let scale = if stays { 0.0 } else { 1.0 / length.max(1.0) };
+                // What is lost may have no number.
+                if !stays {
+                    z[0].0[lane] += right * scale;
+                    z[1].0[lane] += down * scale;
                 }
-                let outside = (0..2).any(|axis| {
-                    let value = z[axis].0[lane];
-                    !(value >= leaf.low[axis] - OVERSHOOT && value <= leaf.high[axis] + OVERSHOOT)
-                });
-                lost[lane] |= outside;
+                let (x, y) = (z[0].0[lane], z[1].0[lane]);
+                let inside = (x >= leaf.low[0] - OVERSHOOT)
+                    & (x <= leaf.high[0] + OVERSHOOT)
+                    & (y >= leaf.low[1] - OVERSHOOT)
+                    & (y <= leaf.high[1] + OVERSHOOT);
+                lost[lane] |= !inside;
                 done[lane] |= length < LAST_STEP;
                 going |= !(done[lane] | lost[lane]);
             }
@@ -125,80 +134,66 @@ impl<const N: usize> Slice<N> {
             }
         }
         for lane in 0..N {
-            let within = (0..2).all(|axis| (leaf.low[axis]..=leaf.high[axis]).contains(&z[axis].0[lane]));
-            done[lane] &= within & !lost[lane];
+            let within = |axis: usize| (leaf.low[axis]..=leaf.high[axis]).contains(&z[axis].0[lane]);
+            done[lane] &= within(0) & within(1) & !lost[lane];
         }
         (z, done)
     }
 
-    /// Whether the leaf's rays fold over at the first point's depth: several of them may pass through it.
+    /// Whether the leaf's rays fold over at this depth: several of them may pass through the point.
     #[inline(always)]
-    fn folds(&self, leaf: &BundleLeaf) -> bool {
-        let first = self.lateral.map(|sums| sums.map(|sum| Lanes::<LANES>::splat(sum.0[0])));
-        let starts = starts(leaf);
-        let [_, ux, uy] = polynomial(&first[0], starts);
-        let [_, vx, vy] = polynomial(&first[1], starts);
+    fn folds(&self) -> bool {
+        let starts = starts(self.leaf);
+        let [_, ux, uy] = polynomial(&self.lateral[0], starts);
+        let [_, vx, vy] = polynomial(&self.lateral[1], starts);
         let determinant = ux * vy - uy * vx;
-        determinant.0.iter().any(|other| (*other > 0.0) != (determinant.0[0] > 0.0))
-    }
-}
-
-/// The rays of a leaf that pass through its points.
-#[inline(always)]
-fn evaluated<const N: usize>(
-    leaf: &BundleLeaf,
-    slice: &Slice<N>,
-    z: [Lanes<N>; 2],
-    done: [bool; N],
-    mut found: impl FnMut(usize, Answer),
-) {
-    if !done.contains(&true) {
-        return;
-    }
-    let values: [[Lanes<N>; 3]; OUTPUTS] =
-        std::array::from_fn(|output| polynomial(&leaf.coefficients[output].map(Lanes::splat), z));
-    for lane in 0..N {
-        if done[lane] {
-            let at = |output: usize, change: usize| values[output][change].0[lane];
-            let tangent = |change: usize| {
-                Vec3::new(at(output::FIRST, change), at(output::FIRST + 1, change), at(output::FIRST + 2, change))
-            };
-            let offset = [0, 1].map(|axis: usize| [1, 2].map(|change| at(output::OFFSET + axis, change)));
-            let slope = [0, 1].map(|axis: usize| [1, 2].map(|change| at(output::SLOPE + axis, change)));
-            let depth = slice.depth.0[lane];
-            let along = at(output::ALONG, 0);
-            let matrix: [[f32; 2]; 2] = [0, 1]
-                .map(|axis: usize| [0, 1].map(|change: usize| offset[axis][change] + depth * slope[axis][change]));
-            let [[a, b], [c, d]] = matrix;
-            let inverse_determinant = 1.0 / (a * d - b * c);
-            let after = depth - along;
-            if after <= 0.0 || !inverse_determinant.is_finite() {
-                continue;
-            }
-            let tangents = [tangent(1), tangent(2)];
-            let moves = [
-                (tangents[0] * d - tangents[1] * c) * inverse_determinant,
-                (tangents[1] * a - tangents[0] * b) * inverse_determinant,
-            ];
-            let (right, up) = (at(output::SLOPE, 0), at(output::SLOPE + 1, 0));
-            // What moves a point along its ray moves nothing.
-            let direction = Vec3::from(leaf.direction);
-            let lateral = [Vec3::from(leaf.across[0]) - direction * right, Vec3::from(leaf.across[1]) - direction * up];
-            let last_segment = after * Vec3::new(right, up, 1.0).length();
-            found(
-                lane,
-                Answer {
-                    first: Vec3::from(leaf.center).as_dvec3() + tangent(0).as_dvec3(),
-                    moves,
-                    lateral,
-                    normal: tangents[0].cross(tangents[1]),
-                    focal_index: focal_points(&offset, &slope, along, depth),
-                    length: at(output::LENGTH, 0) + leaf.medium * last_segment,
-                    last_segment,
-                    lateral_error: leaf.offset_error + depth.abs() * leaf.slope_error,
-                },
-            );
+        let mut differs = false;
+        for lane in 1..LANES {
+            differs |= (determinant.0[lane] > 0.0) != (determinant.0[0] > 0.0);
         }
+        differs
+    }
+
+    /// The ray with given coordinates, which passes through the point; none where it starts beyond it.
+    #[inline(always)]
+    fn answer(&self, x: f32, y: f32) -> Option<Answer> {
+        let (leaf, depth) = (self.leaf, self.depth);
+        let mut values = [[0.0; 3]; OUTPUTS];
+        for (value, coefficients) in values.iter_mut().zip(&leaf.coefficients) {
+            let [at, by_x, by_y] = polynomial(coefficients, [Lanes([x]), Lanes([y])]);
+            *value = [at.0[0], by_x.0[0], by_y.0[0]];
+        }
+        let vector = |change: usize| Vec3::new(values[0][change], values[1][change], values[2][change]);
+        let changes = |first: usize| [0, 1].map(|axis: usize| [values[first + axis][1], values[first + axis][2]]);
+        let (offset, slope) = (changes(output::OFFSET), changes(output::SLOPE));
+        let along = values[output::ALONG][0];
+        let [[a, b], [c, d]] =
+            [0, 1].map(|axis: usize| [0, 1].map(|change: usize| offset[axis][change] + depth * slope[axis][change]));
+        let inverse_determinant = 1.0 / (a * d - b * c);
+        let after = depth - along;
+        if after <= 0.0 || !inverse_determinant.is_finite() {
+            return None;
+        }
+        let tangents = [vector(1), vector(2)];
+        let moves = [
+            (tangents[0] * d - tangents[1] * c) * inverse_determinant,
+            (tangents[1] * a - tangents[0] * b) * inverse_determinant,
+        ];
+        let (right, up) = (values[output::SLOPE][0], values[output::SLOPE + 1][0]);
+        // What moves a point along its ray moves nothing.
+        let direction = Vec3::from(leaf.direction);
+        let lateral = [Vec3::from(leaf.across[0]) - direction * right, Vec3::from(leaf.across[1]) - direction * up];
+        let last_segment = after * Vec3::new(right, up, 1.0).length();
+        Some(Answer {
+            first: Vec3::from(leaf.center).as_dvec3() + vector(0).as_dvec3(),
+            moves,
+            lateral,
+            normal: tangents[0].cross(tangents[1]),
+            focal_index: focal_points(&offset, &slope, along, depth),
+            length: values[output::LENGTH][0] + leaf.medium * last_segment,
+            last_segment,
+            lateral_error: leaf.offset_error + depth.abs() * leaf.slope_error,
+        })
     }
 }
 
@@ -220,39 +215,32 @@ fn focal_points(offset: &[[f32; 2]; 2], slope: &[[f32; 2]; 2], from: f32, to: f3
 /// Asks a leaf for a point, wherever on it.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub(super) fn ask(leaf: &BundleLeaf, point: Vec3, found: &mut Vec<Answer>) {
-    let slice = Slice::<1>::new(leaf, point.to_array().map(|value| Lanes([value])));
-    if !slice.may_be_met(leaf) {
+    let slice = Slice::new(leaf, point);
+    if !slice.may_be_met() {
         return;
     }
-    if slice.folds(leaf) {
-        let all = Slice::<LANES> {
-            depth: Lanes::splat(slice.depth.0[0]),
-            lateral: slice.lateral.map(|sums| sums.map(|sum| Lanes::splat(sum.0[0]))),
-        };
-        let (z, done) = all.solved(leaf, starts(leaf));
-        let start = found.len();
-        evaluated(leaf, &all, z, done, |_, answer| {
-            let same = |other: &Answer| {
-                other.focal_index == answer.focal_index
-                    && other.first.distance(answer.first) < 1e-3 * f64::from(leaf.size)
-            };
-            if !found[start..].iter().any(same) {
-                found.push(answer);
-            }
-        });
-    } else {
-        let (z, done) = slice.solved(leaf, [Lanes([0.0]); 2]);
-        evaluated(leaf, &slice, z, done, |_, answer| found.push(answer));
+    if !slice.folds() {
+        let middle = [0, 1].map(|axis: usize| Lanes([0.5 * (leaf.low[axis] + leaf.high[axis])]));
+        let (z, done) = slice.solved(middle);
+        if done[0] {
+            found.extend(slice.answer(z[0].0[0], z[1].0[0]));
+        }
+        return;
+    }
+    let (z, done) = slice.solved(starts(leaf));
+    for lane in 0..LANES {
+        let (x, y) = (z[0].0[lane], z[1].0[lane]);
+        let same = |other: usize| done[other] && (z[0].0[other] - x).abs().max((z[1].0[other] - y).abs()) < SAME;
+        if done[lane] && !(0..lane).any(same) {
+            found.extend(slice.answer(x, y));
+        }
     }
 }
 
 /// Asks a leaf for the appearance of a point near a first bounce point.
 pub(super) fn ask_near(leaf: &BundleLeaf, point: Vec3, first: DVec3) -> Option<Answer> {
-    let slice = Slice::<1>::new(leaf, point.to_array().map(|value| Lanes([value])));
+    let slice = Slice::new(leaf, point);
     let relative = (first - Vec3::from(leaf.center).as_dvec3()).as_vec3();
-    let start = leaf.tangents.map(|tangent| Lanes([relative.dot(tangent.into())]));
-    let (z, done) = slice.solved(leaf, start);
-    let mut answer = None;
-    evaluated(leaf, &slice, z, done, |_, found| answer = Some(found));
-    answer
+    let (z, done) = slice.solved(leaf.tangents.map(|tangent| Lanes([relative.dot(tangent.into())])));
+    if done[0] { slice.answer(z[0].0[0], z[1].0[0]) } else { None }
 }

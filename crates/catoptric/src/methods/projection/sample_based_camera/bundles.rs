@@ -117,7 +117,7 @@ impl Builder<'_> {
 
     fn built(&self, fit: &Fit, rays: &[u32], piece: u32, cells: [[u32; 2]; 2], accurate: bool) -> Built {
         let own = rays.iter().map(|&ray| &self.group.rays[ray as usize]);
-        let leaf = fit.leaf(own, piece, cells);
+        let leaf = fit.leaf(own, piece, cells, accurate);
         Built { leaf, rays: rays.to_vec(), accurate }
     }
 
@@ -184,14 +184,15 @@ impl Builder<'_> {
 }
 
 impl BundleTree {
-    /// Calls `found` for every leaf whose beam holds a point.
-    #[inline(always)]
-    pub(super) fn leaves_at(&self, point: Vec3, mut found: impl FnMut(&BundleLeaf)) {
-        self.beams.visit(point.to_array(), |leaf| {
-            if let Some(leaf) = self.leaves.get(leaf as usize) {
-                found(leaf);
-            }
-        });
+    /// Appends the numbers of the leaves whose beams hold a point.
+    pub(super) fn leaves_at(&self, point: Vec3, found: &mut Vec<u32>) {
+        self.beams.leaves_at(point.to_array(), found);
+    }
+
+    /// The leaf of a number.
+    #[inline]
+    pub(super) fn leaf(&self, number: u32) -> Option<&BundleLeaf> {
+        self.leaves.get(number as usize)
     }
 
     /// The leaf of a ray.

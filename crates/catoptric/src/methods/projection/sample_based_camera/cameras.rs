@@ -5,6 +5,7 @@ use super::bsp::PinholeTrees;
 use super::bundle::{ask, ask_near};
 use super::bundles::BundleTree;
 use super::grid::{GridRay, PathRays};
+use super::layout::BundleLeaf;
 use super::settings::CameraKind;
 use crate::math::Aabb;
 use crate::scene::PreciseView;
@@ -52,12 +53,29 @@ impl Builder<'_> {
 
 /// An answer, and where it holds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) answer: Answer,
+pub(super) struct Seen<'a> {
+    pub(super) answer: &'a Answer,
     /// The connected region of rays that it is meant for.
     pub(super) piece: u32,
     /// The cells of these rays, corners included; none where all cells of the piece may be meant.
     pub(super) cells: Option<[[u32; 2]; 2]>,
+    /// Whether it is interpolated between rays, and may be off by about the distance between these.
+    pub(super) interpolates: bool,
+}
+
+impl<'a> Seen<'a> {
+    /// The answer of a leaf.
+    pub(super) fn of(answer: &'a Answer, leaf: &BundleLeaf) -> Self {
+        let cells = Some([leaf.low_cell, leaf.high_cell]);
+        Self { answer, piece: leaf.piece, cells, interpolates: leaf.interpolates != 0 }
+    }
+}
+
+/// What look-ups need room for.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    pub(super) numbers: Vec<u32>,
+    pub(super) answers: Vec<Answer>,
 }
 
 /// What is counted of cameras.
@@ -80,28 +98,37 @@ pub(super) enum Cameras {
 
 impl Cameras {
     /// Calls `found` with everything that the cameras say about a point.
-    pub(super) fn ask(&self, group: &PathRays, point: Vec3, mut found: impl FnMut(&Seen)) {
+    pub(super) fn ask(&self, group: &PathRays, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
+        let Scratch { numbers, answers } = scratch;
+        numbers.clear();
         match self {
             Self::Bundles(tree) => {
-                let mut answers = Vec::new();
-                tree.leaves_at(point, |leaf| {
-                    ask(leaf, point, &mut answers);
-                    for answer in answers.drain(..) {
-                        found(&Seen { answer, piece: leaf.piece, cells: Some([leaf.low_cell, leaf.high_cell]) });
+                tree.leaves_at(point, numbers);
+                for leaf in numbers.iter().filter_map(|&leaf| tree.leaf(leaf)) {
+                    answers.clear();
+                    ask(leaf, point, answers);
+                    for answer in answers.iter() {
+                        found(&Seen::of(answer, leaf));
                     }
-                });
+                }
             }
-            Self::Pinholes(trees) => trees.ask(group, point, &mut found),
+            Self::Pinholes(trees) => trees.ask(group, point, scratch, &mut found),
         }
     }
 
-    /// What the camera of a ray says about a point that is seen near a first bounce point; none where it is not known
-    /// without asking all.
-    pub(super) fn ask_near(&self, ray: usize, point: Vec3, first: DVec3) -> Option<Seen> {
+    /// Calls `found` with what the camera of a ray says about a point that is seen near a first bounce point; not at all
+    /// where that is not known without asking all.
+    pub(super) fn ask_near<R>(
+        &self,
+        ray: usize,
+        point: Vec3,
+        first: DVec3,
+        found: impl FnOnce(&Seen<'_>) -> R,
+    ) -> Option<R> {
         let Self::Bundles(tree) = self else { return None };
         let leaf = tree.leaf_of(ray)?;
-        let answer = ask_near(leaf, point, first)?;
-        Some(Seen { answer, piece: leaf.piece, cells: Some([leaf.low_cell, leaf.high_cell]) })
+        let answer = &ask_near(leaf, point, first)?;
+        Some(found(&Seen::of(answer, leaf)))
     }
 
     pub(super) fn counts(&self) -> Counts {

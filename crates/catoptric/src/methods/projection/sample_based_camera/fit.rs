@@ -46,8 +46,11 @@ const RIDGE: f64 = 1e-12;
 /// Rays of a bundle are at most this far from its mean direction (a cosine).
 const WIDEST: f64 = 0.1;
 
-/// Coordinates may go beyond those of the leaf's rays by this share of their extent.
+/// Coordinates may go beyond those of the leaf's rays by this share of their extent,
 const LEEWAY: f64 = 0.1;
+
+/// and by this where the leaf only interpolates: what it sees may be off by about a ray.
+const LEEWAY_OF_LISTS: f64 = 0.35;
 
 /// Outputs, padded to whole vectors.
 const PADDED: usize = 12;
@@ -162,19 +165,20 @@ impl Fit {
         [first.x, first.y, first.z, offset[0], offset[1], slope[0], slope[1], along, ray.length, 0.0, 0.0, 0.0]
     }
 
-    /// The record of the leaf, for the coordinates of all of `rays`.
+    /// The record of the leaf, for the coordinates of all of `rays`; not `accurate` ones interpolate.
     pub(super) fn leaf<'a>(
         &self,
         rays: impl Iterator<Item = &'a GridRay>,
         piece: u32,
         cells: [[u32; 2]; 2],
+        accurate: bool,
     ) -> BundleLeaf {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for ray in rays {
             let coordinates = self.coordinates(ray.first);
             (low, high) = (low.min(coordinates), high.max(coordinates));
         }
-        let leeway = (high - low) * LEEWAY;
+        let leeway = (high - low) * if accurate { LEEWAY } else { LEEWAY_OF_LISTS };
         let single = |vector: DVec3| vector.as_vec3().to_array();
         BundleLeaf {
             center: single(self.center),
@@ -189,6 +193,7 @@ impl Fit {
             tangents: self.tangents.map(single),
             low: (low - leeway).as_vec2().to_array(),
             high: (high + leeway).as_vec2().to_array(),
+            interpolates: u32::from(!accurate),
             low_cell: cells[0],
             high_cell: cells[1],
             coefficients: std::array::from_fn(|output| self.coefficients.map(|row| row[output] as f32)),

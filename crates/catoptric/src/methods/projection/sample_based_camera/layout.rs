@@ -34,6 +34,8 @@ pub(super) struct BundleLeaf {
     /// The coordinates of its rays lie between these.
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
+    /// Not 0 where it interpolates between rays because no camera is accurate.
+    pub(super) interpolates: u32,
     /// The cells of its rays, corners included.
     pub(super) low_cell: [u32; 2],
     pub(super) high_cell: [u32; 2],

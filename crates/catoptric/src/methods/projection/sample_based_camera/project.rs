@@ -1,6 +1,6 @@
 //! Scene points to their appearances through the cameras.
 
-use super::cameras::{Cameras, Seen};
+use super::cameras::{Cameras, Scratch, Seen};
 use super::grid::RayGrid;
 use crate::methods::projection::polish::{Effort, Polished, polished};
 use crate::methods::projection::ray_map::{RayField, RaySample, Specular, ViewField, follow};
@@ -10,6 +10,7 @@ use crate::scene::{PreciseView, Scene};
 use crate::surface::site::SpecularSurfaces;
 use crate::surface::tracer::Tracer;
 use glam::{DVec3, Vec2, Vec3};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it.
@@ -17,6 +18,9 @@ const TOUCHING: f64 = 2e-4;
 
 /// A leaf is believed so far, in cells, beyond the cells of its rays.
 const BEYOND_BLOCK: f64 = 0.75;
+
+/// What is interpolated between rays may be seen so far, in cells, from their cell.
+const INTERPOLATED_LEEWAY: f64 = 0.4;
 
 /// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy.
 const SAME: f32 = 3.0;
@@ -48,6 +52,10 @@ pub(super) struct CameraProjector<'a> {
     pub(super) sizes: Vec<f64>,
 }
 
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
 impl VertexProjector for CameraProjector<'_> {
     fn paths(&self) -> &[SpecularPath] {
         &self.paths
@@ -59,16 +67,18 @@ impl VertexProjector for CameraProjector<'_> {
             return;
         }
         let start = found.len();
-        let apart_px = if self.polish > 0 { SAME_POLISHED_PX } else { SAME * self.accuracy_px };
-        cameras.ask(&self.grid.groups[path as usize], point, |seen| {
+        let nearest_px = if self.polish > 0 { SAME_POLISHED_PX } else { SAME * self.accuracy_px };
+        let mut take = |seen: &Seen<'_>| {
             let Some(projection) = self.projection(path, seen, point) else { return };
+            let apart_px = if seen.interpolates { nearest_px.max(self.grid.spacing_px) } else { nearest_px };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
             };
             if !found[start..].iter().any(same) {
                 found.push(projection);
             }
-        });
+        };
+        SCRATCH.with_borrow_mut(|scratch| cameras.ask(&self.grid.groups[path as usize], point, scratch, &mut take));
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
@@ -78,14 +88,16 @@ impl VertexProjector for CameraProjector<'_> {
         let mut first = one.reflection_point.as_dvec3();
         // In the leaf where the appearance is, and if it has moved out of it in that one.
         for _ in 0..2 {
-            let near = group.nearest(place).and_then(|ray| cameras.ask_near(ray, point, first));
-            let Some(seen) = near else { break };
-            if let Some(projection) = self.projection(one.path, &seen, point) {
+            let Some(ray) = group.nearest(place) else { break };
+            let near =
+                cameras.ask_near(ray, point, first, |seen| (self.projection(one.path, seen, point), seen.answer.first));
+            let Some((projection, seen_at)) = near else { break };
+            if let Some(projection) = projection {
                 found.push(projection);
                 return;
             }
-            let Some(moved) = self.view.place_of(seen.answer.first) else { break };
-            (place, first) = (self.cell_of(moved), seen.answer.first);
+            let Some(moved) = self.view.place_of(seen_at) else { break };
+            (place, first) = (self.cell_of(moved), seen_at);
         }
         self.project_on(one.path, point, found);
     }
@@ -98,8 +110,8 @@ impl CameraProjector<'_> {
     }
 
     /// A camera's answer as an appearance; none where the rays that it is meant for are not.
-    fn projection(&self, path: u32, seen: &Seen, point: Vec3) -> Option<Projection> {
-        let answer = &seen.answer;
+    fn projection(&self, path: u32, seen: &Seen<'_>, point: Vec3) -> Option<Projection> {
+        let answer = seen.answer;
         let object = self.paths[path as usize].bounces.last()?.object;
         if f64::from(answer.last_segment) < TOUCHING * self.sizes[object as usize] {
             return None;
@@ -139,7 +151,7 @@ impl CameraProjector<'_> {
     fn polished(
         &self,
         path: u32,
-        seen: &Seen,
+        seen: &Seen<'_>,
         place: [f64; 2],
         as_seen: Projection,
         point: Vec3,
@@ -197,9 +209,10 @@ impl CameraProjector<'_> {
     }
 
     /// Whether a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
-    fn is_within(&self, path: u32, seen: &Seen, place: [f64; 2]) -> bool {
+    fn is_within(&self, path: u32, seen: &Seen<'_>, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
-        let leeway = f64::from(self.accuracy_px / self.grid.spacing_px);
+        let leeway =
+            if seen.interpolates { INTERPOLATED_LEEWAY } else { f64::from(self.accuracy_px / self.grid.spacing_px) };
         for axis in 0..2 {
             let Some([low_cell, high_cell]) = seen.cells else { break };
             let (low, high) = (f64::from(low_cell[axis]), f64::from(high_cell[axis]));
