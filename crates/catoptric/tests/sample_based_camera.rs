@@ -1,7 +1,8 @@
 //! Sample-based cameras against the reference, by pictures and by round trips, and where there is little to draw.
 
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{Job, Quality};
+use catoptric::methods::projection::sample_based_camera::SampleBasedCameraSettings;
+use catoptric::methods::{Job, Quality, Settings};
 use catoptric::progress::Silent;
 use catoptric::scene::{Material, Scene};
 use catoptric_testkit::drawing::{measured, prepared, scene, survives};
@@ -39,7 +40,74 @@ fn leaves_are_one_for_a_flat_mirror_and_fewer_where_accuracy_is_less() {
     let ball = scene("sphere_room?surface=analytic&tess=8");
     let leaves = ["2", "0.5", "0.05"].map(|accuracy| count(&ball, &format!("accuracy_px = {accuracy}"), "leaves"));
     assert!(1 < leaves[0] && leaves[0] < leaves[1] && leaves[1] < leaves[2], "{leaves:?}");
-    assert_eq!(count(&ball, "accuracy_px = 0.5", "interpolating_leaves"), 0);
+    assert_eq!(count(&ball, "accuracy_px = 0.5", "ray_lists"), 0);
+}
+
+#[test]
+fn pinholes_of_the_paper_keep_their_accuracy_too() {
+    for name in ["sphere_room?surface=analytic&tess=24", "dish?tess=24"] {
+        let scene = scene(name);
+        let (_, trips) = measured(ID, &scene, "preset = 'faithful'", 1, 1);
+        let (p99, max) = (trips.all.p99.expect("some are found"), trips.all.max.expect("some are found"));
+        assert!(p99 <= 1.0 && max <= 3.0 && trips.all.missing <= 1e-3, "{name}: {trips:?}");
+    }
+    // The rays of a flat mirror meet behind it: one pinhole, and from very far away one affine camera.
+    assert_eq!(count(&scene("planar_mirror?mirrors=1"), "preset = 'faithful'\naccuracy_px = 0.05", "leaves"), 1);
+    let ball = scene("sphere_room?surface=analytic&tess=8");
+    let leaves = |settings: &str| count(&ball, settings, "leaves") + count(&ball, settings, "ray_lists");
+    assert!(leaves("preset = 'faithful'") > leaves("accuracy_px = 1"), "bundles need fewer leaves than pinholes");
+}
+
+#[test]
+fn polished_appearances_are_exact() {
+    for (name, order) in [("ellipsoid?tess=24", 1), ("two_spheres?surface=analytic&tess=16", 2)] {
+        let scene = scene(name);
+        let (_, trips) = measured(ID, &scene, "polish = 8", order, 1);
+        assert!(trips.all.p99.expect("some are found") <= 0.01 && trips.all.missing <= 3e-3, "{name}: {trips:?}");
+    }
+}
+
+#[test]
+fn named_and_small_reflectors_show_environment_maps_and_are_counted() {
+    let scene = scene("two_spheres?tess=16");
+    let view = scene.default_view(160, 120);
+    let quality = Quality { samples: 1, order: 2 };
+    let picture = |settings: &str| {
+        let mut method = prepared(ID, settings, &scene, quality);
+        let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+        let mut target = Framebuffer::new(160, 120);
+        let report = method.render(&job, &mut target).expect("the test's input is valid");
+        (report.fallbacks.get("environment_mapped_reflectors").copied(), report.counts["paths"], target.pixels)
+    };
+    let name = &scene.objects[scene.specular_objects()[0] as usize].name;
+    let (none, all_paths, plain) = picture("");
+    let (one, fewer_paths, hybrid) = picture(&format!("environment = '{name}'"));
+    assert_eq!((none, one), (None, Some(1)));
+    assert!(fewer_paths < all_paths && plain != hybrid, "{fewer_paths} of {all_paths} paths");
+    let (both, no_paths, mapped) = picture("environment_below_px = 100000\nenvironment_size = 64");
+    assert_eq!((both, no_paths), (Some(2), 0));
+    // Alone they are what the method of environment maps draws.
+    let mut method = prepared("environment_map", "size = 64", &scene, quality);
+    let mut target = Framebuffer::new(160, 120);
+    method.render(&Job { scene: &scene, view: &view, quality, progress: &Silent }, &mut target).expect("as above");
+    let differs = |(a, b): &(&[f32; 4], &[f32; 4])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-3);
+    let different = mapped.iter().zip(&target.pixels).filter(differs).count();
+    assert!(different <= 20, "{different} pixels");
+    let mut method = prepared(ID, "environment = 'nobody'", &scene, quality);
+    let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+    let error = method.render(&job, &mut Framebuffer::new(160, 120)).expect_err("nobody has that name").to_string();
+    assert!(error.contains("nobody") && error.contains(name.as_str()), "{error}");
+}
+
+#[test]
+fn presets_are_where_settings_start_from() {
+    let read = |text: &str| SampleBasedCameraSettings::from_table(&toml::from_str(text).expect("valid"));
+    assert_eq!(read("").expect("allowed"), SampleBasedCameraSettings::default());
+    let fast = read("preset = 'fast'\naccuracy_px = 0.5").expect("allowed");
+    assert_eq!((fast.downsampling, fast.accuracy_px), (4, 0.5));
+    for wrong in ["preset = 'slow'", "accuracy_px = 0", "environment = '['", "polish = 1000", "unknown = 1"] {
+        assert!(read(wrong).is_err(), "{wrong}");
+    }
 }
 
 #[test]

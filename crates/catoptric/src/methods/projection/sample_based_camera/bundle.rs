@@ -74,8 +74,8 @@ impl<'a> Slice<'a> {
         let mut lateral = [[0.0; TERMS]; 2];
         for (axis, sums) in lateral.iter_mut().enumerate() {
             let (offset, slope) = (&leaf.coefficients[output::OFFSET + axis], &leaf.coefficients[output::SLOPE + axis]);
-            for term in 0..TERMS {
-                sums[term] = offset[term] + depth * slope[term];
+            for (sum, (offset, slope)) in sums.iter_mut().zip(offset.iter().zip(slope)) {
+                *sum = offset + depth * slope;
             }
             sums[0] -= relative.dot(leaf.across[axis].into());
         }
@@ -90,8 +90,8 @@ impl<'a> Slice<'a> {
         let largest = [0.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
         self.lateral.iter().all(|sums| {
             let mut most = 0.0;
-            for term in 1..TERMS {
-                most += sums[term].abs() * largest[term];
+            for (sum, largest) in sums.iter().zip(largest).skip(1) {
+                most += sum.abs() * largest;
             }
             sums[0].abs() <= most * ROUNDING
         })
