@@ -1,6 +1,9 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
+mod cameras;
+mod panels;
 mod perturbation;
+mod scaling;
 
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -11,12 +14,16 @@ Usage: cargo run -p xtask -- COMMAND
 
 Commands:
   figures [NAME]   draw pictures into docs/pictures: those of the README, or, with a part of the name of a figure
-                   (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times
+                   (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times;
+                   with `cameras-14` and the like (`cameras` for all) and with `scaling` those of
+                   docs/figures-sample-based-camera.md
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
     match std::env::args().nth(1).as_deref() {
         Some("figures") => match std::env::args().nth(2) {
+            Some(name) if name.starts_with("cameras") => cameras::draw(&name),
+            Some(name) if name == "scaling" => scaling::draw(),
             Some(name) => perturbation::draw(&name),
             None => figures(),
         },

@@ -1,9 +1,9 @@
 //! Figures 8 to 13 of Chen and Arvo 2000, made again: path perturbation beside the reference.
 
+use crate::panels::{below, beside, cut};
 use crate::{root, run};
 use anyhow::{Context, Result};
 use image::RgbImage;
-use image::imageops::{self, FilterType};
 use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
@@ -33,10 +33,6 @@ struct Figure {
 
 /// Frames of a run: the first makes what the others keep.
 const FRAMES: &str = "3";
-/// Width of a panel, in pixels.
-const PANEL_WIDTH: u32 = 360;
-/// White between two panels, in pixels.
-const GAP: u32 = 4;
 
 fn figures() -> Vec<Figure> {
     let shot = |label, scene, settings, size| Shot {
@@ -160,46 +156,4 @@ impl Shot {
         )?;
         Ok(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8())
     }
-}
-
-/// The part of a picture, in the picture's coordinates as shares of its size.
-fn cut(picture: &RgbImage, [x, y, width, height]: [f32; 4]) -> RgbImage {
-    let across = |share: f32| (share * picture.width() as f32) as u32;
-    let down = |share: f32| (share * picture.height() as f32) as u32;
-    imageops::crop_imm(picture, across(x), down(y), across(width), down(height)).to_image()
-}
-
-/// Pictures in a row, each as wide as a panel.
-fn beside(pictures: &[RgbImage]) -> RgbImage {
-    let panels: Vec<RgbImage> = pictures
-        .iter()
-        .map(|picture| {
-            let height = PANEL_WIDTH * picture.height() / picture.width();
-            imageops::resize(picture, PANEL_WIDTH, height, FilterType::CatmullRom)
-        })
-        .collect();
-    let height = panels.iter().map(RgbImage::height).max().unwrap_or_default();
-    let count = panels.len() as u32;
-    let mut row = white(((PANEL_WIDTH + GAP) * count).saturating_sub(GAP), height);
-    for (panel, left) in panels.iter().zip((0i64..).step_by((PANEL_WIDTH + GAP) as usize)) {
-        imageops::replace(&mut row, panel, left, 0);
-    }
-    row
-}
-
-/// Rows of pictures, one below the other.
-fn below(rows: &[RgbImage]) -> RgbImage {
-    let width = rows.iter().map(RgbImage::width).max().unwrap_or_default();
-    let height = rows.iter().map(|row| row.height() + GAP).sum::<u32>().saturating_sub(GAP);
-    let mut all = white(width, height);
-    let mut top = 0;
-    for row in rows {
-        imageops::replace(&mut all, row, 0, top);
-        top += i64::from(row.height() + GAP);
-    }
-    all
-}
-
-fn white(width: u32, height: u32) -> RgbImage {
-    RgbImage::from_pixel(width, height, image::Rgb([255; 3]))
 }

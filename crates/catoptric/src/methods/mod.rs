@@ -122,6 +122,16 @@ pub trait ReflectionMethod: Send {
     /// whenever the scene or the quality changes.
     fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError>;
 
+    /// Builds what depends on the view too and not on what moves among the mirrors, as [`Self::render`] does first where
+    /// it is missing, and says what that took. Nothing for methods that keep nothing of the kind.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    fn prepare_view(&mut self, job: &Job<'_>) -> Result<Report, RenderError> {
+        let _ = job;
+        Ok(Report::default())
+    }
+
     /// Draws one picture into `target`, which has the view's size.
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError>;
 

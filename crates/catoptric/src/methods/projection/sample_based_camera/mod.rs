@@ -14,8 +14,10 @@ mod layout;
 mod pieces;
 mod pinhole;
 mod project;
+mod seen_pieces;
 mod settings;
 
+pub use seen_pieces::seen_pieces;
 pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 
 use crate::clock::Stopwatch;
@@ -174,11 +176,11 @@ impl ReflectionMethod for SampleBasedCamera {
         Ok(VirtualScene::prepare(&mut self.scene, &mut self.frame, scene))
     }
 
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
+    fn prepare_view(&mut self, job: &Job<'_>) -> Result<Report, RenderError> {
         let mut report = Report::default();
         self.build(job, &mut report)?;
         self.capture(job, &mut report)?;
-        let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
+        let Some(frame) = &self.frame else { return Err(unprepared()) };
         let counts: Vec<Counts> = frame.cameras.iter().map(Cameras::counts).collect();
         let sum = |count: fn(&Counts) -> u64| counts.iter().map(count).sum::<u64>();
         report.counts.insert("ray_map_rays", frame.grid.groups.iter().map(|group| group.rays.len() as u64).sum());
@@ -187,6 +189,12 @@ impl ReflectionMethod for SampleBasedCamera {
         report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
         report.counts.insert("pieces", frame.grid.groups.iter().map(|group| u64::from(group.piece_count)).sum());
         report.bytes.insert("cameras", sum(|counts| counts.bytes));
+        Ok(report)
+    }
+
+    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
+        let mut report = self.prepare_view(job)?;
+        let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
         let (tracer, surfaces) = (scene.tracer().clone(), scene.surfaces(job.scene));
         let projector = projector(&self.settings, frame, job, tracer, surfaces);
         let quality = MeshQuality {

@@ -1,0 +1,225 @@
+//! Figures 3 to 20 of Popescu, Sacks, Mei 2006, made again: sample-based cameras beside the reference.
+
+mod accuracy;
+mod construction;
+pub(crate) mod stage;
+
+use crate::panels::{below, beside, beside_of_width, cut, save_small};
+use crate::root;
+use anyhow::Result;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::Quality;
+use catoptric::methods::projection::sample_based_camera::{SampleBasedCameraSettings, seen_pieces};
+use catoptric::progress::Silent;
+use catoptric::scene::Attenuation;
+use image::{Rgb, RgbImage};
+use stage::{BUNDLE, CAMERAS, PINHOLE, Stage, count, flip, rgb};
+use std::io::Write;
+
+/// The size of the paper's pictures.
+const FULL: [u32; 2] = [720, 480];
+/// The size of pictures that are shown in one panel only.
+const PANEL: [u32; 2] = [360, 240];
+
+/// The part of the pictures of `sphere_room` that shows the ball.
+pub(crate) const BALL: [f32; 4] = [0.27, 0.1, 0.46, 0.72];
+/// The width of panels that show the ball alone.
+const NARROW: u32 = 240;
+
+type Draw = fn() -> Result<RgbImage>;
+
+/// Draws the figures whose names contain `wanted` (`cameras` alone: all) and prints their tables as Markdown.
+pub(crate) fn draw(wanted: &str) -> Result<()> {
+    let figures: [(&str, Draw); 6] = [
+        ("cameras-03", three_methods),
+        ("cameras-14", surface_properties),
+        ("cameras-16", resolutions),
+        ("cameras-17", accuracy::draw),
+        ("cameras-18", four_scenes),
+        ("cameras-20", pieces_and_lens),
+    ];
+    for (name, draw) in figures.iter().filter(|(name, _)| name.contains(wanted)) {
+        print(&format!("\n{name}\n"))?;
+        let number = name.rsplit('-').next().unwrap_or_default();
+        let path = root().join(format!("docs/pictures/sample_based_camera-figure-{number}.png"));
+        save_small(&draw()?, &path)?;
+    }
+    if "cameras-19".contains(wanted) {
+        print("\ncameras-19\n")?;
+        construction::print_table()?;
+    }
+    Ok(())
+}
+
+/// A line of a table.
+fn print(line: &str) -> Result<()> {
+    writeln!(std::io::stdout(), "{line}")?;
+    Ok(())
+}
+
+/// Figure 3: environment map, sample-based camera, ray tracing.
+fn three_methods() -> Result<RgbImage> {
+    let stage = Stage::new("sphere_room", FULL, 1)?.with_samples(16);
+    let (truth, mask) = (stage.truth()?, stage.mask());
+    print("| picture | FLIP on the ball | first frame ms | later frames ms |\n|---|---|---|---|")?;
+    let mut panels = Vec::new();
+    for (label, method, settings) in [
+        ("environment map", "environment_map", ""),
+        ("sample-based camera, pinholes", CAMERAS, PINHOLE),
+        ("sample-based camera, ray bundles", CAMERAS, BUNDLE),
+    ] {
+        let drawn = stage.draw(method, settings, 4)?;
+        let error = flip(&drawn.picture, &truth, &mask)?;
+        print(&format!("| {label} | {error:.4} | {:.0} | {:.0} |", drawn.first_ms, drawn.later_ms))?;
+        panels.push(rgb(&drawn.picture)?);
+    }
+    let reference = stage.draw("reference", "", 3)?;
+    print(&format!("| reference | | {:.0} | {:.0} |", reference.first_ms, reference.later_ms))?;
+    panels.push(rgb(&truth)?);
+    let (above, under) = panels.split_at(2);
+    Ok(below(&[beside(above), beside(under)]))
+}
+
+/// Figure 14: how the reflection is weighed against the reflector's own colour.
+fn surface_properties() -> Result<RgbImage> {
+    let mut stage = Stage::new("sphere_room?blend=both", FULL, 1)?.with_samples(16);
+    let size = stage.scene.bounds.diagonal();
+    // Distances as shares of the scene's size.
+    let fade = |share: f32, least, greatest| {
+        (None, Some(Attenuation { distance: share * size, specularity: [least, greatest] }))
+    };
+    let ramp = |least, greatest| (Some([least, greatest]), None);
+    let weights = [
+        ("a: all reflection", (None, None)),
+        ("b: ramp 0.2/1 and fading 0.3/0.1/1", (Some([0.2, 1.0]), fade(0.3, 0.1, 1.0).1)),
+        ("c1: ramp 0/0.5", ramp(0.0, 0.5)),
+        ("c2: ramp 0/1", ramp(0.0, 1.0)),
+        ("c3: ramp 0.5/1", ramp(0.5, 1.0)),
+        ("d1: fading 0.15/0/0.25", fade(0.15, 0.0, 0.25)),
+        ("d2: fading 0.3/0/0.25", fade(0.3, 0.0, 0.25)),
+        ("d3: fading 0.3/0/0.5", fade(0.3, 0.0, 0.5)),
+    ];
+    let mut method = stage::create(CAMERAS, BUNDLE)?;
+    print("| picture | FLIP on the ball | frame ms |\n|---|---|---|")?;
+    let mut panels = Vec::new();
+    for (label, (fresnel, attenuation)) in weights {
+        for material in &mut stage.scene.materials {
+            if let Some(blend) = &mut material.blend {
+                (blend.fresnel, blend.attenuation) = (fresnel, attenuation);
+            }
+        }
+        // The mirror's shape stays, so the cameras and all virtual meshes do.
+        method.prepare(&stage.scene, stage.quality, &Silent)?;
+        let drawn = stage.draw_with(method.as_mut(), 1)?;
+        let error = flip(&drawn.picture, &stage.truth()?, &stage.mask())?;
+        print(&format!("| {label} | {error:.4} | {:.0} |", drawn.first_ms))?;
+        panels.push(cut(&rgb(&drawn.picture)?, BALL));
+    }
+    let (above, under) = panels.split_at(4);
+    Ok(below(&[above, under].map(|row| beside_of_width(row, NARROW))))
+}
+
+/// Figure 16: resolutions of the ray map.
+fn resolutions() -> Result<RgbImage> {
+    let stage = Stage::new("sphere_room", FULL, 1)?;
+    let (truth, mask) = (stage.truth()?, stage.mask());
+    print(
+        "| cameras | ray map | rays | leaves | ray lists | rays in lists | FLIP on the ball | p50 px | p99 px | max px | missing % |",
+    )?;
+    print("|---|---|---|---|---|---|---|---|---|---|---|")?;
+    let mut rows = Vec::new();
+    for (label, settings) in [("pinholes", PINHOLE), ("ray bundles, 1 px", "accuracy_px = 1.0")] {
+        let mut panels = Vec::new();
+        for spacing in [32, 16, 8, 4] {
+            let settings = format!("{settings}, downsampling = {spacing}");
+            let drawn = stage.draw(CAMERAS, &settings, 1)?;
+            let error = stage.projection_error(&settings, 2)?;
+            let report = &drawn.report;
+            let pixels = |error: Option<f64>| error.map_or("".into(), |error| format!("{error:.3}"));
+            print(&format!(
+                "| {label} | {}x{}/{spacing} | {} | {} | {} | {} | {:.4} | {} | {} | {} | {:.3} |",
+                FULL[0] / spacing,
+                FULL[1] / spacing,
+                count(report, "ray_map_rays"),
+                count(report, "leaves"),
+                count(report, "ray_lists"),
+                count(report, "rays_in_lists"),
+                flip(&drawn.picture, &truth, &mask)?,
+                pixels(error.p50),
+                pixels(error.p99),
+                pixels(error.max),
+                100.0 * error.missing,
+            ))?;
+            panels.push(cut(&rgb(&drawn.picture)?, BALL));
+        }
+        rows.push(beside_of_width(&panels, NARROW));
+    }
+    Ok(below(&rows))
+}
+
+/// Figure 18: the scenes of the table; below, the reference.
+fn four_scenes() -> Result<RgbImage> {
+    print(
+        "| scene | FLIP on reflectors | first frame ms | later frames ms | reference, 16 samples, ms |\n|---|---|---|---|---|",
+    )?;
+    let mut rows = [Vec::new(), Vec::new()];
+    for (label, specification, order) in construction::SCENES {
+        let stage = Stage::new(specification, PANEL, order)?.with_samples(16);
+        let reference = stage.draw("reference", "", 1)?;
+        let drawn = stage.draw(CAMERAS, "preset = 'fast', downsampling = 2", 3)?;
+        print(&format!(
+            "| {label} | {:.4} | {:.0} | {:.0} | {:.0} |",
+            flip(&drawn.picture, &reference.picture, &stage.mask())?,
+            drawn.first_ms,
+            drawn.later_ms,
+            reference.first_ms
+        ))?;
+        for (row, picture) in rows.iter_mut().zip([drawn.picture, reference.picture]) {
+            row.push(rgb(&picture)?);
+        }
+    }
+    Ok(below(&rows.map(|row| beside_of_width(&row, 288))))
+}
+
+/// Figure 20: the pieces of a compound reflector, and refraction through a lens.
+fn pieces_and_lens() -> Result<RgbImage> {
+    let car = Stage::new("car", FULL, 1)?;
+    let (paths, pieces) = seen_pieces(&car.scene, &car.view, &SampleBasedCameraSettings::default());
+    let mut coloured = rgb(&car.draw("reference", "", 1)?.picture)?;
+    let mut counted = std::collections::BTreeMap::<[u32; 2], u32>::new();
+    for ((pixel, piece), seen) in coloured.pixels_mut().zip(&pieces).zip(car.mask()) {
+        if let (Some(piece), true) = (piece, seen) {
+            *counted.entry(*piece).or_default() += 1;
+            let shade = pixel.0.map(|channel| channel / 3);
+            let [red, green, blue] = colour_of(*piece);
+            *pixel = Rgb([red / 3 * 2 + shade[0], green / 3 * 2 + shade[1], blue / 3 * 2 + shade[2]]);
+        }
+    }
+    print(&format!("Automobile: {} reflectors, {} pieces with visible pixels:\n", paths.len(), counted.len()))?;
+    print("| reflector | pieces | of more than 100 pixels | pixels |\n|---|---|---|---|")?;
+    for (path, number) in paths.iter().zip(0..) {
+        let own: Vec<u32> = counted.iter().filter(|([of, _], _)| *of == number).map(|(_, pixels)| *pixels).collect();
+        let large = own.iter().filter(|pixels| **pixels > 100).count();
+        print(&format!("| {} | {} | {large} | {} |", path.names(&car.scene), own.len(), own.iter().sum::<u32>()))?;
+    }
+    let mut lens = Stage::new("lens", FULL, 2)?;
+    lens.quality = Quality { samples: 16, order: 2 };
+    let truth: Framebuffer = lens.truth()?;
+    let drawn = lens.draw(CAMERAS, BUNDLE, 3)?;
+    print(&format!(
+        "\nLens, order 2: FLIP on the lens {:.4}, first frame {:.0} ms, later frames {:.0} ms",
+        flip(&drawn.picture, &truth, &lens.mask())?,
+        drawn.first_ms,
+        drawn.later_ms
+    ))?;
+    Ok(beside(&[coloured, rgb(&drawn.picture)?, rgb(&truth)?]))
+}
+
+/// A colour for every piece of every reflector: reflectors differ in hue far from each other.
+fn colour_of([path, piece]: [u32; 2]) -> [u8; 3] {
+    let hue = (path as f32 * 0.381_966 + piece as f32 * 0.618_034).fract() * 6.0;
+    [0.0, 4.0, 2.0].map(|offset: f32| {
+        let distance = ((hue + offset) % 6.0 - 3.0).abs();
+        (255.0 * (distance - 1.0).clamp(0.0, 1.0)) as u8
+    })
+}

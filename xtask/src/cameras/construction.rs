@@ -1,0 +1,77 @@
+//! Figure 19: what building the cameras takes.
+
+use super::print;
+use super::stage::{CAMERAS, Stage, count, median, stage_ms};
+use anyhow::{Context, Result};
+use catoptric::methods::Report;
+
+/// The paper's scenes: what it calls them, the built-in scene that stands for each, the order that is drawn.
+pub(crate) const SCENES: [(&str, &str, u32); 4] = [
+    ("spherical cap", "sphere_room", 1),
+    ("teapot body", "teapot", 1),
+    ("two spheres", "two_spheres", 2),
+    ("automobile", "car", 1),
+];
+
+/// How often each tree is built.
+const REPETITIONS: usize = 5;
+
+/// The size of the picture whose rays are down-sampled.
+const SIZE: [u32; 2] = [720, 480];
+
+/// What building takes, a number of times.
+struct Builds {
+    last: Report,
+    ray_map_ms: f64,
+    build_ms: f64,
+}
+
+/// The statistics of section VII.B for both kinds of cameras.
+pub(crate) fn print_table() -> Result<()> {
+    let all = catoptric::parallel::thread_count();
+    print(&format!(
+        "| scene | cameras | resolution | rays, thousands | coverage % | leaves | ray lists | rays in lists | size KB | \
+         ray map ms, 1 thread | construction ms, 1 thread | ray map ms, {all} threads | construction ms, {all} threads |"
+    ))?;
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|")?;
+    for (label, specification, order) in SCENES {
+        let stage = Stage::new(specification, SIZE, order)?;
+        let mask = stage.mask();
+        let coverage = 100.0 * mask.iter().filter(|seen| **seen).count() as f64 / mask.len().max(1) as f64;
+        for camera in ["pinhole", "ray_bundle"] {
+            for (resolution, spacing) in [("quarter", 4), ("half", 2)] {
+                eprintln!("{label}: {camera}, {resolution}");
+                let settings = format!("camera = '{camera}', accuracy_px = 1.0, downsampling = {spacing}");
+                let one = build(&stage, &settings, 1)?;
+                let many = build(&stage, &settings, all)?;
+                let report = &one.last;
+                print(&format!(
+                    "| {label} | {camera} | {resolution} | {:.1} | {coverage:.0} | {} | {} | {} | {:.0} | {:.0} | {:.0} | {:.0} | {:.0} |",
+                    count(report, "ray_map_rays") as f64 / 1000.0,
+                    count(report, "leaves"),
+                    count(report, "ray_lists"),
+                    count(report, "rays_in_lists"),
+                    report.bytes.get("cameras").copied().unwrap_or_default() as f64 / 1024.0,
+                    one.ray_map_ms,
+                    one.build_ms,
+                    many.ray_map_ms,
+                    many.build_ms,
+                ))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Builds cameras again and again, with so many threads; the medians of the times.
+fn build(stage: &Stage, settings: &str, threads: usize) -> Result<Builds> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
+    let mut last = Report::default();
+    let (mut ray_map, mut construction) = (Vec::new(), Vec::new());
+    for _ in 0..REPETITIONS {
+        last = pool.install(|| stage.prepare_view(CAMERAS, settings))?;
+        ray_map.push(stage_ms(&last, "ray_map"));
+        construction.push(stage_ms(&last, "build"));
+    }
+    Ok(Builds { last, ray_map_ms: median(&mut ray_map), build_ms: median(&mut construction) })
+}
