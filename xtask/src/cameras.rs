@@ -212,14 +212,41 @@ fn pieces_and_lens() -> Result<RgbImage> {
         drawn.first_ms,
         drawn.later_ms
     ))?;
-    Ok(beside(&[coloured, rgb(&drawn.picture)?, rgb(&truth)?]))
+    Ok(beside_of_width(&[coloured, rgb(&drawn.picture)?, rgb(&truth)?], 480))
 }
 
-/// A colour for every piece of every reflector: reflectors differ in hue far from each other.
+/// A colour for every piece of every reflector: reflectors that follow each other differ most in hue.
 fn colour_of([path, piece]: [u32; 2]) -> [u8; 3] {
-    let hue = (path as f32 * 0.381_966 + piece as f32 * 0.618_034).fract() * 6.0;
+    let hue = (path as f32 * 0.381_966 + piece as f32 * 0.137_2).fract() * 6.0;
     [0.0, 4.0, 2.0].map(|offset: f32| {
         let distance = ((hue + offset) % 6.0 - 3.0).abs();
         (255.0 * (distance - 1.0).clamp(0.0, 1.0)) as u8
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ball_is_one_piece_of_one_reflector() {
+        let stage = Stage::new("sphere_room", [90, 60], 1).unwrap();
+        let (paths, pieces) = seen_pieces(&stage.scene, &stage.view, &SampleBasedCameraSettings::default());
+        assert_eq!(paths.len(), 1);
+        for (piece, seen) in pieces.iter().zip(stage.mask()) {
+            assert!(!seen || *piece == Some([0, 0]), "{piece:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_prepared_for_a_view_is_not_made_again() {
+        let stage = Stage::new("sphere_room", [90, 60], 1).unwrap();
+        let job = stage.job();
+        let mut method = stage.prepared(CAMERAS, BUNDLE).unwrap();
+        let report = method.prepare_view(&job).unwrap();
+        assert!(count(&report, "rays_traced") > 0 && count(&report, "leaves") > 0);
+        let drawn = stage.draw_with(method.as_mut(), 1).unwrap();
+        assert_eq!(count(&drawn.report, "rays_traced"), 0);
+        assert_eq!(count(&drawn.report, "leaves"), count(&report, "leaves"));
+    }
 }

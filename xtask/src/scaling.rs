@@ -141,3 +141,22 @@ fn room_of_balls(count: u32) -> Result<Model> {
     }
     Ok(model)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn crossings_lie_between_points() {
+        let point = |at, first_ms| Measured { at, build_ms: 1.0, first_ms, later_ms: 1.0, reference_ms: 100.0 };
+        let at = crossing(&[point(10.0, 10.0), point(1000.0, 1000.0)], |point| point.first_ms).unwrap();
+        assert!((at - 100.0).abs() < 1e-6, "{at}");
+        assert!(crossing(&[point(1.0, 10.0), point(2.0, 20.0)], |point| point.first_ms).is_none());
+    }
+
+    #[test]
+    fn rooms_have_as_many_balls_as_asked_for() {
+        let stage = Stage::of_model(&room_of_balls(6).unwrap(), [30, 20], 1).unwrap();
+        assert_eq!(stage.scene.specular_objects().len(), 6);
+    }
+}

@@ -53,7 +53,7 @@ impl Stage {
         self
     }
 
-    fn job(&self) -> Job<'_> {
+    pub(crate) fn job(&self) -> Job<'_> {
         Job { scene: &self.scene, view: &self.view, quality: self.quality, progress: &Silent }
     }
 
