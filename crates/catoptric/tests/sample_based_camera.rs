@@ -53,6 +53,13 @@ fn pinholes_of_the_paper_keep_their_accuracy_too() {
     }
     // The rays of a flat mirror meet behind it: one pinhole, and from very far away one affine camera.
     assert_eq!(count(&scene("planar_mirror?mirrors=1"), "preset = 'faithful'\naccuracy_px = 0.05", "leaves"), 1);
+    // Wherever a flat mirror lies: no image plane stands upright on it.
+    let mut builder = SceneBuilder::new();
+    let grey = builder.flat("grey", Vec3::splat(0.5));
+    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, grey);
+    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
+    builder.quad("floor", Vec3::new(-1.0, -0.5, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, mirror);
+    assert_eq!(count(&builder.build(), "preset = 'faithful'\naccuracy_px = 0.05", "leaves"), 1);
     let ball = scene("sphere_room?surface=analytic&tess=8");
     let leaves = |settings: &str| count(&ball, settings, "leaves") + count(&ball, settings, "ray_lists");
     assert!(leaves("preset = 'faithful'") > leaves("accuracy_px = 1"), "bundles need fewer leaves than pinholes");

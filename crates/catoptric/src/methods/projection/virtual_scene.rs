@@ -9,7 +9,7 @@ use crate::framebuffer::Framebuffer;
 use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::{Job, Report};
 use crate::optics::bundle::BounceKind;
-use crate::scene::Scene;
+use crate::scene::{Role, Scene};
 use crate::surface::PlacedSurface;
 use crate::surface::site::{MeshTopologies, SpecularSurfaces};
 use crate::surface::tracer::Tracer;
@@ -44,10 +44,12 @@ struct Mirrors {
     object_count: usize,
 }
 
-/// The shape of one reflector or lens: its surface, or its mesh where it has none.
+/// One reflector or lens: what it does to light, and its surface, or its mesh where it has none.
 #[derive(Clone, Debug, PartialEq)]
 struct MirrorShape {
     object: u32,
+    role: Role,
+    inside: bool,
     surface: Option<PlacedSurface>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -62,6 +64,8 @@ impl Mirrors {
             let vertices = if object.surface.is_none() { vertices } else { 0..0 };
             MirrorShape {
                 object: index,
+                role: scene.role_of(index),
+                inside: object.inside,
                 surface: object.surface.clone(),
                 positions: scene.positions[vertices.clone()].to_vec(),
                 normals: scene.normals[vertices].to_vec(),

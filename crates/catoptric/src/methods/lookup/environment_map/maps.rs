@@ -64,6 +64,16 @@ impl ReflectorMaps {
         Ok(maps)
     }
 
+    /// Those of some objects alone.
+    pub(in crate::methods) fn retaining(mut self, objects: &[bool]) -> Self {
+        for (map, kept) in self.maps.iter_mut().zip(objects) {
+            if !kept {
+                *map = None;
+            }
+        }
+        self
+    }
+
     /// Whether they were captured in a scene with as many objects.
     pub(in crate::methods) fn fit(&self, scene: &Scene) -> bool {
         self.maps.len() == scene.objects.len()

@@ -3,8 +3,8 @@
 
 use super::bundle;
 use super::cameras::{Builder, Counts, Scratch, Seen};
-use super::fit::{Fit, Shape};
-use super::grid::{GridRay, PathRays};
+use super::fit::Fit;
+use super::grid::GridRay;
 use super::layout::{BundleLeaf, PinholeLeaf, SplitNode};
 use super::pinhole;
 use crate::methods::projection::ray_map::{BeamTree, Reach};
@@ -31,8 +31,8 @@ pub(super) struct PinholeTrees {
     roots: Vec<u32>,
     nodes: Vec<SplitNode>,
     leaves: Vec<PinholeLeaf>,
-    /// The cells of listed rays: their first column and row, and their piece.
-    cells: Vec<([u32; 2], u32)>,
+    /// Interpolations between listed rays, in the cells of the map: inside their unit frusta.
+    cells: Vec<BundleLeaf>,
     beams: BeamTree,
     lists: u64,
     listed_rays: u64,
@@ -58,12 +58,12 @@ impl Builder<'_> {
             let root = self.add(branch, piece as u32, &mut trees, &mut cells);
             trees.roots.push(root);
         }
-        trees.cells =
-            cells.into_iter().filter(|(cell, piece)| self.group.in_unit(*cell, *piece).count() >= 3).collect();
         let (mut reaches, mut ends) = (Vec::new(), Vec::new());
-        for (cell, piece) in &trees.cells {
-            let rays = group.in_unit(*cell, *piece).map(|ray| &group.rays[ray]);
-            reaches.extend(rays.map(|ray| Reach::of_ray(ray.tail, ray.direction)));
+        for (cell, piece) in cells {
+            let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
+            let Some(fit) = Fit::interpolating(&rays) else { continue };
+            trees.cells.push(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)], false));
+            reaches.extend(rays.iter().map(|ray| Reach::of_ray(ray.tail, ray.direction)));
             ends.push(reaches.len());
         }
         trees.beams = BeamTree::new(&reaches, ends, TYPICAL_SHARE * f64::from(self.bounds.diagonal()));
@@ -177,10 +177,10 @@ impl Builder<'_> {
 
 impl PinholeTrees {
     /// Calls `found` with what the trees say about a point.
-    pub(super) fn ask(&self, group: &PathRays, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
+    pub(super) fn ask(&self, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
         let Scratch { numbers, answers } = scratch;
-        // The pieces in whose trees the point is in a list.
-        let mut listed = 0u64;
+        // The pieces in whose trees the point is in a list come first in the scratch.
+        numbers.clear();
         for (piece, &root) in self.roots.iter().enumerate() {
             let mut at = root;
             while at & SplitNode::LEAF == 0 {
@@ -188,27 +188,27 @@ impl PinholeTrees {
                 at = node.children[usize::from(point.dot(node.normal.into()) <= node.offset)];
             }
             if at == SplitNode::LIST {
-                listed |= 1 << (piece % 64);
+                numbers.push(piece as u32);
             } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
                 && let Some(answer) = &pinhole::ask(leaf, point)
             {
                 found(&Seen { answer, piece: piece as u32, cells: None, interpolates: false });
             }
         }
+        let listed = numbers.len();
         if listed == 0 {
             return;
         }
         self.beams.leaves_at(point.to_array(), numbers);
-        for &cell in numbers.iter() {
-            let Some(&(cell, piece)) = self.cells.get(cell as usize) else { continue };
-            if listed >> (piece % 64) & 1 == 0 {
+        let (pieces, cells) = numbers.split_at(listed);
+        for leaf in cells.iter().filter_map(|&cell| self.cells.get(cell as usize)) {
+            if pieces.binary_search(&leaf.piece).is_err() {
                 continue;
             }
-            let Some(leaf) = interpolating(group, cell, piece) else { continue };
             answers.clear();
-            bundle::ask(&leaf, point, answers);
+            bundle::ask(leaf, point, answers);
             for answer in answers.iter() {
-                found(&Seen::of(answer, &leaf));
+                found(&Seen::of(answer, leaf));
             }
         }
     }
@@ -225,11 +225,4 @@ impl PinholeTrees {
             bytes: bytes as u64,
         }
     }
-}
-
-/// The interpolation between the rays of a cell of the map: inside their unit frustum.
-fn interpolating(group: &PathRays, cell: [u32; 2], piece: u32) -> Option<BundleLeaf> {
-    let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
-    let fit = Fit::new(&rays, Shape::Bilinear).or_else(|| Fit::new(&rays, Shape::Linear))?;
-    Some(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)], false))
 }

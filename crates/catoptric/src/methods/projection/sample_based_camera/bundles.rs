@@ -94,12 +94,7 @@ impl Builder<'_> {
         let extent = [0, 1].map(|axis: usize| high[axis] - low[axis]);
         if extent.iter().all(|&cells| cells <= 1) {
             let all: Vec<GridRay> = rays.iter().map(|&ray| self.group.rays[ray as usize]).collect();
-            let linear = Fit::new(&all, Shape::Linear);
-            let bilinear = Fit::new(&all, Shape::Bilinear);
-            let fit = match (bilinear, linear) {
-                (Some(bilinear), Some(linear)) => Some(bilinear.with_errors_of(&linear)),
-                (bilinear, linear) => bilinear.or(linear),
-            };
+            let fit = Fit::interpolating(&all);
             return fit.map(|fit| self.built(&fit, rays, piece, [low, high], false)).into_iter().collect();
         }
         let axis = usize::from(extent[1] > extent[0]);

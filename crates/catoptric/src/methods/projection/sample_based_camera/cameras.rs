@@ -11,6 +11,9 @@ use crate::math::Aabb;
 use crate::scene::PreciseView;
 use glam::{DVec3, Vec3};
 
+/// Rays are followed at least this share of the scene's size.
+const LEAST_HEAD: f64 = 0.02;
+
 /// What cameras are built for: the rays of a path, seen in a view, in a scene's box, within an accuracy.
 pub(super) struct Builder<'a> {
     pub(super) group: &'a PathRays,
@@ -20,7 +23,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// How far a ray goes until it leaves the scene's box.
+    /// How far a ray goes until it leaves the scene's box, and at least a little: at its very tail nothing can be tested.
     pub(super) fn head(&self, ray: &GridRay) -> f64 {
         let (tail, direction) = (ray.tail, ray.direction);
         let mut exit = f64::INFINITY;
@@ -31,7 +34,8 @@ impl Builder<'_> {
                 exit = exit.min(distance.max(0.0));
             }
         }
-        if exit.is_finite() { exit } else { f64::from(self.bounds.diagonal()) }
+        let size = f64::from(self.bounds.diagonal());
+        if exit.is_finite() { exit.max(LEAST_HEAD * size) } else { size }
     }
 
     /// The numbers of the rays of each piece.
@@ -98,12 +102,14 @@ pub(super) enum Cameras {
 
 impl Cameras {
     /// Calls `found` with everything that the cameras say about a point.
-    pub(super) fn ask(&self, group: &PathRays, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
+    pub(super) fn ask(&self, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
         let Scratch { numbers, answers } = scratch;
         numbers.clear();
         match self {
             Self::Bundles(tree) => {
                 tree.leaves_at(point, numbers);
+                // What interpolates comes last: it may be off, and cameras have seen most of it.
+                numbers.sort_unstable_by_key(|&number| (tree.leaf(number).map_or(1, |leaf| leaf.interpolates), number));
                 for leaf in numbers.iter().filter_map(|&leaf| tree.leaf(leaf)) {
                     answers.clear();
                     ask(leaf, point, answers);
@@ -112,7 +118,7 @@ impl Cameras {
                     }
                 }
             }
-            Self::Pinholes(trees) => trees.ask(group, point, scratch, &mut found),
+            Self::Pinholes(trees) => trees.ask(point, scratch, &mut found),
         }
     }
 

@@ -141,9 +141,16 @@ impl Fit {
         Some(fit)
     }
 
-    /// Takes over what another fit leaves as its own error: a fit that meets its rays exactly knows nothing of it.
-    pub(super) fn with_errors_of(self, other: &Self) -> Self {
-        Self { offset_error: other.offset_error, slope_error: other.slope_error, ..self }
+    /// The interpolation between a few rays: bilinear if there are four. None where they are on a line.
+    pub(super) fn interpolating(rays: &[GridRay]) -> Option<Self> {
+        let linear = Self::new(rays, Shape::Linear);
+        match (Self::new(rays, Shape::Bilinear), linear) {
+            // What meets its rays exactly knows nothing of its error; what the linear fit leaves is about that.
+            (Some(bilinear), Some(linear)) => {
+                Some(Self { offset_error: linear.offset_error, slope_error: linear.slope_error, ..bilinear })
+            }
+            (bilinear, linear) => bilinear.or(linear),
+        }
     }
 
     /// The coordinates of a first bounce point.

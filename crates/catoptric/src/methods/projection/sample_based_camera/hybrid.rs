@@ -59,7 +59,7 @@ pub(super) fn mapped(
     Ok(mapped)
 }
 
-/// The environment maps of these objects. Mapped reflectors show each other as often as the order says.
+/// The environment maps of these objects. Reflectors show each other in them as often as the order says.
 pub(super) fn captured(
     settings: &SampleBasedCameraSettings,
     scene: &Scene,
@@ -67,7 +67,8 @@ pub(super) fn captured(
     order: u32,
     progress: &dyn Progress,
 ) -> Result<ReflectorMaps, RenderError> {
-    let objects: Vec<u32> = (0..mapped.len() as u32).filter(|&object| mapped[object as usize]).collect();
     let settings = EnvironmentMapSettings { size: settings.environment_size, ..EnvironmentMapSettings::default() };
-    ReflectorMaps::capture(&settings, scene, &objects, order, progress)
+    // All reflectors have maps while they are captured: they are seen in each other.
+    let maps = ReflectorMaps::capture(&settings, scene, &scene.specular_objects(), order, progress)?;
+    Ok(maps.retaining(mapped))
 }

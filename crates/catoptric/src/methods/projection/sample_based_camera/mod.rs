@@ -23,6 +23,7 @@ pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::math::Aabb;
 use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{Specular, ViewField, eye_of};
@@ -60,14 +61,16 @@ struct SampleBasedCamera {
     settings: SampleBasedCameraSettings,
     scene: Option<VirtualScene>,
     frame: Option<Frame>,
-    /// The environment maps of the prepared scene, and which objects have them.
-    maps: Option<(Vec<bool>, ReflectorMaps)>,
+    /// The environment maps of the prepared scene, which objects have them, and for which order.
+    maps: Option<(Vec<bool>, u32, ReflectorMaps)>,
 }
 
 /// What depends on the view and the mirrors, but not on what moves among them.
 struct Frame {
     view: View,
     order: u32,
+    /// The scene's box when they were built.
+    bounds: Aabb,
     grid: RayGrid,
     /// The cameras of each group of the grid.
     cameras: Vec<Cameras>,
@@ -88,14 +91,22 @@ impl SampleBasedCamera {
             return Err(unprepared());
         }
         let order = job.quality.order;
-        if self.frame.as_ref().is_some_and(|frame| frame.view == *job.view && frame.order == order) {
+        let field = ViewField::new(job.view, margin_px(&self.settings));
+        let mapped = hybrid::mapped(&self.settings, job.scene, &field)?;
+        // Rays are tested as far as the scene reached when the cameras were built.
+        let bounds = job.scene.bounds;
+        let fits = |frame: &Frame| {
+            frame.view == *job.view
+                && frame.order == order
+                && frame.mapped == mapped
+                && frame.bounds.union(bounds) == frame.bounds
+        };
+        if self.frame.as_ref().is_some_and(fits) {
             report.counts.insert("rays_traced", 0);
             return Ok(());
         }
         let surfaces = prepared.surfaces(job.scene);
         let specular = Specular { scene: job.scene, tracer: prepared.tracer(), surfaces: &surfaces, order };
-        let field = ViewField::new(job.view, margin_px(&self.settings));
-        let mapped = hybrid::mapped(&self.settings, job.scene, &field)?;
         let grid = RayGrid::new(&specular, &field, self.settings.downsampling as f32, &mapped);
         report.stages_ms.push(("ray_map", watch.lap_ms()));
         report.counts.insert("rays_traced", grid.traced);
@@ -103,10 +114,10 @@ impl SampleBasedCamera {
         let cameras = parallel::map_collect(grid.groups.len(), |group| {
             let group = &grid.groups[group];
             let accuracy_px = self.settings.accuracy_px.into();
-            Builder { group, view: &view, bounds: job.scene.bounds, accuracy_px }.cameras(self.settings.camera)
+            Builder { group, view: &view, bounds, accuracy_px }.cameras(self.settings.camera)
         });
         report.stages_ms.push(("build", watch.lap_ms()));
-        self.frame = Some(Frame { view: job.view.clone(), order, grid, cameras, mapped });
+        self.frame = Some(Frame { view: job.view.clone(), order, bounds, grid, cameras, mapped });
         prepared.forget_meshes();
         Ok(())
     }
@@ -122,13 +133,14 @@ impl SampleBasedCamera {
             return Ok(());
         }
         let mut watch = Stopwatch::new();
-        if self.maps.as_ref().is_none_or(|(mapped, _)| *mapped != frame.mapped) {
-            let maps = hybrid::captured(&self.settings, job.scene, &frame.mapped, job.quality.order, job.progress)?;
-            self.maps = Some((frame.mapped.clone(), maps));
+        let order = job.quality.order;
+        if self.maps.as_ref().is_none_or(|kept| (&kept.0, kept.1) != (&frame.mapped, order)) {
+            let maps = hybrid::captured(&self.settings, job.scene, &frame.mapped, order, job.progress)?;
+            self.maps = Some((frame.mapped.clone(), order, maps));
         }
         report.stages_ms.push(("capture", watch.lap_ms()));
         report.fallbacks.insert("environment_mapped_reflectors", count);
-        report.bytes.insert("environment_maps", self.maps.as_ref().map_or(0, |(_, maps)| maps.byte_count()));
+        report.bytes.insert("environment_maps", self.maps.as_ref().map_or(0, |(.., maps)| maps.byte_count()));
         Ok(())
     }
 }
@@ -203,7 +215,7 @@ impl ReflectionMethod for SampleBasedCamera {
             picture: PictureScale::new(job.view),
             max_pieces: MAX_PIECES,
         };
-        let maps = self.maps.as_ref().map(|(_, maps)| maps);
+        let maps = self.maps.as_ref().map(|(.., maps)| maps);
         scene.draw(job, &projector, &quality, maps, &mut report, target)?;
         Ok(report)
     }

@@ -56,10 +56,12 @@ fn widest_axes(points: impl Iterator<Item = DVec3> + Clone, center: DVec3) -> [D
     }
     let principal =
         |matrix: &DMat3, start: DVec3| (0..24).fold(start, |axis, _| (*matrix * axis).try_normalize().unwrap_or(axis));
-    let first = principal(&covariance, DVec3::new(0.577, 0.578, 0.576));
+    // Starts that lie in no plane that mirrors lie in.
+    let first = principal(&covariance, DVec3::new(0.62, 0.57, 0.54).normalize());
     let variance = first.dot(covariance * first);
     let rest = covariance - DMat3::from_cols(first * first.x, first * first.y, first * first.z) * variance;
-    let second = principal(&rest, first.any_orthonormal_vector());
+    let start = DVec3::new(0.31, -0.74, 0.59).reject_from_normalized(first).try_normalize();
+    let second = principal(&rest, start.unwrap_or(first.any_orthonormal_vector()));
     [first, second]
 }
 

@@ -31,6 +31,9 @@ const SAME_POLISHED_PX: f32 = 0.3;
 /// Polish may move an answer by so many cells.
 const POLISH_REACH: f64 = 3.0;
 
+/// Places in front of the eye's plane are anywhere; cells beyond this are none of the map's.
+const FARTHEST_CELL: f64 = 1e9;
+
 /// Projects scene points by the cameras of one view.
 pub(super) struct CameraProjector<'a> {
     pub(super) grid: &'a RayGrid,
@@ -67,10 +70,13 @@ impl VertexProjector for CameraProjector<'_> {
             return;
         }
         let start = found.len();
-        let nearest_px = if self.polish > 0 { SAME_POLISHED_PX } else { SAME * self.accuracy_px };
         let mut take = |seen: &Seen<'_>| {
             let Some(projection) = self.projection(path, seen, point) else { return };
-            let apart_px = if seen.interpolates { nearest_px.max(self.grid.spacing_px) } else { nearest_px };
+            let apart_px = match () {
+                () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
+                () if seen.interpolates => self.grid.spacing_px.max(SAME * self.accuracy_px),
+                () => SAME * self.accuracy_px,
+            };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
             };
@@ -78,7 +84,7 @@ impl VertexProjector for CameraProjector<'_> {
                 found.push(projection);
             }
         };
-        SCRATCH.with_borrow_mut(|scratch| cameras.ask(&self.grid.groups[path as usize], point, scratch, &mut take));
+        SCRATCH.with_borrow_mut(|scratch| cameras.ask(point, scratch, &mut take));
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
@@ -92,7 +98,8 @@ impl VertexProjector for CameraProjector<'_> {
             let near =
                 cameras.ask_near(ray, point, first, |seen| (self.projection(one.path, seen, point), seen.answer.first));
             let Some((projection, seen_at)) = near else { break };
-            if let Some(projection) = projection {
+            // Beside a fold the way may lead to the other sheet.
+            if let Some(projection) = projection.filter(|other| other.focal_index == one.focal_index) {
                 found.push(projection);
                 return;
             }
@@ -106,7 +113,8 @@ impl VertexProjector for CameraProjector<'_> {
 impl CameraProjector<'_> {
     /// A place of the picture in cells of the ray map, whose rays are at whole numbers.
     fn cell_of(&self, pixel: [f64; 2]) -> [f64; 2] {
-        pixel.map(|pixel| (pixel + self.margin_px) / f64::from(self.grid.spacing_px) - 0.5)
+        let cell = |pixel: f64| (pixel + self.margin_px) / f64::from(self.grid.spacing_px) - 0.5;
+        pixel.map(|pixel| cell(pixel).clamp(-FARTHEST_CELL, FARTHEST_CELL))
     }
 
     /// A camera's answer as an appearance; none where the rays that it is meant for are not.
@@ -170,6 +178,9 @@ impl CameraProjector<'_> {
             }
         });
         let Some(sample) = sample else { return as_seen.if_meaningful() };
+        // Cameras count the last segment's focal points.
+        let focal_index = as_seen.focal_index + sample.focal_points_passed;
+        let as_seen = Projection { focal_index, ..as_seen };
         let parameters = sample.parameters_of(seen.answer.first);
         let Some(start) = sample.sites_at(&self.surfaces, parameters) else { return as_seen.if_meaningful() };
         let reach = POLISH_REACH * (ray.first.distance(seen.answer.first)).max(self.cell_size_at(ray.first));
@@ -182,6 +193,10 @@ impl CameraProjector<'_> {
         }
         let first = sites.sites[0].position;
         let [x, y] = self.view.place_of(first)?;
+        let object = self.paths[path as usize].bounces.last()?.object;
+        if last.distance(exact) < TOUCHING * self.sizes[object as usize] {
+            return None;
+        }
         if !self.is_within(path, &Seen { cells: None, ..*seen }, self.cell_of([x, y])) {
             return None;
         }
