@@ -1,7 +1,8 @@
-//! Figures 3 to 20 of Popescu, Sacks, Mei 2006, made again: sample-based cameras beside the reference.
+//! Figures 3 to 21 of Popescu, Sacks, Mei 2006, made again: sample-based cameras beside the reference.
 
 mod accuracy;
 mod construction;
+mod hybrid;
 pub(crate) mod stage;
 
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
@@ -30,13 +31,14 @@ type Draw = fn() -> Result<RgbImage>;
 
 /// Draws the figures whose names contain `wanted` (`cameras` alone: all) and prints their tables as Markdown.
 pub(crate) fn draw(wanted: &str) -> Result<()> {
-    let figures: [(&str, Draw); 6] = [
+    let figures: [(&str, Draw); 7] = [
         ("cameras-03", three_methods),
         ("cameras-14", surface_properties),
         ("cameras-16", resolutions),
         ("cameras-17", accuracy::draw),
         ("cameras-18", four_scenes),
         ("cameras-20", pieces_and_lens),
+        ("cameras-21", hybrid::draw),
     ];
     for (name, draw) in figures.iter().filter(|(name, _)| name.contains(wanted)) {
         print(&format!("\n{name}\n"))?;
