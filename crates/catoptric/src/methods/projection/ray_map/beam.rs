@@ -115,12 +115,6 @@ impl Beam {
             },
         ])
     }
-
-    /// Whether a point is in it, or may be but for rounding ([`rounding_at`]).
-    #[inline]
-    pub fn holds(&self, point: Vec3, rounding: f32) -> bool {
-        self.0.iter().all(|plane| plane.normal.dot(point) <= plane.limit + rounding)
-    }
 }
 
 /// How far off a point's distance from a plane may be in single precision.

@@ -59,7 +59,6 @@ const PADDED: usize = 12;
 #[derive(Clone, Debug)]
 pub(super) struct Fit {
     center: DVec3,
-    size: f64,
     tangents: [DVec3; 2],
     origin: DVec3,
     direction: DVec3,
@@ -95,7 +94,6 @@ impl Fit {
         let (right, up) = direction.any_orthonormal_pair();
         let mut fit = Self {
             center,
-            size,
             tangents: [u / size, normal.cross(u) / size],
             origin,
             direction,
@@ -189,7 +187,6 @@ impl Fit {
         let single = |vector: DVec3| vector.as_vec3().to_array();
         BundleLeaf {
             center: single(self.center),
-            size: self.size as f32,
             origin: single(self.origin),
             medium: self.medium as f32,
             direction: single(self.direction),

@@ -15,8 +15,6 @@ pub(super) const OUTPUTS: usize = 9;
 pub(super) struct BundleLeaf {
     /// Where coordinates are zero, on the first surface or near it.
     pub(super) center: [f32; 3],
-    /// How far its first bounce points are from there.
-    pub(super) size: f32,
     /// The middle of its tails.
     pub(super) origin: [f32; 3],
     /// Index of refraction of what its rays run through.
