@@ -2,7 +2,7 @@
 //! Mei 2006, Figure 10).
 
 use super::bundle;
-use super::cameras::{Builder, Counts, Scratch, Seen};
+use super::cameras::{Builder, Counts, MOST_FITTED, PARALLEL_RAYS, Scratch, Seen, TYPICAL_SHARE};
 use super::fit::Fit;
 use super::grid::GridRay;
 use super::layout::{BundleLeaf, PinholeLeaf, SplitNode};
@@ -12,17 +12,8 @@ use crate::parallel;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;
 
-/// Cells of lists are looked for by beams, whose spread is measured at this share of the scene's size.
-const TYPICAL_SHARE: f64 = 0.25;
-
-/// A fit is tried on at most so many rays first.
-const MOST_FITTED: usize = 120;
-
 /// A split whose sides together have more than this many times its rays is none: four by four rays are still split.
 const MOST_SHARED: f64 = 1.5;
-
-/// Subsets with more rays are worked on by another thread.
-const PARALLEL_RAYS: usize = 600;
 
 /// The trees of one path: one for each connected region of rays.
 #[derive(Clone, Debug, Default)]
@@ -180,7 +171,6 @@ impl PinholeTrees {
     pub(super) fn ask(&self, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
         let Scratch { numbers, answers } = scratch;
         // The pieces in whose trees the point is in a list come first in the scratch.
-        numbers.clear();
         for (piece, &root) in self.roots.iter().enumerate() {
             let mut at = root;
             while at & SplitNode::LEAF == 0 {

@@ -1,21 +1,12 @@
 //! The leaves of kind `ray_bundle`: blocks of the ray map, halved until a leaf is accurate, found by beams.
 
-use super::cameras::{Builder, Counts};
+use super::cameras::{Builder, Counts, MOST_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use super::fit::{Fit, Shape, is_accurate};
 use super::grid::GridRay;
 use super::layout::BundleLeaf;
 use crate::methods::projection::ray_map::{BeamTree, Reach};
 use crate::parallel;
 use glam::{DVec3, Vec3};
-
-/// Rays are looked at for their spread at this share of the scene's size.
-const TYPICAL_SHARE: f64 = 0.25;
-
-/// A fit is made to at most so many rays, whatever the size of the block: 12 a term of the highest degree.
-const MOST_FITTED: usize = 120;
-
-/// Blocks with more rays are worked on by another thread.
-const PARALLEL_RAYS: usize = 600;
 
 /// Halves of blocks of so many cells share a whole cell, those of smaller ones a row of rays.
 const SHARED_CELLS: u32 = 8;

@@ -11,6 +11,15 @@ use crate::math::Aabb;
 use crate::scene::PreciseView;
 use glam::{DVec3, Vec3};
 
+/// Beams are widest across which their rays are so at this share of the scene's size.
+pub(super) const TYPICAL_SHARE: f64 = 0.25;
+
+/// A fit is tried on so many rays first, whatever the size of the subset: 12 a term of a bundle's highest degree.
+pub(super) const MOST_FITTED: usize = 120;
+
+/// Subsets with more rays are worked on by another thread.
+pub(super) const PARALLEL_RAYS: usize = 600;
+
 /// Rays are followed at least this share of the scene's size.
 const LEAST_HEAD: f64 = 0.02;
 

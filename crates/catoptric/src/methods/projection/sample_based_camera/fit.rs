@@ -38,10 +38,10 @@ impl Shape {
 
 /// Where a ray is tested, as shares of its way through the scene: near its tail, at its head, and between. (At the very
 /// tail the error of where tails are would decide whether the point is before or behind it.)
-const TESTED: [f64; 3] = [0.02, 0.25, 1.0];
+pub(super) const TESTED: [f64; 3] = [0.02, 0.25, 1.0];
 
 /// Weight of the coefficients' own size in the least squares, against rays on a line.
-const RIDGE: f64 = 1e-12;
+pub(super) const RIDGE: f64 = 1e-12;
 
 /// Rays of a bundle are at most this far from its mean direction (a cosine).
 const WIDEST: f64 = 0.1;

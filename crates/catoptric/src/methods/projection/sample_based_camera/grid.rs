@@ -85,6 +85,8 @@ struct RowEntries {
     paths: Vec<Bounces>,
     entries: Vec<Entry>,
     traced: u64,
+    /// Room for following a ray.
+    waiting: Vec<Waiting>,
 }
 
 impl RowEntries {
@@ -112,7 +114,7 @@ impl Sampler<'_> {
         let [x, y] = place.map(|place| (place + 0.5) * self.spacing_px);
         let (ray, near) = self.field.ray(x, y);
         let mut signature = 0u64;
-        let mut waiting = Vec::new();
+        let mut waiting = std::mem::take(&mut row.waiting);
         let mut traced = 0;
         follow(self.specular, self.mapped, &ray, near, &mut waiting, &mut traced, &mut |bounces, ray| {
             signature = signature.wrapping_add(bounces.signature());
@@ -120,6 +122,7 @@ impl Sampler<'_> {
             row.entries.push(Entry { group, cell, between, ray: GridRay { place, ..ray } });
         });
         row.traced += traced;
+        row.waiting = waiting;
         signature
     }
 

@@ -2,6 +2,7 @@
 //! (Popescu, Sacks, Mei 2006, section IV). Bundles of parallel rays have an affine camera.
 
 use super::answer::Answer;
+use super::fit::{RIDGE, TESTED, solved};
 use super::grid::GridRay;
 use super::layout::{PINHOLE_OUTPUTS, PINHOLE_TERMS, PinholeLeaf};
 use crate::scene::PreciseView;
@@ -13,14 +14,8 @@ const PARALLEL: f64 = 1e4;
 /// Image planes stand at least this much across the mean direction (a cosine).
 const LEAST_ACROSS: f64 = 0.2;
 
-/// Where a ray is tested, as shares of its way through the scene.
-const TESTED: [f64; 3] = [0.02, 0.25, 1.0];
-
 /// The frustum goes beyond tails and heads by this share of its extent.
 const LEEWAY: f64 = 0.05;
-
-/// Weight of the coefficients' own size in the least squares, against rays on a line.
-const RIDGE: f64 = 1e-12;
 
 /// The frame of a camera.
 #[derive(Clone, Copy, Debug)]
@@ -128,19 +123,21 @@ pub(super) fn fit(rays: &[GridRay], heads: &[f32]) -> Option<PinholeLeaf> {
     for (i, row) in matrix.iter_mut().enumerate() {
         row[i] += RIDGE * count;
     }
-    let solved = super::fit::solved(matrix, right, PINHOLE_TERMS)?;
+    let polynomials = solved(matrix, right, PINHOLE_TERMS)?;
     let left: f64 = images
         .iter()
         .map(|(image, outputs)| {
             let terms = basis(*image);
-            let value = |output: usize| terms.iter().zip(&solved).map(|(term, row)| term * row[output]).sum::<f64>();
+            let value =
+                |output: usize| terms.iter().zip(&polynomials).map(|(term, row)| term * row[output]).sum::<f64>();
             (0..3).map(|axis| (value(axis) - outputs[axis]).powi(2)).sum::<f64>()
         })
         .sum();
     let leeway = (high - low) * LEEWAY;
     let single = |vector: DVec3| vector.as_vec3().to_array();
     // The side that is seen: the sign of the map's own normal.
-    let (by_u, by_v) = ([1, 2].map(|term: usize| DVec3::new(solved[term][0], solved[term][1], solved[term][2]))).into();
+    let (by_u, by_v) =
+        ([1, 2].map(|term: usize| DVec3::new(polynomials[term][0], polynomials[term][1], polynomials[term][2]))).into();
     let side = if DVec3::cross(by_u, by_v).dot(normal_of_first) < 0.0 { -1.0 } else { 1.0 };
     Some(PinholeLeaf {
         center: single(center.unwrap_or_default()),
@@ -154,7 +151,7 @@ pub(super) fn fit(rays: &[GridRay], heads: &[f32]) -> Option<PinholeLeaf> {
         axes: frame.axes.map(single),
         low: (low - leeway).as_vec2().to_array(),
         high: (high + leeway).as_vec2().to_array(),
-        coefficients: std::array::from_fn(|output| solved.map(|row| row[output] as f32)),
+        coefficients: std::array::from_fn(|output| polynomials.map(|row| row[output] as f32)),
     })
 }
 
