@@ -53,7 +53,8 @@ impl Builder<'_> {
         for (cell, piece) in cells {
             let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
             let Some(fit) = Fit::interpolating(&rays) else { continue };
-            trees.cells.push(fit.leaf(rays.iter(), piece, [cell, cell.map(|low| low + 1)], false));
+            let places = [cell, cell.map(|low| low + 1)].map(|corner| corner.map(|index| index as f32));
+            trees.cells.push(fit.leaf(rays.iter(), piece, places, Some(1.0)));
             reaches.extend(rays.iter().map(|ray| Reach::of_ray(ray.tail, ray.direction)));
             ends.push(reaches.len());
         }
@@ -182,7 +183,7 @@ impl PinholeTrees {
             } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
                 && let Some(answer) = &pinhole::ask(leaf, point)
             {
-                found(&Seen { answer, piece: piece as u32, cells: None, interpolates: false });
+                found(&Seen { answer, piece: piece as u32, places: None, interpolates: None });
             }
         }
         let listed = numbers.len();

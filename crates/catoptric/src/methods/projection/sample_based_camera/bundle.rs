@@ -35,18 +35,12 @@ mod output {
     pub(super) const LENGTH: usize = 8;
 }
 
-/// Starts of Newton's method in a leaf that folds over, over its extent: points may be on several of its rays.
-const STARTS: [[f32; LANES]; 2] =
-    [[0.0, -0.9, 0.9, -0.9, 0.9, 0.0, -0.8, 0.8], [0.0, -0.9, -0.9, 0.9, 0.9, -0.8, 0.0, 0.0]];
-
-#[inline(always)]
-fn starts(leaf: &BundleLeaf) -> [Lanes<LANES>; 2] {
-    let axis = |axis: usize| {
-        let (low, high) = (leaf.low[axis], leaf.high[axis]);
-        Lanes(STARTS[axis]) * (0.5 * (high - low)) + 0.5 * (low + high)
-    };
-    [axis(0), axis(1)]
-}
+/// Where the boxes are that a leaf's coordinates are cut into, four along one axis and two along the other, as shares
+/// of half its extent; how large they are.
+const ALONG: [f32; LANES] = [-0.75, -0.25, 0.25, 0.75, -0.75, -0.25, 0.25, 0.75];
+const ACROSS: [f32; LANES] = [-0.5, -0.5, -0.5, -0.5, 0.5, 0.5, 0.5, 0.5];
+const ALONG_SIZE: f32 = 0.25;
+const ACROSS_SIZE: f32 = 0.5;
 
 /// A polynomial of degree 3 with its changes.
 #[inline(always)]
@@ -56,6 +50,27 @@ fn polynomial<const N: usize>(c: &[f32; TERMS], [x, y]: [Lanes<N>; 2]) -> [Lanes
     let by_x = (x * (3.0 * c[6]) + y * (2.0 * c[7]) + 2.0 * c[3]) * x + (y * c[8] + c[4]) * y + c[1];
     let by_y = (x * c[7] + y * (2.0 * c[8]) + c[4]) * x + (y * (3.0 * c[9]) + 2.0 * c[5]) * y + c[2];
     [x * value_x + y * value_y + c[0], by_x, by_y]
+}
+
+/// Parts of a leaf's coordinates.
+struct Boxes {
+    middles: [Lanes<LANES>; 2],
+    /// 1 for those in which there may be a ray through the point.
+    may: [u32; LANES],
+    /// Whether there may be in any.
+    any: bool,
+    /// Whether the leaf's rays fold over at this depth: several of them may pass through the point.
+    folds: bool,
+}
+
+/// At most how much a polynomial differs from its expansion to first order, within `size` of anywhere in a leaf whose
+/// coordinates are at most `most`.
+#[inline(always)]
+fn rest(c: &[f32; TERMS], most: [f32; 2], size: [f32; 2]) -> f32 {
+    let xx = c[3].abs() + 3.0 * c[6].abs() * most[0] + c[7].abs() * most[1];
+    let xy = c[4].abs() + 2.0 * c[7].abs() * most[0] + 2.0 * c[8].abs() * most[1];
+    let yy = c[5].abs() + c[8].abs() * most[0] + 3.0 * c[9].abs() * most[1];
+    xx * size[0] * size[0] + xy * size[0] * size[1] + yy * size[1] * size[1]
 }
 
 /// A leaf's rays at the depth of a point.
@@ -72,103 +87,141 @@ impl<'a> Slice<'a> {
         let relative = point - Vec3::from(leaf.origin);
         let depth = relative.dot(leaf.direction.into());
         let mut lateral = [[0.0; TERMS]; 2];
-        for (axis, sums) in lateral.iter_mut().enumerate() {
-            let (offset, slope) = (&leaf.coefficients[output::OFFSET + axis], &leaf.coefficients[output::SLOPE + axis]);
-            for (sum, (offset, slope)) in sums.iter_mut().zip(offset.iter().zip(slope)) {
-                *sum = offset + depth * slope;
+        for (term, row) in leaf.coefficients.iter().enumerate() {
+            for axis in 0..2 {
+                lateral[axis][term] = row[output::OFFSET + axis] + depth * row[output::SLOPE + axis];
             }
-            sums[0] -= relative.dot(leaf.across[axis].into());
+        }
+        for axis in 0..2 {
+            lateral[axis][0] -= relative.dot(leaf.across[axis].into());
         }
         Self { leaf, depth, lateral }
     }
 
-    /// Whether a ray of the leaf may pass through the point: the polynomials have no larger values than the sums of
-    /// their terms' largest.
+    /// Boxes of coordinates in which rays through the point may be.
+    ///
+    /// In a box the lateral distance is what it is to first order in its middle but for the terms of higher order, which
+    /// are no larger than the sums of their largest; so it may be bounded in any direction: along its two components, and
+    /// across the images of the coordinates' axes.
     #[inline(always)]
-    fn may_be_met(&self) -> bool {
-        let [x, y] = [0, 1].map(|axis: usize| self.leaf.low[axis].abs().max(self.leaf.high[axis].abs()));
-        let largest = [0.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
-        self.lateral.iter().all(|sums| {
-            let mut most = 0.0;
-            for (sum, largest) in sums.iter().zip(largest).skip(1) {
-                most += sum.abs() * largest;
-            }
-            sums[0].abs() <= most * ROUNDING
-        })
+    fn boxes(&self) -> Boxes {
+        let [u, v] = &self.lateral;
+        let (low, high) = (&self.leaf.low, &self.leaf.high);
+        let half = [0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1])];
+        let most = [low[0].abs().max(high[0].abs()), low[1].abs().max(high[1].abs())];
+        // More boxes along the axis that bends more.
+        let bends = |term: usize, axis: usize| u[term].abs().max(v[term].abs()) * half[axis] * half[axis];
+        let axis = usize::from(bends(5, 1) > bends(3, 0));
+        let mut middles = [Lanes([0.0; LANES]); 2];
+        middles[axis] = Lanes(ALONG) * half[axis] + 0.5 * (low[axis] + high[axis]);
+        middles[1 - axis] = Lanes(ACROSS) * half[1 - axis] + 0.5 * (low[1 - axis] + high[1 - axis]);
+        let mut size = [0.0; 2];
+        size[axis] = half[axis] * ALONG_SIZE;
+        size[1 - axis] = half[1 - axis] * ACROSS_SIZE;
+        // What is left along the components, and across the images of the axes in the middle of the leaf: near a caustic,
+        // where these images are about parallel, that is much less.
+        let (mut right, mut down) = ([0.0; TERMS], [0.0; TERMS]);
+        for term in 3..TERMS {
+            right[term] = u[2] * v[term] - v[2] * u[term];
+            down[term] = v[1] * u[term] - u[1] * v[term];
+        }
+        let left = [rest(u, most, size), rest(v, most, size), rest(&right, most, size), rest(&down, most, size)];
+        let gradients = [u[1], u[2], v[1], v[2]];
+        let [u, ux, uy] = polynomial(u, middles);
+        let [v, vx, vy] = polynomial(v, middles);
+        let determinant = ux * vy - uy * vx;
+        let (right, down) = (uy * v - vy * u, vx * u - ux * v);
+        let mut may = [0u32; LANES];
+        let (mut any, mut folds) = (0, 0);
+        for lane in 0..LANES {
+            let (a, b) = (ux.0[lane], uy.0[lane]);
+            let (c, d) = (vx.0[lane], vy.0[lane]);
+            let area = determinant.0[lane].abs();
+            let most = [
+                a.abs() * size[0] + b.abs() * size[1] + left[0],
+                c.abs() * size[0] + d.abs() * size[1] + left[1],
+                area * size[0] + left[2] + (d - gradients[3]).abs() * left[0] + (b - gradients[1]).abs() * left[1],
+                area * size[1] + left[3] + (c - gradients[2]).abs() * left[0] + (a - gradients[0]).abs() * left[1],
+            ];
+            let met = u32::from(u.0[lane].abs() <= ROUNDING * most[0])
+                & u32::from(v.0[lane].abs() <= ROUNDING * most[1])
+                & u32::from(right.0[lane].abs() <= ROUNDING * most[2])
+                & u32::from(down.0[lane].abs() <= ROUNDING * most[3]);
+            may[lane] = met;
+            any |= met;
+            folds |= u32::from((determinant.0[lane] > 0.0) != (determinant.0[0] > 0.0));
+        }
+        Boxes { middles, may, any: any == 1, folds: folds == 1 }
     }
 
-    /// Newton's method; the coordinates, and which of the lanes have got there.
+    /// Newton's method in the lanes that are `going` (1: numbers, for vector instructions); the coordinates, and which of
+    /// the lanes have got there.
     #[inline(always)]
-    fn solved<const N: usize>(&self, mut z: [Lanes<N>; 2]) -> ([Lanes<N>; 2], [bool; N]) {
+    fn solved<const N: usize>(&self, mut z: [Lanes<N>; 2], mut going: [u32; N]) -> ([Lanes<N>; 2], [bool; N]) {
         let leaf = self.leaf;
-        let (mut done, mut lost) = ([false; N], [false; N]);
+        let mut done = [0u32; N];
         for _ in 0..MOST_STEPS {
             let [u, ux, uy] = polynomial(&self.lateral[0], z);
             let [v, vx, vy] = polynomial(&self.lateral[1], z);
             let determinant = ux * vy - uy * vx;
             let (right, down) = (uy * v - vy * u, vx * u - ux * v);
-            let mut going = false;
+            let mut any = 0;
             for lane in 0..N {
                 // Not a number where the rays meet in a line.
                 let inverse = 1.0 / determinant.0[lane];
                 let (right, down) = (right.0[lane] * inverse, down.0[lane] * inverse);
                 let length = right.abs().max(down.abs());
-                let stays = done[lane] | lost[lane];
-                let scale = if stays { 0.0 } else { 1.0 / length.max(1.0) };
+                let scale = 1.0 / length.max(1.0);
+                let (x, y) = (z[0].0[lane] + right * scale, z[1].0[lane] + down * scale);
+                let inside = u32::from(x >= leaf.low[0] - OVERSHOOT)
+                    & u32::from(x <= leaf.high[0] + OVERSHOOT)
+                    & u32::from(y >= leaf.low[1] - OVERSHOOT)
+                    & u32::from(y <= leaf.high[1] + OVERSHOOT);
+                let steps = going[lane] & inside;
                 // What is lost may have no number.
-                if !stays {
-                    z[0].0[lane] += right * scale;
-                    z[1].0[lane] += down * scale;
-                }
-                let (x, y) = (z[0].0[lane], z[1].0[lane]);
-                let inside = (x >= leaf.low[0] - OVERSHOOT)
-                    & (x <= leaf.high[0] + OVERSHOOT)
-                    & (y >= leaf.low[1] - OVERSHOOT)
-                    & (y <= leaf.high[1] + OVERSHOOT);
-                lost[lane] |= !inside;
-                done[lane] |= length < LAST_STEP;
-                going |= !(done[lane] | lost[lane]);
+                z[0].0[lane] = if steps == 1 { x } else { z[0].0[lane] };
+                z[1].0[lane] = if steps == 1 { y } else { z[1].0[lane] };
+                let arrives = steps & u32::from(length < LAST_STEP);
+                done[lane] |= arrives;
+                going[lane] = steps & (1 - arrives);
+                any |= going[lane];
             }
-            if !going {
+            if any == 0 {
                 break;
             }
         }
+        let mut found = [false; N];
         for lane in 0..N {
-            let within = |axis: usize| (leaf.low[axis]..=leaf.high[axis]).contains(&z[axis].0[lane]);
-            done[lane] &= within(0) & within(1) & !lost[lane];
+            let (x, y) = (z[0].0[lane], z[1].0[lane]);
+            let within = (x >= leaf.low[0]) & (x <= leaf.high[0]) & (y >= leaf.low[1]) & (y <= leaf.high[1]);
+            found[lane] = done[lane] == 1 && within;
         }
-        (z, done)
-    }
-
-    /// Whether the leaf's rays fold over at this depth: several of them may pass through the point.
-    #[inline(always)]
-    fn folds(&self) -> bool {
-        let starts = starts(self.leaf);
-        let [_, ux, uy] = polynomial(&self.lateral[0], starts);
-        let [_, vx, vy] = polynomial(&self.lateral[1], starts);
-        let determinant = ux * vy - uy * vx;
-        let mut differs = false;
-        for lane in 1..LANES {
-            differs |= (determinant.0[lane] > 0.0) != (determinant.0[0] > 0.0);
-        }
-        differs
+        (z, found)
     }
 
     /// The ray with given coordinates, which passes through the point; none where it starts beyond it.
     #[inline(always)]
     fn answer(&self, x: f32, y: f32) -> Option<Answer> {
         let (leaf, depth) = (self.leaf, self.depth);
-        let mut values = [[0.0; 3]; OUTPUTS];
-        for (value, coefficients) in values.iter_mut().zip(&leaf.coefficients) {
-            let [at, by_x, by_y] = polynomial(coefficients, [Lanes([x]), Lanes([y])]);
-            *value = [at.0[0], by_x.0[0], by_y.0[0]];
+        let basis = [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
+        let by_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];
+        let by_y = [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y];
+        // All outputs, and their changes.
+        let mut values = [[0.0; OUTPUTS]; 3];
+        for (term, row) in leaf.coefficients.iter().enumerate() {
+            for output in 0..OUTPUTS {
+                values[0][output] += basis[term] * row[output];
+                values[1][output] += by_x[term] * row[output];
+                values[2][output] += by_y[term] * row[output];
+            }
         }
-        let vector = |change: usize| Vec3::new(values[0][change], values[1][change], values[2][change]);
-        let changes = |first: usize| [0, 1].map(|axis: usize| [values[first + axis][1], values[first + axis][2]]);
-        let (offset, slope) = (changes(output::OFFSET), changes(output::SLOPE));
-        let along = values[output::ALONG][0];
-        let [[a, b], [c, d]] =
-            [0, 1].map(|axis: usize| [0, 1].map(|change: usize| offset[axis][change] + depth * slope[axis][change]));
+        let vector = |change: usize| Vec3::new(values[change][0], values[change][1], values[change][2]);
+        let changes = |output: usize| [values[1][output], values[2][output]];
+        let offset = [changes(output::OFFSET), changes(output::OFFSET + 1)];
+        let slope = [changes(output::SLOPE), changes(output::SLOPE + 1)];
+        let along = values[0][output::ALONG];
+        let (a, b) = (offset[0][0] + depth * slope[0][0], offset[0][1] + depth * slope[0][1]);
+        let (c, d) = (offset[1][0] + depth * slope[1][0], offset[1][1] + depth * slope[1][1]);
         let inverse_determinant = 1.0 / (a * d - b * c);
         let after = depth - along;
         if after <= 0.0 || !inverse_determinant.is_finite() {
@@ -179,7 +232,7 @@ impl<'a> Slice<'a> {
             (tangents[0] * d - tangents[1] * c) * inverse_determinant,
             (tangents[1] * a - tangents[0] * b) * inverse_determinant,
         ];
-        let (right, up) = (values[output::SLOPE][0], values[output::SLOPE + 1][0]);
+        let (right, up) = (values[0][output::SLOPE], values[0][output::SLOPE + 1]);
         // What moves a point along its ray moves nothing.
         let direction = Vec3::from(leaf.direction);
         let lateral = [Vec3::from(leaf.across[0]) - direction * right, Vec3::from(leaf.across[1]) - direction * up];
@@ -190,7 +243,7 @@ impl<'a> Slice<'a> {
             lateral,
             normal: tangents[0].cross(tangents[1]),
             focal_index: focal_points(&offset, &slope, along, depth),
-            length: values[output::LENGTH][0] + leaf.medium * last_segment,
+            length: values[0][output::LENGTH] + leaf.medium * last_segment,
             last_segment,
             lateral_error: leaf.offset_error + depth.abs() * leaf.slope_error,
         })
@@ -216,18 +269,20 @@ fn focal_points(offset: &[[f32; 2]; 2], slope: &[[f32; 2]; 2], from: f32, to: f3
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub(super) fn ask(leaf: &BundleLeaf, point: Vec3, found: &mut Vec<Answer>) {
     let slice = Slice::new(leaf, point);
-    if !slice.may_be_met() {
+    let boxes = slice.boxes();
+    if !boxes.any {
         return;
     }
-    if !slice.folds() {
-        let middle = [0, 1].map(|axis: usize| Lanes([0.5 * (leaf.low[axis] + leaf.high[axis])]));
-        let (z, done) = slice.solved(middle);
+    if !boxes.folds {
+        let (low, high) = (&leaf.low, &leaf.high);
+        let middle = [Lanes([0.5 * (low[0] + high[0])]), Lanes([0.5 * (low[1] + high[1])])];
+        let (z, done) = slice.solved(middle, [1]);
         if done[0] {
             found.extend(slice.answer(z[0].0[0], z[1].0[0]));
         }
         return;
     }
-    let (z, done) = slice.solved(starts(leaf));
+    let (z, done) = slice.solved(boxes.middles, boxes.may);
     for lane in 0..LANES {
         let (x, y) = (z[0].0[lane], z[1].0[lane]);
         let same = |other: usize| done[other] && (z[0].0[other] - x).abs().max((z[1].0[other] - y).abs()) < SAME;
@@ -238,9 +293,11 @@ pub(super) fn ask(leaf: &BundleLeaf, point: Vec3, found: &mut Vec<Answer>) {
 }
 
 /// Asks a leaf for the appearance of a point near a first bounce point.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 pub(super) fn ask_near(leaf: &BundleLeaf, point: Vec3, first: DVec3) -> Option<Answer> {
     let slice = Slice::new(leaf, point);
     let relative = (first - Vec3::from(leaf.center).as_dvec3()).as_vec3();
-    let (z, done) = slice.solved(leaf.tangents.map(|tangent| Lanes([relative.dot(tangent.into())])));
+    let start = [Lanes([relative.dot(leaf.tangents[0].into())]), Lanes([relative.dot(leaf.tangents[1].into())])];
+    let (z, done) = slice.solved(start, [1]);
     if done[0] { slice.answer(z[0].0[0], z[1].0[0]) } else { None }
 }

@@ -4,7 +4,7 @@ use super::answer::Answer;
 use super::bsp::PinholeTrees;
 use super::bundle::{ask, ask_near};
 use super::bundles::BundleTree;
-use super::grid::{GridRay, PathRays};
+use super::grid::{GridRay, PathRays, Sampler};
 use super::layout::BundleLeaf;
 use super::settings::CameraKind;
 use crate::math::Aabb;
@@ -29,6 +29,17 @@ pub(super) struct Builder<'a> {
     pub(super) view: &'a PreciseView,
     pub(super) bounds: Aabb,
     pub(super) accuracy_px: f64,
+    /// What traces rays between those of the map where these are too few, and how near to each other, in pixels.
+    pub(super) sampler: &'a Sampler<'a>,
+    pub(super) finest_px: f32,
+}
+
+/// Rays that were added to a path's, with their pieces.
+#[derive(Debug, Default)]
+pub(super) struct Added {
+    pub(super) rays: Vec<(GridRay, u32)>,
+    /// Rays traced to find them.
+    pub(super) traced: u64,
 }
 
 impl Builder<'_> {
@@ -56,10 +67,14 @@ impl Builder<'_> {
         pieces
     }
 
-    pub(super) fn cameras(&self, kind: CameraKind) -> Cameras {
+    /// The cameras, and the rays that were added to the group's for them.
+    pub(super) fn cameras(&self, kind: CameraKind) -> (Cameras, Added) {
         match kind {
-            CameraKind::RayBundle => Cameras::Bundles(self.bundle_tree()),
-            CameraKind::Pinhole => Cameras::Pinholes(self.pinhole_trees()),
+            CameraKind::RayBundle => {
+                let (tree, added) = self.bundle_tree();
+                (Cameras::Bundles(tree), added)
+            }
+            CameraKind::Pinhole => (Cameras::Pinholes(self.pinhole_trees()), Added::default()),
         }
     }
 }
@@ -70,17 +85,18 @@ pub(super) struct Seen<'a> {
     pub(super) answer: &'a Answer,
     /// The connected region of rays that it is meant for.
     pub(super) piece: u32,
-    /// The cells of these rays, corners included; none where all cells of the piece may be meant.
-    pub(super) cells: Option<[[u32; 2]; 2]>,
-    /// Whether it is interpolated between rays, and may be off by about the distance between these.
-    pub(super) interpolates: bool,
+    /// Where these rays are, in cells; none where all of the piece may be meant.
+    pub(super) places: Option<[[f32; 2]; 2]>,
+    /// If it is interpolated between rays, how far apart these are, in cells: it may be off by about that.
+    pub(super) interpolates: Option<f32>,
 }
 
 impl<'a> Seen<'a> {
     /// The answer of a leaf.
     pub(super) fn of(answer: &'a Answer, leaf: &BundleLeaf) -> Self {
-        let cells = Some([leaf.low_cell, leaf.high_cell]);
-        Self { answer, piece: leaf.piece, cells, interpolates: leaf.interpolates != 0 }
+        let places = Some([leaf.low_place, leaf.high_place]);
+        let interpolates = (leaf.interpolates != 0).then_some(leaf.spacing);
+        Self { answer, piece: leaf.piece, places, interpolates }
     }
 }
 
@@ -110,13 +126,23 @@ pub(super) enum Cameras {
 }
 
 impl Cameras {
-    /// Calls `found` with everything that the cameras say about a point.
-    pub(super) fn ask(&self, point: Vec3, scratch: &mut Scratch, mut found: impl FnMut(&Seen<'_>)) {
+    /// Calls `found` with everything that the cameras say about a point; not with what lies more than a distance from a
+    /// place in the map, if there is a `limit` (in cells).
+    pub(super) fn ask(
+        &self,
+        point: Vec3,
+        limit: Option<([f64; 2], f64)>,
+        scratch: &mut Scratch,
+        mut found: impl FnMut(&Seen<'_>),
+    ) {
         let Scratch { numbers, answers } = scratch;
         numbers.clear();
         match self {
             Self::Bundles(tree) => {
                 tree.leaves_at(point, numbers);
+                if let Some((place, most)) = limit {
+                    numbers.retain(|&leaf| tree.leaf(leaf).is_some_and(|leaf| leaf.distance_from(place) <= most));
+                }
                 // What interpolates comes last: it may be off, and cameras have seen most of it.
                 numbers.sort_unstable_by_key(|&number| (tree.leaf(number).map_or(1, |leaf| leaf.interpolates), number));
                 for leaf in numbers.iter().filter_map(|&leaf| tree.leaf(leaf)) {
@@ -144,6 +170,14 @@ impl Cameras {
         let leaf = tree.leaf_of(ray)?;
         let answer = &ask_near(leaf, point, first)?;
         Some(found(&Seen::of(answer, leaf)))
+    }
+
+    /// The group's rays have got other numbers: the old ones by the new.
+    pub(super) fn renumber(&mut self, order: &[u32]) {
+        match self {
+            Self::Bundles(tree) => tree.renumber(order),
+            Self::Pinholes(_) => {}
+        }
     }
 
     pub(super) fn counts(&self) -> Counts {

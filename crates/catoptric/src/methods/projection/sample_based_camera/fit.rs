@@ -25,6 +25,16 @@ impl Shape {
         }
     }
 
+    /// Whether rays on so many columns and rows say something of its accuracy between them.
+    pub(super) fn is_tested_by(self, lines: [u32; 2]) -> bool {
+        let (fewer, more) = (lines[0].min(lines[1]), lines[0].max(lines[1]));
+        match self {
+            Self::Linear | Self::Bilinear => fewer >= 2 && more >= 3,
+            Self::Quadratic => fewer >= 3,
+            Self::Cubic => fewer >= 4,
+        }
+    }
+
     /// How many rays say something of its accuracy: what is fitted exactly may do anything between them.
     fn least_rays(self) -> usize {
         match self {
@@ -46,14 +56,17 @@ pub(super) const RIDGE: f64 = 1e-12;
 /// Rays of a bundle are at most this far from its mean direction (a cosine).
 const WIDEST: f64 = 0.1;
 
+/// Axes of coordinates are too near to each other for a frame at this sine of the angle between them.
+const PARALLEL: f64 = 1e-4;
+
+/// Leaves are at least this share of their length wide.
+const THINNEST: f64 = 1e-6;
+
 /// Coordinates may go beyond those of the leaf's rays by this share of their extent,
 const LEEWAY: f64 = 0.1;
 
 /// and by this where the leaf only interpolates: what it sees may be off by about a ray.
 const LEEWAY_OF_LISTS: f64 = 0.35;
-
-/// Outputs, padded to whole vectors.
-const PADDED: usize = 12;
 
 /// The frame of a leaf, and its polynomials.
 #[derive(Clone, Debug)]
@@ -67,7 +80,7 @@ pub(super) struct Fit {
     /// Root mean squares of what is left of offsets and slopes.
     offset_error: f64,
     slope_error: f64,
-    coefficients: [[f64; PADDED]; TERMS],
+    coefficients: [[f64; OUTPUTS]; TERMS],
 }
 
 impl Fit {
@@ -86,25 +99,21 @@ impl Fit {
         if rays.iter().any(|ray| ray.direction.dot(direction) < WIDEST) {
             return None;
         }
-        let size = rays.iter().map(|ray| ray.first.distance_squared(center)).fold(0.0, f64::max).sqrt().max(1e-12);
-        // Along the rows of the map, so that the box of coordinates is no larger than it need be.
-        let column = rays.iter().map(|ray| f64::from(ray.place[0])).sum::<f64>() / count;
-        let along_rows: DVec3 = rays.iter().map(|ray| (ray.first - center) * (f64::from(ray.place[0]) - column)).sum();
-        let u = along_rows.reject_from_normalized(normal).try_normalize().unwrap_or(normal.any_orthonormal_vector());
+        let tangents = coordinate_axes(rays, center, normal)?;
         let (right, up) = direction.any_orthonormal_pair();
         let mut fit = Self {
             center,
-            tangents: [u / size, normal.cross(u) / size],
+            tangents,
             origin,
             direction,
             across: [right, up],
             medium: first.medium,
             offset_error: 0.0,
             slope_error: 0.0,
-            coefficients: [[0.0; PADDED]; TERMS],
+            coefficients: [[0.0; OUTPUTS]; TERMS],
         };
         let mut matrix = [[0.0; TERMS]; TERMS];
-        let mut right = [[0.0; PADDED]; TERMS];
+        let mut right = [[0.0; OUTPUTS]; TERMS];
         for ray in rays {
             let all = basis(fit.coordinates(ray.first));
             let outputs = fit.outputs(ray);
@@ -160,7 +169,7 @@ impl Fit {
 
     /// What a ray wants the polynomials to be.
     #[inline(always)]
-    fn outputs(&self, ray: &GridRay) -> [f64; PADDED] {
+    fn outputs(&self, ray: &GridRay) -> [f64; OUTPUTS] {
         let first = ray.first - self.center;
         let tail = ray.tail - self.origin;
         let along = tail.dot(self.direction);
@@ -170,20 +179,21 @@ impl Fit {
         [first.x, first.y, first.z, offset[0], offset[1], slope[0], slope[1], along, ray.length, 0.0, 0.0, 0.0]
     }
 
-    /// The record of the leaf, for the coordinates of all of `rays`; not `accurate` ones interpolate.
+    /// The record of the leaf, for the coordinates of all of `rays`, which lie between two places; if it interpolates
+    /// between them, `interpolates` is how far apart they are.
     pub(super) fn leaf<'a>(
         &self,
         rays: impl Iterator<Item = &'a GridRay>,
         piece: u32,
-        cells: [[u32; 2]; 2],
-        accurate: bool,
+        places: [[f32; 2]; 2],
+        interpolates: Option<f32>,
     ) -> BundleLeaf {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for ray in rays {
             let coordinates = self.coordinates(ray.first);
             (low, high) = (low.min(coordinates), high.max(coordinates));
         }
-        let leeway = (high - low) * if accurate { LEEWAY } else { LEEWAY_OF_LISTS };
+        let leeway = (high - low) * if interpolates.is_none() { LEEWAY } else { LEEWAY_OF_LISTS };
         let single = |vector: DVec3| vector.as_vec3().to_array();
         BundleLeaf {
             center: single(self.center),
@@ -197,15 +207,50 @@ impl Fit {
             tangents: self.tangents.map(single),
             low: (low - leeway).as_vec2().to_array(),
             high: (high + leeway).as_vec2().to_array(),
-            interpolates: u32::from(!accurate),
-            low_cell: cells[0],
-            high_cell: cells[1],
-            coefficients: std::array::from_fn(|output| self.coefficients.map(|row| row[output] as f32)),
+            interpolates: u32::from(interpolates.is_some()),
+            low_place: places[0],
+            high_place: places[1],
+            spacing: interpolates.unwrap_or(1.0),
+            coefficients: self.coefficients.map(|row| row.map(|coefficient| coefficient as f32)),
         }
     }
 }
 
-const _: () = assert!(OUTPUTS <= PADDED);
+/// Gradients of the coordinates of a leaf around `center`: about -1 to 1 over its rays, the first along the rows of the
+/// map and the second down its columns.
+///
+/// So the box of coordinates is no larger than it need be; towards silhouettes, where blocks become slivers on the
+/// surface, a box along other axes would hold much more than its rays.
+fn coordinate_axes(rays: &[GridRay], center: DVec3, normal: DVec3) -> Option<[DVec3; 2]> {
+    let count = rays.len() as f64;
+    let place = |ray: &GridRay| DVec2::new(ray.place[0].into(), ray.place[1].into());
+    let middle = rays.iter().map(place).sum::<DVec2>() / count;
+    // How the surface point moves with the place, by least squares, but for the factor that makes steps of it.
+    let (mut spread, mut moves) = ([0.0; 3], [DVec3::ZERO; 2]);
+    for ray in rays {
+        let (step, first) = (place(ray) - middle, (ray.first - center).reject_from_normalized(normal));
+        spread[0] += step.x * step.x;
+        spread[1] += step.x * step.y;
+        spread[2] += step.y * step.y;
+        moves[0] += first * step.x;
+        moves[1] += first * step.y;
+    }
+    let right = moves[0] * spread[2] - moves[1] * spread[1];
+    let down = moves[1] * spread[0] - moves[0] * spread[1];
+    let size = rays.iter().map(|ray| ray.first.distance_squared(center)).fold(0.0, f64::max).sqrt().max(1e-12);
+    let right = right.try_normalize().unwrap_or(normal.any_orthonormal_vector());
+    let down = down.try_normalize().filter(|down| down.cross(right).length() > PARALLEL).unwrap_or(normal.cross(right));
+    // Their normal is that of the surface.
+    let down = if right.cross(down).dot(normal) < 0.0 { -down } else { down };
+    let across = [down.cross(normal), normal.cross(right)];
+    let gradients = [across[0] / across[0].dot(right), across[1] / across[1].dot(down)];
+    let scaled = |gradient: DVec3| {
+        let most = rays.iter().map(|ray| (ray.first - center).dot(gradient).abs()).fold(0.0, f64::max);
+        gradient / most.max(size * THINNEST)
+    };
+    let gradients = gradients.map(scaled);
+    gradients.iter().all(|gradient| gradient.is_finite()).then_some(gradients)
+}
 
 /// Whether a fit sees points on all of `rays` at most `accuracy_px` from where they belong, to first order.
 ///
@@ -219,16 +264,16 @@ pub(super) fn is_accurate(fit: &Fit, rays: &[GridRay], heads: &[f32], view: &Pre
         let basis = basis(z);
         let by_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];
         let by_y = [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y];
-        let (mut value, mut right, mut down) = ([0.0; PADDED], [0.0; PADDED], [0.0; PADDED]);
+        let (mut value, mut right, mut down) = ([0.0; OUTPUTS], [0.0; OUTPUTS], [0.0; OUTPUTS]);
         for (term, row) in fit.coefficients.iter().enumerate() {
-            for output in 0..PADDED {
+            for output in 0..OUTPUTS {
                 value[output] += basis[term] * row[output];
                 right[output] += by_x[term] * row[output];
                 down[output] += by_y[term] * row[output];
             }
         }
         let truth = fit.outputs(ray);
-        let vector = |from: &[f64; PADDED]| DVec3::new(from[0], from[1], from[2]);
+        let vector = |from: &[f64; OUTPUTS]| DVec3::new(from[0], from[1], from[2]);
         let off = vector(&value) - vector(&truth);
         let gradients = view.place_change(ray.first);
         let [off, right_px, down_px] =

@@ -1,7 +1,7 @@
 //! The dense ray map: every d-th view ray in both directions, followed through reflectors and lenses, and rays close to
 //! where paths end.
 
-use super::pieces;
+use super::{creases, pieces};
 use crate::math::Aabb;
 use crate::methods::projection::ray_map::{RayField, Specular};
 use crate::methods::projection::{MAX_BOUNCES, SpecularPath};
@@ -12,10 +12,10 @@ use glam::DVec3;
 use std::ops::Range;
 
 /// Where paths end between neighbouring rays is found this near, in pixels.
-const BORDER_PX: f32 = 0.06;
+pub(super) const BORDER_PX: f32 = 0.06;
 
 /// Beyond the outermost rays of a path, places belong to it no further than this, in cells.
-const FARTHEST_NEIGHBOUR: f64 = 0.75;
+const FARTHEST_NEIGHBOUR: f32 = 0.75;
 
 /// A cell that has more than one piece in it or beside it, or none.
 const MIXED: u32 = u32::MAX;
@@ -46,6 +46,8 @@ pub(super) struct PathRays {
     pub(super) path: SpecularPath,
     /// In the order of the cells nearest to them, row by row; a cell's regular ray is its first.
     pub(super) rays: Vec<GridRay>,
+    /// Where each of them is in the map, in cells: what is searched most.
+    places: Vec<[f32; 2]>,
     /// The connected region that each ray belongs to.
     pub(super) piece_of_ray: Vec<u32>,
     pub(super) piece_count: u32,
@@ -84,9 +86,7 @@ struct RowEntries {
     /// The paths that occur; the entries' groups are indices of these.
     paths: Vec<Bounces>,
     entries: Vec<Entry>,
-    traced: u64,
-    /// Room for following a ray.
-    waiting: Vec<Waiting>,
+    room: Room,
 }
 
 impl RowEntries {
@@ -99,40 +99,72 @@ impl RowEntries {
     }
 }
 
-/// What rays are traced for.
-struct Sampler<'a> {
+/// Room for following a ray.
+#[derive(Default)]
+pub(super) struct Room {
+    waiting: Vec<Waiting>,
+    /// Rays traced so far.
+    pub(super) traced: u64,
+}
+
+/// Traces the rays of a field.
+pub(super) struct Sampler<'a> {
     specular: &'a Specular<'a>,
     field: &'a dyn RayField,
-    spacing_px: f32,
-    columns: u32,
+    pub(super) spacing_px: f32,
+    /// How many regular rays there are across and down.
+    size: [u32; 2],
     mapped: &'a [bool],
 }
 
-impl Sampler<'_> {
+impl<'a> Sampler<'a> {
+    /// Of a regular ray every `spacing_px`. Objects of `mapped` show environment maps: no path goes on at them.
+    pub(super) fn new(
+        specular: &'a Specular<'a>,
+        field: &'a dyn RayField,
+        spacing_px: f32,
+        mapped: &'a [bool],
+    ) -> Self {
+        let size = field.size_px().map(|size| ((size / spacing_px).ceil() as u32).max(1));
+        Self { specular, field, spacing_px, size, mapped }
+    }
+
+    /// The outgoing ray of a path at a place (in cells), if the path is seen there.
+    pub(super) fn ray_on(&self, path: &SpecularPath, place: [f32; 2], room: &mut Room) -> Option<GridRay> {
+        let [x, y] = place.map(|place| (place + 0.5) * self.spacing_px);
+        let (ray, near) = self.field.ray(x, y);
+        let wanted = |bounces: &Bounces| path.bounces.starts_with(&bounces.bounces[..bounces.count]);
+        let mut on_path = None;
+        follow(self.specular, self.mapped, &ray, near, room, &wanted, &mut |bounces, ray| {
+            if bounces.count == path.bounces.len() {
+                on_path = Some(GridRay { place, ..ray });
+            }
+        });
+        on_path
+    }
+
     /// Follows the ray at a place (in cells); a number that tells which paths it has taken, 0 for none.
     fn sample(&self, place: [f32; 2], cell: u32, between: [u32; 2], row: &mut RowEntries) -> u64 {
         let [x, y] = place.map(|place| (place + 0.5) * self.spacing_px);
         let (ray, near) = self.field.ray(x, y);
         let mut signature = 0u64;
-        let mut waiting = std::mem::take(&mut row.waiting);
-        let mut traced = 0;
-        follow(self.specular, self.mapped, &ray, near, &mut waiting, &mut traced, &mut |bounces, ray| {
+        let mut room = std::mem::take(&mut row.room);
+        follow(self.specular, self.mapped, &ray, near, &mut room, &|_| true, &mut |bounces, ray| {
             signature = signature.wrapping_add(bounces.signature());
             let group = row.group_of(&bounces);
             row.entries.push(Entry { group, cell, between, ray: GridRay { place, ..ray } });
         });
-        row.traced += traced;
-        row.waiting = waiting;
+        row.room = room;
         signature
     }
 
     /// Closes in on where paths change between the rays of two cells with different signatures.
     fn close_in(&self, cells: [u32; 2], signature: u64, row: &mut RowEntries) {
-        let [mut from, mut to] = cells.map(|cell| [cell % self.columns, cell / self.columns].map(|index| index as f32));
+        let [mut from, mut to] = cells.map(|cell| [cell % self.size[0], cell / self.size[0]].map(|index| index as f32));
         let mut apart_px = self.spacing_px;
         while apart_px > BORDER_PX {
             let middle = [0, 1].map(|axis: usize| 0.5 * (from[axis] + to[axis]));
-            let cell = middle[1].round() as u32 * self.columns + middle[0].round() as u32;
+            let cell = middle[1].round() as u32 * self.size[0] + middle[0].round() as u32;
             let same = self.sample(middle, cell, cells, row) == signature;
             *(if same { &mut from } else { &mut to }) = middle;
             apart_px *= 0.5;
@@ -141,10 +173,9 @@ impl Sampler<'_> {
 }
 
 impl RayGrid {
-    /// Follows the rays of a field. Objects of `mapped` show environment maps: no path goes on at them.
-    pub(super) fn new(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32, mapped: &[bool]) -> Self {
-        let [columns, rows] = field.size_px().map(|size| ((size / spacing_px).ceil() as u32).max(1));
-        let sampler = Sampler { specular, field, spacing_px, columns, mapped };
+    /// Follows the rays of a field.
+    pub(super) fn new(sampler: &Sampler<'_>) -> Self {
+        let Sampler { specular, field, spacing_px, size: [columns, rows], .. } = *sampler;
         let spans = spans(specular, field, spacing_px, [columns, rows]);
         let regular = parallel::map_collect(rows as usize, |row| {
             let mut entries = RowEntries::default();
@@ -176,15 +207,20 @@ impl RayGrid {
         });
         let regular = regular.into_iter().map(|(entries, _)| entries);
         let found: Vec<RowEntries> = regular.chain(borders).collect();
-        let traced = found.iter().map(|row| row.traced).sum();
+        let traced: u64 = found.iter().map(|row| row.room.traced).sum();
         let mut groups = by_path(found);
         groups.sort_by(|a, b| a.0.cmp(&b.0));
         let reach = specular.scene.bounds.diagonal();
         let groups = parallel::map_collect(groups.len(), |index| {
             let (path, entries) = &groups[index];
-            PathRays::new(path.clone(), entries, columns, reach.into())
+            let mut group = PathRays::new(path.clone(), entries, columns, reach.into());
+            let mut room = Room::default();
+            let beside = creases::beside(&group, sampler, reach.into(), &mut room);
+            group.add(beside);
+            (group, room.traced)
         });
-        Self { spacing_px, groups, traced }
+        let traced = traced + groups.iter().map(|(_, traced)| traced).sum::<u64>();
+        Self { spacing_px, groups: groups.into_iter().map(|(group, _)| group).collect(), traced }
     }
 }
 
@@ -280,10 +316,52 @@ impl PathRays {
         }
         group.starts = starts;
         group.rays = order.iter().map(|&index| entries[index as usize].ray).collect();
+        group.places = group.rays.iter().map(|ray| ray.place).collect();
         let between: Vec<[u32; 2]> = order.iter().map(|&index| entries[index as usize].between).collect();
         (group.piece_of_ray, group.piece_count) = pieces::of(&group, &between, columns, reach);
         group.piece_of_cell = group.pieces_of_cells();
         group
+    }
+
+    /// Adds rays of known pieces near to others. What becomes of the numbers of rays: the old ones by the new ones, those
+    /// that are added after the others.
+    pub(super) fn add(&mut self, added: Vec<(GridRay, u32)>) -> Vec<u32> {
+        let before = self.rays.len();
+        if added.is_empty() {
+            return (0..before as u32).collect();
+        }
+        // What lies beyond the outermost cells belongs to these.
+        let bin = |ray: &GridRay| {
+            let inside = |axis: usize| {
+                let (low, size) = (i64::from(self.low[axis]), i64::from(self.size[axis]));
+                (ray.place[axis].round() as i64 - low).clamp(0, size - 1) as usize
+            };
+            inside(1) * self.size[0] as usize + inside(0)
+        };
+        let bins = (0..self.starts.len() - 1)
+            .flat_map(|bin| (self.starts[bin]..self.starts[bin + 1]).map(move |_| bin))
+            .chain(added.iter().map(|(ray, _)| bin(ray)));
+        let mut order: Vec<(usize, u32)> = bins.zip(0..).collect();
+        // Regular rays stay the first of their cells.
+        order.sort_unstable();
+        let mut starts = vec![0u32; self.starts.len()];
+        for (bin, _) in &order {
+            starts[bin + 1] += 1;
+        }
+        for index in 1..starts.len() {
+            starts[index] += starts[index - 1];
+        }
+        let order: Vec<u32> = order.into_iter().map(|(_, ray)| ray).collect();
+        let (rays, pieces): (Vec<GridRay>, Vec<u32>) = order
+            .iter()
+            .map(|&ray| match (ray as usize).checked_sub(before) {
+                Some(index) => added[index],
+                None => (self.rays[ray as usize], self.piece_of_ray[ray as usize]),
+            })
+            .unzip();
+        (self.rays, self.piece_of_ray, self.starts) = (rays, pieces, starts);
+        self.places = self.rays.iter().map(|ray| ray.place).collect();
+        order
     }
 
     /// The numbers of the rays of a cell.
@@ -293,25 +371,51 @@ impl PathRays {
         self.starts[bin] as usize..self.starts[bin + 1] as usize
     }
 
+    /// The numbers of the rays of some cells of a row, from the first column to the second.
+    #[inline]
+    fn in_cells(&self, columns: [i64; 2], row: i64) -> Range<usize> {
+        let last = i64::from(self.size[0]) - 1;
+        let [first, end] = columns.map(|column| column - i64::from(self.low[0]));
+        let row = row - i64::from(self.low[1]);
+        if end < 0 || first > last || row < 0 || row >= i64::from(self.size[1]) {
+            return 0..0;
+        }
+        let bin = |column: i64| (row * (last + 1) + column) as usize;
+        self.starts[bin(first.max(0))] as usize..self.starts[bin(end.min(last)) + 1] as usize
+    }
+
     /// The regular ray of a cell.
     #[inline]
     pub(super) fn regular(&self, column: i64, row: i64) -> Option<usize> {
         let first = self.in_cell(column, row).next()?;
-        let place = self.rays[first].place;
-        (place == [column as f32, row as f32]).then_some(first)
+        (self.places[first] == [column as f32, row as f32]).then_some(first)
     }
 
     /// The ray nearest to a place, in cells; none where none is within three quarters of a cell.
     pub(super) fn nearest(&self, place: [f64; 2]) -> Option<usize> {
-        let [column, row] = place.map(|place| place.round() as i64);
-        let around = (-1..=1).flat_map(|down| (-1..=1).map(move |right| (column + right, row + down)));
-        let distance2 = |ray: usize| {
-            let [right, down] = [0, 1].map(|axis: usize| f64::from(self.rays[ray].place[axis]) - place[axis]);
-            right * right + down * down
+        let mut nearest = (f32::INFINITY, 0);
+        let [x, y] = place.map(|place| place as f32);
+        let mut look = |columns: [i64; 2], rows: [i64; 2]| {
+            for row in rows[0]..=rows[1] {
+                let rays = self.in_cells(columns, row);
+                for (place, ray) in self.places[rays.clone()].iter().zip(rays) {
+                    let (right, down) = (place[0] - x, place[1] - y);
+                    let distance2 = right * right + down * down;
+                    if distance2 < nearest.0 {
+                        nearest = (distance2, ray);
+                    }
+                }
+            }
+            nearest
         };
-        let rays = around.flat_map(|(column, row)| self.in_cell(column, row)).map(|ray| (ray, distance2(ray)));
-        let nearest = rays.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (nearest.1 <= FARTHEST_NEIGHBOUR * FARTHEST_NEIGHBOUR).then_some(nearest.0)
+        // Rays of other cells than the four around the place are more than half a cell away.
+        let [left, above] = place.map(|place| place.floor() as i64);
+        let mut nearest = look([left, left + 1], [above, above + 1]);
+        if nearest.0 > 0.25 {
+            let [column, row] = place.map(|place| place.round() as i64);
+            nearest = look([column - 1, column + 1], [row - 1, row + 1]);
+        }
+        (nearest.0 <= FARTHEST_NEIGHBOUR * FARTHEST_NEIGHBOUR).then_some(nearest.1)
     }
 
     /// The piece that a place belongs to.
@@ -382,7 +486,7 @@ impl Bounces {
 }
 
 /// A ray on its way.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Waiting {
     ray: Ray,
     near: f32,
@@ -394,16 +498,18 @@ struct Waiting {
     bounces: Bounces,
 }
 
-/// Calls `found` for the outgoing ray of every path that a view ray begins. Its place is left at the origin.
+/// Calls `found` for the outgoing ray of every `wanted` path that a view ray begins; paths that begin with unwanted
+/// ones are not followed. Its place is left at the origin.
 fn follow(
     specular: &Specular<'_>,
     mapped: &[bool],
     ray: &Ray,
     near: f32,
-    waiting: &mut Vec<Waiting>,
-    traced: &mut u64,
+    room: &mut Room,
+    wanted: &impl Fn(&Bounces) -> bool,
     found: &mut impl FnMut(Bounces, GridRay),
 ) {
+    let Room { waiting, traced } = room;
     let most = (specular.order as usize).min(MAX_BOUNCES);
     if most == 0 {
         return;
@@ -456,6 +562,9 @@ fn follow(
             let mut bounces = before.bounces;
             bounces.bounces[bounces.count] = Bounce { object, kind };
             bounces.count += 1;
+            if !wanted(&bounces) {
+                continue;
+            }
             let first = before.first.unwrap_or((frame.position, if outside { frame.normal } else { -frame.normal }));
             let tail = frame.position;
             let ray = GridRay { place: [0.0; 2], first: first.0, normal: first.1, tail, direction, length, medium };

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 pub(super) const TERMS: usize = 10;
 
 /// What a bundle's polynomials give: the first bounce point (3, from the centre), offset (2), slope (2), where tails
-/// are along the mean direction (1), the optical length to the tail (1).
-pub(super) const OUTPUTS: usize = 9;
+/// are along the mean direction (1), the optical length to the tail (1), and nothing (3): whole vectors.
+pub(super) const OUTPUTS: usize = 12;
 
 /// A leaf of kind `ray_bundle`.
 #[repr(C)]
@@ -34,10 +34,23 @@ pub(super) struct BundleLeaf {
     pub(super) high: [f32; 2],
     /// Not 0 where it interpolates between rays because no camera is accurate.
     pub(super) interpolates: u32,
-    /// The cells of its rays, corners included.
-    pub(super) low_cell: [u32; 2],
-    pub(super) high_cell: [u32; 2],
-    pub(super) coefficients: [[f32; TERMS]; OUTPUTS],
+    /// Where its rays are in the map, in cells.
+    pub(super) low_place: [f32; 2],
+    pub(super) high_place: [f32; 2],
+    /// How far apart they are, in cells.
+    pub(super) spacing: f32,
+    /// Of each term, for each output.
+    pub(super) coefficients: [[f32; OUTPUTS]; TERMS],
+}
+
+impl BundleLeaf {
+    /// How far a place is from its rays, in cells, along a row or column.
+    pub(super) fn distance_from(&self, place: [f64; 2]) -> f64 {
+        let beyond = |axis: usize| {
+            (f64::from(self.low_place[axis]) - place[axis]).max(place[axis] - f64::from(self.high_place[axis]))
+        };
+        beyond(0).max(beyond(1)).max(0.0)
+    }
 }
 
 /// Terms of a polynomial of degree 2 in two variables: `1, u, v, uu, uv, vv`.

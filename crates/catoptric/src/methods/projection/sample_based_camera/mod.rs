@@ -7,6 +7,8 @@ mod bsp;
 mod bundle;
 mod bundles;
 mod cameras;
+mod creases;
+mod finer;
 mod fit;
 mod grid;
 mod hybrid;
@@ -36,7 +38,7 @@ use crate::scene::{PreciseView, Scene, View};
 use crate::surface::site::SpecularSurfaces;
 use crate::surface::tracer::Tracer;
 use cameras::{Builder, Cameras, Counts};
-use grid::RayGrid;
+use grid::{RayGrid, Sampler};
 use project::CameraProjector;
 use std::sync::Arc;
 
@@ -107,19 +109,39 @@ impl SampleBasedCamera {
         }
         let surfaces = prepared.surfaces(job.scene);
         let specular = Specular { scene: job.scene, tracer: prepared.tracer(), surfaces: &surfaces, order };
-        let grid = RayGrid::new(&specular, &field, self.settings.downsampling as f32, &mapped);
+        let sampler = Sampler::new(&specular, &field, self.settings.downsampling as f32, &mapped);
+        let mut grid = RayGrid::new(&sampler);
         report.stages_ms.push(("ray_map", watch.lap_ms()));
+        let cameras = grid.cameras(&sampler, &PreciseView::new(job.view), bounds, &self.settings);
         report.counts.insert("rays_traced", grid.traced);
-        let view = PreciseView::new(job.view);
-        let cameras = parallel::map_collect(grid.groups.len(), |group| {
-            let group = &grid.groups[group];
-            let accuracy_px = self.settings.accuracy_px.into();
-            Builder { group, view: &view, bounds, accuracy_px }.cameras(self.settings.camera)
-        });
         report.stages_ms.push(("build", watch.lap_ms()));
         self.frame = Some(Frame { view: job.view.clone(), order, bounds, grid, cameras, mapped });
         prepared.forget_meshes();
         Ok(())
+    }
+}
+
+impl RayGrid {
+    /// The cameras of each group; rays that they need are added to these.
+    fn cameras(
+        &mut self,
+        sampler: &Sampler<'_>,
+        view: &PreciseView,
+        bounds: Aabb,
+        settings: &SampleBasedCameraSettings,
+    ) -> Vec<Cameras> {
+        let (accuracy_px, finest_px) = (settings.accuracy_px.into(), settings.finest_ray_px);
+        let built = parallel::map_collect(self.groups.len(), |group| {
+            let group = &self.groups[group];
+            Builder { group, view, bounds, accuracy_px, sampler, finest_px }.cameras(settings.camera)
+        });
+        let with_rays = built.into_iter().zip(&mut self.groups);
+        let cameras = with_rays.map(|((mut cameras, added), group)| {
+            self.traced += added.traced;
+            cameras.renumber(&group.add(added.rays));
+            cameras
+        });
+        cameras.collect()
     }
 }
 

@@ -11,7 +11,7 @@ const JUMP: f64 = 4.0;
 const NO_JUMP: f64 = 1e-3;
 
 /// How different two rays are: about how far apart they run a little way on.
-fn difference(a: &GridRay, b: &GridRay, reach: f64) -> f64 {
+pub(super) fn difference(a: &GridRay, b: &GridRay, reach: f64) -> f64 {
     0.25 * reach * a.direction.distance(b.direction) + a.tail.distance(b.tail)
 }
 

@@ -19,7 +19,7 @@ const TOUCHING: f64 = 2e-4;
 /// A leaf is believed so far, in cells, beyond the cells of its rays.
 const BEYOND_BLOCK: f64 = 0.75;
 
-/// What is interpolated between rays may be seen so far, in cells, from their cell.
+/// What is interpolated between rays may be seen so far, in distances of these, from their cell.
 const INTERPOLATED_LEEWAY: f64 = 0.4;
 
 /// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy.
@@ -30,6 +30,9 @@ const SAME_POLISHED_PX: f32 = 0.3;
 
 /// Polish may move an answer by so many cells.
 const POLISH_REACH: f64 = 3.0;
+
+/// An appearance that has moved further than this, in pixels, is not followed.
+const FOLLOWED_PX: f64 = 32.0;
 
 /// Places in front of the eye's plane are anywhere; cells beyond this are none of the map's.
 const FARTHEST_CELL: f64 = 1e9;
@@ -65,26 +68,7 @@ impl VertexProjector for CameraProjector<'_> {
     }
 
     fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
-        let Some(cameras) = self.cameras.get(path as usize) else { return };
-        if !point.is_finite() {
-            return;
-        }
-        let start = found.len();
-        let mut take = |seen: &Seen<'_>| {
-            let Some(projection) = self.projection(path, seen, point) else { return };
-            let apart_px = match () {
-                () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
-                () if seen.interpolates => self.grid.spacing_px.max(SAME * self.accuracy_px),
-                () => SAME * self.accuracy_px,
-            };
-            let same = |other: &Projection| {
-                other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
-            };
-            if !found[start..].iter().any(same) {
-                found.push(projection);
-            }
-        };
-        SCRATCH.with_borrow_mut(|scratch| cameras.ask(point, scratch, &mut take));
+        self.project_near(path, point, None, found);
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
@@ -106,11 +90,36 @@ impl VertexProjector for CameraProjector<'_> {
             let Some(moved) = self.view.place_of(seen_at) else { break };
             (place, first) = (self.cell_of(moved), seen_at);
         }
-        self.project_on(one.path, point, found);
+        let most = FOLLOWED_PX / f64::from(self.grid.spacing_px);
+        let near = (self.cell_of(one.image_px.to_array().map(f64::from)), most);
+        self.project_near(one.path, point, Some(near), found);
     }
 }
 
 impl CameraProjector<'_> {
+    /// Appends all appearances of a point on a path; those near a place of the map if there is a `limit` (in cells).
+    fn project_near(&self, path: u32, point: Vec3, limit: Option<([f64; 2], f64)>, found: &mut Vec<Projection>) {
+        let Some(cameras) = self.cameras.get(path as usize) else { return };
+        if !point.is_finite() {
+            return;
+        }
+        let start = found.len();
+        let mut take = |seen: &Seen<'_>| {
+            let Some(projection) = self.projection(path, seen, point) else { return };
+            let apart_px = match () {
+                () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
+                () => (SAME * self.accuracy_px).max(seen.interpolates.unwrap_or(0.0) * self.grid.spacing_px),
+            };
+            let same = |other: &Projection| {
+                other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
+            };
+            if !found[start..].iter().any(same) {
+                found.push(projection);
+            }
+        };
+        SCRATCH.with_borrow_mut(|scratch| cameras.ask(point, limit, scratch, &mut take));
+    }
+
     /// A place of the picture in cells of the ray map, whose rays are at whole numbers.
     fn cell_of(&self, pixel: [f64; 2]) -> [f64; 2] {
         let cell = |pixel: f64| (pixel + self.margin_px) / f64::from(self.grid.spacing_px) - 0.5;
@@ -197,7 +206,7 @@ impl CameraProjector<'_> {
         if last.distance(exact) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
-        if !self.is_within(path, &Seen { cells: None, ..*seen }, self.cell_of([x, y])) {
+        if !self.is_within(path, &Seen { places: None, ..*seen }, self.cell_of([x, y])) {
             return None;
         }
         let image_change = self.view.place_change(first).map(|gradient| {
@@ -226,13 +235,15 @@ impl CameraProjector<'_> {
     /// Whether a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
     fn is_within(&self, path: u32, seen: &Seen<'_>, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
-        let leeway =
-            if seen.interpolates { INTERPOLATED_LEEWAY } else { f64::from(self.accuracy_px / self.grid.spacing_px) };
+        let accuracy = f64::from(self.accuracy_px / self.grid.spacing_px);
+        let leeway = seen.interpolates.map_or(accuracy, |apart| INTERPOLATED_LEEWAY * f64::from(apart));
         for axis in 0..2 {
-            let Some([low_cell, high_cell]) = seen.cells else { break };
-            let (low, high) = (f64::from(low_cell[axis]), f64::from(high_cell[axis]));
+            let Some([lowest, highest]) = seen.places else { break };
+            let (low, high) = (f64::from(lowest[axis]), f64::from(highest[axis]));
             let above = place[axis] > high;
-            let (beyond, next) = if above { (place[axis] - high, high + 1.0) } else { (low - place[axis], low - 1.0) };
+            // Where the first regular ray beyond is.
+            let (beyond, next) =
+                if above { (place[axis] - high, high.floor() + 1.0) } else { (low - place[axis], low.ceil() - 1.0) };
             if beyond <= leeway {
                 continue;
             }
@@ -240,6 +251,12 @@ impl CameraProjector<'_> {
             cell[axis] = next as i64;
             let goes_on = group.regular(cell[0], cell[1]).is_some_and(|ray| group.piece_of_ray[ray] == seen.piece);
             if beyond > BEYOND_BLOCK || goes_on {
+                return false;
+            }
+            // Other leaves may hold rays between those two.
+            let nearest = group.nearest(place).map(|ray| group.rays[ray].place);
+            let holds = |ray: [f32; 2]| (0..2).all(|axis| (lowest[axis]..=highest[axis]).contains(&ray[axis]));
+            if !nearest.is_some_and(holds) {
                 return false;
             }
         }

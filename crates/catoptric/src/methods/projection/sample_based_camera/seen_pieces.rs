@@ -1,6 +1,6 @@
 //! Which piece of a reflector each pixel shows, for pictures of the subdivision.
 
-use super::grid::{PathRays, RayGrid};
+use super::grid::{PathRays, RayGrid, Sampler};
 use super::{SampleBasedCameraSettings, margin_px};
 use crate::methods::projection::SpecularPath;
 use crate::methods::projection::ray_map::{Specular, ViewField};
@@ -23,7 +23,7 @@ pub fn seen_pieces(
     let specular = Specular { scene, tracer: prepared.tracer(), surfaces: &surfaces, order: 1 };
     let margin_px = margin_px(settings);
     let field = ViewField::new(view, margin_px);
-    let grid = RayGrid::new(&specular, &field, settings.downsampling as f32, &[]);
+    let grid = RayGrid::new(&Sampler::new(&specular, &field, settings.downsampling as f32, &[]));
     let spacing_px = f64::from(grid.spacing_px);
     let cell = |pixel: u32| (f64::from(pixel) + 0.5 + f64::from(margin_px)) / spacing_px - 0.5;
     let pixels = (0..view.height).flat_map(|y| (0..view.width).map(move |x| [x, y]));

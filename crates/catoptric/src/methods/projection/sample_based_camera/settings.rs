@@ -43,6 +43,8 @@ pub struct SampleBasedCameraSettings {
     pub accuracy_px: f32,
     /// A ray every so many pixels.
     pub downsampling: u32,
+    /// Where no camera is accurate, rays between those of the map are traced, but none nearer to each other than this.
+    pub finest_ray_px: f32,
     /// Steps of the solver that makes appearances exact; 0 leaves them as the cameras have them.
     pub polish: u32,
     /// Edges of virtual geometry are divided until they are this near to where they belong.
@@ -65,6 +67,7 @@ impl SampleBasedCameraSettings {
             camera: CameraKind::RayBundle,
             accuracy_px: 0.1,
             downsampling: 2,
+            finest_ray_px: 0.12,
             polish: 0,
             edge_error_px: 0.15,
             piece_px: 0.75,
@@ -73,7 +76,14 @@ impl SampleBasedCameraSettings {
             environment_size: 256,
         };
         match preset {
-            Preset::Fast => Self { accuracy_px: 1.0, downsampling: 4, edge_error_px: 0.5, piece_px: 3.0, ..balanced },
+            Preset::Fast => Self {
+                accuracy_px: 1.0,
+                downsampling: 4,
+                finest_ray_px: 1.0,
+                edge_error_px: 0.5,
+                piece_px: 3.0,
+                ..balanced
+            },
             Preset::Balanced => balanced,
             Preset::Exact => Self { polish: 8, ..balanced },
             Preset::Faithful => Self { camera: CameraKind::Pinhole, accuracy_px: 1.0, edge_error_px: 0.5, ..balanced },
@@ -94,6 +104,7 @@ impl Settings for SampleBasedCameraSettings {
         ("camera", "ray_bundle: polynomials over surface coordinates; pinhole: the paper's, with splitting planes"),
         ("accuracy_px", "leaves see the points of their rays at most this far from where they belong, 0.01 to 100"),
         ("downsampling", "a ray every so many pixels, 1 to 64"),
+        ("finest_ray_px", "where no camera is accurate, rays this near to each other are traced, 0.03 to 1000 (none)"),
         ("polish", "steps of the solver that makes every appearance exact, 0 (none) to 100"),
         (
             "edge_error_px",
@@ -108,6 +119,7 @@ impl Settings for SampleBasedCameraSettings {
     fn check(&self) -> Result<(), String> {
         within("accuracy_px", self.accuracy_px, 0.01, 100.0)?;
         within("downsampling", self.downsampling as f32, 1.0, 64.0)?;
+        within("finest_ray_px", self.finest_ray_px, 0.03, 1000.0)?;
         within("polish", self.polish as f32, 0.0, 100.0)?;
         within("edge_error_px", self.edge_error_px, 0.01, 100.0)?;
         within("piece_px", self.piece_px, 0.1, 100.0)?;
