@@ -8,6 +8,7 @@ mod beams;
 mod cells;
 mod lines;
 mod sample;
+mod scatter;
 mod tree;
 
 pub use attempts::{Attempt, Attempts};
@@ -17,6 +18,7 @@ pub use beams::{RayBeams, Reaching};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
+pub use scatter::{Scattering, departure};
 pub use tree::RayTree;
 
 use crate::math::Aabb;

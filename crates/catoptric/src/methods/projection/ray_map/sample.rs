@@ -1,10 +1,11 @@
 //! Sample rays: followed through reflectors and lenses, with the expansions of all their neighbours.
 
+use super::scatter::{Scattering, departure};
 use crate::math::jet::{ScalarJet, VectorJet};
 use crate::methods::projection::{MAX_BOUNCES, SpecularPath};
 use crate::optics::bundle::{Bounce, BounceKind, Eye, OutgoingRays, Perturbation, RayBundle};
 use crate::optics::specular_solver::PathSites;
-use crate::scene::{Ray, Role, Scene};
+use crate::scene::{Ray, Scene};
 use crate::surface::patch::SurfacePatch;
 use crate::surface::site::{Site, SpecularSurfaces};
 use crate::surface::tracer::Tracer;
@@ -267,16 +268,10 @@ pub fn follow(
 
 /// The path after one more bounce; none where there is no such bounce.
 fn bounce(specular: &Specular<'_>, before: &Followed, arrival: &Arrival, kind: BounceKind) -> Option<Followed> {
-    let scene = specular.scene;
-    let role = scene.role_of(arrival.object);
-    if kind == BounceKind::Transmit && role != Role::Lens {
-        return None;
-    }
-    let outside = arrival.bundle.direction.value.dot(arrival.patch.normal) <= 0.0;
-    if outside && scene.objects[arrival.object as usize].inside {
-        return None; // the blind side
-    }
-    let index = specular.surfaces.index_of(arrival.object);
+    let cosine = arrival.bundle.direction.value.dot(arrival.patch.normal);
+    let scattering = Scattering::new(specular, arrival.object, cosine, before.media[before.sites.count])?;
+    let medium = scattering.medium_after(kind)?;
+    let index = scattering.index;
     let bundle = arrival.bundle.scattered(&arrival.patch, &arrival.parameters, kind, index)?;
     let mut after = before.clone();
     let count = after.sites.count;
@@ -285,30 +280,17 @@ fn bounce(specular: &Specular<'_>, before: &Followed, arrival: &Arrival, kind: B
     after.sites.bounces[count] = bounce;
     after.sites.sites[count] = arrival.site;
     after.sites.count = count + 1;
-    after.outside[count] = outside;
+    after.outside[count] = scattering.outside;
     if count > 0 {
         after.moves[count - 1] = arrival.parameters;
     }
-    // Whoever meets a lens from inside was inside it.
-    let lens = role == Role::Lens;
-    let crossed = if lens && !outside { index } else { before.media[count] };
-    after.media[count] = crossed;
-    after.optical_length += crossed * arrival.length;
-    after.media[count + 1] = match kind {
-        BounceKind::Reflect => crossed,
-        BounceKind::Transmit if outside => index,
-        BounceKind::Transmit => 1.0,
-    };
+    after.media[count] = scattering.crossed;
+    after.optical_length += scattering.crossed * arrival.length;
+    after.media[count + 1] = medium;
     after.bundle = bundle;
-    after.departure = departure(&arrival.patch, bundle.direction.value);
+    let patch = &arrival.patch;
+    after.departure = departure(patch.position, patch.tangents[0].cross(patch.tangents[1]), bundle.direction.value);
     Some(after)
-}
-
-/// A point off the flat surface on the side that `direction` leaves to, as far as positions are rounded.
-fn departure(patch: &SurfacePatch, direction: DVec3) -> Vec3 {
-    let geometric = patch.tangents[0].cross(patch.tangents[1]);
-    let offset = 16.0 * f64::from(f32::EPSILON) * patch.position.abs().max_element();
-    (patch.position + geometric * offset.copysign(direction.dot(geometric))).as_vec3()
 }
 
 /// Where the outgoing ray of a path meets the next specular surface.
