@@ -2,7 +2,8 @@
 //!
 //! The hierarchy is `obvhs`'s eight-wide compressed one (Ylitie, Karras, Laine 2017).
 
-use super::traversal::{Corners, Leaf, SPECIAL, meet_triangle, nearest};
+use super::site::Meeting;
+use super::traversal::{Corners, Leaf, Nearest, SPECIAL, meet_triangle, nearest};
 use super::{PlacedSurface, SurfaceHit};
 use crate::scene::shade::{Barycentrics, Encounter, SurfacePoint};
 use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
@@ -119,8 +120,7 @@ impl Tracer {
                 analytic.push(index);
                 continue;
             }
-            let tested =
-                if matches!(scene.material_of(index).alpha_mode, AlphaMode::Mask(_)) { ALPHA_TESTED } else { 0 };
+            let tested = if is_alpha_tested(scene, index) { ALPHA_TESTED } else { 0 };
             for triangle in object.triangles.clone() {
                 let [v0, v1, v2] = scene.triangles[triangle as usize].map(|v| Vec3A::from(scene.positions[v as usize]));
                 triangles.push(Triangle { v0, v1, v2 });
@@ -169,6 +169,28 @@ impl Tracer {
     /// The first surface along a ray at a distance of at least `near`.
     #[inline(always)]
     pub fn first_hit(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Hit> {
+        let found = self.nearest(scene, ray, near)?;
+        let index = found.code & INDEX;
+        if found.code & ANALYTIC == 0 {
+            return Some(Hit::Triangle { distance: found.distance, triangle: index, barycentrics: found.barycentrics });
+        }
+        // Once more for the details; the walk keeps only the distance.
+        let hit = self.meet_surface(scene, index, ray, near, f32::INFINITY)?;
+        Some(Hit::Surface { object: index, hit })
+    }
+
+    /// The same without the details.
+    pub(crate) fn first_meeting(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Meeting> {
+        let found = self.nearest(scene, ray, near)?;
+        let index = found.code & INDEX;
+        Some(match found.code & ANALYTIC {
+            0 => Meeting::Triangle(index),
+            _ => Meeting::Surface { object: index, distance: found.distance.into() },
+        })
+    }
+
+    #[inline(always)]
+    fn nearest(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Nearest> {
         if self.leaves.is_empty() || !(ray.origin.is_finite() && ray.direction.is_finite()) {
             return None;
         }
@@ -179,20 +201,12 @@ impl Tracer {
                 let met = meet_triangle(&leaf.corners, origin, direction, near, far);
                 return met.filter(|(_, barycentrics)| present(scene, index, *barycentrics));
             }
-            let hit = self.meet_surface(scene, index, ray, near, far)?;
-            Some((hit.distance, Vec2::ZERO))
+            let surface = scene.objects[index as usize].surface.as_ref()?;
+            let distance = surface.first_distance(ray.origin, ray.direction, near, far)?;
+            Some((distance as f32, Vec2::ZERO))
         };
         let found = nearest(&self.bvh, &self.leaves, ray, near, &special);
-        if found.distance == f32::INFINITY {
-            return None;
-        }
-        let index = found.code & INDEX;
-        if found.code & ANALYTIC == 0 {
-            return Some(Hit::Triangle { distance: found.distance, triangle: index, barycentrics: found.barycentrics });
-        }
-        // Once more for the details; the walk keeps only the distance.
-        let hit = self.meet_surface(scene, index, ray, near, f32::INFINITY)?;
-        Some(Hit::Surface { object: index, hit })
+        (found.distance != f32::INFINITY).then_some(found)
     }
 
     fn meet_surface(&self, scene: &Scene, object: u32, ray: &Ray, near: f32, far: f32) -> Option<SurfaceHit> {
@@ -232,6 +246,34 @@ impl Tracer {
         let side = if direction.dot(point.geometric_normal) < 0.0 { -offset } else { offset };
         point.position + point.geometric_normal * side
     }
+}
+
+/// One triangle, ready to be met by many rays: as [`Tracer::first_hit`] meets it, to the bit.
+pub(crate) struct TriangleTest {
+    corners: Corners,
+    triangle: u32,
+    alpha_tested: bool,
+}
+
+impl TriangleTest {
+    /// Of a triangle of a scene.
+    #[inline]
+    pub(crate) fn new(scene: &Scene, triangle: u32, alpha_tested: bool) -> Self {
+        let corners = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize]);
+        Self { corners: Corners::new(corners), triangle, alpha_tested }
+    }
+
+    /// The distance at which a ray meets the triangle, if that is at least `near` and less than `far`.
+    #[inline(always)]
+    pub(crate) fn distance(&self, scene: &Scene, ray: &Ray, near: f32, far: f32) -> Option<f32> {
+        let (distance, at) = meet_triangle(&self.corners, ray.origin.into(), ray.direction.into(), near, far)?;
+        (!self.alpha_tested || present(scene, self.triangle, at)).then_some(distance)
+    }
+}
+
+/// Whether triangles of an object may have holes.
+pub(crate) fn is_alpha_tested(scene: &Scene, object: u32) -> bool {
+    matches!(scene.material_of(object).alpha_mode, AlphaMode::Mask(_))
 }
 
 #[cold]

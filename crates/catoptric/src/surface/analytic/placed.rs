@@ -113,21 +113,28 @@ impl PlacedSurface {
     /// missed, but where a ray touches the surface without passing it rounding decides.
     #[inline]
     pub fn intersect(&self, origin: Vec3, direction: Vec3, near: f32, far: f32) -> Option<SurfaceHit> {
+        let distance = self.first_distance(origin, direction, near, far)?;
+        let (origin, direction) = (origin.as_dvec3(), direction.as_dvec3());
+        if let AnalyticSurface::Sphere { radius } = self.surface {
+            let normal = (origin - self.center() + direction * distance).normalize();
+            let position = (self.center() + normal * radius).as_vec3();
+            return Some(SurfaceHit { distance: distance as f32, position, normal: normal.as_vec3() });
+        }
+        self.hit_at(origin, direction, distance, &self.surface_from_world())
+    }
+
+    /// The distance alone of [`Self::intersect`], in double precision.
+    #[inline]
+    pub(crate) fn first_distance(&self, origin: Vec3, direction: Vec3, near: f32, far: f32) -> Option<f64> {
         let direction = direction.as_dvec3();
         let relative = origin.as_dvec3() - self.center();
         let (near, far) = (near as f64, far as f64);
         if let AnalyticSurface::Sphere { radius } = self.surface {
-            let distance = Sphere { radius }.first_hit(relative, direction, near, far)?;
-            let normal = (relative + direction * distance).normalize();
-            let position = (self.center() + normal * radius).as_vec3();
-            return Some(SurfaceHit { distance: distance as f32, position, normal: normal.as_vec3() });
+            return Sphere { radius }.first_hit(relative, direction, near, far);
         }
         let turn = self.surface_from_world();
-        let (local_origin, local_direction) = (turn * relative, turn * direction);
-        let distance = with_shape!(&self.surface, shape => {
-            shape.first_hit(local_origin, local_direction, near, far)
-        })?;
-        self.hit_at(origin.as_dvec3(), direction, distance, &turn)
+        let (origin, direction) = (turn * relative, turn * direction);
+        with_shape!(&self.surface, shape => shape.first_hit(origin, direction, near, far))
     }
 
     /// The hit at a distance where the ray is on the surface; none where there is no normal.

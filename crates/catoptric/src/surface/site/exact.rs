@@ -32,6 +32,13 @@ pub(super) fn frame(position: DVec3, taylor: &Taylor2) -> Option<SiteFrame> {
 /// Follows the gradient to the surface, by at most `reach`.
 #[inline]
 pub(super) fn landed(surface: &PlacedSurface, start: DVec3, reach: f64) -> Option<(Site, SiteFrame)> {
+    let (position, taylor) = landing(surface, start, reach)?;
+    Some((Site::on_surface(position), frame(position, &taylor)?))
+}
+
+/// The point where [`landed`] ends, and the function there.
+#[inline]
+fn landing(surface: &PlacedSurface, start: DVec3, reach: f64) -> Option<(DVec3, Taylor2)> {
     let mut position = start;
     for _ in 0..MOST_LANDING_STEPS {
         let mut taylor = surface.taylor2(position);
@@ -47,7 +54,7 @@ pub(super) fn landed(surface: &PlacedSurface, start: DVec3, reach: f64) -> Optio
         let is_last = bend.length_squared() <= LAST_STEP * LAST_STEP * slope2;
         if is_last || change.length_squared() <= rounding * rounding {
             taylor.gradient += bend;
-            return Some((Site::on_surface(moved), frame(moved, &taylor)?));
+            return Some((moved, taylor));
         }
         position = moved;
     }
@@ -72,24 +79,49 @@ pub(super) fn stepped(surface: &PlacedSurface, from: &SiteFrame, step: DVec2) ->
 
 /// Where a ray meets the surface near a distance along it; `direction` is of unit length.
 pub(super) fn met(surface: &PlacedSurface, origin: DVec3, direction: DVec3, near_distance: f64) -> Option<DVec3> {
+    Some(meeting(surface, origin, direction, near_distance)?.0)
+}
+
+/// The same, with the unit normal on the outer side.
+#[inline]
+pub(super) fn arrived(
+    surface: &PlacedSurface,
+    origin: DVec3,
+    direction: DVec3,
+    near_distance: f64,
+) -> Option<(DVec3, DVec3)> {
+    let (position, taylor) = meeting(surface, origin, direction, near_distance)?;
+    Some((position, taylor.gradient.try_normalize()?))
+}
+
+#[inline]
+fn meeting(surface: &PlacedSurface, origin: DVec3, direction: DVec3, near_distance: f64) -> Option<(DVec3, Taylor2)> {
     let mut distance = near_distance;
-    // The distance comes in single precision, so two steps do; where the ray grazes the steps shrink more slowly.
+    let leeway = 1e-4 * near_distance.abs();
+    // A distance in single precision takes two steps, an exact one none; where the ray grazes they shrink more slowly.
     for _ in 0..MOST_LANDING_STEPS {
-        let position = origin + direction * distance;
-        let taylor = surface.taylor2(position);
-        let change = -taylor.value / taylor.gradient.dot(direction);
+        let mut taylor = surface.taylor2(origin + direction * distance);
+        let slope = taylor.gradient.dot(direction);
+        let change = -taylor.value / slope;
         if !change.is_finite() {
             break;
         }
         distance += change;
-        if change.abs() <= 4.0 * f64::EPSILON * (distance.abs() + origin.abs().max_element()) {
-            break;
+        // What a step leaves is its square times this: steps end when that is lost in rounding.
+        let turn = taylor.hessian * direction;
+        let bend = 0.5 * direction.dot(turn) / slope;
+        let rounding = 4.0 * f64::EPSILON * (distance.abs() + origin.abs().max_element());
+        if change.abs() <= rounding || (bend * change * change).abs() <= 0.25 * rounding {
+            if (distance - near_distance).abs() > leeway {
+                break;
+            }
+            taylor.gradient += turn * change;
+            return Some((origin + direction * distance, taylor));
         }
     }
     // A grazing ray may not meet the surface at all in double precision: its nearest point does.
-    let leeway = 1e-4 * near_distance.abs();
     let distance = distance.clamp(near_distance - leeway, near_distance + leeway);
-    landed(surface, origin + direction * distance, f64::INFINITY).map(|(site, _)| site.position)
+    landing(surface, origin + direction * distance, f64::INFINITY)
 }
 
 /// Whether a point on the surface or its continuation lies within the surface's borders.

@@ -66,6 +66,29 @@ impl Facet {
         [1.0 + first, second, third]
     }
 
+    /// The unit normal of the flat triangle, on the side of its vertices' normals.
+    #[inline]
+    fn outer_normal(&self) -> DVec3 {
+        let [a, b, c] = self.normals;
+        let face = if self.face.dot(a + b + c) < 0.0 { -self.face } else { self.face };
+        face * self.inverse_face2.sqrt()
+    }
+
+    /// The interpolated unit normal, and the inverse of its length before it was one. None where normals cancel or are
+    /// missing: there the flat triangle's counts, by the rule of the ray tracer.
+    #[inline]
+    fn normal_at(&self, [second, third]: [f64; 2]) -> Option<(DVec3, f64)> {
+        let [a, b, c] = self.normals;
+        let sum = a + (b - a) * second + (c - a) * third;
+        let length2 = sum.length_squared();
+        // Written so that a NaN goes on, to be found later.
+        if length2 <= 1e-36 {
+            return None;
+        }
+        let inverse = length2.sqrt().recip();
+        Some((sum * inverse, inverse))
+    }
+
     fn is_flat(&self) -> bool {
         let [a, b, c] = self.normals;
         a.distance_squared(b).max(a.distance_squared(c)) <= FLAT * FLAT
@@ -181,21 +204,14 @@ impl<'a> MeshSheet<'a> {
     #[inline]
     fn frame_of(facet: &Facet, site: &Site) -> Option<SiteFrame> {
         let [a, b, c] = facet.normals;
-        let face = if facet.face.dot(a + b + c) < 0.0 { -facet.face } else { facet.face };
-        let geometric = face * facet.inverse_face2.sqrt();
+        let geometric = facet.outer_normal();
         let first = (facet.corners[1] - facet.corners[0]).try_normalize()?;
         let tangents = [first, geometric.cross(first)];
-        let [second, third] = site.barycentrics;
-        let sum = a + (b - a) * second + (c - a) * third;
-        let length2 = sum.length_squared();
-        // The rule of the ray tracer where normals cancel or are missing.
-        if length2 <= 1e-36 {
+        let Some((normal, inverse)) = facet.normal_at(site.barycentrics) else {
             let frame =
                 SiteFrame { position: site.position, normal: geometric, tangents, normal_change: [DVec3::ZERO; 2] };
             return frame.position.is_finite().then_some(frame);
-        }
-        let inverse = length2.sqrt().recip();
-        let normal = sum * inverse;
+        };
         let normal_change = tangents.map(|tangent| {
             let [_, second, third] = facet.weights_along(tangent);
             let change = ((b - a) * second + (c - a) * third) * inverse;
@@ -289,6 +305,17 @@ impl<'a> MeshSheet<'a> {
         let distance = (facet.corners[0] - origin).dot(facet.face) / direction.dot(facet.face);
         let site = Self::site(&facet, triangle, &facet.weights_of(origin + direction * distance));
         (site.position.is_finite()).then_some(site)
+    }
+
+    /// The same point with its shading normal and that of the triangle, both on the outer side.
+    #[inline]
+    pub(super) fn arrived(&self, triangle: u32, origin: DVec3, direction: DVec3) -> Option<(DVec3, DVec3, DVec3)> {
+        let facet = self.facet(triangle)?;
+        let distance = (facet.corners[0] - origin).dot(facet.face) / direction.dot(facet.face);
+        let weights = facet.weights_of(origin + direction * distance);
+        let (position, geometric) = (facet.point(&weights), facet.outer_normal());
+        let normal = facet.normal_at([weights[1], weights[2]]).map_or(geometric, |(normal, _)| normal);
+        (position.is_finite() && normal.is_finite()).then_some((position, normal, geometric))
     }
 
     pub(super) fn is_within(&self, site: &Site) -> bool {

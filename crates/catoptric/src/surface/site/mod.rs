@@ -65,6 +65,25 @@ impl SiteFrame {
     }
 }
 
+/// What a ray meets: enough to find out where, exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Meeting {
+    /// A triangle, by its number.
+    Triangle(u32),
+    /// An analytic surface near a distance along the ray: the nearer, the faster the place is found.
+    Surface { object: u32, distance: f64 },
+}
+
+/// Where a ray arrives at a specular object: what rays without derivatives need to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Arrival {
+    pub(crate) object: u32,
+    pub(crate) position: DVec3,
+    /// The unit (shading) normal on the outer side, and that of the flat triangle.
+    pub(crate) normal: DVec3,
+    pub(crate) geometric_normal: DVec3,
+}
+
 /// What a specular object's surface is made of.
 enum Sheet<'a> {
     Exact(&'a PlacedSurface),
@@ -159,6 +178,24 @@ impl<'a> SpecularSurfaces<'a> {
                 let object = *self.objects_of_triangles.get(*triangle as usize)?;
                 let Sheet::Mesh(mesh) = &self.entry(object)?.sheet else { return None };
                 Some((object, mesh.met(*triangle, origin, direction)?))
+            }
+        }
+    }
+
+    /// [`Self::site_of`] with the normals of [`Self::frame`], in one go; `direction` is of unit length.
+    #[inline]
+    pub(crate) fn arrival(&self, origin: DVec3, direction: DVec3, meeting: &Meeting) -> Option<Arrival> {
+        match *meeting {
+            Meeting::Surface { object, distance } => {
+                let Sheet::Exact(surface) = &self.entry(object)?.sheet else { return None };
+                let (position, normal) = exact::arrived(surface, origin, direction, distance)?;
+                Some(Arrival { object, position, normal, geometric_normal: normal })
+            }
+            Meeting::Triangle(triangle) => {
+                let object = *self.objects_of_triangles.get(triangle as usize)?;
+                let Sheet::Mesh(mesh) = &self.entry(object)?.sheet else { return None };
+                let (position, normal, geometric_normal) = mesh.arrived(triangle, origin, direction)?;
+                Some(Arrival { object, position, normal, geometric_normal })
             }
         }
     }

@@ -1,11 +1,12 @@
 //! Creases, and where one part of a reflector hides another: borders between connected regions of one path's rays.
 
-use super::grid::{BORDER_PX, GridRay, PathRays, Room, Sampler};
+use super::follow::Steps;
+use super::grid::{BORDER_PX, GridRay, PathRays, Sampler};
 use super::pieces::difference;
 
 /// The rays on both sides of such borders, close to where they cross the lines between neighbouring regular rays, with
 /// their pieces.
-pub(super) fn beside(group: &PathRays, sampler: &Sampler<'_>, reach: f64, room: &mut Room) -> Vec<(GridRay, u32)> {
+pub(super) fn beside(group: &PathRays, sampler: &Sampler<'_>, reach: f64, steps: &mut Steps) -> Vec<(GridRay, u32)> {
     let mut found = Vec::new();
     if group.piece_count < 2 {
         return found;
@@ -25,7 +26,7 @@ pub(super) fn beside(group: &PathRays, sampler: &Sampler<'_>, reach: f64, room: 
                 let [(from, _), (to, _)] = &ends;
                 let middle = [0, 1].map(|axis: usize| 0.5 * (from.place[axis] + to.place[axis]));
                 // There may be something else between the two.
-                let Some(ray) = sampler.ray_on(&group.path, middle, room) else { break };
+                let Some(ray) = sampler.ray_on(&group.path, middle, steps) else { break };
                 let nearer = usize::from(difference(&ray, to, reach) < difference(&ray, from, reach));
                 ends[nearer].0 = ray;
                 apart_px *= 0.5;

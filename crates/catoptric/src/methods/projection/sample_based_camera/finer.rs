@@ -3,7 +3,8 @@
 use super::bundles::{Leaves, places_of};
 use super::cameras::Builder;
 use super::fit::{Fit, Shape};
-use super::grid::{BORDER_PX, GridRay, Room};
+use super::follow::Steps;
+use super::grid::{BORDER_PX, GridRay};
 use super::pieces::difference;
 
 /// Rays across and down a block when it is looked at more closely: two steps finer than two by two.
@@ -29,7 +30,7 @@ struct Tracing<'a> {
     piece: u32,
     /// Rays around, if there are other pieces among them, with their pieces.
     around: Vec<(GridRay, u32)>,
-    room: Room,
+    steps: Steps,
     found: Leaves,
 }
 
@@ -45,9 +46,9 @@ impl Builder<'_> {
         if around.iter().all(|(_, other)| *other == piece) {
             around.clear();
         }
-        let mut tracing = Tracing { builder: self, piece, around, room: Room::default(), found: Leaves::default() };
+        let mut tracing = Tracing { builder: self, piece, around, steps: Steps::default(), found: Leaves::default() };
         tracing.divide(Block { low, high, rays: rays.to_vec(), apart: 1.0 });
-        tracing.found.traced = tracing.room.traced;
+        tracing.found.traced = tracing.steps.traced;
         tracing.found
     }
 }
@@ -152,7 +153,7 @@ impl Tracing<'_> {
 
     /// Adds the ray at a place, if the piece is seen there.
     fn trace(&mut self, place: [f32; 2], block: &mut Block) -> Option<()> {
-        let ray = self.builder.sampler.ray_on(&self.builder.group.path, place, &mut self.room)?;
+        let ray = self.builder.sampler.ray_on(&self.builder.group.path, place, &mut self.steps)?;
         let reach = f64::from(self.builder.bounds.diagonal());
         let unlike = |other: &GridRay| difference(&ray, other, reach);
         let nearest = self.around.iter().min_by(|a, b| unlike(&a.0).total_cmp(&unlike(&b.0)));

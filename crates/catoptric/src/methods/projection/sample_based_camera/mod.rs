@@ -10,12 +10,15 @@ mod cameras;
 mod creases;
 mod finer;
 mod fit;
+mod follow;
 mod grid;
 mod hybrid;
 mod layout;
+mod path_rays;
 mod pieces;
 mod pinhole;
 mod project;
+mod seen_first;
 mod seen_pieces;
 mod settings;
 

@@ -2,6 +2,8 @@
 //! the reflector begins (an edge, a part in front of another). No camera is fitted across.
 
 use super::grid::{GridRay, NO_CELL, PathRays};
+use super::path_rays::NO_RAY;
+use crate::parallel;
 
 /// Neighbouring rays are of different pieces when they differ by more than this many times what the rays beside them
 /// do. (At silhouettes of round bodies the last two may differ two and a half times as much as those before them.)
@@ -19,20 +21,10 @@ pub(super) fn difference(a: &GridRay, b: &GridRay, reach: f64) -> f64 {
 pub(super) fn of(group: &PathRays, between: &[[u32; 2]], columns: u32, reach: f64) -> (Vec<u32>, u32) {
     let rays = &group.rays;
     let mut union = Union((0..rays.len() as u32).collect());
+    join_regular(group, reach, &mut union);
     let compare = |a: usize, b: usize| difference(&rays[a], &rays[b], reach);
     for (index, from) in between.iter().enumerate() {
         if from[0] == NO_CELL {
-            let [column, row] = group.cell_of(index);
-            for [right, down] in [[1, 0], [0, 1]] {
-                let at = |step: i64| group.regular(column + right * step, row + down * step);
-                let Some(next) = at(1) else { continue };
-                let own = compare(index, next);
-                let beside = [at(-1).map(|before| compare(before, index)), at(2).map(|after| compare(next, after))];
-                let usual = beside.into_iter().flatten().reduce(f64::max);
-                if usual.is_none_or(|usual| own <= JUMP * usual) || own <= NO_JUMP * reach {
-                    union.join(index as u32, next as u32);
-                }
-            }
             continue;
         }
         // To the more similar of the two rays that it was found between, or else to what was found near it.
@@ -64,6 +56,65 @@ pub(super) fn of(group: &PathRays, between: &[[u32; 2]], columns: u32, reach: f6
         })
         .collect();
     (pieces, count)
+}
+
+/// Joins regular rays with those beside and below them.
+fn join_regular(group: &PathRays, reach: f64, union: &mut Union) {
+    let ([columns, rows], regular) = group.regular_rays();
+    // Not a number where there is no ray.
+    let compare = |a: usize, b: usize| match (regular[a], regular[b]) {
+        (NO_RAY, _) | (_, NO_RAY) => f64::NAN,
+        (a, b) => difference(&group.rays[a as usize], &group.rays[b as usize], reach),
+    };
+    // Whether a difference is no jump between the one before and the one after.
+    let joined = |before: f64, own: f64, after: f64| {
+        let usual = before.max(after); // the other one where either is not a number
+        usual.is_nan() && !own.is_nan() || own <= JUMP * usual || own <= NO_JUMP * reach
+    };
+    // The differences of each row to the one below, and which of its rays are joined with the one beside.
+    let differences = parallel::map_collect(rows, |row| {
+        let cells = row * columns..(row + 1) * columns;
+        let down: Vec<f64> = match row + 1 < rows {
+            true => cells.clone().map(|cell| compare(cell, cell + columns)).collect(),
+            false => vec![f64::NAN; columns],
+        };
+        let last = cells.end - 1;
+        let right = |cell: usize| if cell < last { compare(cell, cell + 1) } else { f64::NAN };
+        let (mut before, mut own) = (f64::NAN, right(cells.start));
+        let beside: Vec<bool> = cells
+            .map(|cell| {
+                let after = right(cell + 1);
+                let is_joined = joined(before, own, after);
+                (before, own) = (own, after);
+                is_joined
+            })
+            .collect();
+        (down, beside)
+    });
+    for (row, (_, beside)) in differences.iter().enumerate() {
+        for (column, _) in beside.iter().enumerate().filter(|(_, joined)| **joined) {
+            let cell = row * columns + column;
+            // Only this row is joined so far: the ray before leads directly to the first of its run.
+            union.0[regular[cell + 1] as usize] = union.0[regular[cell] as usize];
+        }
+    }
+    let nothing = vec![f64::NAN; columns];
+    let down = |row: usize| differences.get(row).map_or(&nothing, |(down, _)| down);
+    for row in 0..rows.saturating_sub(1) {
+        let before = if row > 0 { down(row - 1) } else { &nothing };
+        let (own, after) = (down(row), down(row + 1));
+        let mut last = [NO_RAY; 2];
+        for column in 0..columns {
+            if joined(before[column], own[column], after[column]) {
+                let cell = row * columns + column;
+                let runs = [cell, cell + columns].map(|cell| union.0[regular[cell] as usize]);
+                if runs != last {
+                    union.join(runs[0], runs[1]);
+                    last = runs;
+                }
+            }
+        }
+    }
 }
 
 /// Sets of rays, each named by one of them.
