@@ -68,13 +68,13 @@ impl Builder<'_> {
 
     fn camera(&self, rays: &[u32], heads: &[f32]) -> Option<PinholeLeaf> {
         let accurate = |leaf: &PinholeLeaf, some: &(Vec<GridRay>, Vec<f32>)| {
-            pinhole::is_accurate(leaf, &some.0, &some.1, self.view, self.accuracy_px)
+            pinhole::is_accurate(leaf, &some.0, &some.1, self.view, self.demand.accuracy_px)
         };
         if rays.len() > MOST_FITTED {
             let some = self.gathered(rays.iter().copied().step_by(rays.len().div_ceil(MOST_FITTED)), heads);
             // Half as much again: a fit to all rays is a little better for them.
             let tried = pinhole::fit(&some.0, &some.1)?;
-            if !pinhole::is_accurate(&tried, &some.0, &some.1, self.view, 1.5 * self.accuracy_px) {
+            if !pinhole::is_accurate(&tried, &some.0, &some.1, self.view, 1.5 * self.demand.accuracy_px) {
                 return None;
             }
         }

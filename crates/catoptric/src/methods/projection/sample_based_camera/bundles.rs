@@ -165,13 +165,13 @@ impl Builder<'_> {
     fn accurate(&self, rays: &[GridRay], shapes: &[Shape], apart: f32) -> Option<Fit> {
         let heads = self.heads(rays);
         let lines = lines_of(rays, apart);
-        let accurate = |fit: &Fit| is_accurate(fit, rays, &heads, self.view, self.accuracy_px);
+        let accurate = |fit: &Fit| is_accurate(fit, rays, &heads, self.view, self.demand.accuracy_px);
         let mut shapes = shapes.iter().filter(|shape| shape.is_tested_by(lines));
         shapes.find_map(|&shape| Fit::new(rays, shape).filter(accurate))
     }
 
     fn is_accurate(&self, fit: &Fit, rays: &[GridRay]) -> bool {
-        is_accurate(fit, rays, &self.heads(rays), self.view, self.accuracy_px)
+        is_accurate(fit, rays, &self.heads(rays), self.view, self.demand.accuracy_px)
     }
 
     fn heads(&self, rays: &[GridRay]) -> Vec<f32> {

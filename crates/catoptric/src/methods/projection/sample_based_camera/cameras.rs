@@ -28,10 +28,19 @@ pub(super) struct Builder<'a> {
     pub(super) group: &'a PathRays,
     pub(super) view: &'a PreciseView,
     pub(super) bounds: Aabb,
-    pub(super) accuracy_px: f64,
-    /// What traces rays between those of the map where these are too few, and how near to each other, in pixels.
+    /// What traces rays between those of the map.
     pub(super) sampler: &'a Sampler<'a>,
-    pub(super) finest_px: f32,
+    pub(super) demand: CameraDemand,
+}
+
+/// What is asked of cameras.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CameraDemand {
+    pub(super) camera: CameraKind,
+    /// They see the points of their rays at most this far from where they belong.
+    pub(super) accuracy_px: f64,
+    /// Where the rays of the map are too few, others are traced no nearer to each other than this.
+    pub(super) finest_ray_px: f32,
 }
 
 /// Rays that were added to a path's, with their pieces.
@@ -68,8 +77,8 @@ impl Builder<'_> {
     }
 
     /// The cameras, and the rays that were added to the group's for them.
-    pub(super) fn cameras(&self, kind: CameraKind) -> (Cameras, Added) {
-        match kind {
+    pub(super) fn cameras(&self) -> (Cameras, Added) {
+        match self.demand.camera {
             CameraKind::RayBundle => {
                 let (tree, added) = self.bundle_tree();
                 (Cameras::Bundles(tree), added)

@@ -63,7 +63,7 @@ impl Tracing<'_> {
     fn divide(&mut self, mut block: Block) {
         let longest = (0..2).map(|axis| block.high[axis] - block.low[axis]).fold(0.0, f32::max);
         let apart = longest / (ACROSS - 1) as f32;
-        if apart * self.builder.sampler.spacing_px < self.builder.finest_px {
+        if apart * self.builder.sampler.spacing_px < self.builder.demand.finest_ray_px {
             return self.interpolate(&block);
         }
         self.look_closely(&mut block, apart);

@@ -14,6 +14,7 @@ mod follow;
 mod grid;
 mod hybrid;
 mod layout;
+mod panorama;
 mod path_rays;
 mod pieces;
 mod pinhole;
@@ -22,6 +23,7 @@ mod seen_first;
 mod seen_pieces;
 mod settings;
 
+pub use panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors, PanoramicProjection, PanoramicProjector};
 pub use seen_pieces::seen_pieces;
 pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 
@@ -40,7 +42,7 @@ use crate::progress::Progress;
 use crate::scene::{PreciseView, Scene, View};
 use crate::surface::site::SpecularSurfaces;
 use crate::surface::tracer::Tracer;
-use cameras::{Builder, Cameras, Counts};
+use cameras::{Builder, CameraDemand, Cameras, Counts};
 use grid::{RayGrid, Sampler};
 use project::CameraProjector;
 use std::sync::Arc;
@@ -115,7 +117,9 @@ impl SampleBasedCamera {
         let sampler = Sampler::new(&specular, &field, self.settings.downsampling as f32, &mapped);
         let mut grid = RayGrid::new(&sampler);
         report.stages_ms.push(("ray_map", watch.lap_ms()));
-        let cameras = grid.cameras(&sampler, &PreciseView::new(job.view), bounds, &self.settings);
+        let SampleBasedCameraSettings { camera, accuracy_px, finest_ray_px, .. } = self.settings;
+        let demand = CameraDemand { camera, accuracy_px: accuracy_px.into(), finest_ray_px };
+        let cameras = grid.cameras(&sampler, &PreciseView::new(job.view), bounds, demand);
         report.counts.insert("rays_traced", grid.traced);
         report.stages_ms.push(("build", watch.lap_ms()));
         self.frame = Some(Frame { view: job.view.clone(), order, bounds, grid, cameras, mapped });
@@ -131,12 +135,10 @@ impl RayGrid {
         sampler: &Sampler<'_>,
         view: &PreciseView,
         bounds: Aabb,
-        settings: &SampleBasedCameraSettings,
+        demand: CameraDemand,
     ) -> Vec<Cameras> {
-        let (accuracy_px, finest_px) = (settings.accuracy_px.into(), settings.finest_ray_px);
         let built = parallel::map_collect(self.groups.len(), |group| {
-            let group = &self.groups[group];
-            Builder { group, view, bounds, accuracy_px, sampler, finest_px }.cameras(settings.camera)
+            Builder { group: &self.groups[group], view, bounds, sampler, demand }.cameras()
         });
         let with_rays = built.into_iter().zip(&mut self.groups);
         let cameras = with_rays.map(|((mut cameras, added), group)| {
