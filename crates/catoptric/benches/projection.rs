@@ -3,12 +3,13 @@
 //! Points lie anywhere in the scene's box. `second order` is the cached expansion of the nearest sample rays, `polished`
 //! the solver's exact answer from there, `ray bundles` and `pinholes` the cameras of sample-based cameras, `exact search` needs no view and no samples of it. Errors are those of
 //! `catoptric compare`; here the mean number of appearances a point is printed beside the times. Run with
-//! `RAYON_NUM_THREADS=1` for one thread.
+//! `RAYON_NUM_THREADS=1` for one thread. `panorama`: cameras for all directions about a place, building them and asking them.
 
 use catoptric::math::random::Stream;
 use catoptric::methods::projection::Projection;
 use catoptric::methods::projection::exact_search::{ExactSearch, SearchSettings};
 use catoptric::methods::projection::finder::{FoundPath, PathSearch};
+use catoptric::methods::projection::sample_based_camera::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
 use catoptric::methods::{self, Job, Quality};
 use catoptric::parallel;
 use catoptric::progress::Silent;
@@ -100,6 +101,42 @@ fn projectors(criterion: &mut Criterion, name: &str, scene: &Scene, view: &View,
     group.finish();
 }
 
+/// Cameras for all directions about a place beside the mirrors: what building them costs, and points a second.
+fn panoramas(criterion: &mut Criterion) {
+    let places = [("sphere_room", 1, Vec3::new(-0.75, 1.9, 0.75)), ("two_spheres", 2, Vec3::new(0.15, 1.3, 0.75))];
+    for (name, order, eye) in places {
+        let scene =
+            builtin::parse(&format!("{name}?surface=analytic")).and_then(|model| model.pose(&PoseOptions::default()));
+        let scene = scene.expect("built-in scenes are valid");
+        let points = points(&scene);
+        let mirrors = PanoramicMirrors::new(&scene);
+        for size_px in [128, 512] {
+            let settings = PanoramaSettings { size_px, order, ..PanoramaSettings::default() };
+            let build = || PanoramicCameras::new(&mirrors, eye, &settings).expect("the bench's settings are valid");
+            let mut group = criterion.benchmark_group(format!("panorama/{name}/build"));
+            group
+                .sample_size(10)
+                .bench_function(format!("{size_px} px"), |bencher| bencher.iter(|| black_box(build())));
+            group.finish();
+            let cameras = build();
+            eprintln!("{name}, {size_px} px: {:?}", cameras.report().counts);
+            let projector = cameras.projector(&mirrors).expect("they were built for the scene");
+            let mut group = criterion.benchmark_group(format!("panorama/{name}/points"));
+            group.sample_size(10).throughput(Throughput::Elements(POINTS as u64));
+            group.bench_function(format!("{size_px} px"), |bencher| {
+                bencher.iter(|| {
+                    for_all(&points, |points| {
+                        let mut found = Vec::new();
+                        points.iter().for_each(|&point| projector.project(point, &mut found));
+                        found.len()
+                    })
+                });
+            });
+            group.finish();
+        }
+    }
+}
+
 fn all_scenes(criterion: &mut Criterion) {
     for (name, order) in SCENES {
         let scene = builtin::parse(name).and_then(|model| model.pose(&PoseOptions::default()));
@@ -109,5 +146,5 @@ fn all_scenes(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, all_scenes);
+criterion_group!(benches, all_scenes, panoramas);
 criterion_main!(benches);
