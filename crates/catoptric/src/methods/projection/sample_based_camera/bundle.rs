@@ -55,12 +55,31 @@ fn polynomial<const N: usize>(c: &[f32; TERMS], [x, y]: [Lanes<N>; 2]) -> [Lanes
 /// Parts of a leaf's coordinates.
 struct Boxes {
     middles: [Lanes<LANES>; 2],
+    /// Where the ray through the point is expected, as seen from there.
+    steps: [Lanes<LANES>; 2],
     /// 1 for those in which there may be a ray through the point.
     may: [u32; LANES],
     /// Whether there may be in any.
     any: bool,
     /// Whether the leaf's rays fold over at this depth: several of them may pass through the point.
     folds: bool,
+}
+
+impl Boxes {
+    /// Where the ray through the point is expected from the box that it is nearest to.
+    #[inline(always)]
+    fn nearest(&self) -> [Lanes<1>; 2] {
+        let (mut nearest, mut best) = (f32::INFINITY, [Lanes([0.0]); 2]);
+        for lane in 0..LANES {
+            let [right, down] = [self.steps[0].0[lane], self.steps[1].0[lane]];
+            let length = right.abs().max(down.abs());
+            if self.may[lane] == 1 && length < nearest {
+                nearest = length;
+                best = [Lanes([self.middles[0].0[lane] + right]), Lanes([self.middles[1].0[lane] + down])];
+            }
+        }
+        best
+    }
 }
 
 /// At most how much a polynomial differs from its expansion to first order, within `size` of anywhere in a leaf whose
@@ -130,7 +149,7 @@ impl<'a> Slice<'a> {
         let [u, ux, uy] = polynomial(u, middles);
         let [v, vx, vy] = polynomial(v, middles);
         let determinant = ux * vy - uy * vx;
-        let (right, down) = (uy * v - vy * u, vx * u - ux * v);
+        let (mut right, mut down) = (uy * v - vy * u, vx * u - ux * v);
         let mut may = [0u32; LANES];
         let (mut any, mut folds) = (0, 0);
         for lane in 0..LANES {
@@ -148,10 +167,13 @@ impl<'a> Slice<'a> {
                 & u32::from(right.0[lane].abs() <= ROUNDING * most[2])
                 & u32::from(down.0[lane].abs() <= ROUNDING * most[3]);
             may[lane] = met;
+            let inverse = 1.0 / determinant.0[lane];
+            right.0[lane] *= inverse;
+            down.0[lane] *= inverse;
             any |= met;
             folds |= u32::from((determinant.0[lane] > 0.0) != (determinant.0[0] > 0.0));
         }
-        Boxes { middles, may, any: any == 1, folds: folds == 1 }
+        Boxes { middles, steps: [right, down], may, any: any == 1, folds: folds == 1 }
     }
 
     /// Newton's method in the lanes that are `going` (1: numbers, for vector instructions); the coordinates, and which of
@@ -274,9 +296,7 @@ pub(super) fn ask(leaf: &BundleLeaf, point: Vec3, found: &mut Vec<Answer>) {
         return;
     }
     if !boxes.folds {
-        let (low, high) = (&leaf.low, &leaf.high);
-        let middle = [Lanes([0.5 * (low[0] + high[0])]), Lanes([0.5 * (low[1] + high[1])])];
-        let (z, done) = slice.solved(middle, [1]);
+        let (z, done) = slice.solved(boxes.nearest(), [1]);
         if done[0] {
             found.extend(slice.answer(z[0].0[0], z[1].0[0]));
         }

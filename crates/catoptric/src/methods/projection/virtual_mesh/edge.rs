@@ -9,6 +9,10 @@ use glam::{Vec2, Vec3};
 /// may appear between them.
 const LONGEST: f32 = 0.35;
 
+/// Things in and beside the box of a reflector count as this share of its radius away: where a reflector stands on
+/// something, narrow strips of that appear at its foot.
+const NEAREST: f32 = 0.1;
+
 /// What an edge that is too long to know what it shows counts as, in pixels.
 const UNSEEN: f32 = 1e4;
 
@@ -46,6 +50,9 @@ pub(super) struct EdgeRule {
     picture: PictureScale,
     center: Vec3,
     radius: f32,
+    /// The corners of its box.
+    low: Vec3,
+    high: Vec3,
     shortest: f32,
 }
 
@@ -57,6 +64,8 @@ impl EdgeRule {
             picture: quality.picture,
             center: last_reflector.center(),
             radius: last_reflector.diagonal() * 0.5,
+            low: last_reflector.min,
+            high: last_reflector.max,
             shortest: scene_size * SHORTEST,
         }
     }
@@ -85,7 +94,10 @@ impl EdgeRule {
             return 0.0;
         }
         let middle = (a + b) * 0.5;
-        let excess = length / (LONGEST * middle.distance(self.center).max(self.radius));
+        let beyond = (self.low - middle).max(middle - self.high).max(Vec3::ZERO).length();
+        let near = (2.0 * beyond).max(NEAREST * self.radius);
+        let distance = middle.distance(self.center).max(self.radius).min(near);
+        let excess = length / (LONGEST * distance);
         if excess > 1.0 {
             return excess * UNSEEN;
         }
