@@ -137,13 +137,13 @@ fn against_search(scene: &Scene, eye: Vec3, settings: &PanoramaSettings, points:
 
 #[test]
 fn points_appear_where_the_exact_search_finds_them() {
-    // Quantiles of the angle in pixels of a face, and shares of what is missing or seen twice. In the picture of one ball
-    // in the other there are few rays, and leaves that interpolate between them see some points beside folds twice.
+    // Quantiles of the angle in pixels of a face, and shares of what is missing or seen twice: the picture of one ball in
+    // the other is a few pixels wide, and at its silhouette, where most points crowd, some are not found.
     let cases = [
         ("sphere_room", BESIDE_BALL, 1, 0, [0.02, 0.05, 0.1], [0.0, 0.0]),
         ("sphere_room", BESIDE_BALL, 1, 8, [1e-4, 1e-4, 1e-4], [0.0, 0.0]),
-        ("two_spheres", BETWEEN_BALLS, 2, 0, [0.02, 0.5, 2.0], [2e-3, 0.05]),
-        ("two_spheres", BETWEEN_BALLS, 2, 8, [1e-4, 1e-4, 1.0], [2e-3, 2e-3]),
+        ("two_spheres", BETWEEN_BALLS, 2, 0, [0.02, 0.1, 0.5], [5e-3, 0.01]),
+        ("two_spheres", BETWEEN_BALLS, 2, 8, [1e-4, 1e-4, 1e-4], [5e-3, 1e-3]),
     ];
     for (name, eye, order, polish, most_px, most_shares) in cases {
         let scene = scene(&format!("{name}?surface=analytic&tess=8"));
@@ -401,7 +401,7 @@ fn faces_without_mirrors_are_not_sampled() {
     assert_eq!(far.report().counts["faces"], 1);
     let within = cameras(&mirrors, BALL.center.as_vec3(), &settings(1));
     assert_eq!(within.report().counts["faces"], 6);
-    assert!(far.report().counts["rays_traced"] < within.report().counts["rays_traced"] / 20);
+    assert!(far.report().counts["rays_traced"] < within.report().counts["rays_traced"] / 6);
 }
 
 #[test]

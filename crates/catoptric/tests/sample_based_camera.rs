@@ -66,6 +66,19 @@ fn pinholes_of_the_paper_keep_their_accuracy_too() {
 }
 
 #[test]
+fn finer_rays_are_traced_where_those_of_the_map_are_too_few() {
+    // A map of a dozen rays across the ball; and a neck, whose rays cross.
+    for (name, settings) in [("sphere_room?surface=analytic&tess=24", "downsampling = 8"), ("vase?tess=32", "")] {
+        let scene = scene(name);
+        let (picture, trips) = measured(ID, &scene, settings, 1, 1);
+        let (_, coarse) = measured(ID, &scene, &format!("finest_ray_px = 1000\n{settings}"), 1, 1);
+        let [fine, coarse] = [&trips, &coarse].map(|trips| trips.all.p99.expect("some are found"));
+        assert!(fine <= 0.2 && fine < 0.5 * coarse, "{name}: {fine} px, {coarse} px without finer rays");
+        assert!(trips.all.missing <= 1e-2 && picture.over_0_1 <= 0.1, "{name}: {trips:?}, {picture:?}");
+    }
+}
+
+#[test]
 fn polished_appearances_are_exact() {
     for (name, order) in [("ellipsoid?tess=24", 1), ("two_spheres?surface=analytic&tess=16", 2)] {
         let scene = scene(name);

@@ -3,7 +3,7 @@
 
 use super::bundle;
 use super::cameras::{Builder, Counts, MOST_FITTED, PARALLEL_RAYS, Scratch, Seen, TYPICAL_SHARE};
-use super::fit::Fit;
+use super::fit::{Fit, Span};
 use super::grid::GridRay;
 use super::layout::{BundleLeaf, PinholeLeaf, SplitNode};
 use super::pinhole;
@@ -54,7 +54,7 @@ impl Builder<'_> {
             let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
             let Some(fit) = Fit::interpolating(&rays) else { continue };
             let places = [cell, cell.map(|low| low + 1)].map(|corner| corner.map(|index| index as f32));
-            trees.cells.push(fit.leaf(rays.iter(), piece, places, Some(1.0)));
+            trees.cells.push(fit.leaf(rays.iter(), piece, places, Span { apart: 1.0, ends: None, interpolates: true }));
             reaches.extend(rays.iter().map(|ray| Reach::of_ray(ray.tail, ray.direction)));
             ends.push(reaches.len());
         }
@@ -183,7 +183,7 @@ impl PinholeTrees {
             } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
                 && let Some(answer) = &pinhole::ask(leaf, point)
             {
-                found(&Seen { answer, piece: piece as u32, places: None, interpolates: None });
+                found(&Seen { answer, piece: piece as u32, places: None, apart: 1.0, interpolates: false });
             }
         }
         let listed = numbers.len();

@@ -107,12 +107,12 @@ impl<'a> Slice<'a> {
         let depth = relative.dot(leaf.direction.into());
         let mut lateral = [[0.0; TERMS]; 2];
         for (term, row) in leaf.coefficients.iter().enumerate() {
-            for axis in 0..2 {
-                lateral[axis][term] = row[output::OFFSET + axis] + depth * row[output::SLOPE + axis];
+            for (axis, sums) in lateral.iter_mut().enumerate() {
+                sums[term] = row[output::OFFSET + axis] + depth * row[output::SLOPE + axis];
             }
         }
-        for axis in 0..2 {
-            lateral[axis][0] -= relative.dot(leaf.across[axis].into());
+        for (sums, across) in lateral.iter_mut().zip(&leaf.across) {
+            sums[0] -= relative.dot(Vec3::from(*across));
         }
         Self { leaf, depth, lateral }
     }
@@ -152,7 +152,7 @@ impl<'a> Slice<'a> {
         let (mut right, mut down) = (uy * v - vy * u, vx * u - ux * v);
         let mut may = [0u32; LANES];
         let (mut any, mut folds) = (0, 0);
-        for lane in 0..LANES {
+        for (lane, may) in may.iter_mut().enumerate() {
             let (a, b) = (ux.0[lane], uy.0[lane]);
             let (c, d) = (vx.0[lane], vy.0[lane]);
             let area = determinant.0[lane].abs();
@@ -166,7 +166,7 @@ impl<'a> Slice<'a> {
                 & u32::from(v.0[lane].abs() <= ROUNDING * most[1])
                 & u32::from(right.0[lane].abs() <= ROUNDING * most[2])
                 & u32::from(down.0[lane].abs() <= ROUNDING * most[3]);
-            may[lane] = met;
+            *may = met;
             let inverse = 1.0 / determinant.0[lane];
             right.0[lane] *= inverse;
             down.0[lane] *= inverse;

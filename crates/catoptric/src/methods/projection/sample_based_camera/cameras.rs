@@ -96,16 +96,17 @@ pub(super) struct Seen<'a> {
     pub(super) piece: u32,
     /// Where these rays are, in cells; none where all of the piece may be meant.
     pub(super) places: Option<[[f32; 2]; 2]>,
-    /// If it is interpolated between rays, how far apart these are, in cells: it may be off by about that.
-    pub(super) interpolates: Option<f32>,
+    /// How far apart these rays are, in cells.
+    pub(super) apart: f32,
+    /// Whether it is interpolated between rays, and may be off by about that.
+    pub(super) interpolates: bool,
 }
 
 impl<'a> Seen<'a> {
     /// The answer of a leaf.
     pub(super) fn of(answer: &'a Answer, leaf: &BundleLeaf) -> Self {
         let places = Some([leaf.low_place, leaf.high_place]);
-        let interpolates = (leaf.interpolates != 0).then_some(leaf.spacing);
-        Self { answer, piece: leaf.piece, places, interpolates }
+        Self { answer, piece: leaf.piece, places, apart: leaf.apart, interpolates: leaf.interpolates != 0 }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::bundles::{Leaves, places_of};
 use super::cameras::Builder;
-use super::fit::{Fit, Shape};
+use super::fit::{Fit, Shape, Span};
 use super::follow::Steps;
 use super::grid::{BORDER_PX, GridRay};
 use super::pieces::difference;
@@ -47,7 +47,7 @@ impl Builder<'_> {
             around.clear();
         }
         let mut tracing = Tracing { builder: self, piece, around, steps: Steps::default(), found: Leaves::default() };
-        tracing.divide(Block { low, high, rays: rays.to_vec(), apart: 1.0 });
+        tracing.divide(Block { low, high, rays: rays.to_vec(), apart: 1.0 }, &[]);
         tracing.found.traced = tracing.steps.traced;
         tracing.found
     }
@@ -59,12 +59,17 @@ impl Tracing<'_> {
         (number as usize).checked_sub(own.len()).map_or_else(|| &own[number as usize], |added| &self.found.added[added])
     }
 
-    /// Makes the leaves of a block whose rays are too few for a camera.
-    fn divide(&mut self, mut block: Block) {
+    /// Makes the leaves of a block whose rays are too few for a camera; `around` are the rays of a larger block.
+    fn divide(&mut self, mut block: Block, around: &[u32]) {
         let longest = (0..2).map(|axis| block.high[axis] - block.low[axis]).fold(0.0, f32::max);
         let apart = longest / (ACROSS - 1) as f32;
         if apart * self.builder.sampler.spacing_px < self.builder.demand.finest_ray_px {
-            return self.interpolate(&block);
+            // Where the piece ends a block may have a ray or two.
+            if !self.interpolate(&block) {
+                block.rays = around.to_vec();
+                self.interpolate(&block);
+            }
+            return;
         }
         self.look_closely(&mut block, apart);
         block.apart = apart;
@@ -80,7 +85,7 @@ impl Tracing<'_> {
             let rays: Vec<u32> = block.rays.iter().copied().filter(|&ray| inside(self.ray(ray).place)).collect();
             let quarter = Block { low, high, rays, apart };
             if !quarter.rays.is_empty() && !self.fit(&quarter) {
-                self.divide(quarter);
+                self.divide(quarter, &block.rays);
             }
         }
     }
@@ -89,16 +94,30 @@ impl Tracing<'_> {
     fn fit(&mut self, block: &Block) -> bool {
         let rays: Vec<GridRay> = block.rays.iter().map(|&ray| *self.ray(ray)).collect();
         let Some(fit) = self.builder.fit_to(&rays, block.apart) else { return false };
-        self.found.push(fit.leaf(rays.iter(), self.piece, [block.low, block.high], None), block.rays.clone());
+        let span = Span { apart: block.apart, ends: self.end(block), interpolates: false };
+        let leaf = fit.leaf(rays.iter(), self.piece, [block.low, block.high], span);
+        self.found.push(leaf, block.rays.clone());
         true
     }
 
-    fn interpolate(&mut self, block: &Block) {
+    /// Of how many bounces the path is, if the piece ends beside rays of the block.
+    fn end(&self, block: &Block) -> Option<usize> {
+        let in_map = self.builder.group.rays.len();
+        let is_beside = |&ray: &u32| match (ray as usize).checked_sub(in_map) {
+            Some(added) => self.found.beside_ends[added],
+            None => self.builder.is_beside_an_end(ray as usize),
+        };
+        block.rays.iter().any(is_beside).then_some(self.builder.group.path.bounces.len())
+    }
+
+    /// Makes a leaf that interpolates between the block's rays, if there are enough.
+    fn interpolate(&mut self, block: &Block) -> bool {
         let rays: Vec<GridRay> = block.rays.iter().map(|&ray| *self.ray(ray)).collect();
-        let fit = Fit::new(&rays, Shape::Quadratic).or_else(|| Fit::interpolating(&rays));
-        let Some(fit) = fit else { return };
-        let leaf = fit.leaf(rays.iter(), self.piece, [block.low, block.high], Some(block.apart));
+        let Some(fit) = Fit::new(&rays, Shape::Quadratic).or_else(|| Fit::interpolating(&rays)) else { return false };
+        let span = Span { apart: block.apart, ends: self.end(block), interpolates: true };
+        let leaf = fit.leaf(rays.iter(), self.piece, [block.low, block.high], span);
         self.found.push(leaf, block.rays.clone());
+        true
     }
 
     /// Traces the rays of a block that are `apart` from each other, and closes in on where the piece ends.
@@ -124,7 +143,7 @@ impl Tracing<'_> {
             known.iter().any(near)
         };
         let seen: Vec<bool> =
-            places.iter().map(|place| is_known(place) || self.trace(*place, block).is_some()).collect();
+            places.iter().map(|place| is_known(place) || self.trace(*place, false, block).is_some()).collect();
         for row in 0..count[1] {
             for column in 0..count[0] {
                 let own = row * count[0] + column;
@@ -146,13 +165,13 @@ impl Tracing<'_> {
         let mut apart_px = apart * self.builder.sampler.spacing_px;
         while apart_px > BORDER_PX {
             let middle = [0, 1].map(|axis: usize| 0.5 * (from[axis] + to[axis]));
-            *(if self.trace(middle, block).is_some() { &mut from } else { &mut to }) = middle;
+            *(if self.trace(middle, true, block).is_some() { &mut from } else { &mut to }) = middle;
             apart_px *= 0.5;
         }
     }
 
-    /// Adds the ray at a place, if the piece is seen there.
-    fn trace(&mut self, place: [f32; 2], block: &mut Block) -> Option<()> {
+    /// Adds the ray at a place, if the piece is seen there; `beside_end` on the way to where it ends.
+    fn trace(&mut self, place: [f32; 2], beside_end: bool, block: &mut Block) -> Option<()> {
         let ray = self.builder.sampler.ray_on(&self.builder.group.path, place, &mut self.steps)?;
         let reach = f64::from(self.builder.bounds.diagonal());
         let unlike = |other: &GridRay| difference(&ray, other, reach);
@@ -162,6 +181,7 @@ impl Tracing<'_> {
         }
         block.rays.push((self.builder.group.rays.len() + self.found.added.len()) as u32);
         self.found.added.push(ray);
+        self.found.beside_ends.push(beside_end);
         Some(())
     }
 }

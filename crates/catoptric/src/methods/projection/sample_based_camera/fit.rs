@@ -65,8 +65,27 @@ const THINNEST: f64 = 1e-6;
 /// Coordinates may go beyond those of the leaf's rays by this share of their extent,
 const LEEWAY: f64 = 0.1;
 
+/// by this where the path ends beside them: at silhouettes, where the surface turns away with the root of the distance,
+/// the last ray may be far from the end,
+const LEEWAY_AT_ENDS: f64 = 0.4;
+
+/// by this where it ends at the silhouette of a reflector that is seen in another: polynomials over the first surface do
+/// not turn away as fast,
+const LEEWAY_AT_LATER_ENDS: f64 = 1.0;
+
 /// and by this where the leaf only interpolates: what it sees may be off by about a ray.
 const LEEWAY_OF_LISTS: f64 = 0.35;
+
+/// What the rays of a leaf are like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    /// How far apart they are, in cells.
+    pub(super) apart: f32,
+    /// Of how many bounces the path is, if it ends beside them: there the leaf goes on a little.
+    pub(super) ends: Option<usize>,
+    /// Whether the leaf only interpolates between them.
+    pub(super) interpolates: bool,
+}
 
 /// The frame of a leaf, and its polynomials.
 #[derive(Clone, Debug)]
@@ -179,21 +198,26 @@ impl Fit {
         [first.x, first.y, first.z, offset[0], offset[1], slope[0], slope[1], along, ray.length, 0.0, 0.0, 0.0]
     }
 
-    /// The record of the leaf, for the coordinates of all of `rays`, which lie between two places; if it interpolates
-    /// between them, `interpolates` is how far apart they are.
+    /// The record of the leaf, for the coordinates of all of `rays`, which lie between two places.
     pub(super) fn leaf<'a>(
         &self,
         rays: impl Iterator<Item = &'a GridRay>,
         piece: u32,
         places: [[f32; 2]; 2],
-        interpolates: Option<f32>,
+        span: Span,
     ) -> BundleLeaf {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for ray in rays {
             let coordinates = self.coordinates(ray.first);
             (low, high) = (low.min(coordinates), high.max(coordinates));
         }
-        let leeway = (high - low) * if interpolates.is_none() { LEEWAY } else { LEEWAY_OF_LISTS };
+        let share = match (span.ends, span.interpolates) {
+            (Some(0 | 1), _) => LEEWAY_AT_ENDS,
+            (Some(_), _) => LEEWAY_AT_LATER_ENDS,
+            (None, true) => LEEWAY_OF_LISTS,
+            (None, false) => LEEWAY,
+        };
+        let leeway = (high - low) * share;
         let single = |vector: DVec3| vector.as_vec3().to_array();
         BundleLeaf {
             center: single(self.center),
@@ -207,10 +231,10 @@ impl Fit {
             tangents: self.tangents.map(single),
             low: (low - leeway).as_vec2().to_array(),
             high: (high + leeway).as_vec2().to_array(),
-            interpolates: u32::from(interpolates.is_some()),
+            interpolates: u32::from(span.interpolates),
             low_place: places[0],
             high_place: places[1],
-            spacing: interpolates.unwrap_or(1.0),
+            apart: span.apart,
             coefficients: self.coefficients.map(|row| row.map(|coefficient| coefficient as f32)),
         }
     }

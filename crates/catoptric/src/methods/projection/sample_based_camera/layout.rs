@@ -38,7 +38,7 @@ pub(super) struct BundleLeaf {
     pub(super) low_place: [f32; 2],
     pub(super) high_place: [f32; 2],
     /// How far apart they are, in cells.
-    pub(super) spacing: f32,
+    pub(super) apart: f32,
     /// Of each term, for each output.
     pub(super) coefficients: [[f32; OUTPUTS]; TERMS],
 }

@@ -108,7 +108,8 @@ impl CameraProjector<'_> {
             let Some(projection) = self.projection(path, seen, point) else { return };
             let apart_px = match () {
                 () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
-                () => (SAME * self.accuracy_px).max(seen.interpolates.unwrap_or(0.0) * self.grid.spacing_px),
+                () if seen.interpolates => (SAME * self.accuracy_px).max(seen.apart * self.grid.spacing_px),
+                () => SAME * self.accuracy_px,
             };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
@@ -236,7 +237,7 @@ impl CameraProjector<'_> {
     fn is_within(&self, path: u32, seen: &Seen<'_>, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
         let accuracy = f64::from(self.accuracy_px / self.grid.spacing_px);
-        let leeway = seen.interpolates.map_or(accuracy, |apart| INTERPOLATED_LEEWAY * f64::from(apart));
+        let leeway = if seen.interpolates { INTERPOLATED_LEEWAY * f64::from(seen.apart) } else { accuracy };
         for axis in 0..2 {
             let Some([lowest, highest]) = seen.places else { break };
             let (low, high) = (f64::from(lowest[axis]), f64::from(highest[axis]));
