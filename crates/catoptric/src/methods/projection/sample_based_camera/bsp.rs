@@ -54,7 +54,7 @@ impl Builder<'_> {
             let rays: Vec<GridRay> = group.in_unit(cell, piece).map(|ray| group.rays[ray]).collect();
             let Some(fit) = Fit::interpolating(&rays) else { continue };
             let places = [cell, cell.map(|low| low + 1)].map(|corner| corner.map(|index| index as f32));
-            trees.cells.push(fit.leaf(rays.iter(), piece, places, Span { apart: 1.0, ends: None, interpolates: true }));
+            trees.cells.push(fit.leaf(rays.iter(), piece, places, Span { apart: 1.0, interpolates: true }));
             reaches.extend(rays.iter().map(|ray| Reach::of_ray(ray.tail, ray.direction)));
             ends.push(reaches.len());
         }

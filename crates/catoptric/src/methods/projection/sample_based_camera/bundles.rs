@@ -40,8 +40,6 @@ struct Built {
 pub(super) struct Leaves {
     built: Vec<Built>,
     pub(super) added: Vec<GridRay>,
-    /// Whether each of these was found on the way to where its piece ends.
-    pub(super) beside_ends: Vec<bool>,
     pub(super) traced: u64,
 }
 
@@ -59,7 +57,6 @@ impl Leaves {
             one
         }));
         self.added.extend(other.added);
-        self.beside_ends.extend(other.beside_ends);
         self.traced += other.traced;
         self
     }
@@ -74,9 +71,9 @@ impl Builder<'_> {
             .into_iter()
             .reduce(|one, other| one.and(other, in_map))
             .unwrap_or_default();
-        let Leaves { built, added, beside_ends, traced } = leaves;
+        let Leaves { built, added, traced } = leaves;
         let mut tree = BundleTree { leaf_of_ray: vec![NO_LEAF; in_map + added.len()], ..BundleTree::default() };
-        let reaches = parallel::map_collect(built.len(), |leaf| self.reaches(&built[leaf], &added, &beside_ends));
+        let reaches = parallel::map_collect(built.len(), |leaf| self.reaches(&built[leaf], &added));
         let mut ends = Vec::with_capacity(built.len());
         let mut end = 0;
         for (index, one) in built.iter().enumerate() {
@@ -100,12 +97,6 @@ impl Builder<'_> {
         (tree, Added { rays: added.into_iter().zip(piece_of_added).collect(), traced })
     }
 
-    /// Whether a ray was found on the way to where its path or piece ends.
-    pub(super) fn is_beside_an_end(&self, ray: usize) -> bool {
-        let [column, row] = self.group.cell_of(ray);
-        self.group.regular(column, row) != Some(ray)
-    }
-
     /// The cells of rays, corners included.
     fn extent(&self, rays: &[u32]) -> [[u32; 2]; 2] {
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
@@ -125,9 +116,7 @@ impl Builder<'_> {
             let own = rays.iter().map(|&ray| &self.group.rays[ray as usize]);
             let places = places_of(own.clone());
             let mut leaves = Leaves::default();
-            let ends =
-                rays.iter().any(|&ray| self.is_beside_an_end(ray as usize)).then_some(self.group.path.bounces.len());
-            let span = Span { apart: 1.0, ends, interpolates: false };
+            let span = Span { apart: 1.0, interpolates: false };
             leaves.push(fit.leaf(own, piece, places, span), rays.to_vec());
             return leaves;
         }
@@ -191,23 +180,16 @@ impl Builder<'_> {
     }
 
     /// What a leaf's rays and those a little beyond the border of the path reach.
-    fn reaches(&self, built: &Built, added: &[GridRay], beside_ends: &[bool]) -> Vec<Reach> {
+    fn reaches(&self, built: &Built, added: &[GridRay]) -> Vec<Reach> {
         let BundleLeaf { low_place, high_place, piece, .. } = built.leaf;
         let in_map = self.group.rays.len();
         let mut reaches: Vec<Reach> = Vec::with_capacity(256);
         let step = (built.rays.len() / MIDDLE_REACHES).max(1);
-        let (mean_tail, mean_direction) = (Vec3::from(built.leaf.origin), Vec3::from(built.leaf.direction));
-        let (mean_tail, mean_direction) = (mean_tail.as_dvec3(), mean_direction.as_dvec3());
         for (index, &number) in built.rays.iter().enumerate() {
             let number = number as usize;
             let Some(own) = self.group.rays.get(number) else {
                 let ray = &added[number - in_map];
                 reaches.push(Reach::of_ray(ray.tail, ray.direction));
-                if beside_ends[number - in_map] {
-                    // As far again as from the middle of the leaf.
-                    let direction = (ray.direction * 2.0 - mean_direction).normalize_or(ray.direction);
-                    reaches.push(Reach::of_ray(ray.tail * 2.0 - mean_tail, direction));
-                }
                 continue;
             };
             let [column, row] = self.group.cell_of(number);

@@ -94,27 +94,17 @@ impl Tracing<'_> {
     fn fit(&mut self, block: &Block) -> bool {
         let rays: Vec<GridRay> = block.rays.iter().map(|&ray| *self.ray(ray)).collect();
         let Some(fit) = self.builder.fit_to(&rays, block.apart) else { return false };
-        let span = Span { apart: block.apart, ends: self.end(block), interpolates: false };
+        let span = Span { apart: block.apart, interpolates: false };
         let leaf = fit.leaf(rays.iter(), self.piece, [block.low, block.high], span);
         self.found.push(leaf, block.rays.clone());
         true
-    }
-
-    /// Of how many bounces the path is, if the piece ends beside rays of the block.
-    fn end(&self, block: &Block) -> Option<usize> {
-        let in_map = self.builder.group.rays.len();
-        let is_beside = |&ray: &u32| match (ray as usize).checked_sub(in_map) {
-            Some(added) => self.found.beside_ends[added],
-            None => self.builder.is_beside_an_end(ray as usize),
-        };
-        block.rays.iter().any(is_beside).then_some(self.builder.group.path.bounces.len())
     }
 
     /// Makes a leaf that interpolates between the block's rays, if there are enough.
     fn interpolate(&mut self, block: &Block) -> bool {
         let rays: Vec<GridRay> = block.rays.iter().map(|&ray| *self.ray(ray)).collect();
         let Some(fit) = Fit::new(&rays, Shape::Quadratic).or_else(|| Fit::interpolating(&rays)) else { return false };
-        let span = Span { apart: block.apart, ends: self.end(block), interpolates: true };
+        let span = Span { apart: block.apart, interpolates: true };
         let leaf = fit.leaf(rays.iter(), self.piece, [block.low, block.high], span);
         self.found.push(leaf, block.rays.clone());
         true
@@ -143,7 +133,7 @@ impl Tracing<'_> {
             known.iter().any(near)
         };
         let seen: Vec<bool> =
-            places.iter().map(|place| is_known(place) || self.trace(*place, false, block).is_some()).collect();
+            places.iter().map(|place| is_known(place) || self.trace(*place, block).is_some()).collect();
         for row in 0..count[1] {
             for column in 0..count[0] {
                 let own = row * count[0] + column;
@@ -165,13 +155,13 @@ impl Tracing<'_> {
         let mut apart_px = apart * self.builder.sampler.spacing_px;
         while apart_px > BORDER_PX {
             let middle = [0, 1].map(|axis: usize| 0.5 * (from[axis] + to[axis]));
-            *(if self.trace(middle, true, block).is_some() { &mut from } else { &mut to }) = middle;
+            *(if self.trace(middle, block).is_some() { &mut from } else { &mut to }) = middle;
             apart_px *= 0.5;
         }
     }
 
-    /// Adds the ray at a place, if the piece is seen there; `beside_end` on the way to where it ends.
-    fn trace(&mut self, place: [f32; 2], beside_end: bool, block: &mut Block) -> Option<()> {
+    /// Adds the ray at a place, if the piece is seen there.
+    fn trace(&mut self, place: [f32; 2], block: &mut Block) -> Option<()> {
         let ray = self.builder.sampler.ray_on(&self.builder.group.path, place, &mut self.steps)?;
         let reach = f64::from(self.builder.bounds.diagonal());
         let unlike = |other: &GridRay| difference(&ray, other, reach);
@@ -181,7 +171,6 @@ impl Tracing<'_> {
         }
         block.rays.push((self.builder.group.rays.len() + self.found.added.len()) as u32);
         self.found.added.push(ray);
-        self.found.beside_ends.push(beside_end);
         Some(())
     }
 }

@@ -65,14 +65,6 @@ const THINNEST: f64 = 1e-6;
 /// Coordinates may go beyond those of the leaf's rays by this share of their extent,
 const LEEWAY: f64 = 0.1;
 
-/// by this where the path ends beside them: at silhouettes, where the surface turns away with the root of the distance,
-/// the last ray may be far from the end,
-const LEEWAY_AT_ENDS: f64 = 0.4;
-
-/// by this where it ends at the silhouette of a reflector that is seen in another: polynomials over the first surface do
-/// not turn away as fast,
-const LEEWAY_AT_LATER_ENDS: f64 = 1.0;
-
 /// and by this where the leaf only interpolates: what it sees may be off by about a ray.
 const LEEWAY_OF_LISTS: f64 = 0.35;
 
@@ -81,8 +73,6 @@ const LEEWAY_OF_LISTS: f64 = 0.35;
 pub(super) struct Span {
     /// How far apart they are, in cells.
     pub(super) apart: f32,
-    /// Of how many bounces the path is, if it ends beside them: there the leaf goes on a little.
-    pub(super) ends: Option<usize>,
     /// Whether the leaf only interpolates between them.
     pub(super) interpolates: bool,
 }
@@ -211,13 +201,7 @@ impl Fit {
             let coordinates = self.coordinates(ray.first);
             (low, high) = (low.min(coordinates), high.max(coordinates));
         }
-        let share = match (span.ends, span.interpolates) {
-            (Some(0 | 1), _) => LEEWAY_AT_ENDS,
-            (Some(_), _) => LEEWAY_AT_LATER_ENDS,
-            (None, true) => LEEWAY_OF_LISTS,
-            (None, false) => LEEWAY,
-        };
-        let leeway = (high - low) * share;
+        let leeway = (high - low) * if span.interpolates { LEEWAY_OF_LISTS } else { LEEWAY };
         let single = |vector: DVec3| vector.as_vec3().to_array();
         BundleLeaf {
             center: single(self.center),
