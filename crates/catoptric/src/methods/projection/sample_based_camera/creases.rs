@@ -2,7 +2,7 @@
 
 use super::follow::Steps;
 use super::grid::{BORDER_PX, GridRay, PathRays, Sampler};
-use super::pieces::difference;
+use super::pieces;
 use std::collections::BTreeMap;
 
 /// Squares through which a border runs are quartered until they are this large, in pixels; then it is about straight.
@@ -58,9 +58,8 @@ impl Borders<'_> {
             return *known;
         }
         let found = self.sampler.ray_on(&self.group.path, place, self.steps).map(|ray| {
-            let unlike = |other: &&Known| difference(&ray, &other.0, self.reach);
-            let nearest = others.iter().min_by(|a, b| unlike(a).total_cmp(&unlike(b)));
-            (ray, nearest.map_or(a.1, |(_, piece)| *piece))
+            let piece = pieces::of_most_alike(&ray, others, self.reach);
+            (ray, piece.unwrap_or(a.1))
         });
         self.traced.insert(key, found);
         found

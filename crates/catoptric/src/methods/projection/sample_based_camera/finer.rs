@@ -5,7 +5,7 @@ use super::cameras::Builder;
 use super::fit::{Fit, Shape, Span};
 use super::follow::Steps;
 use super::grid::{BORDER_PX, GridRay};
-use super::pieces::difference;
+use super::pieces;
 
 /// Rays across and down a block when it is looked at more closely: two steps finer than two by two.
 const ACROSS: usize = 5;
@@ -132,8 +132,7 @@ impl Tracing<'_> {
             let near = |other: &[f32; 2]| (0..2).all(|axis| (other[axis] - place[axis]).abs() < SAME_PLACE * apart);
             known.iter().any(near)
         };
-        let seen: Vec<bool> =
-            places.iter().map(|place| is_known(place) || self.trace(*place, block).is_some()).collect();
+        let seen: Vec<bool> = places.iter().map(|place| is_known(place) || self.trace(*place, block)).collect();
         for row in 0..count[1] {
             for column in 0..count[0] {
                 let own = row * count[0] + column;
@@ -155,22 +154,21 @@ impl Tracing<'_> {
         let mut apart_px = apart * self.builder.sampler.spacing_px;
         while apart_px > BORDER_PX {
             let middle = [0, 1].map(|axis: usize| 0.5 * (from[axis] + to[axis]));
-            *(if self.trace(middle, block).is_some() { &mut from } else { &mut to }) = middle;
+            *(if self.trace(middle, block) { &mut from } else { &mut to }) = middle;
             apart_px *= 0.5;
         }
     }
 
-    /// Adds the ray at a place, if the piece is seen there.
-    fn trace(&mut self, place: [f32; 2], block: &mut Block) -> Option<()> {
-        let ray = self.builder.sampler.ray_on(&self.builder.group.path, place, &mut self.steps)?;
-        let reach = f64::from(self.builder.bounds.diagonal());
-        let unlike = |other: &GridRay| difference(&ray, other, reach);
-        let nearest = self.around.iter().min_by(|a, b| unlike(&a.0).total_cmp(&unlike(&b.0)));
-        if nearest.is_some_and(|(_, piece)| *piece != self.piece) {
-            return None;
+    /// Adds the ray at a place, if the piece is seen there; whether it is.
+    fn trace(&mut self, place: [f32; 2], block: &mut Block) -> bool {
+        let builder = self.builder;
+        let Some(ray) = builder.sampler.ray_on(&builder.group.path, place, &mut self.steps) else { return false };
+        let piece = pieces::of_most_alike(&ray, &self.around, builder.bounds.diagonal().into());
+        if piece.is_some_and(|piece| piece != self.piece) {
+            return false;
         }
-        block.rays.push((self.builder.group.rays.len() + self.found.added.len()) as u32);
+        block.rays.push((builder.group.rays.len() + self.found.added.len()) as u32);
         self.found.added.push(ray);
-        Some(())
+        true
     }
 }

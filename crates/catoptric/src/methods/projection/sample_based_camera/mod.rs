@@ -143,7 +143,9 @@ impl RayGrid {
         let with_rays = built.into_iter().zip(&mut self.groups);
         let cameras = with_rays.map(|((mut cameras, added), group)| {
             self.traced += added.traced;
-            cameras.renumber(&group.add(added.rays));
+            if !added.rays.is_empty() {
+                cameras.renumber(&group.add(added.rays));
+            }
             cameras
         });
         cameras.collect()

@@ -13,8 +13,15 @@ const JUMP: f64 = 4.0;
 const NO_JUMP: f64 = 1e-3;
 
 /// How different two rays are: about how far apart they run a little way on.
-pub(super) fn difference(a: &GridRay, b: &GridRay, reach: f64) -> f64 {
+fn difference(a: &GridRay, b: &GridRay, reach: f64) -> f64 {
     0.25 * reach * a.direction.distance(b.direction) + a.tail.distance(b.tail)
+}
+
+/// The piece of the one among other rays, given with their pieces, that a ray resembles most; none if there are none.
+pub(super) fn of_most_alike(ray: &GridRay, others: &[(GridRay, u32)], reach: f64) -> Option<u32> {
+    let unlike = |other: &GridRay| difference(ray, other, reach);
+    let nearest = others.iter().min_by(|a, b| unlike(&a.0).total_cmp(&unlike(&b.0)))?;
+    Some(nearest.1)
 }
 
 /// The piece of each ray and how many there are. `between` are the cells between which rays were looked for.

@@ -7,7 +7,7 @@ pub use projector::{PanoramicProjection, PanoramicProjector};
 
 use super::cameras::{CameraDemand, Cameras, Counts};
 use super::grid::{RayGrid, Sampler};
-use super::settings::CameraKind;
+use super::settings::{CameraKind, SampleBasedCameraSettings};
 use super::{INFO, MARGIN_CELLS};
 use crate::error::RenderError;
 use crate::methods::projection::ray_map::{Specular, ViewField};
@@ -82,14 +82,16 @@ pub struct PanoramaSettings {
 impl Default for PanoramaSettings {
     /// A ray every third of a degree or so, a bounce, a tenth of a pixel: at most 0.4 milliradians.
     fn default() -> Self {
+        let SampleBasedCameraSettings { downsampling, camera, accuracy_px, finest_ray_px, polish, .. } =
+            Default::default();
         Self {
             size_px: 512,
-            downsampling: 2,
+            downsampling,
             order: 1,
-            camera: CameraKind::default(),
-            accuracy_px: 0.1,
-            finest_ray_px: 0.12,
-            polish: 0,
+            camera,
+            accuracy_px,
+            finest_ray_px,
+            polish,
             environment_mapped: Vec::new(),
             first: None,
         }
