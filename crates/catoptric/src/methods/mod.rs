@@ -5,8 +5,8 @@ pub mod projection;
 pub mod reference;
 mod settings;
 
-pub(crate) use settings::within;
 pub use settings::{SettingInfo, Settings};
+pub(crate) use settings::{from_table_with_presets, within};
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -168,12 +168,13 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 5] = [
+    static ALL: [&MethodInfo; 6] = [
         &reference::INFO,
         &lookup::environment_map::INFO,
         &projection::planar_mirror::INFO,
         &projection::path_perturbation::INFO,
         &projection::sample_based_camera::INFO,
+        &projection::explosion_map::INFO,
     ];
     &ALL
 }

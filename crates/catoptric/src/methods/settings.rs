@@ -19,6 +19,23 @@ pub(crate) fn within(name: &str, value: f32, least: f32, most: f32) -> Result<()
     if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{name} = {value} is outside {least} to {most}")) }
 }
 
+/// The settings from a table that may name a preset: what it does not name has the value of `preset`.
+pub(crate) fn from_table_with_presets<S: Settings>(
+    table: &toml::Table,
+    preset: impl Fn(&S) -> S,
+) -> Result<S, RenderError> {
+    let fail = |problem: String| RenderError::Setting { method: S::METHOD, problem };
+    let read = |table: toml::Table| -> Result<S, RenderError> {
+        let read = toml::Value::Table(table).try_into();
+        read.map_err(|error: toml::de::Error| fail(error.to_string().trim().replace('\n', " ")))
+    };
+    let start = preset(&read(table.clone())?);
+    let start = toml::Table::try_from(start).map_err(|error| fail(error.to_string()))?;
+    let settings = read(start.into_iter().chain(table.clone()).collect())?;
+    settings.check().map_err(fail)?;
+    Ok(settings)
+}
+
 /// A method's settings struct: all fields have defaults, unknown fields are refused
 /// (`#[serde(default, deny_unknown_fields)]`).
 pub trait Settings: Default + Serialize + DeserializeOwned {

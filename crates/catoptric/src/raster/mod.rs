@@ -7,6 +7,7 @@
 mod attributes;
 mod bin;
 mod fragment;
+pub(crate) mod id_map;
 mod kernel;
 mod plan;
 mod resolve;

@@ -2,6 +2,7 @@
 
 pub mod drawing;
 pub mod exact_search;
+pub mod explosion_map;
 pub mod finder;
 pub mod path_perturbation;
 pub mod planar_mirror;
@@ -12,6 +13,7 @@ pub mod ray_map;
 pub mod round_trip;
 pub mod sample_based_camera;
 pub mod virtual_mesh;
+mod virtual_objects;
 pub mod virtual_scene;
 pub mod visibility;
 

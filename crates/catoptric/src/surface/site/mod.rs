@@ -15,6 +15,7 @@ use glam::{DVec2, DVec3};
 use mesh::MeshSheet;
 use std::sync::Arc;
 use topology::Topology;
+pub(crate) use topology::{NO_NEIGHBOUR, neighbours as mesh_neighbours, welded as welded_vertices};
 
 /// The triangle of sites that are on none: those of analytic surfaces.
 pub const NO_TRIANGLE: u32 = u32::MAX;
@@ -261,6 +262,11 @@ impl<'a> SpecularSurfaces<'a> {
     #[inline]
     pub fn index_of(&self, object: u32) -> f64 {
         self.entry(object).map_or(1.0, |entry| entry.index)
+    }
+
+    /// Whether the object is the surface of a formula.
+    pub(crate) fn is_formula(&self, object: u32) -> bool {
+        self.entry(object).is_some_and(|entry| matches!(entry.sheet, Sheet::Exact(_)))
     }
 
     /// Whether the object is a body that light passes.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 /// No triangle across an edge: a border, a crease, or more than two triangles at one edge.
-pub(super) const NO_NEIGHBOUR: u32 = u32::MAX;
+pub(crate) const NO_NEIGHBOUR: u32 = u32::MAX;
 
 /// Normals of vertices at one place that differ by no more are one normal: texture seams double vertices.
 const SAME_NORMAL: f64 = 1e-3;
@@ -58,7 +58,7 @@ impl Topology {
 }
 
 /// Numbers vertices such that those at one place with one normal have one number.
-fn welded(scene: &Scene, vertices: Range<u32>) -> (Vec<u32>, usize) {
+pub(crate) fn welded(scene: &Scene, vertices: Range<u32>) -> (Vec<u32>, usize) {
     // The last group of each place; groups of one place are chained.
     let mut last_at: HashMap<[u32; 3], u32> = HashMap::with_capacity(vertices.len());
     let mut normals: Vec<(Vec3, u32)> = Vec::new();
@@ -83,7 +83,8 @@ fn welded(scene: &Scene, vertices: Range<u32>) -> (Vec<u32>, usize) {
     (groups, normals.len())
 }
 
-fn neighbours(triangles: &[[u32; 3]], group_of: impl Fn(u32) -> u32) -> Vec<[u32; 3]> {
+/// For each triangle the one across the edge opposite to each corner, where just one shares it.
+pub(crate) fn neighbours(triangles: &[[u32; 3]], group_of: impl Fn(u32) -> u32) -> Vec<[u32; 3]> {
     let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
     for (number, triangle) in triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(&group_of);

@@ -2,7 +2,7 @@
 
 use super::hybrid::patterns;
 use crate::error::RenderError;
-use crate::methods::{Settings, within};
+use crate::methods::{Settings, from_table_with_presets, within};
 use serde::{Deserialize, Serialize};
 
 /// What a leaf is.
@@ -129,16 +129,6 @@ impl Settings for SampleBasedCameraSettings {
     }
 
     fn from_table(table: &toml::Table) -> Result<Self, RenderError> {
-        let fail = |problem: String| RenderError::Setting { method: Self::METHOD, problem };
-        let read = |table: toml::Table| -> Result<Self, RenderError> {
-            let read = toml::Value::Table(table).try_into();
-            read.map_err(|error: toml::de::Error| fail(error.to_string().trim().replace('\n', " ")))
-        };
-        // What the table does not name has the preset's value.
-        let given = read(table.clone())?;
-        let preset = toml::Table::try_from(Self::preset(given.preset)).map_err(|error| fail(error.to_string()))?;
-        let settings = read(preset.into_iter().chain(table.clone()).collect())?;
-        settings.check().map_err(fail)?;
-        Ok(settings)
+        from_table_with_presets(table, |given: &Self| Self::preset(given.preset))
     }
 }

@@ -1,0 +1,221 @@
+//! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
+
+use crate::scene::Scene;
+use crate::surface::site::{NO_NEIGHBOUR, Site, mesh_neighbours, welded_vertices};
+use glam::{DVec3, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// A corner may lie this far above the plane of its neighbour on a convex mesh, as a share of the edge between.
+const CONVEX_TOLERANCE: f32 = 1e-3;
+
+/// The ball about a reflector is this much larger than it.
+const HOLDING: f32 = 1.01;
+
+/// Edges are halved at most this often.
+const MOST_HALVINGS: u32 = 10;
+
+/// The corners of a triangle, in its own weights.
+const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
+
+/// A reflector or lens.
+#[derive(Clone, Debug)]
+pub(in super::super) struct ReflectorMesh {
+    pub(in super::super) object: u32,
+    pub(in super::super) positions: Vec<Vec3>,
+    /// Unit normals on the outer side.
+    pub(in super::super) normals: Vec<Vec3>,
+    pub(in super::super) triangles: Vec<[u32; 3]>,
+    /// Which part of which triangle of the scene each triangle is.
+    sources: Vec<Source>,
+    /// Across the edge opposite to each corner; [`NO_NEIGHBOUR`] at borders and creases.
+    pub(in super::super) neighbours: Vec<[u32; 3]>,
+    /// Whether it has no border.
+    pub(in super::super) closed: bool,
+    /// Whether it is closed, of one piece, and bulges nowhere inwards: its outer side hides nothing of itself.
+    pub(in super::super) convex: bool,
+    /// Whether it reflects on its inner side alone.
+    pub(in super::super) inside_only: bool,
+    /// The centre of the box around it.
+    pub(in super::super) center: Vec3,
+    /// The greatest distance of a vertex from the centre.
+    pub(in super::super) radius: f32,
+}
+
+/// A part of a triangle of the scene: the weights of that one's second and third vertex at the corners.
+#[derive(Clone, Copy, Debug)]
+struct Source {
+    triangle: u32,
+    corners: [Vec2; 3],
+}
+
+impl Source {
+    /// The part between three places, given by weights within this part.
+    fn part(&self, places: [Vec2; 3]) -> Self {
+        Self { triangle: self.triangle, corners: places.map(|place| self.place(place)) }
+    }
+
+    fn place(&self, weights: Vec2) -> Vec2 {
+        let [a, b, c] = self.corners;
+        a + (b - a) * weights.x + (c - a) * weights.y
+    }
+}
+
+impl ReflectorMesh {
+    /// The mesh of an object of a scene; of analytic surfaces their tessellation. Edges longer than `longest_edge`, a
+    /// share of the reflector's radius, are halved.
+    pub(in super::super) fn new(scene: &Scene, index: u32, longest_edge: f32) -> Self {
+        let object = &scene.objects[index as usize];
+        let (groups, count) = welded_vertices(scene, object.vertices.clone());
+        let (mut positions, mut normals) = (vec![Vec3::ZERO; count], vec![Vec3::ZERO; count]);
+        // Backwards, so that the first vertex of a group counts.
+        for (vertex, &group) in object.vertices.clone().zip(&groups).rev() {
+            positions[group as usize] = scene.positions[vertex as usize];
+            normals[group as usize] = scene.normals[vertex as usize].normalize_or_zero();
+        }
+        let group_of = |vertex: u32| groups[(vertex - object.vertices.start) as usize];
+        let own = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
+        let triangles: Vec<[u32; 3]> = own.iter().map(|triangle| triangle.map(group_of)).collect();
+        let whole = |triangle| Source { triangle, corners: [Vec2::ZERO, Vec2::X, Vec2::Y] };
+        let center = object.bounds.center();
+        let radius = positions.iter().map(|position| position.distance(center)).fold(0.0, f32::max);
+        let mut mesh = Self {
+            object: index,
+            positions,
+            normals,
+            triangles,
+            sources: object.triangles.clone().map(whole).collect(),
+            neighbours: Vec::new(),
+            closed: false,
+            convex: false,
+            inside_only: object.inside,
+            center,
+            radius,
+        };
+        mesh.halve_edges(longest_edge * radius);
+        mesh.neighbours = mesh_neighbours(&mesh.triangles, |vertex| vertex);
+        mesh.closed = mesh.is_closed();
+        mesh.convex = mesh.closed && mesh.bulges_outwards() && mesh.is_of_one_piece();
+        mesh
+    }
+
+    /// Halves edges until none is longer than `longest`. Every edge decides for itself, so no crack opens.
+    fn halve_edges(&mut self, longest: f32) {
+        let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+        for _ in 0..MOST_HALVINGS {
+            let (triangles, sources) = (std::mem::take(&mut self.triangles), std::mem::take(&mut self.sources));
+            let before = triangles.len();
+            for (triangle, source) in triangles.into_iter().zip(sources) {
+                let side = |k: usize| [triangle[(k + 1) % 3], triangle[(k + 2) % 3]];
+                let is_long = |k: usize| {
+                    let [a, b] = side(k).map(|vertex| self.positions[vertex as usize]);
+                    a.distance(b) > longest
+                };
+                let long = [0, 1, 2].map(is_long);
+                let count = long.iter().filter(|long| **long).count();
+                if count == 0 {
+                    self.triangles.push(triangle);
+                    self.sources.push(source);
+                    continue;
+                }
+                // Turned so that long sides come first, seen from the first corner's opposite side on.
+                let first = match count {
+                    1 => (0..3).find(|k| long[*k]).unwrap_or(0),
+                    2 => (0..3).find(|k| !long[(*k + 2) % 3]).unwrap_or(0),
+                    _ => 0,
+                };
+                let [a, b, c] = [0, 1, 2].map(|k| ((first + k) % 3, CORNERS[(first + k) % 3]));
+                let mut middle = |k: usize| {
+                    let [p, q] = side(k);
+                    let vertex = *middles.entry([p.min(q), p.max(q)]).or_insert_with(|| {
+                        let [p, q] = [p.min(q) as usize, p.max(q) as usize];
+                        self.positions.push((self.positions[p] + self.positions[q]) * 0.5);
+                        self.normals.push((self.normals[p] + self.normals[q]).normalize_or_zero());
+                        self.positions.len() as u32 - 1
+                    });
+                    (vertex, (CORNERS[(k + 1) % 3] + CORNERS[(k + 2) % 3]) * 0.5)
+                };
+                let opposite_a = middle(a.0);
+                let [a, b, c] = [a, b, c].map(|(k, place)| (k, (triangle[k], place)));
+                let parts: Vec<[(u32, Vec2); 3]> = match count {
+                    1 => vec![[a.1, b.1, opposite_a], [a.1, opposite_a, c.1]],
+                    2 => {
+                        let opposite_b = middle(b.0);
+                        vec![[c.1, opposite_b, opposite_a], [opposite_b, a.1, b.1], [opposite_b, b.1, opposite_a]]
+                    }
+                    _ => {
+                        let [opposite_b, opposite_c] = [middle(b.0), middle(c.0)];
+                        vec![
+                            [a.1, opposite_c, opposite_b],
+                            [b.1, opposite_a, opposite_c],
+                            [c.1, opposite_b, opposite_a],
+                            [opposite_a, opposite_b, opposite_c],
+                        ]
+                    }
+                };
+                for part in parts {
+                    self.triangles.push(part.map(|corner| corner.0));
+                    self.sources.push(source.part(part.map(|corner| corner.1)));
+                }
+            }
+            if self.triangles.len() == before {
+                break;
+            }
+        }
+    }
+
+    /// The site of the scene's mesh at a place of a triangle; weights outside it are held at its border.
+    pub(super) fn site(&self, triangle: u32, weights: Vec2) -> Site {
+        let shares = [1.0 - weights.x - weights.y, weights.x, weights.y].map(|share| share.max(0.0));
+        let sum: f32 = shares.iter().sum();
+        let [first, second, third] = shares.map(|share| f64::from(share / sum));
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize].as_dvec3());
+        let position: DVec3 = a * first + b * second + c * third;
+        let source = &self.sources[triangle as usize];
+        let place = source.place(Vec2::new(second as f32, third as f32));
+        Site { position, triangle: source.triangle, barycentrics: place.to_array().map(f64::from) }
+    }
+
+    /// Whether a point lies in the ball about the reflector.
+    pub(super) fn may_hold(&self, point: Vec3) -> bool {
+        point.distance(self.center) <= HOLDING * self.radius
+    }
+
+    /// The triangles that have an area.
+    fn proper(&self) -> impl Iterator<Item = (usize, [u32; 3])> {
+        let distinct = |[a, b, c]: [u32; 3]| a != b && b != c && c != a;
+        self.triangles.iter().copied().enumerate().filter(move |(_, triangle)| distinct(*triangle))
+    }
+
+    fn is_closed(&self) -> bool {
+        self.proper().next().is_some()
+            && self.proper().all(|(index, _)| !self.neighbours[index].contains(&NO_NEIGHBOUR))
+    }
+
+    fn bulges_outwards(&self) -> bool {
+        self.proper().all(|(index, triangle)| {
+            let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
+            let outer: Vec3 = triangle.iter().map(|vertex| self.normals[*vertex as usize]).sum();
+            let face = (b - a).cross(c - a).normalize_or_zero();
+            let face = if face.dot(outer) < 0.0 { -face } else { face };
+            self.neighbours[index].iter().all(|&neighbour| {
+                let other = self.triangles[neighbour as usize].map(|vertex| self.positions[vertex as usize]);
+                other.iter().all(|corner| (*corner - a).dot(face) <= CONVEX_TOLERANCE * corner.distance(a))
+            })
+        })
+    }
+
+    fn is_of_one_piece(&self) -> bool {
+        let Some((first, _)) = self.proper().next() else { return false };
+        let mut reached = vec![false; self.triangles.len()];
+        let mut waiting = vec![first];
+        reached[first] = true;
+        while let Some(triangle) = waiting.pop() {
+            for &neighbour in &self.neighbours[triangle] {
+                if neighbour != NO_NEIGHBOUR && !std::mem::replace(&mut reached[neighbour as usize], true) {
+                    waiting.push(neighbour as usize);
+                }
+            }
+        }
+        self.proper().all(|(index, _)| reached[index])
+    }
+}

@@ -1,0 +1,406 @@
+//! Rays that leave the vertices of a reflector, and where a scene point appears in the plane through a point of it.
+
+use super::mesh::ReflectorMesh;
+use crate::optics::bundle::BounceKind;
+use glam::{Mat3, Vec2, Vec3};
+
+/// What rays do at one bounce, vertex by vertex.
+#[derive(Clone, Debug)]
+pub(in super::super) struct VertexRays {
+    pub(in super::super) kind: BounceKind,
+    /// The side that is met: 1 is the outer one, -1 the inner one.
+    pub(in super::super) side: f32,
+    /// The index of refraction before the bounce over that after it; 1 for reflections.
+    pub(in super::super) eta: f32,
+    /// Whether rays go on within the lens object.
+    pub(in super::super) inside_after: bool,
+    /// Where rays come from: the eye or the bounce before; not finite where none arrives.
+    pub(in super::super) origins: Vec<Vec3>,
+    /// Their unit directions as they arrive.
+    pub(in super::super) incoming: Vec<Vec3>,
+    /// Cosines of the angles of incidence; below 0 where the vertex faces away, not a number where no ray arrives.
+    pub(in super::super) cosines: Vec<f32>,
+    /// Unit directions as they leave; where the vertex faces away, those of the formula. Not finite where there are
+    /// none (total reflection).
+    pub(in super::super) outgoing: Vec<Vec3>,
+}
+
+impl VertexRays {
+    /// The rays after a bounce; `arriving` gives each vertex where its ray comes from and its unit direction.
+    pub(super) fn new(
+        mesh: &ReflectorMesh,
+        kind: BounceKind,
+        side: f32,
+        eta: f32,
+        inside_after: bool,
+        arriving: Vec<Option<[Vec3; 2]>>,
+    ) -> Self {
+        let count = mesh.positions.len();
+        let mut rays = Self {
+            kind,
+            side,
+            eta,
+            inside_after,
+            origins: Vec::with_capacity(count),
+            incoming: Vec::with_capacity(count),
+            cosines: Vec::with_capacity(count),
+            outgoing: Vec::with_capacity(count),
+        };
+        for (arriving, normal) in arriving.into_iter().zip(&mesh.normals) {
+            let [origin, incoming] = arriving.unwrap_or([Vec3::NAN; 2]);
+            let normal = *normal * side;
+            rays.origins.push(origin);
+            rays.incoming.push(incoming);
+            rays.cosines.push(-incoming.dot(normal));
+            rays.outgoing.push(rays.scattered(incoming, normal));
+        }
+        rays
+    }
+
+    /// The direction after the bounce, about the normal on the side that is met (both of unit length); it goes on
+    /// smoothly to where the surface faces away.
+    #[inline]
+    pub(in super::super) fn scattered(&self, incoming: Vec3, normal: Vec3) -> Vec3 {
+        let cosine = -incoming.dot(normal);
+        match self.kind {
+            BounceKind::Reflect => incoming + normal * (2.0 * cosine),
+            BounceKind::Transmit => {
+                let sin2 = self.eta * self.eta * (1.0 - cosine * cosine).max(0.0);
+                if sin2 >= 1.0 {
+                    return Vec3::NAN;
+                }
+                incoming * self.eta + normal * (self.eta * cosine - (1.0 - sin2).sqrt())
+            }
+        }
+    }
+
+    /// Whether a triangle has rays at all corners and shows the side that is met at one of them at least.
+    pub(in super::super) fn shows(&self, triangle: [u32; 3]) -> bool {
+        let mut shows = false;
+        for vertex in triangle {
+            if !self.outgoing[vertex as usize].is_finite() {
+                return false;
+            }
+            shows |= self.cosines[vertex as usize] > 0.0;
+        }
+        shows
+    }
+
+    /// How many focal points a ray of a triangle has passed at a distance from it.
+    pub(in super::super) fn focal_index(&self, mesh: &ReflectorMesh, triangle: u32, distance: f32) -> u32 {
+        let corners = mesh.triangles[triangle as usize];
+        let [p0, p1, p2] = corners.map(|vertex| mesh.positions[vertex as usize]);
+        let [d0, d1, d2] = corners.map(|vertex| self.outgoing[vertex as usize]);
+        let ([e1, e2], [f1, f2]) = ([p1 - p0, p2 - p0], [d1 - d0, d2 - d0]);
+        let middle = d0 + d1 + d2;
+        // The area that the three rays span at distance t is c0 + c1 t + c2 t^2.
+        let area = |a: Vec3, b: Vec3| a.cross(b).dot(middle);
+        let (c0, c1, c2) = (area(e1, e2), area(f1, e2) + area(e1, f2), area(f1, f2));
+        roots_below(c0, c1, c2, distance)
+    }
+}
+
+/// How many roots of `c0 + c1 t + c2 t^2` lie between 0 and a distance.
+fn roots_below(c0: f32, c1: f32, c2: f32, distance: f32) -> u32 {
+    let end = c0 + distance * (c1 + distance * c2);
+    if c0 * end < 0.0 {
+        return 1;
+    }
+    let discriminant = c1 * c1 - 4.0 * c0 * c2;
+    let turning = -c1 / (2.0 * c2);
+    // The parabola dips to the other side and back on the way.
+    if discriminant > 0.0 && turning > 0.0 && turning < distance { 2 } else { 0 }
+}
+
+/// Newton's method for a crossing of a plane of glass.
+const MOST_CROSSING_STEPS: u32 = 30;
+
+/// A correction goes no further than this share of the reflector's radius.
+const LONGEST_STEP: f32 = 0.5;
+
+/// A place of a reflector where a scene point appears, about.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Foot {
+    pub(in super::super) position: Vec3,
+    /// The unit normal on the side that is met.
+    pub(in super::super) normal: Vec3,
+    /// Changes of position and normal with the scene point.
+    pub(in super::super) position_change: Mat3,
+    pub(in super::super) normal_change: Mat3,
+    /// Where the ray comes from that is met here.
+    pub(in super::super) origin: Vec3,
+    /// The triangle of the reflector's mesh and the weights of its second and third corner.
+    pub(in super::super) triangle: u32,
+    pub(in super::super) weights: Vec2,
+    /// Whether it lies beyond where the reflector ends as it is seen.
+    pub(in super::super) beyond: bool,
+}
+
+impl Foot {
+    /// Where a point appears by this bounce (Ofek, Rappoport 1998: its mirror image in the tangent plane; through glass
+    /// its image along the ray that reaches it by the tangent plane), and how that moves with the point. None where a
+    /// refracted ray cannot get to it.
+    pub(super) fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
+        match rays.kind {
+            BounceKind::Reflect => Some(self.mirrored(point)),
+            BounceKind::Transmit => self.refracted(rays.eta, point),
+        }
+    }
+
+    /// The place whose ray leads to the point, from here, by one step of Newton's method in the reflector's triangle of
+    /// rays, and how that moves with the point; a place of the silhouette where the surface turns away. None where the
+    /// step leads nowhere.
+    pub(super) fn corrected(&self, mesh: &ReflectorMesh, rays: &VertexRays, point: Vec3) -> Option<Self> {
+        let corners = mesh.triangles[self.triangle as usize];
+        let (edges, turns) = (steps(&mesh.positions, corners), steps(&rays.outgoing, corners));
+        let bends = steps(&mesh.normals, corners).map(|bend| bend * rays.side);
+        let direction = rays.scattered((self.position - self.origin).normalize_or_zero(), self.normal);
+        let from = point - self.position;
+        let distance = from.dot(direction);
+        let [right, down] = [0, 1].map(|k: usize| edges[k] + turns[k] * distance);
+        let inverse = Mat3::from_cols(right, down, direction).inverse();
+        let step = (inverse * (from - direction * distance)).truncate();
+        let moved = edges[0] * step.x + edges[1] * step.y;
+        // Further away another triangle would know; what is not a number is caught here, too.
+        let near = moved.length_squared() <= (LONGEST_STEP * mesh.radius).powi(2);
+        if !near || distance <= 0.0 {
+            return None;
+        }
+        let rows = inverse.transpose();
+        let moved = Self {
+            position: self.position + moved,
+            normal: (self.normal + bends[0] * step.x + bends[1] * step.y).normalize_or_zero(),
+            weights: self.weights + step,
+            beyond: false,
+            ..*self
+        };
+        Some(moved.held_at_horizon(mesh, rays, [rows.x_axis, rows.y_axis]))
+    }
+
+    /// It with its changes, from those of its weights; where the surface turns away, the place of the silhouette next to
+    /// it.
+    pub(in super::super) fn held_at_horizon(self, mesh: &ReflectorMesh, rays: &VertexRays, change: [Vec3; 2]) -> Self {
+        let corners = mesh.triangles[self.triangle as usize];
+        let (edges, bends) =
+            (steps(&mesh.positions, corners), steps(&mesh.normals, corners).map(|bend| bend * rays.side));
+        let cosine = self.normal.dot((self.origin - self.position).normalize_or_zero());
+        let [c0, c1, c2] = corners.map(|vertex| rays.cosines[vertex as usize]);
+        let slope = Vec2::new(c1 - c0, c2 - c0);
+        let back = slope * (-cosine / slope.length_squared());
+        let hidden = cosine < 0.0 && back.is_finite();
+        let mut held = self;
+        let mut change = change;
+        if hidden {
+            held.position += edges[0] * back.x + edges[1] * back.y;
+            held.normal = (held.normal + bends[0] * back.x + bends[1] * back.y).normalize_or_zero();
+            held.weights += back;
+            held.beyond = true;
+            // Along the silhouette alone.
+            let along = Vec2::new(-slope.y, slope.x).normalize_or_zero();
+            let moves = change[0] * along.x + change[1] * along.y;
+            change = [moves * along.x, moves * along.y];
+        }
+        let normal_change = outer(bends[0], change[0]) + outer(bends[1], change[1]);
+        held.position_change = outer(edges[0], change[0]) + outer(edges[1], change[1]);
+        held.normal_change = normal_change - outer(held.normal, normal_change.transpose() * held.normal);
+        held
+    }
+
+    /// Where a point that the reflector turns away from is seen beside it: as far out as its mirror image in the tangent
+    /// plane at the silhouette, and at the silhouette itself where it is above that plane.
+    pub(super) fn beside(&self, point: Vec3) -> (Vec3, Mat3) {
+        let from = point - self.position;
+        let depth = -self.normal.dot(from);
+        if depth <= 0.0 {
+            return (self.position, self.position_change);
+        }
+        let before = self.position.distance(self.origin);
+        let share = before / (before + from.length());
+        // d depth = slope . d point
+        let slope =
+            self.position_change.transpose() * self.normal - self.normal - self.normal_change.transpose() * from;
+        let change = self.position_change + (outer(self.normal, slope) + self.normal_change * depth) * share;
+        (self.position + self.normal * (depth * share), change)
+    }
+
+    fn mirrored(&self, point: Vec3) -> (Vec3, Mat3) {
+        let normal = self.normal;
+        let from = point - self.position;
+        let height = normal.dot(from);
+        // d height = slope . d point
+        let slope = normal - self.position_change.transpose() * normal + self.normal_change.transpose() * from;
+        let change = Mat3::IDENTITY - outer(normal * 2.0, slope) - self.normal_change * (2.0 * height);
+        (point - normal * (2.0 * height), change)
+    }
+
+    fn refracted(&self, eta: f32, point: Vec3) -> Option<(Vec3, Mat3)> {
+        let image = |point: Vec3, position: Vec3, normal: Vec3| seen_through(self.origin, point, position, normal, eta);
+        let seen = image(point, self.position, self.normal)?;
+        // Differences: small against both distances, large against rounding.
+        let step = 2e-3 * point.distance(self.position).min(self.origin.distance(self.position));
+        let mut change = Mat3::ZERO;
+        for axis in 0..3 {
+            let by = Vec3::AXES[axis] * step;
+            let normal = (self.normal + self.normal_change * by).normalize_or_zero();
+            let moved = image(point + by, self.position + self.position_change * by, normal)?;
+            *change.col_mut(axis) = (moved - seen) / step;
+        }
+        Some((seen, change))
+    }
+}
+
+/// The steps from a triangle's first corner to the others.
+fn steps(values: &[Vec3], corners: [u32; 3]) -> [Vec3; 2] {
+    let [a, b, c] = corners.map(|vertex| values[vertex as usize]);
+    [b - a, c - a]
+}
+
+/// The weights of the second and third corner of the point of a triangle's plane nearest to a place; of its middle where
+/// it has no area.
+pub(in super::super) fn weights_of([a, b, c]: [Vec3; 3], place: Vec3) -> Vec2 {
+    let (e1, e2, from) = (b - a, c - a, place - a);
+    let (g11, g12, g22) = (e1.length_squared(), e1.dot(e2), e2.length_squared());
+    let inverse = 1.0 / (g11 * g22 - g12 * g12);
+    let (r1, r2) = (e1.dot(from), e2.dot(from));
+    let weights = Vec2::new(g22 * r1 - g12 * r2, g11 * r2 - g12 * r1) * inverse;
+    if weights.is_finite() { weights } else { Vec2::splat(1.0 / 3.0) }
+}
+
+/// The matrix `a b^T`.
+#[inline]
+pub(in super::super) fn outer(a: Vec3, b: Vec3) -> Mat3 {
+    Mat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Where a point behind a plane of glass appears, seen from `origin`: in the direction of the ray that gets there by
+/// Snell's law, as far away as the ray is long. None where it is not behind the plane.
+fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
+    let (above, below) = (normal.dot(origin - position), normal.dot(position - point));
+    // Also what is not a number.
+    if !(above > 0.0 && below > 0.0) {
+        return None;
+    }
+    let aside = (point - origin) + normal * (above + below);
+    // Differences are taken of this: in double precision.
+    let [above, below, width, eta] = [above, below, aside.length(), eta].map(f64::from);
+    // The sines' difference grows with the place of the crossing: one root between both feet.
+    let (mut low, mut high) = (0.0, width);
+    let mut at = width * above / (above + below);
+    for _ in 0..MOST_CROSSING_STEPS {
+        let rest = width - at;
+        let (before, after) = (at.hypot(above), rest.hypot(below));
+        let excess = eta * at / before - rest / after;
+        if excess > 0.0 {
+            high = at
+        } else {
+            low = at
+        }
+        let slope = eta * above * above / (before * before * before) + below * below / (after * after * after);
+        let next = at - excess / slope;
+        let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+        let step = (next - at).abs();
+        at = next;
+        if step <= 1e-10 * width {
+            break;
+        }
+    }
+    let crossing = aside.as_dvec3().normalize_or_zero() * at - normal.as_dvec3() * above;
+    let (before, after) = (at.hypot(above), (width - at).hypot(below));
+    let seen = (origin.as_dvec3() + crossing * (1.0 + after / before)).as_vec3();
+    seen.is_finite().then_some(seen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    fn vector(random: &mut Stream) -> Vec3 {
+        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
+    }
+
+    #[test]
+    fn points_behind_a_plane_of_glass_appear_where_snells_law_says() {
+        let mut random = Stream::new(31);
+        let mut tested = 0;
+        for _ in 0..2000 {
+            let eta = random.next_between(0.5, 2.0);
+            let (normal, position) = (vector(&mut random).normalize(), vector(&mut random));
+            let incoming = (vector(&mut random) - normal).normalize();
+            let (before, after) = (random.next_between(0.5, 3.0), random.next_between(0.5, 3.0));
+            let Some(outgoing) = crate::optics::refract(incoming, normal, eta) else { continue };
+            if -incoming.dot(normal) < 0.1 || -outgoing.dot(normal) < 0.1 {
+                continue;
+            }
+            // The plane is given by another of its points.
+            let other = position + normal.cross(vector(&mut random));
+            let seen = seen_through(position - incoming * before, position + outgoing * after, other, normal, eta);
+            let expected = position + incoming * after;
+            assert!(seen.unwrap().distance(expected) < 2e-4, "{seen:?}, not {expected}");
+            tested += 1;
+        }
+        assert!(tested > 1000);
+    }
+
+    #[test]
+    fn changes_of_virtual_points_are_those_of_differences() {
+        let mut random = Stream::new(32);
+        let mut tested = 0;
+        for case in 0..400 {
+            let kind = if case % 2 == 0 { BounceKind::Reflect } else { BounceKind::Transmit };
+            let eta = if case % 2 == 0 { 1.0 } else { random.next_between(0.6, 1.6) };
+            let normal = vector(&mut random).normalize();
+            let matrix = |random: &mut Stream| Mat3::from_cols(vector(random), vector(random), vector(random)) * 0.3;
+            let (position_change, bend) = (matrix(&mut random), matrix(&mut random));
+            let foot = Foot {
+                position: vector(&mut random),
+                normal,
+                position_change,
+                // Of a unit normal: across it.
+                normal_change: bend - outer(normal, bend.transpose() * normal),
+                origin: normal * 3.0 + vector(&mut random),
+                triangle: 0,
+                weights: Vec2::ZERO,
+                beyond: false,
+            };
+            let point = foot.position + if eta == 1.0 { normal } else { -normal } * 2.0 + vector(&mut random);
+            let rays = VertexRays {
+                kind,
+                side: 1.0,
+                eta,
+                inside_after: false,
+                origins: Vec::new(),
+                incoming: Vec::new(),
+                cosines: Vec::new(),
+                outgoing: Vec::new(),
+            };
+            let Some((_, change)) = foot.virtual_point(&rays, point) else { continue };
+            let step = 5e-3;
+            for axis in 0..3 {
+                let at = |sign: f32| {
+                    let by = Vec3::AXES[axis] * (step * sign);
+                    let moved = Foot {
+                        position: foot.position + foot.position_change * by,
+                        normal: (foot.normal + foot.normal_change * by).normalize(),
+                        ..foot
+                    };
+                    moved.virtual_point(&rays, point + by).unwrap().0
+                };
+                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
+                let error = difference.distance(change.col(axis));
+                assert!(error < 0.02 * (1.0 + difference.length()), "{kind:?}: {difference}, not {}", change.col(axis));
+            }
+            tested += 1;
+        }
+        assert!(tested > 300);
+    }
+
+    #[test]
+    fn focal_points_are_counted_on_the_way() {
+        // (t - 1)(t - 3), and one root, and none.
+        assert_eq!([0.5, 2.0, 4.0].map(|distance| roots_below(3.0, -4.0, 1.0, distance)), [0, 1, 2]);
+        assert_eq!([0.5, 2.0].map(|distance| roots_below(1.0, -1.0, 0.0, distance)), [0, 1]);
+        assert_eq!([0.5, 9.0].map(|distance| roots_below(1.0, 1.0, 1.0, distance)), [0, 0]);
+        assert_eq!(roots_below(f32::NAN, 1.0, 1.0, 1.0), 0);
+    }
+}
