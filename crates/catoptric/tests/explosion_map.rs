@@ -6,7 +6,7 @@ use catoptric::methods::{Job, Quality};
 use catoptric::metrics::PictureError;
 use catoptric::progress::Silent;
 use catoptric::scene::{Material, Scene};
-use catoptric_testkit::drawing::{measured, prepared, scene, survives};
+use catoptric_testkit::drawing::{measured, prepared, scene, survives, survives_with};
 use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
 use glam::{Quat, Vec3};
 
@@ -153,7 +153,8 @@ fn eyes_within_reflectors_and_on_them_are_survived() {
         (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
         (center + Vec3::Z * 0.700_01, center),
     ];
-    survives("explosion_map", &scene, &eyes, 2);
+    // The last eye is so near that it sees a part of one triangle: finer pieces would only take longer.
+    survives_with("explosion_map", "edge_error_px = 4.0\npiece_px = 8.0", &scene, &eyes, 2);
 }
 
 #[test]

@@ -50,8 +50,13 @@ pub fn measured(id: &str, scene: &Scene, settings: &str, order: u32, every: u32)
 
 /// The pictures from several eyes are finite; nothing panics.
 pub fn survives(id: &str, scene: &Scene, eyes: &[(Vec3, Vec3)], order: u32) {
+    survives_with(id, "", scene, eyes, order);
+}
+
+/// The same with settings.
+pub fn survives_with(id: &str, settings: &str, scene: &Scene, eyes: &[(Vec3, Vec3)], order: u32) {
     let quality = Quality { samples: 1, order };
-    let mut method = prepared(id, "", scene, quality);
+    let mut method = prepared(id, settings, scene, quality);
     for (eye, target) in eyes {
         let camera = Camera::look_at("", *eye, *target, Vec3::Y, 50.0);
         let view = scene.view(&camera, 24, 18);

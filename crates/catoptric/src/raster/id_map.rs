@@ -77,12 +77,36 @@ pub(crate) fn covered(corners: [Vec2; 3], width: u32, height: u32, mut emit: imp
         return;
     }
     let edges = [(a, b - a), (b, c - b), (c, a - c)];
+    let holds = |x: u32, y: u32| {
+        let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        edges.iter().all(|(from, edge)| edge.perp_dot(centre - *from) >= 0.0)
+    };
+    let left = first(low.x);
     for y in first(low.y)..=bottom as u32 {
-        for x in first(low.x)..=right as u32 {
-            let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            if edges.iter().all(|(from, edge)| edge.perp_dot(centre - *from) >= 0.0) {
-                emit(x, y);
+        // About where the row enters and leaves; the test itself says exactly.
+        let (mut enter, mut leave) = (left as f32, right);
+        let row = y as f32 + 0.5;
+        for (from, edge) in edges {
+            let crossing = from.x + edge.x * (row - from.y) / edge.y - 0.5;
+            if edge.y < 0.0 {
+                enter = enter.max(crossing - 1.0);
+            } else if edge.y > 0.0 {
+                leave = leave.min(crossing + 1.0);
             }
+        }
+        let (mut enter, leave) = (enter.ceil() as u32, leave.floor());
+        if leave < enter as f32 {
+            continue;
+        }
+        let mut leave = leave as u32;
+        while enter <= leave && !holds(enter, y) {
+            enter += 1;
+        }
+        while leave > enter && !holds(leave, y) {
+            leave -= 1;
+        }
+        for x in enter..=leave {
+            emit(x, y);
         }
     }
 }

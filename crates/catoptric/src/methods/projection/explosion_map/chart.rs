@@ -146,6 +146,12 @@ impl Chart {
         self.ids.at(texel).iter().map(|id| &self.records[*id as usize])
     }
 
+    /// The first cell at a place.
+    #[inline]
+    pub(super) fn first(&self, uv: Vec2) -> Option<&Record> {
+        self.at(uv).next()
+    }
+
     pub(super) fn byte_count(&self) -> u64 {
         self.ids.byte_count() + size_of_val(self.records.as_slice()) as u64
     }

@@ -156,6 +156,25 @@ impl ExplosionMap {
         }
     }
 
+    /// Where the mirror image of a point is, from the first cell of each sphere; not finite where there is none. For
+    /// reflectors that show a point once.
+    #[inline]
+    pub(super) fn mirror_image(&self, point: Vec3) -> Vec3 {
+        let (place, _, distance) = self.place(point);
+        let index = self.beyond(distance);
+        let (near, far) = (&self.spheres[index - 1], &self.spheres[index]);
+        let (one, other) = (near.charts[place.chart].first(place.uv), far.charts[place.chart].first(place.uv));
+        let (Some(one), Some(other)) = (one.or(other), other.or(one)) else { return Vec3::NAN };
+        let here = self.curvature(near, one, place.uv);
+        let share = (here - 1.0 / distance) / (here - self.curvature(far, other, place.uv));
+        // Also what is not a number.
+        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+        let mix = |one: Vec3, other: Vec3| one + (other - one) * share;
+        let position = mix(at(one.position, one.uv, place.uv), at(other.position, other.uv, place.uv));
+        let normal = mix(at(one.normal, one.uv, place.uv), at(other.normal, other.uv, place.uv));
+        point - normal * (2.0 * normal.dot(point - position) / normal.length_squared())
+    }
+
     /// The foot of a blend, with its changes.
     fn foot(
         &self,
@@ -251,14 +270,16 @@ pub(super) fn interpolated(values: &[Vec3], triangle: [u32; 3], weights: Vec2) -
 
 impl Sphere {
     fn new(radius: Option<f32>, center: Vec3, axes: &Axes, cells: &[Cell], size: u32) -> Self {
-        let hits = |cell: &Cell| cell.corners.map(|corner| hit(&corner, center, radius, axes));
-        let hits: Vec<[Vec3; 3]> = cells.iter().map(hits).collect();
+        let hits: Vec<[Vec3; 3]> =
+            cells.iter().map(|cell| cell.corners.map(|corner| hit(&corner, center, radius, axes))).collect();
         let chart = |chart: usize| {
             let drawn = |(cell, hits): (&Cell, &[Vec3; 3])| {
                 let places = axes.triangle(*hits, chart)?;
                 Some((places, cell.corners.map(|corner| corner.corner), cell.triangle, cell.beyond))
             };
-            Chart::new(size, &cells.iter().zip(&hits).filter_map(drawn).collect::<Vec<_>>())
+            let mut drawn_cells = Vec::with_capacity(if chart == 0 { cells.len() } else { 0 });
+            drawn_cells.extend(cells.iter().zip(&hits).filter_map(drawn));
+            Chart::new(size, &drawn_cells)
         };
         Self { radius, charts: [chart(0), chart(1)] }
     }

@@ -9,8 +9,10 @@ mod map;
 mod samples;
 mod settings;
 mod subdivision;
+mod vertices;
 
 pub use settings::{ExplosionMapSettings, Preset, Variant, VirtualVertex};
+pub use vertices::ReflectorMap;
 
 use super::virtual_objects::{Levels, Options, Recursion, Reflector, ReflectorMesh, VirtualObjects};
 use crate::clock::Stopwatch;

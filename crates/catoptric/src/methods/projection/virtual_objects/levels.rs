@@ -159,7 +159,7 @@ impl<L: Locator> Levels<L> {
         let kinds: &[BounceKind] =
             if lens { &[BounceKind::Reflect, BounceKind::Transmit] } else { &[BounceKind::Reflect] };
         let arrivals = match parent {
-            None => vec![(None, false, self.eye_rays(mesh))],
+            None => vec![(None, false, eye_rays(mesh, &self.view))],
             Some(parent) => self.level_rays(meshes, parent, index, mesh),
         };
         for &kind in kinds {
@@ -205,22 +205,6 @@ impl<L: Locator> Levels<L> {
             self.paths.push(path);
             self.levels.push(Level { parent, bounce, mesh: index, families });
         }
-    }
-
-    fn eye_rays(&self, mesh: &ReflectorMesh) -> Vec<Option<[Vec3; 2]>> {
-        let arriving = |position: &Vec3| match self.view.projection {
-            Projection::Perspective { .. } => {
-                let eye = self.view.eye();
-                Some([eye, (*position - eye).try_normalize()?])
-            }
-            Projection::Orthographic { .. } => {
-                let direction = self.view.ray(0.0, 0.0).direction;
-                // In the eye's plane.
-                let depth = (*position - self.view.eye()).dot(direction);
-                Some([*position - direction * depth, direction])
-            }
-        };
-        mesh.positions.iter().map(arriving).collect()
     }
 
     /// The rays that arrive at a reflector's vertices after a level, by family and focal index.
@@ -368,6 +352,35 @@ impl<L: Locator> Levels<L> {
     pub(in super::super) fn byte_count(&self) -> u64 {
         let families = self.levels.iter().flat_map(|level| &level.families);
         families.map(|family| family.locator.byte_count() + 40 * family.rays.origins.len() as u64).sum()
+    }
+}
+
+/// The rays that arrive at a reflector's vertices from the eye: where each comes from, and its unit direction.
+fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Option<[Vec3; 2]>> {
+    let eye = view.eye();
+    let parallel = match view.projection {
+        Projection::Perspective { .. } => None,
+        Projection::Orthographic { .. } => Some(view.ray(0.0, 0.0).direction),
+    };
+    let arriving = |position: &Vec3| match parallel {
+        None => Some([eye, (*position - eye).try_normalize()?]),
+        // From the eye's plane.
+        Some(direction) => Some([*position - direction * (*position - eye).dot(direction), direction]),
+    };
+    mesh.positions.iter().map(arriving).collect()
+}
+
+impl VertexRays {
+    /// The reflections of view rays on the outer side of a reflector.
+    pub(in super::super) fn of_view(mesh: &ReflectorMesh, view: &View) -> Self {
+        Self::new(
+            mesh,
+            BounceKind::Reflect,
+            if mesh.inside_only { -1.0 } else { 1.0 },
+            1.0,
+            false,
+            eye_rays(mesh, view),
+        )
     }
 }
 

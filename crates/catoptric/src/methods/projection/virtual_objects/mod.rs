@@ -14,4 +14,4 @@ mod rays;
 pub(super) use levels::{Levels, Locator, Recursion, Reflector};
 pub(super) use mesh::ReflectorMesh;
 pub(super) use projector::{Options, VirtualObjects};
-pub(super) use rays::{Foot, outer, weights_of};
+pub(super) use rays::{Foot, VertexRays, outer, weights_of};
