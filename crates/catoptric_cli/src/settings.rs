@@ -33,16 +33,9 @@ pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, F
 
 /// All settings of a method with the values in force, as JSON.
 pub(crate) fn in_force(info: &MethodInfo, settings: &Table) -> serde_json::Map<String, serde_json::Value> {
-    let mut all = serde_json::Map::new();
-    for setting in (info.settings)() {
-        let value = match (settings.get(&setting.name), setting.default.as_str()) {
-            (Some(value), _) => json(value),
-            (None, "none") => serde_json::Value::Null,
-            (None, default) => json(&self::value(default)),
-        };
-        all.insert(setting.name, value);
-    }
-    all
+    let values = (info.in_force)(settings).unwrap_or_else(|_| settings.clone());
+    let value = |name: &str| values.get(name).map_or(serde_json::Value::Null, json);
+    (info.settings)().into_iter().map(|setting| (setting.name.clone(), value(&setting.name))).collect()
 }
 
 fn json(value: &Value) -> serde_json::Value {
@@ -61,6 +54,15 @@ pub(crate) fn unknown_methods(model: &Model) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn presets_show_in_the_settings_in_force() {
+        let info = methods::find("sample_based_camera").unwrap();
+        let given: Table = toml::from_str("preset = 'faithful'\ndownsampling = 3").unwrap();
+        let all = in_force(info, &given);
+        assert_eq!((all["camera"].as_str(), all["downsampling"].as_u64()), (Some("pinhole"), Some(3)));
+        assert_eq!(all.len(), (info.settings)().len());
+    }
 
     #[test]
     fn values_are_toml_or_text() {

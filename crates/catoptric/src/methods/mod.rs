@@ -61,6 +61,8 @@ pub struct MethodInfo {
     pub bake: bool,
     /// Its settings with their defaults.
     pub settings: fn() -> Vec<SettingInfo>,
+    /// All settings with the values that a table of some of them leads to, presets included.
+    pub in_force: fn(&toml::Table) -> Result<toml::Table, RenderError>,
     /// Makes the method from a table of settings; unknown names and values that are not allowed are errors.
     pub create: fn(&toml::Table) -> Result<Box<dyn ReflectionMethod>, RenderError>,
 }

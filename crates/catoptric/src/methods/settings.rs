@@ -59,6 +59,12 @@ pub trait Settings: Default + Serialize + DeserializeOwned {
         Ok(settings)
     }
 
+    /// All settings with the values that a table of some of them leads to; those without a value are left out.
+    fn in_force(table: &toml::Table) -> Result<toml::Table, RenderError> {
+        let fail = |error: toml::ser::Error| RenderError::Setting { method: Self::METHOD, problem: error.to_string() };
+        toml::Table::try_from(Self::from_table(table)?).map_err(fail)
+    }
+
     /// All settings with their defaults and explanations.
     fn describe() -> Vec<SettingInfo> {
         let defaults = toml::Table::try_from(Self::default()).unwrap_or_default();

@@ -34,6 +34,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: ReferenceSettings::describe,
+    in_force: ReferenceSettings::in_force,
     create: |table| Ok(Box::new(Reference { settings: ReferenceSettings::from_table(table)?, tracer: None })),
 };
 

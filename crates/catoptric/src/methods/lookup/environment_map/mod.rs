@@ -32,6 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: EnvironmentMapSettings::describe,
+    in_force: EnvironmentMapSettings::in_force,
     create: |table| {
         let settings = EnvironmentMapSettings::from_table(table)?;
         Ok(Box::new(EnvironmentMap { settings, maps: ReflectorMaps::default() }))

@@ -40,6 +40,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: ExplosionMapSettings::describe,
+    in_force: ExplosionMapSettings::in_force,
     create: |table| Ok(Box::new(ExplosionMapMethod::new(ExplosionMapSettings::from_table(table)?))),
 };
 

@@ -34,6 +34,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: PathPerturbationSettings::describe,
+    in_force: PathPerturbationSettings::in_force,
     create: |table| Ok(Box::new(PathPerturbation::new(PathPerturbationSettings::from_table(table)?))),
 };
 

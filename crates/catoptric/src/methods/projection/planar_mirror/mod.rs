@@ -39,6 +39,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: PlanarMirrorSettings::describe,
+    in_force: PlanarMirrorSettings::in_force,
     create: |table| {
         Ok(Box::new(PlanarMirror { settings: PlanarMirrorSettings::from_table(table)?, mirrors: Mirrors::default() }))
     },

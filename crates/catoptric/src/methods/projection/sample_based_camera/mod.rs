@@ -58,6 +58,7 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: false,
     settings: SampleBasedCameraSettings::describe,
+    in_force: SampleBasedCameraSettings::in_force,
     create: |table| Ok(Box::new(SampleBasedCamera::new(SampleBasedCameraSettings::from_table(table)?))),
 };
 
