@@ -170,13 +170,14 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 6] = [
+    static ALL: [&MethodInfo; 7] = [
         &reference::INFO,
         &lookup::environment_map::INFO,
         &projection::planar_mirror::INFO,
         &projection::path_perturbation::INFO,
         &projection::sample_based_camera::INFO,
         &projection::explosion_map::INFO,
+        &projection::reflector_search::INFO,
     ];
     &ALL
 }

@@ -10,6 +10,7 @@ mod polish;
 pub mod projected;
 pub mod projector;
 pub mod ray_map;
+pub mod reflector_search;
 pub mod round_trip;
 pub mod sample_based_camera;
 pub mod virtual_mesh;

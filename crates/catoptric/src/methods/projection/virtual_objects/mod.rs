@@ -11,6 +11,7 @@ mod mesh;
 mod projector;
 mod rays;
 
+pub(super) use eye_image::{EyeImage, NOTHING};
 pub(super) use levels::{Levels, Locator, Recursion, Reflector};
 pub(super) use mesh::ReflectorMesh;
 pub(super) use projector::{Options, VirtualObjects};

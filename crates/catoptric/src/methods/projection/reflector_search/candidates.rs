@@ -1,0 +1,385 @@
+//! A coarse selection of a picture's texels: where is the normal about the half vector?
+
+use super::image::{Place, ReflectorImage};
+use super::law::Law;
+use glam::{Vec2, Vec3};
+
+/// Candidates that are looked at together: the compiler makes vector instructions of loops of this length.
+const LANES: usize = 8;
+
+/// Squares along a side of a group of squares.
+const GROUP_SIDE: u32 = 4;
+
+/// Blocks of candidates of a group.
+const GROUP_BLOCKS: usize = (GROUP_SIDE * GROUP_SIDE) as usize / LANES;
+
+/// No more candidates than this are selected.
+const MOST_CANDIDATES: usize = 2048;
+
+/// No candidate.
+const NONE: u16 = u16::MAX;
+
+/// Normals may be this much further (radians) from the half vector than the surface bends between candidates: points
+/// that appear a little beyond where a reflector ends.
+const LEEWAY: f32 = 0.15;
+
+/// The half vector is met nearer to the nearest candidate than this share of the way to those around it.
+const NEAREST_SHARE: f32 = 0.65;
+
+/// Eight candidates: positions, normals on the side that is met, and what arrives, component by component.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    position: [[f32; LANES]; 3],
+    normal: [[f32; LANES]; 3],
+    /// The direction back along the arriving ray, times the index of refraction.
+    toward: [[f32; LANES]; 3],
+    /// `normal . toward`
+    along: [f32; LANES],
+    /// How far normals turn, and positions move, between a candidate and those around it.
+    bend: [f32; LANES],
+    extent: [f32; LANES],
+    /// One over the distance to where rays come from.
+    nearness: [f32; LANES],
+}
+
+/// The selected texels.
+#[derive(Clone, Debug)]
+pub(super) struct Candidates {
+    /// [`GROUP_BLOCKS`] for each group, in part empty.
+    blocks: Vec<Block>,
+    /// A mean candidate for each group, with its bend and extent.
+    groups: Vec<Block>,
+    /// For each lane of each block.
+    places: Vec<Place>,
+    /// The candidates around each one; [`NONE`] where there is none.
+    neighbours: Vec<[u16; 8]>,
+    /// The distance between neighbours, in texels.
+    pub(super) stride: u32,
+}
+
+/// A texel that may be selected.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) position: Vec3,
+    /// On the side that is met.
+    pub(super) normal: Vec3,
+    /// The unit direction back along the arriving ray, and one over the distance to where that comes from.
+    pub(super) toward: Vec3,
+    pub(super) nearness: f32,
+}
+
+/// One candidate with its square.
+struct Selected {
+    place: Place,
+    middle: Vec2,
+    candidate: Candidate,
+}
+
+/// How a picture is divided in squares, and those in groups.
+struct Squares<'a> {
+    image: &'a ReflectorImage,
+    stride: u32,
+    columns: u32,
+    rows: u32,
+}
+
+impl Candidates {
+    /// Selects of each square of `stride` texels a side the one nearest to its middle for which `choose` has something.
+    pub(super) fn select(
+        image: &ReflectorImage,
+        stride: u32,
+        law: &Law,
+        choose: impl Fn(u32, u32, u32) -> Option<Candidate>,
+    ) -> Self {
+        let (columns, rows) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
+        let squares = Squares { image, stride, columns, rows };
+        let mut all =
+            Self { blocks: Vec::new(), groups: Vec::new(), places: Vec::new(), neighbours: Vec::new(), stride };
+        let mut numbers = vec![NONE; (image.face_count * columns * rows) as usize];
+        let mut lanes: Vec<Option<Selected>> = Vec::new();
+        for face in 0..image.face_count {
+            for top in (0..rows).step_by(GROUP_SIDE as usize) {
+                for left in (0..columns).step_by(GROUP_SIDE as usize) {
+                    let start = lanes.len();
+                    if start + GROUP_BLOCKS * LANES > MOST_CANDIDATES {
+                        break;
+                    }
+                    for row in top..(top + GROUP_SIDE).min(rows) {
+                        for column in left..(left + GROUP_SIDE).min(columns) {
+                            if let Some(selected) = squares.selected(face, column, row, &choose) {
+                                numbers[squares.number(face, column, row)] = lanes.len() as u16;
+                                lanes.push(Some(selected));
+                            }
+                        }
+                    }
+                    if lanes.len() > start {
+                        lanes.resize_with(start + GROUP_BLOCKS * LANES, || None);
+                    }
+                }
+            }
+        }
+        for group in lanes.chunks(GROUP_BLOCKS * LANES) {
+            for block in group.chunks(LANES) {
+                all.blocks.push(Block::of(block.iter().map(|lane| lane.as_ref().map(|one| one.candidate)), law));
+            }
+        }
+        let neighbours = |lane: &Option<Selected>| match lane {
+            Some(one) => squares.around(one).map(|number| number.map_or(NONE, |number| numbers[number])),
+            None => [NONE; 8],
+        };
+        all.neighbours = lanes.iter().map(neighbours).collect();
+        let nowhere = Place { face: 0, at: Vec2::ZERO };
+        all.places = lanes.iter().map(|lane| lane.as_ref().map_or(nowhere, |one| one.place)).collect();
+        all.measure(&lanes, law);
+        all
+    }
+
+    /// Finds how far normals turn and positions move about candidates, and in groups.
+    fn measure(&mut self, lanes: &[Option<Selected>], law: &Law) {
+        let candidate = |number: u16| lanes.get(number as usize)?.as_ref().map(|one| one.candidate);
+        for (lane, one) in lanes.iter().enumerate() {
+            let Some(Selected { candidate: own, .. }) = one else { continue };
+            let around = || self.neighbours[lane].into_iter().filter_map(candidate);
+            let bend = around().map(|other| other.normal.distance(own.normal)).fold(0.0, f32::max);
+            let extent = around().map(|other| other.position.distance(own.position)).fold(0.0, f32::max);
+            let block = &mut self.blocks[lane / LANES];
+            (block.bend[lane % LANES], block.extent[lane % LANES]) = (bend, extent);
+        }
+        let mut means = Vec::new();
+        for (group, members) in lanes.chunks(GROUP_BLOCKS * LANES).enumerate() {
+            let members: Vec<(usize, Candidate)> = members
+                .iter()
+                .enumerate()
+                .filter_map(|(k, one)| Some((group * GROUP_BLOCKS * LANES + k, one.as_ref()?.candidate)))
+                .collect();
+            let sum = |of: fn(&Candidate) -> Vec3| members.iter().map(|(_, one)| of(one)).sum::<Vec3>();
+            let mean = Candidate {
+                position: sum(|one| one.position) / members.len() as f32,
+                normal: sum(|one| one.normal).normalize_or_zero(),
+                toward: sum(|one| one.toward).normalize_or_zero(),
+                nearness: members.iter().map(|(_, one)| one.nearness).fold(0.0, f32::max),
+            };
+            let (mut bend, mut extent): (f32, f32) = (0.0, 0.0);
+            for (lane, one) in &members {
+                let block = &self.blocks[lane / LANES];
+                bend = bend.max(one.normal.distance(mean.normal) + block.bend[lane % LANES]);
+                extent = extent.max(one.position.distance(mean.position) + block.extent[lane % LANES]);
+            }
+            means.push((mean, bend, extent));
+        }
+        for means in means.chunks(LANES) {
+            let mut block = Block::of(means.iter().map(|(mean, ..)| Some(*mean)), law);
+            for (lane, (_, bend, extent)) in means.iter().enumerate() {
+                (block.bend[lane], block.extent[lane]) = (*bend, *extent);
+            }
+            self.groups.push(block);
+        }
+    }
+
+    /// Whether there is none.
+    pub(super) fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Calls `take` for the best candidate alone if `single`, else first for all that are better than those around them
+    /// (with `true`), then for all others about which the half vector may be met (with `false`).
+    #[inline]
+    pub(super) fn best(&self, law: &Law, point: Vec3, single: bool, mut take: impl FnMut(Place, bool)) {
+        let mut scores = [f32::NEG_INFINITY; MOST_CANDIDATES];
+        let scores = &mut scores[..self.places.len()];
+        if single {
+            let mut highest = [f32::NEG_INFINITY; LANES];
+            for (block, scores) in self.blocks.iter().zip(scores.as_chunks_mut::<LANES>().0) {
+                *scores = block.scores(law, point);
+                for lane in 0..LANES {
+                    highest[lane] = if scores[lane] > highest[lane] { scores[lane] } else { highest[lane] };
+                }
+            }
+            let highest = highest.into_iter().fold(f32::NEG_INFINITY, f32::max);
+            if let Some(best) = scores.iter().position(|score| *score == highest)
+                && self.blocks[best / LANES].leads(law, point, 1.0, LEEWAY)[best % LANES]
+            {
+                take(self.places[best], true);
+            }
+            return;
+        }
+        let mut leading = [0_u16; MOST_CANDIDATES / LANES];
+        let mut count = 0;
+        for (number, block) in self.groups.iter().enumerate() {
+            for (lane, leads) in block.leads(law, point, 1.0, LEEWAY).into_iter().enumerate() {
+                let first = (number * LANES + lane) * GROUP_BLOCKS;
+                if leads && first < self.blocks.len() {
+                    for block in first..first + GROUP_BLOCKS {
+                        scores[block * LANES..][..LANES].copy_from_slice(&self.blocks[block].scores(law, point));
+                        leading[count] = block as u16;
+                        count += 1;
+                    }
+                }
+            }
+        }
+        let leading = &leading[..count];
+        let is_best = |index: usize| {
+            let score = scores[index];
+            // Of equal ones the first counts.
+            let better = |other: u16| match scores.get(usize::from(other)) {
+                Some(&rival) => rival > score || (rival == score && usize::from(other) < index),
+                None => false,
+            };
+            !self.neighbours[index].iter().any(|other| better(*other))
+        };
+        for (best, share, leeway) in [(true, 1.0, LEEWAY), (false, NEAREST_SHARE, 0.0)] {
+            for &block in leading {
+                let leads = self.blocks[usize::from(block)].leads(law, point, share, leeway);
+                for (lane, leads) in leads.into_iter().enumerate() {
+                    let index = usize::from(block) * LANES + lane;
+                    if leads && scores[index] > 0.0 && is_best(index) == best {
+                        take(self.places[index], best);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn byte_count(&self) -> u64 {
+        let bytes = size_of_val(self.blocks.as_slice())
+            + size_of_val(self.groups.as_slice())
+            + size_of_val(self.places.as_slice())
+            + size_of_val(self.neighbours.as_slice());
+        bytes as u64
+    }
+}
+
+impl Squares<'_> {
+    fn number(&self, face: u32, column: u32, row: u32) -> usize {
+        ((face * self.rows + row) * self.columns + column) as usize
+    }
+
+    /// The texel of a square that is nearest to its middle.
+    fn selected(
+        &self,
+        face: u32,
+        column: u32,
+        row: u32,
+        choose: &impl Fn(u32, u32, u32) -> Option<Candidate>,
+    ) -> Option<Selected> {
+        let stride = self.stride;
+        let middle = Vec2::new(column as f32 + 0.5, row as f32 + 0.5) * stride as f32;
+        let mut best: Option<(f32, Selected)> = None;
+        for y in row * stride..((row + 1) * stride).min(self.image.height - 1) {
+            for x in column * stride..((column + 1) * stride).min(self.image.width - 1) {
+                let at = Vec2::new(x as f32, y as f32);
+                let apart = at.distance_squared(middle);
+                if best.as_ref().is_none_or(|(least, _)| apart < *least)
+                    && let Some(candidate) = choose(face, x, y)
+                {
+                    best = Some((apart, Selected { place: Place { face, at }, middle, candidate }));
+                }
+            }
+        }
+        best.map(|(_, selected)| selected)
+    }
+
+    /// The numbers of the squares around one.
+    fn around(&self, one: &Selected) -> [Option<usize>; 8] {
+        let around = [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
+        around.map(|(right, down): (i32, i32)| {
+            let at = one.middle + Vec2::new(right as f32, down as f32) * self.stride as f32;
+            let Place { face, at } = self.image.settled(Place { face: one.place.face, at });
+            let square = at / self.stride as f32;
+            // Casts saturate: what is left of 0 must be told before.
+            let inside = square.x >= 0.0 && square.y >= 0.0;
+            let (column, row) = (square.x as u32, square.y as u32);
+            (inside && column < self.columns && row < self.rows).then(|| self.number(face, column, row))
+        })
+    }
+}
+
+/// What a point is to eight candidates.
+struct Lanes {
+    /// Cosines between normals and half vectors.
+    scores: [f32; LANES],
+    /// Heights above the tangent planes, over distances.
+    heights: [f32; LANES],
+    /// One over the distance of the point, and over the length of the half vector before it was made a unit.
+    nearness: [f32; LANES],
+    shortness: [f32; LANES],
+}
+
+impl Block {
+    fn of(candidates: impl Iterator<Item = Option<Candidate>>, law: &Law) -> Self {
+        // Lanes without a candidate have no score.
+        let nothing = [f32::NAN; LANES];
+        let mut block = Self {
+            position: [nothing; 3],
+            normal: [nothing; 3],
+            toward: [nothing; 3],
+            along: nothing,
+            bend: [0.0; LANES],
+            extent: [0.0; LANES],
+            nearness: [0.0; LANES],
+        };
+        for (lane, candidate) in candidates.enumerate() {
+            let Some(candidate) = candidate else { continue };
+            let toward = candidate.toward * law.eta;
+            for axis in 0..3 {
+                block.position[axis][lane] = candidate.position[axis];
+                block.normal[axis][lane] = candidate.normal[axis];
+                block.toward[axis][lane] = toward[axis];
+            }
+            block.along[lane] = candidate.normal.dot(toward);
+            block.nearness[lane] = candidate.nearness;
+        }
+        block
+    }
+
+    #[inline]
+    fn lanes(&self, law: &Law, point: Vec3) -> Lanes {
+        let zero = [0.0; LANES];
+        let mut lanes = Lanes { scores: zero, heights: zero, nearness: zero, shortness: zero };
+        let constant = law.eta * law.eta + 1.0;
+        for lane in 0..LANES {
+            let from =
+                [point.x - self.position[0][lane], point.y - self.position[1][lane], point.z - self.position[2][lane]];
+            let dot =
+                |with: &[[f32; LANES]; 3]| from[0] * with[0][lane] + from[1] * with[1][lane] + from[2] * with[2][lane];
+            let squared = from[0] * from[0] + from[1] * from[1] + from[2] * from[2];
+            let nearness = 1.0 / squared.sqrt();
+            let (height, with) = (dot(&self.normal) * nearness, dot(&self.toward) * nearness);
+            let shortness = 1.0 / (constant + 2.0 * with).sqrt();
+            lanes.scores[lane] = law.sign * (self.along[lane] + height) * shortness;
+            lanes.heights[lane] = height;
+            lanes.nearness[lane] = nearness;
+            lanes.shortness[lane] = shortness;
+        }
+        lanes
+    }
+
+    /// The cosines between normals and half vectors; for refractions less on the wrong side.
+    #[inline]
+    fn scores(&self, law: &Law, point: Vec3) -> [f32; LANES] {
+        let lanes = self.lanes(law, point);
+        let mut scores = lanes.scores;
+        if law.transmits {
+            for lane in 0..LANES {
+                scores[lane] -= if lanes.heights[lane] > 0.0 { 2.0 } else { 0.0 };
+            }
+        }
+        scores
+    }
+
+    /// Whether the half vector may be met about a candidate, as normals and directions change by this share there, or
+    /// is missed by `leeway` at most.
+    #[inline]
+    fn leads(&self, law: &Law, point: Vec3, share: f32, leeway: f32) -> [bool; LANES] {
+        let lanes = self.lanes(law, point);
+        let mut leads = [false; LANES];
+        for lane in 0..LANES {
+            let turns = self.extent[lane] * (self.nearness[lane] * law.eta + lanes.nearness[lane]);
+            let allowed = share * (self.bend[lane] + turns * lanes.shortness[lane]) + leeway;
+            // The chord between two unit vectors.
+            leads[lane] = 2.0 - 2.0 * lanes.scores[lane] <= allowed * allowed;
+        }
+        leads
+    }
+}

@@ -1,0 +1,166 @@
+//! The six faces of a cube around a reflector.
+
+use super::image::{Place, Texel};
+use crate::methods::projection::virtual_objects::{NOTHING, ReflectorMesh};
+use crate::raster::id_map::covered;
+use glam::{Vec2, Vec3};
+
+/// Faces reach so many texels over their edges, so that every place lies amid texels of its own face.
+const OVERLAP: u32 = 2;
+
+/// Triangles are cut where they are nearer to a face's own plane through the centre than this share of the radius.
+const NEAR_SHARE: f32 = 1e-5;
+
+/// The right, down and forward directions of the faces.
+const AXES: [[Vec3; 3]; 6] = [
+    [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
+    [Vec3::Z, Vec3::NEG_Y, Vec3::NEG_X],
+    [Vec3::X, Vec3::Z, Vec3::Y],
+    [Vec3::X, Vec3::NEG_Z, Vec3::NEG_Y],
+    [Vec3::X, Vec3::NEG_Y, Vec3::Z],
+    [Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z],
+];
+
+/// How directions from a centre and places of six faces belong together.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CubeFaces {
+    center: Vec3,
+    /// Texels a side without the overlap.
+    size: u32,
+}
+
+/// A corner of what is left of a triangle: its place on a face as a direction, and its weights.
+type Corner = (Vec3, Vec2);
+
+impl CubeFaces {
+    pub(super) fn new(center: Vec3, size: u32) -> Self {
+        Self { center, size }
+    }
+
+    /// Texels a side with the overlap.
+    pub(super) fn side(&self) -> u32 {
+        self.size + 2 * OVERLAP
+    }
+
+    /// The place (whole at the centres of texels) of tangents of the angles to a face's axis.
+    #[inline]
+    fn place_of(&self, tangents: Vec2) -> Vec2 {
+        (tangents + 1.0) * (0.5 * self.size as f32) + (OVERLAP as f32 - 0.5)
+    }
+
+    /// The place of a direction.
+    #[inline]
+    pub(super) fn place(&self, direction: Vec3) -> Place {
+        let size = direction.abs();
+        let (axis, along) = if size.x >= size.y && size.x >= size.z {
+            (0, direction.x)
+        } else if size.y >= size.z {
+            (1, direction.y)
+        } else {
+            (2, direction.z)
+        };
+        let face = 2 * axis + usize::from(along < 0.0);
+        let [right, down, _] = AXES[face];
+        let tangents = Vec2::new(right.dot(direction), down.dot(direction)) / along.abs();
+        Place { face: face as u32, at: self.place_of(tangents) }
+    }
+
+    /// The direction of a place, not of unit length.
+    #[inline]
+    pub(super) fn direction(&self, place: &Place) -> Vec3 {
+        let [right, down, forward] = AXES[place.face as usize % 6];
+        let tangents = (place.at - (OVERLAP as f32 - 0.5)) * (2.0 / self.size as f32) - 1.0;
+        right * tangents.x + down * tangents.y + forward
+    }
+
+    /// A place on the face of its layer that it belongs to; six faces are a layer.
+    #[inline]
+    pub(super) fn settled(&self, place: Place) -> Place {
+        let (low, high) = (OVERLAP as f32 - 0.5, (OVERLAP + self.size) as f32 - 0.5);
+        let own = place.at.x >= low && place.at.y >= low && place.at.x <= high && place.at.y <= high;
+        if own {
+            return place;
+        }
+        let moved = self.place(self.direction(&place));
+        Place { face: moved.face + place.face / 6 * 6, ..moved }
+    }
+
+    /// Draws a face.
+    pub(super) fn draw(&self, mesh: &ReflectorMesh, face: usize, outermost: bool) -> Vec<Texel> {
+        let side = self.side();
+        let [right, down, forward] = AXES[face];
+        // One over the depth along the face's axis, signed so that the greatest counts.
+        let sign = if outermost { -1.0 } else { 1.0 };
+        let mut seen = vec![(f32::NEG_INFINITY, NOTHING, Vec2::ZERO); side as usize * side as usize];
+        for (index, triangle) in mesh.triangles.iter().enumerate() {
+            let corners = triangle.map(|vertex| {
+                let from = mesh.positions[vertex as usize] - self.center;
+                Vec3::new(right.dot(from), down.dot(from), forward.dot(from))
+            });
+            let corners = [(corners[0], Vec2::ZERO), (corners[1], Vec2::X), (corners[2], Vec2::Y)];
+            in_front(corners, NEAR_SHARE * mesh.radius, |piece| {
+                let places = piece.map(|(corner, _)| self.place_of(corner.truncate() / corner.z) + 0.5);
+                let [a, b, c] = places;
+                let area = (b - a).perp_dot(c - a);
+                covered(places, side, side, |x, y| {
+                    let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                    let (second, third) = ((place - a).perp_dot(c - a) / area, (b - a).perp_dot(place - a) / area);
+                    let shares = [1.0 - second - third, second, third];
+                    // Linear on the face: one over the depth, and weights times it.
+                    let nearness: f32 = (0..3).map(|k| shares[k] / piece[k].0.z).sum();
+                    let texel = &mut seen[(y * side + x) as usize];
+                    if nearness * sign > texel.0 {
+                        let weights: Vec2 = (0..3).map(|k| piece[k].1 * (shares[k] / piece[k].0.z)).sum();
+                        *texel = (nearness * sign, index as u32, weights / nearness);
+                    }
+                });
+            });
+        }
+        seen.into_iter().map(|(_, triangle, weights)| Texel::new(mesh, triangle, weights)).collect()
+    }
+}
+
+/// Cuts off what is not in front of a face; hands over no triangle, one or two.
+fn in_front(corners: [Corner; 3], near: f32, mut emit: impl FnMut([Corner; 3])) {
+    let mut polygon: [Corner; 4] = [corners[0]; 4];
+    let mut count = 0;
+    for k in 0..3 {
+        let (here, next) = (corners[k], corners[(k + 1) % 3]);
+        let (before, after) = (here.0.z - near, next.0.z - near);
+        if before >= 0.0 {
+            polygon[count] = here;
+            count += 1;
+        }
+        if (before >= 0.0) != (after >= 0.0) {
+            let share = before / (before - after);
+            polygon[count] = (here.0.lerp(next.0, share), here.1.lerp(next.1, share));
+            count += 1;
+        }
+    }
+    for last in 2..count {
+        emit([polygon[0], polygon[last - 1], polygon[last]]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    #[test]
+    fn places_and_directions_belong_together() {
+        let cube = CubeFaces::new(Vec3::ZERO, 20);
+        let mut random = Stream::new(3);
+        for _ in 0..1000 {
+            let direction = Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0))).normalize();
+            let place = cube.place(direction);
+            assert!(cube.direction(&place).normalize().distance(direction) < 1e-5);
+            assert_eq!(cube.settled(place), place);
+            // Over an edge of the face, the direction stays.
+            let beside = Place { at: place.at + Vec2::new(random.next_between(-9.0, 9.0), 0.0), ..place };
+            let settled = cube.settled(beside);
+            let [there, here] = [settled, beside].map(|place| cube.direction(&place).normalize());
+            assert!(there.distance(here) < 1e-5, "{settled:?} is not {beside:?}");
+        }
+    }
+}

@@ -1,0 +1,353 @@
+//! The search: from the best of a few texels by Newton's method from cell to cell, and by climbing where that fails.
+
+use super::candidates::{Candidate, Candidates};
+use super::cell::{Cell, Ends};
+use super::image::{Place, ReflectorImage};
+use super::law::Law;
+use crate::methods::projection::virtual_objects::{Foot, Locator, NOTHING, Reflector, weights_of};
+use crate::optics::bundle::BounceKind;
+use crate::scene::Projection;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// Candidates along a picture's longer side (the faces of a cube count as three, of two layers as four) where a point appears once.
+const SINGLE: u32 = 10;
+
+/// The same where it may appear several times.
+const SEVERAL: u32 = 40;
+
+/// No more places than this are found for one point.
+const MOST_PLACES: usize = 8;
+
+/// Newton's method gives up after so many cells.
+const MOST_CELLS: u32 = 10;
+
+/// The same from a start beside a better one: what it leads to is near.
+const MOST_CELLS_NEAR: u32 = 4;
+
+/// Climbing moves at most so many times with one stride.
+const MOST_MOVES: u32 = 8;
+
+/// A step that makes things worse is halved so many times.
+const MOST_HALVINGS: u32 = 3;
+
+/// Zeros this far outside a cell still belong to it: rounding must not lose those between two cells.
+const OUTSIDE: f32 = 0.1;
+
+/// Beyond the last cell it is believed for so many texels.
+const EXTRAPOLATED: f32 = 1.0;
+
+/// Normals and half vectors further apart than this, beside the bend of a cell, do not belong together (radians).
+const TILT: f32 = 0.01;
+
+/// The same where the reflector ends: what lies a little beyond is drawn and cut.
+const TILT_AT_END: f32 = 0.15;
+
+/// The surface is searched a little beyond where it turns away, as far as this cosine.
+const HORIZON: f32 = -0.1;
+
+/// Two places nearer than this, in texels, are one.
+const SAME: f32 = 1.0;
+
+/// The search in the picture of one reflector for one kind of rays.
+pub(super) struct ReflectorSearch {
+    image: Arc<ReflectorImage>,
+    law: Law,
+    /// Where all rays come from, if that is one point.
+    eye: Option<Vec3>,
+    /// Of every triangle whether it has rays and shows the side that is met, or about.
+    shown: Vec<bool>,
+    candidates: Candidates,
+    /// Whether no point appears more than once.
+    single: bool,
+}
+
+impl ReflectorSearch {
+    /// Makes ready to search in a picture of the reflector; none where it shows nothing of the side that is met.
+    pub(super) fn new(reflector: &Reflector<'_>, image: Arc<ReflectorImage>) -> Option<Self> {
+        let (mesh, rays) = (reflector.mesh, reflector.rays);
+        let law = Law::new(rays);
+        let eye = reflector
+            .view
+            .filter(|view| matches!(view.projection, Projection::Perspective { .. }))
+            .map(crate::scene::View::eye);
+        let shows = |triangle: &[u32; 3]| {
+            let some = triangle.iter().any(|vertex| rays.cosines[*vertex as usize] > HORIZON);
+            some && triangle.iter().all(|vertex| rays.outgoing[*vertex as usize].is_finite())
+        };
+        let shown: Vec<bool> = mesh.triangles.iter().map(shows).collect();
+        // From one point, or in parallel, onto a surface that bulges.
+        let single = reflector.view.is_some() && mesh.convex && rays.side > 0.0 && rays.kind == BounceKind::Reflect;
+        let across = image.width.max(image.height)
+            * match image.face_count {
+                1 => 1,
+                6 => 3,
+                _ => 4,
+            };
+        let stride = across.div_ceil(if single { SINGLE } else { SEVERAL }).max(1);
+        let nothing = Candidates::select(&image, image.width.max(image.height), &law, |_, _, _| None);
+        let mut search = Self { image, law, eye, shown, candidates: nothing, single };
+        search.candidates = Candidates::select(&search.image, stride, &law, |face, x, y| {
+            if !search.is_whole(face, x, y) {
+                return None;
+            }
+            let texel = &search.image.texels[search.image.index(face, x, y)];
+            let from = search.origin(reflector, texel.triangle, texel.weights) - texel.position;
+            let nearness = from.length().recip();
+            let (toward, normal) = (from * nearness, texel.normal * law.side);
+            (toward.dot(normal) > 0.0).then_some(Candidate { position: texel.position, normal, toward, nearness })
+        });
+        (!search.candidates.is_empty()).then_some(search)
+    }
+
+    /// The unit direction back along the ray that arrives at a place of a triangle.
+    #[inline]
+    fn toward(&self, reflector: &Reflector<'_>, triangle: u32, weights: Vec2, position: Vec3) -> Vec3 {
+        let from = self.origin(reflector, triangle, weights) - position;
+        from / from.length()
+    }
+
+    /// Where the ray comes from that arrives at a place of a triangle.
+    #[inline]
+    fn origin(&self, reflector: &Reflector<'_>, triangle: u32, weights: Vec2) -> Vec3 {
+        if let Some(eye) = self.eye {
+            return eye;
+        }
+        let [a, b, c] =
+            reflector.mesh.triangles[triangle as usize].map(|vertex| reflector.rays.origins[vertex as usize]);
+        a + (b - a) * weights.x + (c - a) * weights.y
+    }
+
+    /// Whether the cell to the right of and below a texel shows one piece of surface that rays arrive at.
+    #[inline]
+    fn is_whole(&self, face: u32, x: u32, y: u32) -> bool {
+        let image = &*self.image;
+        let (low, width) = (image.index(face, x, y), image.width as usize);
+        let shown = |index: usize| {
+            let triangle = image.texels[index].triangle;
+            triangle != NOTHING && self.shown[triangle as usize]
+        };
+        image.texels[low].joined && shown(low) && shown(low + 1) && shown(low + width) && shown(low + width + 1)
+    }
+
+    /// Whether a place lies within the texels' centres.
+    #[inline]
+    fn holds(&self, place: &Place) -> bool {
+        let (right, bottom) = ((self.image.width - 1) as f32, (self.image.height - 1) as f32);
+        place.at.x >= 0.0 && place.at.y >= 0.0 && place.at.x < right && place.at.y < bottom
+    }
+
+    /// How far the half vector at a texel is from the normal: the square.
+    #[inline]
+    fn miss(&self, reflector: &Reflector<'_>, index: usize, point: Vec3) -> f32 {
+        let texel = &self.image.texels[index];
+        let toward = self.toward(reflector, texel.triangle, texel.weights, texel.position);
+        let half = self.law.half(texel.position, toward, point);
+        half.unit.distance_squared(texel.normal * self.law.side)
+    }
+
+    /// The cell that holds a place, if it is whole.
+    #[inline]
+    fn cell(&self, reflector: &Reflector<'_>, place: &Place, point: Vec3) -> Option<Cell> {
+        let (x, y) = self.image.cell_at(place);
+        if !self.is_whole(place.face, x, y) {
+            return None;
+        }
+        let (low, width) = (self.image.index(place.face, x, y), self.image.width as usize);
+        let mut ends = Ends::default();
+        for (lane, index) in [low, low + 1, low + width, low + width + 1].into_iter().enumerate() {
+            let texel = &self.image.texels[index];
+            ends.set(lane, texel, self.law.side, self.origin(reflector, texel.triangle, texel.weights));
+        }
+        Cell::new(place.face, Vec2::new(x as f32, y as f32), ends.corners(&self.law, point))
+    }
+
+    /// The cell nearest to where the normal is the half vector, from a first guess.
+    #[inline]
+    fn refined(&self, reflector: &Reflector<'_>, start: Cell, point: Vec3, most_cells: u32) -> Option<Cell> {
+        let mut now = start;
+        for _ in 0..most_cells {
+            if is_inside(&now) {
+                return Some(now);
+            }
+            match self.stepped(reflector, &now, point) {
+                Some(next) => now = next,
+                None => break,
+            }
+        }
+        if is_inside(&now) {
+            return Some(now);
+        }
+        // Where the reflector ends, or steps lead astray: uphill texel by texel. Where there are several places others
+        // start nearer, and searches that end nowhere are many.
+        if self.single { self.climbed(reflector, now, point) } else { ends_near(&now).then_some(now) }
+    }
+
+    /// The cell where this one has its zero, or one on the way there that is better.
+    #[inline]
+    fn stepped(&self, reflector: &Reflector<'_>, now: &Cell, point: Vec3) -> Option<Cell> {
+        let mut step = (now.zero - 0.5).clamp_length_max(1.5 * self.candidates.stride as f32);
+        for _ in 0..MOST_HALVINGS {
+            let place = self.image.settled(Place { face: now.face, at: now.low + 0.5 + step });
+            if self.holds(&place)
+                && let Some(cell) = self.cell(reflector, &place, point)
+                && cell.miss < now.miss
+            {
+                return Some(cell);
+            }
+            step *= 0.5;
+        }
+        None
+    }
+
+    /// Climbs to the texel that misses least, with smaller and smaller strides, and from there to its cell.
+    #[cold]
+    fn climbed(&self, reflector: &Reflector<'_>, from: Cell, point: Vec3) -> Option<Cell> {
+        let miss = |place: &Place| {
+            let (x, y) = self.image.cell_at(place);
+            let whole = self.holds(place) && self.is_whole(place.face, x, y);
+            if whole { self.miss(reflector, self.image.index(place.face, x, y), point) } else { f32::MAX }
+        };
+        // The middles of texels' cells.
+        let start = Place { face: from.face, at: from.low + 0.5 };
+        let (mut place, mut least) = (start, from.corners[0].miss.length_squared());
+        let mut stride = (self.candidates.stride / 4).next_power_of_two();
+        while stride > 0 {
+            // Each move makes it better, so this ends; a bound all the same.
+            for _ in 0..MOST_MOVES {
+                let around = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| {
+                    let moved = self.image.settled(Place { face: place.face, at: place.at + way * stride as f32 });
+                    (miss(&moved), moved)
+                });
+                let best =
+                    around.into_iter().fold((least, place), |best, other| if other.0 < best.0 { other } else { best });
+                if best.1 == place {
+                    break;
+                }
+                (least, place) = best;
+            }
+            stride /= 2;
+        }
+        if place == start { Some(from) } else { self.cell(reflector, &place, point) }
+    }
+
+    /// The foot in a cell; none where its normal does not belong to the point.
+    fn foot(&self, reflector: &Reflector<'_>, cell: &Cell, point: Vec3) -> Option<Foot> {
+        let (mesh, rays) = (reflector.mesh, reflector.rays);
+        let ends = !is_inside(cell);
+        let at = cell.zero.clamp(Vec2::splat(-EXTRAPOLATED), Vec2::splat(1.0 + EXTRAPOLATED));
+        // The triangle of the nearest texel.
+        let nearest = (cell.low + at.clamp(Vec2::ZERO, Vec2::ONE)).round();
+        let texel = &self.image.texels[self.image.index(cell.face, nearest.x as u32, nearest.y as u32)];
+        let corners = mesh.triangles[texel.triangle as usize].map(|vertex| mesh.positions[vertex as usize]);
+        let weights = |position: Vec3| weights_of(corners, position);
+        let toward = |position: Vec3| self.toward(reflector, texel.triangle, weights(position), position);
+        let spot = cell.spot(at, &self.law, point, toward);
+        // A convex reflector is continued beyond its end, which drawing cuts. Others end where they are seen to: what
+        // continues them lies hidden, and jumps from one end to another.
+        let allowed = cell.bend() + if ends && self.single { TILT_AT_END } else { TILT };
+        // Also what is not a number.
+        if !(spot.tilt <= allowed && spot.position_change.is_finite()) {
+            return None;
+        }
+        // The law of the half vector holds on the wrong side of a refraction, too.
+        if self.law.transmits && spot.normal.dot(point - spot.position) > 0.0 {
+            return None;
+        }
+        let weights = weights(spot.position);
+        let foot = Foot {
+            position: spot.position,
+            normal: spot.normal,
+            position_change: spot.position_change,
+            normal_change: spot.normal_change,
+            origin: self.origin(reflector, texel.triangle, weights),
+            triangle: texel.triangle,
+            weights,
+            beyond: ends,
+        };
+        if foot.normal.dot(foot.origin - foot.position) >= 0.0 {
+            return Some(foot);
+        }
+        // Changes of its weights: what moves it in its triangle.
+        let (right, down) = (corners[1] - corners[0], corners[2] - corners[0]);
+        let (g11, g12, g22) = (right.length_squared(), right.dot(down), down.length_squared());
+        let scale = 1.0 / (g11 * g22 - g12 * g12);
+        let turned = foot.position_change.transpose();
+        let change = [(right * g22 - down * g12) * scale, (down * g11 - right * g12) * scale].map(|row| turned * row);
+        let held = foot.held_at_horizon(mesh, rays, change);
+        held.position_change.is_finite().then_some(held)
+    }
+}
+
+/// Whether a cell is the last one before a zero a little beyond.
+fn ends_near(cell: &Cell) -> bool {
+    (cell.zero - 0.5).abs().max_element() <= 0.5 + EXTRAPOLATED
+}
+
+/// A place that is found.
+#[derive(Clone, Copy)]
+struct Found {
+    face: u32,
+    at: Vec2,
+    position: Vec3,
+    /// Whether the half vector turns the other way round about it: so two places are told apart that a fold unites.
+    turns: bool,
+}
+
+/// Whether a cell holds its zero.
+#[inline]
+fn is_inside(cell: &Cell) -> bool {
+    (cell.zero - 0.5).abs().max_element() <= 0.5 + OUTSIDE
+}
+
+impl Locator for ReflectorSearch {
+    fn locate(&self, reflector: &Reflector<'_>, point: Vec3, take: &mut dyn FnMut(&Foot)) {
+        if !point.is_finite() {
+            return;
+        }
+        let mut found = [Found { face: u32::MAX, at: Vec2::ZERO, position: Vec3::NAN, turns: false }; MOST_PLACES];
+        let mut count = 0;
+        let stride = self.candidates.stride as f32;
+        self.candidates.best(&self.law, point, self.single, |start, best| {
+            if count == MOST_PLACES {
+                return;
+            }
+            let Some(cell) = self.cell(reflector, &start, point) else { return };
+            // Near a fold two places lie side by side: neighbours of the best candidate may lead to the other one.
+            let reach = if best { 0.0 } else { 1.5 * stride };
+            let known = |cell: &Cell, at: Vec2, reach: f32| {
+                let same =
+                    |one: &Found| one.face == cell.face && one.turns == cell.turns && one.at.distance(at) < reach;
+                found[..count].iter().any(same)
+            };
+            let ahead = cell.low + 0.5 + (cell.zero - 0.5).clamp_length_max(stride);
+            if !best && (known(&cell, start.at, reach) || known(&cell, ahead, reach)) {
+                return;
+            }
+            // A step that leads far away leads elsewhere.
+            if !best && (cell.zero - 0.5).abs().max_element() > stride {
+                return;
+            }
+            let most_cells = if best { MOST_CELLS } else { MOST_CELLS_NEAR };
+            let Some(cell) = self.refined(reflector, cell, point, most_cells) else { return };
+            let at = cell.low + cell.zero.clamp(Vec2::splat(-EXTRAPOLATED), Vec2::splat(1.0 + EXTRAPOLATED));
+            let Place { face, at } = self.image.settled(Place { face: cell.face, at });
+            let Some(foot) = self.foot(reflector, &cell, point) else { return };
+            // Both layers of cube maps may show it.
+            let size = cell.corners[0].position.distance(cell.corners[3].position);
+            let known = |one: &Found| {
+                let here = one.face == face && one.at.distance(at) < SAME;
+                one.turns == cell.turns && (here || one.position.distance(foot.position) < size)
+            };
+            if !found[..count].iter().any(known) {
+                found[count] = Found { face, at, position: foot.position, turns: cell.turns };
+                count += 1;
+                take(&foot);
+            }
+        });
+    }
+
+    fn byte_count(&self) -> u64 {
+        self.candidates.byte_count() + size_of_val(self.shown.as_slice()) as u64
+    }
+}

@@ -1,0 +1,211 @@
+use super::image::ReflectorImage;
+use super::search::ReflectorSearch;
+use crate::math::random::Stream;
+use crate::methods::projection::virtual_objects::{Foot, Levels, Locator, Reflector, ReflectorMesh};
+use crate::scene::{Scene, View, builtin};
+use glam::Vec3;
+use std::sync::Arc;
+
+/// A scene with its reflectors and what the search knows about them.
+struct Set {
+    scene: Scene,
+    view: View,
+    meshes: Vec<ReflectorMesh>,
+    levels: Levels<ReflectorSearch>,
+}
+
+impl Set {
+    fn new(name: &str, order: u32, size: u32, from_eye: bool) -> Self {
+        let scene = builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
+        let view = scene.default_view(640, 480);
+        let meshes: Vec<_> =
+            scene.specular_objects().iter().map(|object| ReflectorMesh::new(&scene, *object, 0.125)).collect();
+        let make = |reflector: &Reflector<'_>| {
+            let image = match reflector.view {
+                Some(view) if from_eye => ReflectorImage::from_eye(reflector.mesh, view, size)?,
+                _ => ReflectorImage::around(reflector.mesh, size / 2),
+            };
+            ReflectorSearch::new(reflector, Arc::new(image))
+        };
+        let levels = Levels::build(&scene, &meshes, &view, order, 64, make);
+        Self { scene, view, meshes, levels }
+    }
+
+    /// All feet of a point, by the path and the family, with the side.
+    fn feet(&self, point: Vec3) -> Vec<(usize, f32, Foot)> {
+        let mut feet = Vec::new();
+        for (path, level) in self.levels.levels.iter().enumerate() {
+            for family in &level.families {
+                let view = (self.levels.paths[path].bounces.len() == 1).then_some(&self.view);
+                let reflector = Reflector { mesh: &self.meshes[level.mesh as usize], rays: &family.rays, view };
+                family.locator.locate(&reflector, point, &mut |foot| feet.push((path, family.rays.side, *foot)));
+            }
+        }
+        feet
+    }
+
+    fn random_points(&self, count: usize) -> Vec<Vec3> {
+        let (mut random, bounds) = (Stream::new(7), self.scene.bounds);
+        let mut within = || Vec3::from([0, 1, 2].map(|k| random.next_between(bounds.min[k], bounds.max[k])));
+        (0..count).map(|_| within()).collect()
+    }
+}
+
+/// How far the half vector is from a normal.
+fn miss(foot: &Foot, normal: Vec3, point: Vec3) -> f32 {
+    let [eye, to_point] = [foot.origin, point].map(|end| (end - foot.position).normalize());
+    (eye + to_point).normalize().distance(normal)
+}
+
+fn assert_feet_on_a_sphere_obey_the_mirror_law(from_eye: bool) {
+    let set = Set::new("sphere_room", 1, 200, from_eye);
+    let (center, radius) = (set.meshes[0].center, set.meshes[0].radius);
+    let mut tested = 0;
+    for point in set.random_points(2000) {
+        if point.distance(center) < 1.1 * radius {
+            continue;
+        }
+        let feet: Vec<_> = set.feet(point).into_iter().filter(|(.., foot)| !foot.beyond).collect();
+        assert!(feet.len() <= 1, "a convex mirror shows {point} {} times", feet.len());
+        for (_, _, foot) in feet {
+            let normal = (foot.position - center).normalize();
+            // A texel at the middle turns the normal by a hundredth; at the rim by more.
+            let slant = normal.dot((foot.origin - foot.position).normalize());
+            assert!(foot.position.distance(center) / radius > 0.995, "{foot:?} is off the sphere");
+            let miss = miss(&foot, normal, point);
+            assert!(miss < 0.002 / slant.max(0.05), "{miss} for {point}, {foot:?}");
+            tested += 1;
+        }
+    }
+    assert!(tested > 500, "{tested}");
+}
+
+#[test]
+fn feet_on_a_sphere_seen_from_the_eye_obey_the_mirror_law() {
+    assert_feet_on_a_sphere_obey_the_mirror_law(true);
+}
+
+#[test]
+fn feet_on_a_sphere_in_cube_maps_obey_the_mirror_law() {
+    assert_feet_on_a_sphere_obey_the_mirror_law(false);
+}
+
+#[test]
+fn changes_of_feet_are_those_of_differences() {
+    let set = Set::new("sphere_room", 1, 400, true);
+    let (center, radius) = (set.meshes[0].center, set.meshes[0].radius);
+    let mut tested = 0;
+    for point in set.random_points(500) {
+        let [(_, _, foot)] = set.feet(point)[..] else { continue };
+        let slant = foot.normal.dot((foot.origin - foot.position).normalize());
+        if foot.beyond || slant < 0.4 || point.distance(center) < 1.5 * radius {
+            continue;
+        }
+        // Over many texels, so that their unevenness averages out.
+        let step = 0.05 * point.distance(center);
+        for axis in Vec3::AXES {
+            let ends = [point + axis * step, point - axis * step].map(|point| set.feet(point));
+            let ([(_, _, after)], [(_, _, before)]) = (&ends[0][..], &ends[1][..]) else { continue };
+            let difference = (after.position - before.position) / (2.0 * step);
+            let turned = (after.normal - before.normal) / (2.0 * step);
+            let (change, turn) = (foot.position_change * axis, foot.normal_change * axis);
+            let scale = radius / point.distance(center);
+            assert!(difference.distance(change) < 0.05 * scale, "{difference}, not {change}");
+            assert!(turned.distance(turn) < 0.05 * scale / radius, "{turned}, not {turn}");
+            tested += 1;
+        }
+    }
+    assert!(tested > 100, "{tested}");
+}
+
+#[test]
+fn a_vase_shows_points_several_times() {
+    for from_eye in [true, false] {
+        let set = Set::new("vase", 1, 400, from_eye);
+        let mut several = 0;
+        for point in set.random_points(2000) {
+            let feet: Vec<_> = set.feet(point).into_iter().filter(|(.., foot)| !foot.beyond).collect();
+            for (_, _, foot) in &feet {
+                let miss = miss(foot, foot.normal, point);
+                assert!(miss < 0.1, "{miss} for {point}");
+            }
+            several += usize::from(feet.len() > 1);
+        }
+        assert!(several > 20, "{several}");
+    }
+}
+
+#[test]
+fn second_bounces_obey_the_mirror_law() {
+    let set = Set::new("two_spheres", 2, 200, true);
+    let mut tested = 0;
+    for point in set.random_points(500) {
+        for (path, _, foot) in set.feet(point) {
+            if set.levels.paths[path].bounces.len() == 2 && !foot.beyond {
+                let miss = miss(&foot, foot.normal, point);
+                assert!(miss < 0.05, "{miss} for {point}, {foot:?}");
+                tested += 1;
+            }
+        }
+    }
+    assert!(tested > 50, "{tested}");
+}
+
+#[test]
+fn rays_through_glass_obey_snells_law() {
+    let set = Set::new("glass_sphere", 1, 200, true);
+    let refracts = |path: usize| set.levels.paths[path].transmits();
+    let (center, radius) = (set.meshes[0].center, set.meshes[0].radius);
+    let (mut random, mut tested) = (Stream::new(9), 0);
+    for _ in 0..500 {
+        let point = center + Vec3::from([0; 3].map(|_| random.next_between(-0.5, 0.5))) * radius;
+        for (path, _, foot) in set.feet(point) {
+            if !refracts(path) || foot.beyond {
+                continue;
+            }
+            let incoming = (foot.position - foot.origin).normalize();
+            let expected = crate::optics::refract(incoming, foot.normal, 1.0 / 1.5).unwrap();
+            let outgoing = (point - foot.position).normalize();
+            assert!(outgoing.distance(expected) < 0.02, "{outgoing}, not {expected}");
+            tested += 1;
+        }
+    }
+    assert!(tested > 200, "{tested}");
+}
+
+#[test]
+fn what_is_not_finite_appears_nowhere() {
+    let set = Set::new("sphere_room", 1, 50, true);
+    let on = set.meshes[0].positions[0];
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        assert!(set.feet(Vec3::new(bad, 0.0, 0.0)).is_empty());
+        assert!(set.feet(Vec3::splat(bad)).is_empty());
+    }
+    // Points on the reflector, in its middle, at the eye, and further than squares can tell.
+    for point in [on, set.meshes[0].center, set.view.eye(), Vec3::splat(1e30), Vec3::splat(f32::MAX)] {
+        for (_, _, foot) in set.feet(point) {
+            assert!(foot.position.is_finite() && foot.normal.is_finite(), "{point}: {foot:?}");
+        }
+    }
+}
+
+/// Prints nothing and proves nothing by itself: `cargo test --release -- --ignored --nocapture search_time`.
+#[test]
+#[ignore = "a measurement"]
+#[allow(clippy::print_stdout, reason = "a measurement is there to be read")]
+fn search_time() {
+    for (name, from_eye) in [("sphere_room", true), ("sphere_room", false), ("vase", true), ("torus", true)] {
+        let set = Set::new(name, 1, 400, from_eye);
+        let points = set.random_points(200_000);
+        let level = &set.levels.levels[0];
+        let family = &level.families[0];
+        let reflector = Reflector { mesh: &set.meshes[0], rays: &family.rays, view: Some(&set.view) };
+        let mut found = 0;
+        let start = std::time::Instant::now();
+        for point in &points {
+            family.locator.locate(&reflector, *point, &mut |_| found += 1);
+        }
+        let each = start.elapsed().as_secs_f64() * 1e9 / points.len() as f64;
+        println!("{name}, from the eye: {from_eye}: {each:.0} ns a point and core, {found} feet");
+    }
+}
