@@ -10,7 +10,7 @@ const TURN: f32 = -0.9;
 const OVERLAP: f32 = -0.8;
 
 /// Triangles that reach this near to the map's singular direction are not drawn in it.
-const SINGULAR: f32 = -0.985;
+const SINGULAR: f32 = -0.998;
 
 /// Axes of the sphere map, right-handed; the third is the direction at the disc's centre, its opposite the singular one.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@ use glam::{Mat3, Vec2, Vec3};
 const ROOM: f32 = 1.001;
 
 /// Profile triangles are extended by this share of the way to the singular direction.
-const EXTENSION: f32 = 0.9;
+const EXTENSION: f32 = 0.85;
 
 /// Cells at one place of one map that are looked at: no more reflections of a point than these.
 pub(super) const MOST_CELLS: usize = 8;
