@@ -361,8 +361,8 @@ impl Block {
         let lanes = self.lanes(law, point);
         let mut scores = lanes.scores;
         if law.transmits {
-            for lane in 0..LANES {
-                scores[lane] -= if lanes.heights[lane] > 0.0 { 2.0 } else { 0.0 };
+            for (score, height) in scores.iter_mut().zip(lanes.heights) {
+                *score -= if height > 0.0 { 2.0 } else { 0.0 };
             }
         }
         scores
@@ -374,11 +374,11 @@ impl Block {
     fn leads(&self, law: &Law, point: Vec3, share: f32, leeway: f32) -> [bool; LANES] {
         let lanes = self.lanes(law, point);
         let mut leads = [false; LANES];
-        for lane in 0..LANES {
+        for (lane, leads) in leads.iter_mut().enumerate() {
             let turns = self.extent[lane] * (self.nearness[lane] * law.eta + lanes.nearness[lane]);
             let allowed = share * (self.bend[lane] + turns * lanes.shortness[lane]) + leeway;
             // The chord between two unit vectors.
-            leads[lane] = 2.0 - 2.0 * lanes.scores[lane] <= allowed * allowed;
+            *leads = 2.0 - 2.0 * lanes.scores[lane] <= allowed * allowed;
         }
         leads
     }

@@ -37,8 +37,12 @@ const OUTSIDE: f32 = 0.1;
 /// Beyond the last cell it is believed for so many texels.
 const EXTRAPOLATED: f32 = 1.0;
 
-/// Normals and half vectors further apart than this, beside the bend of a cell, do not belong together (radians).
+/// Normals and half vectors further apart than this, beside what the bend of a cell explains, do not belong together
+/// (radians).
 const TILT: f32 = 0.01;
+
+/// The same within a cell, whatever its bend, where other parts of the reflector may meet in it at an edge.
+const MOST_TILT: f32 = 0.05;
 
 /// The same where the reflector ends: what lies a little beyond is drawn and cut.
 const TILT_AT_END: f32 = 0.15;
@@ -243,9 +247,16 @@ impl ReflectorSearch {
         let weights = |position: Vec3| weights_of(corners, position);
         let toward = |position: Vec3| self.toward(reflector, texel.triangle, weights(position), position);
         let spot = cell.spot(at, &self.law, point, toward);
-        // A convex reflector is continued beyond its end, which drawing cuts. Others end where they are seen to: what
-        // continues them lies hidden, and jumps from one end to another.
-        let allowed = cell.bend() + if ends && self.single { TILT_AT_END } else { TILT };
+        // Within a cell the bilinear form is wrong by the second order of its bend; more is a crease that it smooths, or
+        // no answer. A convex reflector is continued beyond its end, which drawing cuts. Others end where they are seen
+        // to: what continues them lies hidden, and jumps from one end to another.
+        let bend = cell.bend();
+        let allowed = match (ends, self.single) {
+            (false, true) => TILT + bend * bend,
+            (false, false) => (TILT + bend * bend).min(MOST_TILT),
+            (true, false) => TILT + bend,
+            (true, true) => TILT_AT_END + bend,
+        };
         // Also what is not a number.
         if !(spot.tilt <= allowed && spot.position_change.is_finite()) {
             return None;

@@ -122,16 +122,21 @@ fn changes_of_feet_are_those_of_differences() {
 fn a_vase_shows_points_several_times() {
     for from_eye in [true, false] {
         let set = Set::new("vase", 1, 400, from_eye);
-        let mut several = 0;
+        let (mut several, mut tested, mut rough) = (0, 0, 0);
         for point in set.random_points(2000) {
             let feet: Vec<_> = set.feet(point).into_iter().filter(|(.., foot)| !foot.beyond).collect();
             for (_, _, foot) in &feet {
                 let miss = miss(foot, foot.normal, point);
-                assert!(miss < 0.1, "{miss} for {point}");
+                // Cells across an edge of the vase may be this wrong, but are few.
+                assert!(miss < 0.051, "{miss} for {point}");
+                let slant = foot.normal.dot((foot.origin - foot.position).normalize());
+                rough += usize::from(miss > 0.005 / slant.clamp(0.05, 1.0));
+                tested += 1;
             }
             several += usize::from(feet.len() > 1);
         }
         assert!(several > 20, "{several}");
+        assert!(rough * 100 < tested, "{rough} of {tested}");
     }
 }
 
