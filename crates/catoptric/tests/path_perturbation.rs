@@ -4,9 +4,8 @@ use catoptric::methods::projection::{RoundTrip, RoundTripOptions, round_trip};
 use catoptric::methods::{Job, Quality};
 use catoptric::metrics::{Comparison, PictureError};
 use catoptric::progress::Silent;
-use catoptric::scene::Material;
 use catoptric_testkit::drawing::{drawn, measured, prepared, scene, survives};
-use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
+use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room, things_without_size};
 use glam::Vec3;
 
 /// Polished paths are exact but for the rounding of the traced points: 0.02 pixels, and at most one in a thousand is
@@ -64,18 +63,8 @@ fn eyes_within_reflectors_and_on_them_are_survived() {
 
 #[test]
 fn things_without_size_are_survived() {
-    let mut builder = SceneBuilder::new();
-    let grey = builder.flat("grey", Vec3::splat(0.5));
-    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, grey);
-    builder.quad("point", Vec3::new(0.5, 0.5, 0.5), Vec3::ZERO, Vec3::ZERO, grey);
-    builder.quad("line", Vec3::new(-0.5, 0.5, 0.5), Vec3::X, Vec3::ZERO, grey);
-    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
-    builder.sphere("ball", Vec3::ZERO, 0.3, mirror);
-    builder.sphere("speck", Vec3::new(0.7, 0.0, 0.0), 1e-6, mirror);
-    builder.quad("mirror point", Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO, Vec3::ZERO, mirror);
-    builder.quad("mirror line", Vec3::new(0.0, -0.8, 0.0), Vec3::X, Vec3::X, mirror);
-    let eye = Vec3::new(0.0, 0.5, 2.0);
-    survives("path_perturbation", &builder.build(), &[(eye, Vec3::ZERO), (eye, Vec3::new(0.7, 0.0, 0.0))], 2);
+    let (scene, eyes) = things_without_size();
+    survives("path_perturbation", &scene, &eyes, 2);
 }
 
 #[test]

@@ -48,6 +48,16 @@ pub fn measured(id: &str, scene: &Scene, settings: &str, order: u32, every: u32)
     (comparison.expect("the reflector is seen"), round_trip(scene, &view, projector.as_ref(), options, &Silent))
 }
 
+/// The round trips of every `every`-th pixel of a picture of 640 x 480, at order 1.
+pub fn round_trips(id: &str, scene: &Scene, settings: &str, every: u32) -> RoundTrip {
+    let view = scene.default_view(640, 480);
+    let quality = Quality { samples: 1, order: 1 };
+    let mut method = prepared(id, settings, scene, quality);
+    let job = Job { scene, view: &view, quality, progress: &Silent };
+    let projector = method.projector(&job).expect("it was prepared").expect("it projects");
+    round_trip(scene, &view, projector.as_ref(), RoundTripOptions { order: 1, every }, &Silent)
+}
+
 /// The pictures from several eyes are finite; nothing panics.
 pub fn survives(id: &str, scene: &Scene, eyes: &[(Vec3, Vec3)], order: u32) {
     survives_with(id, "", scene, eyes, order);

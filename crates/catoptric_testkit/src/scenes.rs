@@ -158,6 +158,23 @@ pub fn sphere_in_room(analytic: bool) -> Scene {
     builder.build()
 }
 
+/// A room with a ball and a speck of a mirror, among points and lines, some of them mirrors, too; and eyes with what they
+/// look at.
+pub fn things_without_size() -> (Scene, [(Vec3, Vec3); 2]) {
+    let mut builder = SceneBuilder::new();
+    let grey = builder.flat("grey", Vec3::splat(0.5));
+    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, grey);
+    builder.quad("point", Vec3::new(0.5, 0.5, 0.5), Vec3::ZERO, Vec3::ZERO, grey);
+    builder.quad("line", Vec3::new(-0.5, 0.5, 0.5), Vec3::X, Vec3::ZERO, grey);
+    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
+    builder.sphere("ball", Vec3::ZERO, 0.3, mirror);
+    builder.sphere("speck", Vec3::new(0.7, 0.0, 0.0), 1e-6, mirror);
+    builder.quad("mirror point", Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO, Vec3::ZERO, mirror);
+    builder.quad("mirror line", Vec3::new(0.0, -0.8, 0.0), Vec3::X, Vec3::X, mirror);
+    let eye = Vec3::new(0.0, 0.5, 2.0);
+    (builder.build(), [(eye, Vec3::ZERO), (eye, Vec3::new(0.7, 0.0, 0.0))])
+}
+
 impl SceneBuilder {
     /// An unlit parallelogram whose colour tells the position: (share along `u`, share along `v`, 1).
     pub fn ruler(&mut self, name: &str, corner: Vec3, u: Vec3, v: Vec3) {

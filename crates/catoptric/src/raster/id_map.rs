@@ -58,6 +58,18 @@ impl IdMap {
     }
 }
 
+/// Calls `emit` for every texel whose centre lies in a triangle or on its border, with the shares of the corners there.
+#[inline]
+pub(crate) fn covered_shares(corners: [Vec2; 3], width: u32, height: u32, mut emit: impl FnMut(u32, u32, [f32; 3])) {
+    let [a, b, c] = corners;
+    let area = (b - a).perp_dot(c - a);
+    covered(corners, width, height, |x, y| {
+        let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        let (second, third) = ((place - a).perp_dot(c - a) / area, (b - a).perp_dot(place - a) / area);
+        emit(x, y, [1.0 - second - third, second, third]);
+    });
+}
+
 /// Calls `emit` for every texel whose centre lies in a triangle or on its border.
 #[inline]
 pub(crate) fn covered(corners: [Vec2; 3], width: u32, height: u32, mut emit: impl FnMut(u32, u32)) {

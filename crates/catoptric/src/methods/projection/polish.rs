@@ -1,11 +1,13 @@
 //! The polish step of every projection method: Newton's method on the specular constraint, from where an approximation
 //! has put the bounces.
 
+use super::Projection;
 use super::ray_map::Motion;
 use crate::optics::bundle::{Eye, OutgoingRays};
 use crate::optics::specular_solver::{PathSites, first_order_bundle_of, solve_within};
+use crate::scene::PreciseView;
 use crate::surface::site::SpecularSurfaces;
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 /// Residuals of the specular constraint below this count as solved.
 pub(super) const SOLVED_RESIDUAL: f64 = 1e-10;
@@ -31,6 +33,31 @@ pub(super) struct Polished {
     pub(super) motion: Motion,
     /// Whether the residual is below [`SOLVED_RESIDUAL`].
     pub(super) converged: bool,
+}
+
+impl Polished {
+    /// The appearance of a scene point by this path; `optical_length` is that of all of it.
+    pub(super) fn projection(
+        &self,
+        path: u32,
+        view: &PreciseView,
+        optical_length: f64,
+        point: DVec3,
+    ) -> Option<Projection> {
+        let first = self.sites.sites[0].position;
+        let [x, y] = view.place_of(first)?;
+        let projection = Projection {
+            path,
+            focal_index: self.motion.focal_index,
+            image_px: Vec2::new(x as f32, y as f32),
+            image_change: self.motion.image_change(view.place_change(first)),
+            path_length: optical_length as f32,
+            reflection_point: first.as_vec3(),
+            last_segment: self.last.distance(point) as f32,
+            error_px: 0.0,
+        };
+        projection.if_meaningful()
+    }
 }
 
 /// The path near `start` that leads to a point; none where the solver finds none, or one that meets surfaces from other

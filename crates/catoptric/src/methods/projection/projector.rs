@@ -48,7 +48,8 @@ pub struct Projection {
     pub image_px: Vec2,
     /// The change of `image_px.x` and of `image_px.y` with the scene point: pixels a scene unit.
     pub image_change: [Vec3; 2],
-    /// Length from the eye's plane (orthographic) or the eye to the scene point along the path, in scene units.
+    /// Optical length (within glass times its index of refraction) from the eye's plane (orthographic) or the eye to the
+    /// scene point along the path, in scene units.
     pub path_length: f32,
     /// The first reflection point, counted from the eye.
     pub reflection_point: Vec3,

@@ -24,9 +24,6 @@ const OWN_REFLECTED: f32 = 0.02;
 /// The same for lenses through which it is seen from within: at their rims they are thin.
 const OWN_TRANSMITTED: f32 = 0.002;
 
-/// No more pieces than this are made of one object on one path, as a rule.
-pub const MAX_PIECES: usize = 200_000;
-
 /// What depends on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
     mirrors: Mirrors,

@@ -2,8 +2,7 @@
 //! and extended beyond.
 
 use super::chart::CellCorner;
-use crate::methods::projection::virtual_objects::Reflector;
-use crate::optics::bundle::BounceKind;
+use crate::methods::projection::virtual_objects::{CORNERS, Reflector, interpolated};
 use crate::surface::site::NO_NEIGHBOUR;
 use glam::{Vec2, Vec3};
 
@@ -27,9 +26,6 @@ pub(super) struct Cell {
     pub(super) triangle: u32,
     pub(super) beyond: bool,
 }
-
-/// The corners of a triangle, in its own weights.
-const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
 /// All cells of a reflector.
 pub(super) fn cells_of(reflector: &Reflector<'_>) -> Vec<Cell> {
@@ -82,20 +78,15 @@ impl Maker<'_> {
     /// A place of the triangle's plane, by its weights; the ray arrives there as between those at the corners.
     fn place(&self, weights: Vec2) -> RayCorner {
         let (mesh, rays) = (self.reflector.mesh, self.reflector.rays);
-        let mix = |values: &[Vec3]| {
-            let [a, b, c] = self.triangle.map(|vertex| values[vertex as usize]);
-            a + (b - a) * weights.x + (c - a) * weights.y
-        };
+        let mix = |values: &[Vec3]| interpolated(values, self.triangle, weights);
         let position = mix(&mesh.positions);
         let normal = mix(&mesh.normals).normalize_or_zero() * rays.side;
-        let incoming = match rays.kind {
-            // Where all rays come from one point.
-            BounceKind::Reflect | BounceKind::Transmit if self.reflector.view.is_some() => {
-                let origin = mix(&rays.origins);
-                (position - origin).normalize_or_zero()
-            }
-            _ => mix(&rays.incoming).normalize_or_zero(),
+        // From the eye all rays come from one point.
+        let incoming = match self.reflector.view {
+            Some(_) => position - mix(&rays.origins),
+            None => mix(&rays.incoming),
         };
+        let incoming = incoming.normalize_or_zero();
         let corner = CellCorner { position, normal };
         RayCorner { corner, outgoing: rays.scattered(incoming, normal), outward: false }
     }

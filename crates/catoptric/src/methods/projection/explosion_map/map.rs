@@ -6,7 +6,7 @@ use super::samples::Samples;
 use super::settings::{ExplosionMapSettings, Variant};
 use super::subdivision;
 use crate::math::Aabb;
-use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, outer, weights_of};
+use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, interpolated, outer, weights_of};
 use crate::optics::bundle::BounceKind;
 use crate::parallel;
 use glam::{Mat3, Vec2, Vec3};
@@ -260,12 +260,6 @@ impl Locator for ExplosionMap {
 #[inline]
 fn at(values: [Vec3; 3], origin: Vec2, uv: Vec2) -> Vec3 {
     values[0] + values[1] * (uv.x - origin.x) + values[2] * (uv.y - origin.y)
-}
-
-/// A value of the vertices at a place of a triangle.
-pub(super) fn interpolated(values: &[Vec3], triangle: [u32; 3], weights: Vec2) -> Vec3 {
-    let [a, b, c] = triangle.map(|vertex| values[vertex as usize]);
-    a + (b - a) * weights.x + (c - a) * weights.y
 }
 
 impl Sphere {

@@ -11,7 +11,7 @@ const COUNT: usize = 512;
 /// Walks start from so many of them.
 const STARTS: usize = 4;
 
-/// Rays pass a point by: starts are this many times nearer to it than they are to each other's.
+/// Of rays that start nearer to each other than this share of the reflector's radius one is enough to start from.
 const NEIGHBOUR_SHARE: f32 = 0.15;
 
 /// Rays that leave the reflector, spread over its triangles.

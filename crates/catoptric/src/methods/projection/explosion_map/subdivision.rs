@@ -1,8 +1,7 @@
 //! The reflection subdivision: the cells of rays that leave the reflector's triangles divide space, and a point's place
 //! in its cell is its reflection. The cell is found by walking from cell to cell.
 
-use super::map::interpolated;
-use crate::methods::projection::virtual_objects::{Foot, Reflector, weights_of};
+use crate::methods::projection::virtual_objects::{Foot, Reflector, interpolated, weights_of};
 use crate::surface::site::NO_NEIGHBOUR;
 use glam::{Mat3, Vec2, Vec3};
 

@@ -54,7 +54,7 @@ impl ReflectorMap {
     /// Builds the map for the eye of a view.
     pub fn look(&mut self, view: &View) {
         let rays = VertexRays::of_view(&self.mesh, view);
-        let reflector = Reflector { mesh: &self.mesh, rays: &rays, view: Some(view) };
+        let reflector = Reflector { index: 0, mesh: &self.mesh, rays: &rays, view: Some(view) };
         self.map = ExplosionMap::new(&reflector, &self.scene_bounds, &self.settings);
     }
 

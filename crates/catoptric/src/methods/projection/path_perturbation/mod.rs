@@ -14,8 +14,8 @@ use crate::framebuffer::Framebuffer;
 use crate::math::Aabb;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
-use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
-use crate::methods::projection::virtual_scene::{MAX_PIECES, VirtualScene};
+use crate::methods::projection::virtual_mesh::MeshQuality;
+use crate::methods::projection::virtual_scene::VirtualScene;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::scene::{PreciseView, Scene, View};
@@ -150,12 +150,9 @@ impl ReflectionMethod for PathPerturbation {
         let perturber = perturber(&self.settings, frame, job, surfaces);
         // What expansions alone say of neighbouring points differs by more than the finest pieces.
         let (edge_error_px, piece_px) = if self.settings.polish == 0 { COARSE_PX } else { (0.0, 0.0) };
-        let quality = MeshQuality {
-            edge_error_px: self.settings.edge_error_px.max(edge_error_px),
-            piece_px: self.settings.piece_px.max(piece_px),
-            picture: PictureScale::new(job.view),
-            max_pieces: MAX_PIECES,
-        };
+        let (edge_error_px, piece_px) =
+            (self.settings.edge_error_px.max(edge_error_px), self.settings.piece_px.max(piece_px));
+        let quality = MeshQuality::new(job.view, edge_error_px, piece_px);
         scene.draw(job, &perturber, &quality, None, &mut report, target)?;
         Ok(report)
     }

@@ -259,19 +259,15 @@ impl Perturber<'_> {
         [x, y]: [f64; 2],
         point: DVec3,
     ) -> Option<Projection> {
-        let Motion { change, across, focal_index } = found.motion;
         let gradients = self.view.place_change(found.reflection_point);
-        // d place / d point = sum over lateral axes of (gradient . change_i) across_i.
-        let image_change = gradients
-            .map(|gradient| (across[0] * gradient.dot(change[0]) + across[1] * gradient.dot(change[1])).as_vec3());
         let [gx, gy] = gradients;
         let tangents = &sample.first.first;
         let left_out = tangents[0] * found.left_out.x + tangents[1] * found.left_out.y;
         let projection = Projection {
             path,
-            focal_index,
+            focal_index: found.motion.focal_index,
             image_px: Vec2::new(x as f32, y as f32),
-            image_change,
+            image_change: found.motion.image_change(gradients),
             path_length: found.optical_length as f32,
             reflection_point: found.reflection_point.as_vec3(),
             last_segment: found.last.distance(point) as f32,

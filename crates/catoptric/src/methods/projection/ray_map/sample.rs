@@ -82,6 +82,15 @@ pub struct Motion {
     pub focal_index: u32,
 }
 
+impl Motion {
+    /// How the place in the picture moves with the scene point, from how it moves with the first reflection point.
+    pub fn image_change(&self, gradients: [DVec3; 2]) -> [Vec3; 2] {
+        let Self { change, across, .. } = self;
+        // d place / d point = sum over lateral axes of (gradient . change_i) across_i.
+        gradients.map(|gradient| (across[0] * gradient.dot(change[0]) + across[1] * gradient.dot(change[1])).as_vec3())
+    }
+}
+
 impl RaySample {
     /// Where a scene point near the ray is reflected; none at a focal point.
     #[inline]

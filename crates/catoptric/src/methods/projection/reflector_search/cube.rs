@@ -1,8 +1,8 @@
 //! The six faces of a cube around a reflector.
 
 use super::image::{Place, Texel};
-use crate::methods::projection::virtual_objects::{NOTHING, ReflectorMesh};
-use crate::raster::id_map::covered;
+use crate::methods::projection::virtual_objects::{CORNERS, NOTHING, ReflectorMesh, in_front};
+use crate::raster::id_map::covered_shares;
 use glam::{Vec2, Vec3};
 
 /// Faces reach so many texels over their edges, so that every place lies amid texels of its own face.
@@ -93,19 +93,14 @@ impl CubeFaces {
         let sign = if outermost { -1.0 } else { 1.0 };
         let mut seen = vec![(f32::NEG_INFINITY, NOTHING, Vec2::ZERO); side as usize * side as usize];
         for (index, triangle) in mesh.triangles.iter().enumerate() {
-            let corners = triangle.map(|vertex| {
-                let from = mesh.positions[vertex as usize] - self.center;
-                Vec3::new(right.dot(from), down.dot(from), forward.dot(from))
+            let corners = [0, 1, 2].map(|k| {
+                let from = mesh.positions[triangle[k] as usize] - self.center;
+                (Vec3::new(right.dot(from), down.dot(from), forward.dot(from)), CORNERS[k])
             });
-            let corners = [(corners[0], Vec2::ZERO), (corners[1], Vec2::X), (corners[2], Vec2::Y)];
-            in_front(corners, NEAR_SHARE * mesh.radius, |piece| {
+            let height = |(corner, _): &Corner| corner.z - NEAR_SHARE * mesh.radius;
+            in_front(corners, height, mixed, |piece| {
                 let places = piece.map(|(corner, _)| self.place_of(corner.truncate() / corner.z) + 0.5);
-                let [a, b, c] = places;
-                let area = (b - a).perp_dot(c - a);
-                covered(places, side, side, |x, y| {
-                    let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                    let (second, third) = ((place - a).perp_dot(c - a) / area, (b - a).perp_dot(place - a) / area);
-                    let shares = [1.0 - second - third, second, third];
+                covered_shares(places, side, side, |x, y, shares| {
                     // Linear on the face: one over the depth, and weights times it.
                     let nearness: f32 = (0..3).map(|k| shares[k] / piece[k].0.z).sum();
                     let texel = &mut seen[(y * side + x) as usize];
@@ -120,26 +115,9 @@ impl CubeFaces {
     }
 }
 
-/// Cuts off what is not in front of a face; hands over no triangle, one or two.
-fn in_front(corners: [Corner; 3], near: f32, mut emit: impl FnMut([Corner; 3])) {
-    let mut polygon: [Corner; 4] = [corners[0]; 4];
-    let mut count = 0;
-    for k in 0..3 {
-        let (here, next) = (corners[k], corners[(k + 1) % 3]);
-        let (before, after) = (here.0.z - near, next.0.z - near);
-        if before >= 0.0 {
-            polygon[count] = here;
-            count += 1;
-        }
-        if (before >= 0.0) != (after >= 0.0) {
-            let share = before / (before - after);
-            polygon[count] = (here.0.lerp(next.0, share), here.1.lerp(next.1, share));
-            count += 1;
-        }
-    }
-    for last in 2..count {
-        emit([polygon[0], polygon[last - 1], polygon[last]]);
-    }
+/// The corner at a share of the way between two.
+fn mixed(here: &Corner, next: &Corner, share: f32) -> Corner {
+    (here.0.lerp(next.0, share), here.1.lerp(next.1, share))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Pictures of a reflector: what of it is at a texel, and which texels lie side by side on its surface.
 
 use super::cube::CubeFaces;
-use crate::methods::projection::virtual_objects::{EyeImage, NOTHING, ReflectorMesh};
+use crate::methods::projection::virtual_objects::{EyeImage, NOTHING, ReflectorMesh, interpolated};
 use crate::parallel;
 use crate::scene::View;
 use glam::{Vec2, Vec3};
@@ -119,10 +119,7 @@ impl Texel {
         let nothing =
             Self { position: Vec3::NAN, normal: Vec3::NAN, triangle: NOTHING, weights: Vec2::ZERO, joined: false };
         let Some(corners) = mesh.triangles.get(triangle as usize) else { return nothing };
-        let at = |values: &[Vec3]| {
-            let [a, b, c] = corners.map(|vertex| values[vertex as usize]);
-            a + (b - a) * weights.x + (c - a) * weights.y
-        };
+        let at = |values: &[Vec3]| interpolated(values, *corners, weights);
         let (position, normal) = (at(&mesh.positions), at(&mesh.normals).try_normalize());
         match normal {
             Some(normal) if position.is_finite() => Self { position, normal, triangle, weights, joined: false },

@@ -15,25 +15,18 @@ mod tests;
 
 pub use settings::{Images, Refine, ReflectorSearchSettings};
 
-use super::virtual_objects::{Levels, Options, Recursion, Reflector, ReflectorMesh, VirtualObjects};
+use super::virtual_objects::{Kept, LONGEST_EDGE, Options, Recursion};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::projection::VertexProjector;
-use crate::methods::projection::ray_map::eye_of;
-use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
-use crate::methods::projection::virtual_scene::{MAX_PIECES, VirtualScene};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::scene::{PreciseView, Scene, View};
-use crate::surface::site::SpecularSurfaces;
+use crate::scene::Scene;
 use image::ReflectorImage;
 use search::ReflectorSearch;
 use std::sync::Arc;
-
-/// Edges of reflectors longer than this share of their radius are halved: corrections need small triangles.
-const LONGEST_EDGE: f32 = 0.125;
 
 /// What the search in pictures of reflectors is.
 pub static INFO: MethodInfo = MethodInfo {
@@ -50,104 +43,61 @@ pub static INFO: MethodInfo = MethodInfo {
     create: |table| Ok(Box::new(ReflectorSearchMethod::new(ReflectorSearchSettings::from_table(table)?))),
 };
 
-/// Appearances behind other parts of a reflector are told by a picture of it with this many texels a side.
-const EYE_IMAGE_SIZE: u32 = 256;
-
 /// The method with what it keeps from frame to frame.
 struct ReflectorSearchMethod {
     settings: ReflectorSearchSettings,
-    scene: Option<VirtualScene>,
-    meshes: Vec<ReflectorMesh>,
+    kept: Kept<ReflectorSearch>,
     /// Of each mesh, once they are needed.
     cubes: Vec<Arc<ReflectorImage>>,
-    frame: Option<Frame>,
-}
-
-/// What depends on the view and the mirrors, but not on what moves among them.
-struct Frame {
-    view: View,
-    order: u32,
-    levels: Levels<ReflectorSearch>,
-    bytes: u64,
 }
 
 impl ReflectorSearchMethod {
     fn new(settings: ReflectorSearchSettings) -> Self {
-        Self { settings, scene: None, meshes: Vec::new(), cubes: Vec::new(), frame: None }
+        Self { settings, kept: Kept::new(INFO.id), cubes: Vec::new() }
     }
 
     /// Makes the cube maps that are missing, if paths of this order need them.
     fn make_cubes(&mut self, order: u32) {
         let needed = order > 1 || self.settings.images == Images::Cube;
-        if needed && self.cubes.len() != self.meshes.len() {
+        let meshes = self.kept.meshes();
+        if needed && self.cubes.len() != meshes.len() {
             // As many texels around as there are in two pictures of half of it.
             let size = self.settings.map_size.div_ceil(2);
-            self.cubes = self.meshes.iter().map(|mesh| Arc::new(ReflectorImage::around(mesh, size))).collect();
+            self.cubes = meshes.iter().map(|mesh| Arc::new(ReflectorImage::around(mesh, size))).collect();
         }
     }
 
     /// Builds what depends on the view where the kept one does not fit it.
     fn build(&mut self, job: &Job<'_>) -> Result<(), RenderError> {
-        let fits = self.scene.as_ref().is_some_and(|prepared| prepared.fits(job.scene));
-        if !fits {
-            return Err(unprepared());
-        }
-        let order = job.quality.order;
-        if self.frame.as_ref().is_some_and(|frame| frame.view == *job.view && frame.order == order) {
+        if self.kept.fits(job)? {
             return Ok(());
         }
-        self.make_cubes(order);
-        let (meshes, cubes, size) = (&self.meshes, &self.cubes, self.settings.map_size);
+        self.make_cubes(job.quality.order);
+        let (meshes, cubes, size) = (self.kept.meshes(), &self.cubes, self.settings.map_size);
         let from_eye = |index: usize| ReflectorImage::from_eye(&meshes[index], job.view, size).map(Arc::new);
-        let seen = match self.settings.images {
+        let images = self.settings.images;
+        let seen = match images {
             Images::Eye => parallel::map_collect(meshes.len(), from_eye),
             Images::Cube => Vec::new(),
         };
-        let make = |reflector: &Reflector<'_>| {
-            let index = meshes.iter().position(|mesh| mesh.object == reflector.mesh.object)?;
-            let image = match (reflector.view, self.settings.images) {
+        self.kept.build(job, |reflector| {
+            let index = reflector.index as usize;
+            let image = match (reflector.view, images) {
                 (Some(_), Images::Eye) => seen.get(index)?.clone()?,
                 _ => cubes.get(index)?.clone(),
             };
             ReflectorSearch::new(reflector, image)
-        };
-        let levels = Levels::build(job.scene, meshes, job.view, order, EYE_IMAGE_SIZE, make);
-        let images = seen.iter().flatten().chain(cubes);
-        let bytes = levels.byte_count() + images.map(|image| image.byte_count()).sum::<u64>();
-        self.frame = Some(Frame { view: job.view.clone(), order, levels, bytes });
-        if let Some(prepared) = &mut self.scene {
-            prepared.forget_meshes();
-        }
+        });
         Ok(())
     }
-}
 
-fn projector<'a>(
-    settings: &ReflectorSearchSettings,
-    frame: &'a Frame,
-    meshes: &'a [ReflectorMesh],
-    job: &Job<'_>,
-    surfaces: SpecularSurfaces<'a>,
-) -> VirtualObjects<'a, ReflectorSearch> {
-    VirtualObjects {
-        levels: &frame.levels,
-        meshes,
-        surfaces,
-        eye: eye_of(job.view),
-        picture: job.view.picture_from_world(),
-        view: PreciseView::new(job.view),
-        options: Options {
-            polish: settings.polish,
-            recursion: match settings.refine {
-                Refine::Corrected => Recursion::Feet,
-                Refine::Texel => Recursion::VirtualPoints,
-            },
-        },
+    fn options(&self) -> Options {
+        let recursion = match self.settings.refine {
+            Refine::Corrected => Recursion::Feet,
+            Refine::Texel => Recursion::VirtualPoints,
+        };
+        Options { polish: self.settings.polish, recursion }
     }
-}
-
-fn unprepared() -> RenderError {
-    RenderError::Limit { method: INFO.id, problem: "it has not been prepared for the scene".into() }
 }
 
 impl ReflectionMethod for ReflectorSearchMethod {
@@ -156,14 +106,9 @@ impl ReflectionMethod for ReflectorSearchMethod {
     }
 
     fn prepare(&mut self, scene: &Scene, quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
-        let mut report = VirtualScene::prepare(&mut self.scene, &mut self.frame, scene);
-        if self.frame.is_none() {
-            let mut watch = Stopwatch::new();
-            let objects = scene.specular_objects();
-            let mesh = |index: usize| ReflectorMesh::new(scene, objects[index], LONGEST_EDGE);
-            self.meshes = parallel::map_collect(objects.len(), mesh);
+        let (mut report, new) = self.kept.prepare(scene, LONGEST_EDGE);
+        if new {
             self.cubes.clear();
-            report.stages_ms.push(("reflectors", watch.lap_ms()));
         }
         let mut watch = Stopwatch::new();
         self.make_cubes(quality.order);
@@ -176,24 +121,13 @@ impl ReflectionMethod for ReflectorSearchMethod {
         let mut report = Report::default();
         self.build(job)?;
         report.stages_ms.push(("build", watch.lap_ms()));
-        let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
-        report.bytes.insert("maps", frame.bytes);
-        let surfaces = scene.surfaces(job.scene);
-        let projector = projector(&self.settings, frame, &self.meshes, job, surfaces);
-        let quality = MeshQuality {
-            edge_error_px: self.settings.edge_error_px,
-            piece_px: self.settings.piece_px,
-            picture: PictureScale::new(job.view),
-            max_pieces: MAX_PIECES,
-        };
-        scene.draw(job, &projector, &quality, None, &mut report, target)?;
+        let sizes = [self.settings.edge_error_px, self.settings.piece_px];
+        self.kept.draw(job, self.options(), sizes, &mut report, target)?;
         Ok(report)
     }
 
     fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
         self.build(job)?;
-        let (Some(scene), Some(frame)) = (&self.scene, &self.frame) else { return Err(unprepared()) };
-        let surfaces = scene.surfaces(job.scene);
-        Ok(Some(Box::new(projector(&self.settings, frame, &self.meshes, job, surfaces))))
+        Ok(Some(Box::new(self.kept.projector(job, self.options())?)))
     }
 }

@@ -4,7 +4,7 @@ use super::candidates::{Candidate, Candidates};
 use super::cell::{Cell, Ends};
 use super::image::{Place, ReflectorImage};
 use super::law::Law;
-use crate::methods::projection::virtual_objects::{Foot, Locator, NOTHING, Reflector, weights_of};
+use crate::methods::projection::virtual_objects::{Foot, Locator, NOTHING, Reflector, interpolated, weights_of};
 use crate::optics::bundle::BounceKind;
 use crate::scene::Projection;
 use glam::{Vec2, Vec3};
@@ -117,9 +117,7 @@ impl ReflectorSearch {
         if let Some(eye) = self.eye {
             return eye;
         }
-        let [a, b, c] =
-            reflector.mesh.triangles[triangle as usize].map(|vertex| reflector.rays.origins[vertex as usize]);
-        a + (b - a) * weights.x + (c - a) * weights.y
+        interpolated(&reflector.rays.origins, reflector.mesh.triangles[triangle as usize], weights)
     }
 
     /// Whether the cell to the right of and below a texel shows one piece of surface that rays arrive at.
@@ -359,6 +357,7 @@ impl Locator for ReflectorSearch {
     }
 
     fn byte_count(&self) -> u64 {
-        self.candidates.byte_count() + size_of_val(self.shown.as_slice()) as u64
+        // The picture may be shared with other paths: it is counted for each.
+        self.candidates.byte_count() + self.image.byte_count() + size_of_val(self.shown.as_slice()) as u64
     }
 }

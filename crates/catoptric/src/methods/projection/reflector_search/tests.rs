@@ -37,7 +37,8 @@ impl Set {
         for (path, level) in self.levels.levels.iter().enumerate() {
             for family in &level.families {
                 let view = (self.levels.paths[path].bounces.len() == 1).then_some(&self.view);
-                let reflector = Reflector { mesh: &self.meshes[level.mesh as usize], rays: &family.rays, view };
+                let reflector =
+                    Reflector { index: level.mesh, mesh: &self.meshes[level.mesh as usize], rays: &family.rays, view };
                 family.locator.locate(&reflector, point, &mut |foot| feet.push((path, family.rays.side, *foot)));
             }
         }
@@ -204,7 +205,7 @@ fn search_time() {
         let points = set.random_points(200_000);
         let level = &set.levels.levels[0];
         let family = &level.families[0];
-        let reflector = Reflector { mesh: &set.meshes[0], rays: &family.rays, view: Some(&set.view) };
+        let reflector = Reflector { index: 0, mesh: &set.meshes[0], rays: &family.rays, view: Some(&set.view) };
         let mut found = 0;
         let start = std::time::Instant::now();
         for point in &points {

@@ -34,8 +34,8 @@ use crate::math::Aabb;
 use crate::methods::lookup::environment_map::ReflectorMaps;
 use crate::methods::projection::VertexProjector;
 use crate::methods::projection::ray_map::{Specular, ViewField, eye_of};
-use crate::methods::projection::virtual_mesh::{MeshQuality, PictureScale};
-use crate::methods::projection::virtual_scene::{MAX_PIECES, VirtualScene};
+use crate::methods::projection::virtual_mesh::MeshQuality;
+use crate::methods::projection::virtual_scene::VirtualScene;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
@@ -239,12 +239,7 @@ impl ReflectionMethod for SampleBasedCamera {
         let (Some(scene), Some(frame)) = (&mut self.scene, &self.frame) else { return Err(unprepared()) };
         let (tracer, surfaces) = (scene.tracer().clone(), scene.surfaces(job.scene));
         let projector = projector(&self.settings, frame, job, tracer, surfaces);
-        let quality = MeshQuality {
-            edge_error_px: self.settings.edge_error_px,
-            piece_px: self.settings.piece_px,
-            picture: PictureScale::new(job.view),
-            max_pieces: MAX_PIECES,
-        };
+        let quality = MeshQuality::new(job.view, self.settings.edge_error_px, self.settings.piece_px);
         let maps = self.maps.as_ref().map(|(.., maps)| maps);
         scene.draw(job, &projector, &quality, maps, &mut report, target)?;
         Ok(report)

@@ -2,7 +2,7 @@
 
 use super::cameras::{Cameras, Scratch, Seen};
 use super::grid::RayGrid;
-use crate::methods::projection::polish::{Effort, Polished, polished};
+use crate::methods::projection::polish::{Effort, polished};
 use crate::methods::projection::ray_map::{RayField, RaySample, Specular, ViewField, follow};
 use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::Eye;
@@ -197,34 +197,19 @@ impl CameraProjector<'_> {
         let effort = Effort { steps: self.polish, reach, must_converge: false };
         let exact = point.as_dvec3();
         let found = polished(&self.surfaces, &self.eye, &start, &sample.outside, exact, effort)?;
-        let Polished { sites, last, motion, converged } = found;
-        if !converged {
+        if !found.converged {
             return as_seen.if_meaningful();
         }
-        let first = sites.sites[0].position;
-        let [x, y] = self.view.place_of(first)?;
+        let place = self.view.place_of(found.sites.sites[0].position)?;
         let object = self.paths[path as usize].bounces.last()?.object;
-        if last.distance(exact) < TOUCHING * self.sizes[object as usize] {
+        if found.last.distance(exact) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
-        if !self.is_within(path, &Seen { places: None, ..*seen }, self.cell_of([x, y])) {
+        if !self.is_within(path, &Seen { places: None, ..*seen }, self.cell_of(place)) {
             return None;
         }
-        let image_change = self.view.place_change(first).map(|gradient| {
-            let [right, up] = motion.change.map(|change| gradient.dot(change));
-            (motion.across[0] * right + motion.across[1] * up).as_vec3()
-        });
-        let projection = Projection {
-            path,
-            focal_index: motion.focal_index,
-            image_px: Vec2::new(x as f32, y as f32),
-            image_change,
-            path_length: sample.optical_length_along(&self.eye, &sites, exact) as f32,
-            reflection_point: first.as_vec3(),
-            last_segment: last.distance(exact) as f32,
-            error_px: 0.0,
-        };
-        projection.if_meaningful()
+        let length = sample.optical_length_along(&self.eye, &found.sites, exact);
+        found.projection(path, &self.view, length, exact)
     }
 
     /// About how far apart on the first surface neighbouring rays are, seen face on.

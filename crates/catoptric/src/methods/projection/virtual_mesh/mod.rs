@@ -36,6 +36,16 @@ pub struct MeshQuality {
     pub max_pieces: usize,
 }
 
+/// No more pieces than this are made of one object on one path, as a rule.
+const MAX_PIECES: usize = 200_000;
+
+impl MeshQuality {
+    /// For a view's picture, by the finest edges' error and the smallest pieces, both in pixels.
+    pub fn new(view: &View, edge_error_px: f32, piece_px: f32) -> Self {
+        Self { edge_error_px, piece_px, picture: PictureScale::new(view), max_pieces: MAX_PIECES }
+    }
+}
+
 /// How places in a picture and path lengths make picture points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureScale {

@@ -1,7 +1,8 @@
 //! A small picture of a reflector from the eye: what of it is seen first?
 
 use super::mesh::ReflectorMesh;
-use crate::raster::id_map::covered;
+use super::piece::{CORNERS, in_front, interpolated};
+use crate::raster::id_map::covered_shares;
 use crate::scene::{PicturePoint, View};
 use glam::{Vec2, Vec3};
 
@@ -41,9 +42,11 @@ impl EyeImage {
         let perspective = matches!(view.projection, crate::scene::Projection::Perspective { .. });
         let mut pieces: Vec<(u32, [Corner; 3])> = Vec::with_capacity(mesh.triangles.len());
         for (index, triangle) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.map(|vertex| points[vertex as usize]);
-            let corners = [(a, Vec2::ZERO), (b, Vec2::X), (c, Vec2::Y)];
-            clipped(corners, near, perspective, |corners| pieces.push((index as u32, corners)));
+            let corners = [0, 1, 2].map(|k| (points[triangle[k] as usize], CORNERS[k]));
+            let height = |(point, _): &(PicturePoint, Vec2)| point.depth - near;
+            in_front(corners, height, mixed, |corners| {
+                pieces.push((index as u32, corners.map(|corner| Corner::new(corner, perspective))));
+            });
         }
         // The part of the picture that it covers.
         let size_px = Vec2::new(view.width as f32, view.height as f32);
@@ -66,13 +69,8 @@ impl EyeImage {
         let mut texels = vec![nothing; width as usize * height as usize];
         for (triangle, corners) in pieces {
             let places = corners.map(|corner| (corner.place - low_px) * texels_a_px);
-            let [a, b, c] = places;
-            let area = (b - a).perp_dot(c - a);
-            covered(places, width, height, |x, y| {
-                let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            covered_shares(places, width, height, |x, y, shares| {
                 // Linear in the picture: the nearness, and weights times it.
-                let (second, third) = ((place - a).perp_dot(c - a) / area, (b - a).perp_dot(place - a) / area);
-                let shares = [1.0 - second - third, second, third];
                 let nearness: f32 = (0..3).map(|k| corners[k].nearness * shares[k]).sum();
                 let texel = &mut texels[(y * width + x) as usize];
                 if nearness > texel.nearness {
@@ -115,8 +113,7 @@ impl EyeTexel {
     /// What it shows; not finite where that is nothing.
     pub(in super::super) fn position(&self, mesh: &ReflectorMesh) -> Vec3 {
         let Some(corners) = mesh.triangles.get(self.triangle as usize) else { return Vec3::NAN };
-        let [a, b, c] = corners.map(|vertex| mesh.positions[vertex as usize]);
-        a + (b - a) * self.weights.x + (c - a) * self.weights.y
+        interpolated(&mesh.positions, *corners, self.weights)
     }
 }
 
@@ -130,35 +127,21 @@ struct Corner {
     weights: Vec2,
 }
 
-/// Cuts off what is nearer than the near plane; hands over one triangle or two.
-fn clipped(corners: [(PicturePoint, Vec2); 3], near: f32, perspective: bool, mut emit: impl FnMut([Corner; 3])) {
-    let mut polygon: [(PicturePoint, Vec2); 4] = [corners[0]; 4];
-    let mut count = 0;
-    for k in 0..3 {
-        let (here, next) = (corners[k], corners[(k + 1) % 3]);
-        let (before, after) = (here.0.depth - near, next.0.depth - near);
-        if before >= 0.0 {
-            polygon[count] = here;
-            count += 1;
-        }
-        if (before >= 0.0) != (after >= 0.0) {
-            let share = before / (before - after);
-            let mix = |a: f32, b: f32| a + (b - a) * share;
-            let point = PicturePoint {
-                xy: here.0.xy.lerp(next.0.xy, share),
-                w: mix(here.0.w, next.0.w),
-                depth: mix(here.0.depth, next.0.depth),
-            };
-            polygon[count] = (point, here.1.lerp(next.1, share));
-            count += 1;
-        }
-    }
-    let corner = |(point, weights): (PicturePoint, Vec2)| {
+impl Corner {
+    fn new((point, weights): (PicturePoint, Vec2), perspective: bool) -> Self {
         let scale = 1.0 / point.w;
         let nearness = if perspective { scale } else { -point.depth };
-        Corner { place: point.xy * scale, nearness, scale, weights }
-    };
-    for last in 2..count {
-        emit([polygon[0], polygon[last - 1], polygon[last]].map(corner));
+        Self { place: point.xy * scale, nearness, scale, weights }
     }
+}
+
+/// The corner at a share of the way between two.
+fn mixed(here: &(PicturePoint, Vec2), next: &(PicturePoint, Vec2), share: f32) -> (PicturePoint, Vec2) {
+    let mix = |a: f32, b: f32| a + (b - a) * share;
+    let point = PicturePoint {
+        xy: here.0.xy.lerp(next.0.xy, share),
+        w: mix(here.0.w, next.0.w),
+        depth: mix(here.0.depth, next.0.depth),
+    };
+    (point, here.1.lerp(next.1, share))
 }

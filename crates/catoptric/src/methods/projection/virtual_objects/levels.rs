@@ -21,6 +21,8 @@ const VERTICES_AT_ONCE: usize = 1024;
 /// A reflector with rays at its vertices.
 #[derive(Clone, Copy)]
 pub(in super::super) struct Reflector<'a> {
+    /// Which of the scene's specular objects it is.
+    pub(in super::super) index: u32,
     pub(in super::super) mesh: &'a ReflectorMesh,
     pub(in super::super) rays: &'a VertexRays,
     /// The view, where the rays come straight from the eye.
@@ -80,6 +82,8 @@ pub(in super::super) enum Recursion {
 pub(in super::super) struct Step {
     pub(in super::super) foot: Foot,
     pub(in super::super) outside: bool,
+    /// The index of refraction of what the ray goes on in.
+    pub(in super::super) index_after: f32,
     pub(in super::super) bounce: Bounce,
     pub(in super::super) mesh: u32,
 }
@@ -90,7 +94,7 @@ pub(in super::super) struct Appearance<'a> {
     pub(in super::super) seen: Vec3,
     /// Its change with the scene point.
     pub(in super::super) change: Mat3,
-    /// Length of the path from the first bounce to the scene point.
+    /// Optical length of the path from the first bounce to the scene point.
     pub(in super::super) length: f32,
     /// Focal points passed, summed over the path.
     pub(in super::super) focal_index: u32,
@@ -106,7 +110,9 @@ struct Descent<'a> {
     wanted: Option<(u32, u32)>,
     point: Vec3,
     change: Mat3,
+    /// Optical, from the last foot to the scene point; how much of the way to `point` lies behind that foot.
     length: f32,
+    behind: f32,
     focal_index: u32,
 }
 
@@ -177,17 +183,18 @@ impl<L: Locator> Levels<L> {
                         continue;
                     }
                     let transmits = kind == BounceKind::Transmit;
+                    let within = (*inside != transmits).then_some(material.ior);
                     let eta = match (transmits, side > 0.0) {
                         (false, _) => 1.0,
                         (true, true) => 1.0 / material.ior,
                         (true, false) => material.ior,
                     };
-                    let rays = VertexRays::new(mesh, kind, side, eta, *inside != transmits, arriving.clone());
+                    let rays = VertexRays::new(mesh, kind, side, eta, within, arriving.clone());
                     if !mesh.triangles.iter().any(|triangle| rays.shows(*triangle)) {
                         continue;
                     }
                     let view = parent.is_none().then_some(&self.view);
-                    if let Some(locator) = make(&Reflector { mesh, rays: &rays, view }) {
+                    if let Some(locator) = make(&Reflector { index, mesh, rays: &rays, view }) {
                         families.push(Family { rays, locator, parent: *from });
                     }
                 }
@@ -261,7 +268,7 @@ impl<L: Locator> Levels<L> {
 
     fn reflector<'a>(&'a self, meshes: &'a [ReflectorMesh], level: &Level<L>, family: &'a Family<L>) -> Reflector<'a> {
         let view = level.parent.is_none().then_some(&self.view);
-        Reflector { mesh: &meshes[level.mesh as usize], rays: &family.rays, view }
+        Reflector { index: level.mesh, mesh: &meshes[level.mesh as usize], rays: &family.rays, view }
     }
 
     /// Calls `take` for all appearances of a point on a path.
@@ -273,7 +280,15 @@ impl<L: Locator> Levels<L> {
         recursion: Recursion,
         take: &mut dyn FnMut(&Appearance<'_>),
     ) {
-        let start = Descent { steps: &[], wanted: None, point, change: Mat3::IDENTITY, length: 0.0, focal_index: 0 };
+        let start = Descent {
+            steps: &[],
+            wanted: None,
+            point,
+            change: Mat3::IDENTITY,
+            length: 0.0,
+            behind: 0.0,
+            focal_index: 0,
+        };
         self.descend(meshes, path, &start, recursion, take);
     }
 
@@ -296,7 +311,8 @@ impl<L: Locator> Levels<L> {
                 continue;
             }
             family.locator.locate(&reflector, from.point, &mut |foot| {
-                let sheet = family.rays.focal_index(reflector.mesh, foot.triangle, foot.position.distance(from.point));
+                let distance = foot.position.distance(from.point);
+                let sheet = family.rays.focal_index(reflector.mesh, foot.triangle, distance);
                 if from.wanted.is_some_and(|(_, wanted)| wanted != sheet) {
                     return;
                 }
@@ -305,16 +321,20 @@ impl<L: Locator> Levels<L> {
                     Recursion::Feet => foot.corrected(reflector.mesh, &family.rays, from.point),
                 };
                 let foot = corrected.unwrap_or(*foot);
-                let (point, moves) = match recursion {
-                    Recursion::Feet if foot.beyond => foot.beside(from.point),
-                    Recursion::Feet if corrected.is_some() => (foot.position, foot.position_change),
+                let distance = foot.position.distance(from.point);
+                let (point, moves, behind) = match recursion {
+                    Recursion::Feet if foot.beyond => {
+                        let (point, moves) = foot.beside(from.point);
+                        (point, moves, 0.0)
+                    }
+                    Recursion::Feet if corrected.is_some() => (foot.position, foot.position_change, 0.0),
                     _ => {
-                        let Some(seen) = foot.virtual_point(&family.rays, from.point) else { return };
-                        seen
+                        let Some((seen, moves)) = foot.virtual_point(&family.rays, from.point) else { return };
+                        (seen, moves, distance)
                     }
                 };
-                let outside = family.rays.side > 0.0;
-                let step = Step { foot, outside, bounce: level.bounce, mesh: level.mesh };
+                let (outside, index_after) = (family.rays.side > 0.0, family.rays.index_after);
+                let step = Step { foot, outside, index_after, bounce: level.bounce, mesh: level.mesh };
                 let mut steps = [step; crate::methods::projection::MAX_BOUNCES];
                 let count = from.steps.len();
                 if count >= steps.len() {
@@ -326,7 +346,8 @@ impl<L: Locator> Levels<L> {
                     wanted: family.parent,
                     point,
                     change: moves * from.change,
-                    length: from.length + foot.position.distance(from.point),
+                    length: from.length + (distance - from.behind) * index_after,
+                    behind,
                     focal_index: from.focal_index + sheet,
                 };
                 match level.parent {
@@ -373,14 +394,7 @@ fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Option<[Vec3; 2]>> {
 impl VertexRays {
     /// The reflections of view rays on the outer side of a reflector.
     pub(in super::super) fn of_view(mesh: &ReflectorMesh, view: &View) -> Self {
-        Self::new(
-            mesh,
-            BounceKind::Reflect,
-            if mesh.inside_only { -1.0 } else { 1.0 },
-            1.0,
-            false,
-            eye_rays(mesh, view),
-        )
+        Self::new(mesh, BounceKind::Reflect, if mesh.inside_only { -1.0 } else { 1.0 }, 1.0, None, eye_rays(mesh, view))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
 
+use super::piece::CORNERS;
 use crate::scene::Scene;
 use crate::surface::site::{NO_NEIGHBOUR, Site, mesh_neighbours, welded_vertices};
 use glam::{DVec3, Vec2, Vec3};
@@ -13,9 +14,6 @@ const HOLDING: f32 = 1.01;
 
 /// Edges are halved at most this often.
 const MOST_HALVINGS: u32 = 10;
-
-/// The corners of a triangle, in its own weights.
-const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
 /// A reflector or lens.
 #[derive(Clone, Debug)]
@@ -75,7 +73,7 @@ impl ReflectorMesh {
         let group_of = |vertex: u32| groups[(vertex - object.vertices.start) as usize];
         let own = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
         let triangles: Vec<[u32; 3]> = own.iter().map(|triangle| triangle.map(group_of)).collect();
-        let whole = |triangle| Source { triangle, corners: [Vec2::ZERO, Vec2::X, Vec2::Y] };
+        let whole = |triangle| Source { triangle, corners: CORNERS };
         let center = object.bounds.center();
         let radius = positions.iter().map(|position| position.distance(center)).fold(0.0, f32::max);
         let mut mesh = Self {

@@ -6,13 +6,19 @@
 //! for the bounce before.
 
 mod eye_image;
+mod kept;
 mod levels;
 mod mesh;
+mod piece;
 mod projector;
 mod rays;
 
 pub(super) use eye_image::{EyeImage, NOTHING};
-pub(super) use levels::{Levels, Locator, Recursion, Reflector};
+pub(super) use kept::{Kept, LONGEST_EDGE};
+#[cfg(test)]
+pub(super) use levels::Levels;
+pub(super) use levels::{Locator, Recursion, Reflector};
 pub(super) use mesh::ReflectorMesh;
-pub(super) use projector::{Options, VirtualObjects};
-pub(super) use rays::{Foot, VertexRays, outer, weights_of};
+pub(super) use piece::{CORNERS, in_front, interpolated, weights_of};
+pub(super) use projector::Options;
+pub(super) use rays::{Foot, VertexRays, outer};

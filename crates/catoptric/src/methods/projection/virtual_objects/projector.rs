@@ -3,13 +3,13 @@
 use super::levels::{Appearance, Levels, Locator, Recursion};
 use super::mesh::ReflectorMesh;
 use super::rays::Foot;
-use crate::methods::projection::polish::{Effort, Polished, polished};
+use crate::methods::projection::polish::{Effort, polished};
 use crate::methods::projection::{MAX_BOUNCES, Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::specular_solver::PathSites;
 use crate::scene::{PictureTransform, PreciseView};
 use crate::surface::site::{Site, SpecularSurfaces};
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, Vec3};
 
 /// Beyond its end as it is seen a reflector shows points this far, in shares of its size: there drawing is cut.
 const BEYOND: f32 = 0.1;
@@ -150,34 +150,19 @@ impl<L: Locator> VirtualObjects<'_, L> {
         let size = f64::from(self.meshes[appearance.steps[count - 1].mesh as usize].radius);
         let effort = Effort { steps: self.options.polish, reach: size, must_converge: false };
         let exact = point.as_dvec3();
-        let Polished { sites, last, motion, converged } =
-            polished(&self.surfaces, &self.eye, &start, &outside[..count], exact, effort)?;
-        let _ = converged;
+        let found = polished(&self.surfaces, &self.eye, &start, &outside[..count], exact, effort)?;
+        let (sites, last) = (&found.sites, appearance.steps.first()?);
         let first = sites.sites[0].position;
-        let [x, y] = self.view.place_of(first)?;
-        let image_change = self.view.place_change(first).map(|gradient| {
-            let [right, down] = motion.change.map(|change| gradient.dot(change));
-            (motion.across[0] * right + motion.across[1] * down).as_vec3()
-        });
         let mut length = match self.eye {
             Eye::Point(eye) => first.distance(eye),
             Eye::Direction(_) => self.view.depth_of(first),
         };
         for k in 1..count {
-            length += sites.sites[k].position.distance(sites.sites[k - 1].position);
+            let index = f64::from(appearance.steps[count - k].index_after);
+            length += index * sites.sites[k].position.distance(sites.sites[k - 1].position);
         }
-        let last_segment = last.distance(exact);
-        let projection = Projection {
-            path,
-            focal_index: motion.focal_index,
-            image_px: Vec2::new(x as f32, y as f32),
-            image_change,
-            path_length: (length + last_segment) as f32,
-            reflection_point: first.as_vec3(),
-            last_segment: last_segment as f32,
-            error_px: 0.0,
-        };
-        projection.if_meaningful()
+        length += f64::from(last.index_after) * found.last.distance(exact);
+        found.projection(path, &self.view, length, exact)
     }
 
     /// The site of the surface at a foot.

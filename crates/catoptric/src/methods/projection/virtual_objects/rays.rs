@@ -1,6 +1,7 @@
 //! Rays that leave the vertices of a reflector, and where a scene point appears in the plane through a point of it.
 
 use super::mesh::ReflectorMesh;
+use super::piece::steps;
 use crate::optics::bundle::BounceKind;
 use glam::{Mat3, Vec2, Vec3};
 
@@ -12,8 +13,9 @@ pub(in super::super) struct VertexRays {
     pub(in super::super) side: f32,
     /// The index of refraction before the bounce over that after it; 1 for reflections.
     pub(in super::super) eta: f32,
-    /// Whether rays go on within the lens object.
+    /// Whether rays go on within the lens object, and the index of refraction there.
     pub(in super::super) inside_after: bool,
+    pub(super) index_after: f32,
     /// Where rays come from: the eye or the bounce before; not finite where none arrives.
     pub(in super::super) origins: Vec<Vec3>,
     /// Their unit directions as they arrive.
@@ -26,13 +28,14 @@ pub(in super::super) struct VertexRays {
 }
 
 impl VertexRays {
-    /// The rays after a bounce; `arriving` gives each vertex where its ray comes from and its unit direction.
+    /// The rays after a bounce; `inside` is the index of refraction of what they go on in, if that is the body that they
+    /// meet; `arriving` gives each vertex where its ray comes from and its unit direction.
     pub(super) fn new(
         mesh: &ReflectorMesh,
         kind: BounceKind,
         side: f32,
         eta: f32,
-        inside_after: bool,
+        inside: Option<f32>,
         arriving: Vec<Option<[Vec3; 2]>>,
     ) -> Self {
         let count = mesh.positions.len();
@@ -40,7 +43,8 @@ impl VertexRays {
             kind,
             side,
             eta,
-            inside_after,
+            inside_after: inside.is_some(),
+            index_after: inside.unwrap_or(1.0),
             origins: Vec::with_capacity(count),
             incoming: Vec::with_capacity(count),
             cosines: Vec::with_capacity(count),
@@ -249,23 +253,6 @@ impl Foot {
     }
 }
 
-/// The steps from a triangle's first corner to the others.
-fn steps(values: &[Vec3], corners: [u32; 3]) -> [Vec3; 2] {
-    let [a, b, c] = corners.map(|vertex| values[vertex as usize]);
-    [b - a, c - a]
-}
-
-/// The weights of the second and third corner of the point of a triangle's plane nearest to a place; of its middle where
-/// it has no area.
-pub(in super::super) fn weights_of([a, b, c]: [Vec3; 3], place: Vec3) -> Vec2 {
-    let (e1, e2, from) = (b - a, c - a, place - a);
-    let (g11, g12, g22) = (e1.length_squared(), e1.dot(e2), e2.length_squared());
-    let inverse = 1.0 / (g11 * g22 - g12 * g12);
-    let (r1, r2) = (e1.dot(from), e2.dot(from));
-    let weights = Vec2::new(g22 * r1 - g12 * r2, g11 * r2 - g12 * r1) * inverse;
-    if weights.is_finite() { weights } else { Vec2::splat(1.0 / 3.0) }
-}
-
 /// The matrix `a b^T`.
 #[inline]
 pub(in super::super) fn outer(a: Vec3, b: Vec3) -> Mat3 {
@@ -369,6 +356,7 @@ mod tests {
                 side: 1.0,
                 eta,
                 inside_after: false,
+                index_after: 1.0,
                 origins: Vec::new(),
                 incoming: Vec::new(),
                 cosines: Vec::new(),

@@ -1,0 +1,57 @@
+//! The search in pictures of reflectors against the reference, by pictures and by round trips; its errors against sizes.
+
+use catoptric::methods::projection::RoundTrip;
+use catoptric::metrics::PictureError;
+use catoptric_testkit::drawing::{measured, round_trips, scene};
+
+fn check(what: &str, (picture, trips): &(PictureError, RoundTrip), p99: f64, missing: f64, over_0_1: f64) {
+    assert!(trips.all.count > 300, "{what}: {trips:?}");
+    assert!(trips.all.p99.is_some_and(|found| found <= p99), "{what}: {trips:?}");
+    assert!(trips.all.missing <= missing, "{what}: {trips:?}");
+    assert!(picture.over_0_1 <= over_0_1, "{what}: {picture:?}");
+}
+
+#[test]
+fn a_ball_of_triangles_in_a_room_equals_the_reference() {
+    let scene = scene("sphere_room?tess=48");
+    for images in ["eye", "cube"] {
+        let found = measured("reflector_search", &scene, &format!("images = '{images}'"), 1, 1);
+        check(images, &found, 0.02, 2e-3, 0.05);
+    }
+}
+
+#[test]
+fn balls_in_balls_are_found_by_recursion() {
+    let found = measured("reflector_search", &scene("two_spheres?tess=48"), "", 2, 1);
+    check("two_spheres", &found, 0.02, 2e-3, 0.05);
+    assert!(found.1.orders[1].count > 10 && found.1.orders[1].max.is_some_and(|max| max < 0.05), "{found:?}");
+}
+
+#[test]
+fn a_hollow_mirror_shows_things_on_both_sides_of_its_focus() {
+    let found = measured("reflector_search", &scene("dish?surface=mesh"), "", 1, 1);
+    check("dish", &found, 0.05, 5e-3, 0.05);
+}
+
+#[test]
+fn a_lens_refracts_through_both_faces() {
+    let found = measured("reflector_search", &scene("lens?distance=0.8"), "", 2, 1);
+    let through = found.1.orders[1];
+    // A texel or two are missing along the rim, where the picture of the back has a crease.
+    assert!(through.count > 500 && through.missing < 0.06, "{found:?}");
+    assert!(through.p50.is_some_and(|p50| p50 < 0.05), "{found:?}");
+}
+
+#[test]
+fn errors_fall_with_larger_pictures() {
+    // Finer than the texels: what is left is theirs.
+    let fine = scene("sphere_room?tess=160");
+    for images in ["eye", "cube"] {
+        let p99 = |size: u32| {
+            let settings = format!("images = '{images}'\nmap_size = {size}");
+            round_trips("reflector_search", &fine, &settings, 6).all.p99.expect("something is seen")
+        };
+        let found = [200, 400, 800].map(p99);
+        assert!(found[1] < 0.7 * found[0] && found[2] < 0.7 * found[1], "{images}: {found:?}");
+    }
+}

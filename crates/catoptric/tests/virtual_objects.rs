@@ -1,0 +1,157 @@
+//! What the methods of virtual objects have in common: polish makes them exact, what they show glides, lengths are
+//! optical, nothing breaks them.
+
+use catoptric::methods::projection::{Projection, VertexProjector};
+use catoptric::methods::{Job, Quality};
+use catoptric::progress::Silent;
+use catoptric_testkit::drawing::{prepared, round_trips, scene, survives, survives_with};
+use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room, things_without_size};
+use glam::{Quat, Vec3};
+
+/// The goal of the methods on convex reflectors.
+#[test]
+fn two_steps_of_polish_make_every_kind_of_start_exact() {
+    // From two spheres alone the start may be so far off that the solver gets nowhere.
+    let starts = [
+        ("explosion_map", "preset = 'balanced'", 1e-3),
+        ("explosion_map", "preset = 'fast'", 1e-3),
+        ("explosion_map", "preset = 'faithful'", 5e-3),
+        ("reflector_search", "", 5e-3),
+        ("reflector_search", "images = 'cube'", 5e-3),
+        ("reflector_search", "refine = 'texel'", 5e-3),
+    ];
+    // At the size of the goal.
+    for spec in ["sphere_room?tess=48", "sphere_room?surface=analytic", "ellipsoid", "two_spheres?tess=48"] {
+        let scene = scene(spec);
+        for (id, start, missing) in starts {
+            let trips = round_trips(id, &scene, &format!("{start}\npolish = 2"), 6);
+            assert!(trips.all.p99.is_some_and(|p99| p99 <= 0.1), "{spec}, {id} {start}: {trips:?}");
+            assert!(trips.all.missing <= missing, "{spec}, {id} {start}: {trips:?}");
+        }
+    }
+}
+
+/// Path lengths are those of a method that follows rays: within glass, times its index of refraction.
+#[test]
+fn lengths_are_optical() {
+    let scene = scene("lens?distance=0.8");
+    let view = scene.default_view(320, 240);
+    let quality = Quality { samples: 1, order: 2 };
+    let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+    // Beyond the lens, on its axis and beside it.
+    let lens = scene.objects[scene.specular_objects()[0] as usize].bounds;
+    let away = (lens.center() - view.eye()).normalize();
+    let points = [0.0, 0.02, 0.05].map(|aside| lens.center() + away * 0.5 + Vec3::Y * aside);
+    let found = |projector: &dyn VertexProjector| -> Vec<(usize, Projection)> {
+        let wanted = |path: &u32| projector.paths()[*path as usize].kinds() == "TT";
+        let path = (0..projector.paths().len() as u32).find(wanted).expect("the lens is looked through");
+        let mut all = Vec::new();
+        for (number, point) in points.iter().enumerate() {
+            let mut found = Vec::new();
+            projector.project_on(path, *point, &mut found);
+            all.extend(found.into_iter().map(|one| (number, one)));
+        }
+        all
+    };
+    let mut exact = prepared("path_perturbation", "polish = 20", &scene, quality);
+    let expected = found(exact.projector(&job).expect("it was prepared").expect("it projects").as_ref());
+    assert!(expected.len() >= 3, "{expected:?}");
+    for (id, settings) in [
+        ("explosion_map", ""),
+        ("explosion_map", "preset = 'exact'"),
+        ("explosion_map", "virtual_vertex = 'mirrored'"),
+        ("reflector_search", ""),
+        ("reflector_search", "polish = 8"),
+    ] {
+        let mut method = prepared(id, settings, &scene, quality);
+        let found = found(method.projector(&job).expect("it was prepared").expect("it projects").as_ref());
+        let mut compared = 0;
+        for (number, one) in &found {
+            let near =
+                |(other, two): &&(usize, Projection)| other == number && one.image_px.distance(two.image_px) < 1.0;
+            let Some((_, exact)) = expected.iter().find(near) else { continue };
+            let apart = (one.path_length - exact.path_length).abs();
+            assert!(apart < 2e-3 * exact.path_length, "{id} {settings}: {one:?}, not {exact:?}");
+            compared += 1;
+        }
+        assert!(compared >= 3, "{id} {settings}: {found:?}, not {expected:?}");
+    }
+}
+
+/// The picture of a point moves as its own change says, frame by frame: nothing jumps, neither from cell to cell nor
+/// where the map ends.
+#[test]
+fn reflections_of_moving_things_glide() {
+    let scene = sphere_in_room(true);
+    let center = Vec3::new(0.0, 1.0, -0.5);
+    let view = scene.default_view(640, 480);
+    let quality = Quality { samples: 1, order: 1 };
+    let cases = [
+        ("explosion_map", "", 0.25),
+        ("explosion_map", "preset = 'fast'", 1.5),
+        ("reflector_search", "", 0.25),
+        ("reflector_search", "images = 'cube'", 0.25),
+    ];
+    for (id, settings, bound_px) in cases {
+        let mut method = prepared(id, settings, &scene, quality);
+        let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+        let projector = method.projector(&job).expect("it was prepared").expect("it projects");
+        let mut compared = 0;
+        for start in [Vec3::new(1.2, 0.1, 0.3), Vec3::new(0.3, 0.9, -1.0), Vec3::new(-1.0, -0.4, -0.9)] {
+            let mut before = None;
+            for frame in 0..60 {
+                // All the way around, behind the ball as well.
+                let turn = Quat::from_rotation_y(frame as f32 * std::f32::consts::TAU / 60.0);
+                let point = center + turn * start;
+                let mut found = Vec::new();
+                projector.project_on(0, point, &mut found);
+                assert!(found.len() <= 1, "a convex mirror shows a point once: {found:?}");
+                if let (Some((old_point, old)), Some(new)) = (before, found.first()) {
+                    // Half-way between what both ends predict: exact to second order.
+                    let old: Projection = old;
+                    let step = point - old_point;
+                    let ahead = old.predicted(step) - old.image_px;
+                    let back = new.image_px - new.predicted(-step);
+                    let expected = old.image_px + (ahead + back) * 0.5;
+                    let miss = expected.distance(new.image_px);
+                    // Above the tangent planes of both feet it is a reflection; elsewhere it is seen beside the ball, and
+                    // turns where it gets there.
+                    let above = |point: Vec3, one: &Projection| {
+                        (point - one.reflection_point).dot((one.reflection_point - center).normalize()) > 0.0
+                    };
+                    let seen = above(point, new) && above(old_point, &old);
+                    let most = if seen { 0.1 * ahead.length() } else { ahead.length().max(back.length()) };
+                    assert!(miss <= bound_px + most, "{id} {settings} frame {frame}: {miss} px, {ahead}, {back}");
+                    compared += 1;
+                }
+                before = found.first().map(|one| (point, *one));
+            }
+        }
+        assert!(compared > 90, "{id} {settings}: {compared}");
+    }
+}
+
+#[test]
+fn eyes_within_reflectors_and_on_them_are_survived() {
+    let scene = sphere_in_room(true);
+    let center = Vec3::new(0.0, 1.0, -0.5);
+    let eyes = [
+        (center, Vec3::Z * 3.0),
+        (center + Vec3::Z * 0.5, center),
+        (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
+        (center + Vec3::Z * 0.700_01, center),
+    ];
+    for id in ["explosion_map", "reflector_search"] {
+        // The last eye is so near that it sees a part of one triangle: finer pieces would only take longer.
+        survives_with(id, "edge_error_px = 4.0\npiece_px = 8.0", &scene, &eyes, 2);
+    }
+}
+
+#[test]
+fn things_without_size_are_survived() {
+    let (scene, eyes) = things_without_size();
+    for id in ["explosion_map", "reflector_search"] {
+        survives(id, &scene, &eyes, 2);
+        survives(id, &SceneBuilder::new().build(), &[(Vec3::Z, Vec3::ZERO)], 2);
+    }
+}
