@@ -8,7 +8,6 @@
 use catoptric::math::random::Stream;
 use catoptric::methods::projection::Projection;
 use catoptric::methods::projection::exact_search::{ExactSearch, SearchSettings};
-use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Preset, ReflectorMap};
 use catoptric::methods::projection::finder::{FoundPath, PathSearch};
 use catoptric::methods::projection::sample_based_camera::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
 use catoptric::methods::{self, Job, Quality};
@@ -147,30 +146,5 @@ fn all_scenes(criterion: &mut Criterion) {
     }
 }
 
-/// Explosion maps as the paper uses them: building the map of a ball of 20,000 triangles, and mirroring vertices.
-fn explosion_maps(criterion: &mut Criterion) {
-    let scene = builtin::parse("sphere_room?tess=71").and_then(|model| model.pose(&PoseOptions::default()));
-    let scene = scene.expect("built-in scenes are valid");
-    let view = scene.default_view(WIDTH, HEIGHT);
-    let mut random = Stream::new(3);
-    let size = scene.bounds.max - scene.bounds.min;
-    let mut next = || Vec3::new(random.next_unit(), random.next_unit(), random.next_unit());
-    let points: Vec<Vec3> = (0..1 << 20).map(|_| scene.bounds.min + size * next()).collect();
-    let mut images = vec![Vec3::NAN; points.len()];
-    for preset in [Preset::Faithful, Preset::Fast] {
-        let mut map = ReflectorMap::new(&scene, scene.specular_objects()[0], &ExplosionMapSettings::preset(preset));
-        let mut group = criterion.benchmark_group(format!("explosion_map/{preset:?}"));
-        group.sample_size(20);
-        group.bench_function(format!("build, {} triangles", map.triangle_count()), |bencher| {
-            bencher.iter(|| map.look(black_box(&view)));
-        });
-        group.throughput(Throughput::Elements(points.len() as u64));
-        group.bench_function("virtual vertices", |bencher| {
-            bencher.iter(|| map.virtual_vertices(black_box(&points), &mut images));
-        });
-        group.finish();
-    }
-}
-
-criterion_group!(benches, explosion_maps, all_scenes, panoramas);
+criterion_group!(benches, all_scenes, panoramas);
 criterion_main!(benches);

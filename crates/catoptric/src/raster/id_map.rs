@@ -1,60 +1,82 @@
 //! Small pictures of triangle numbers, for look-ups rather than for eyes: which triangles lie at a place?
 
-use glam::Vec2;
+use glam::{Vec2, Vec4};
 
-/// For every texel the numbers of the triangles that hold its centre, in increasing order.
+/// For every texel the numbers of the triangles that hold its centre.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IdMap {
     width: u32,
     height: u32,
-    /// Where each texel's numbers start; one more than there are texels.
-    starts: Vec<u32>,
-    ids: Vec<u32>,
+    /// The triangle that was drawn first at each texel.
+    first: Vec<u32>,
+    /// The link that tells of another one there.
+    links: Vec<u32>,
+    /// Numbers with the link to the next.
+    others: Vec<[u32; 2]>,
 }
 
+/// Texels without a triangle, and the ends of chains.
+const NONE: u32 = u32::MAX;
+
 impl IdMap {
-    /// Draws triangles, given in texels; what is not finite or has no area is left out.
-    pub(crate) fn draw(width: u32, height: u32, triangles: impl ExactSizeIterator<Item = [Vec2; 3]>) -> Self {
+    /// An empty map.
+    pub(crate) fn new(width: u32, height: u32) -> Self {
         let texels = width as usize * height as usize;
-        let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(texels + 2 * triangles.len());
-        let mut starts = vec![0; texels + 1];
-        for (id, corners) in triangles.enumerate() {
-            covered(corners, width, height, |x, y| {
-                let texel = y * width + x;
-                starts[texel as usize + 1] += 1;
-                pairs.push((texel, id as u32));
-            });
-        }
-        for texel in 0..texels {
-            starts[texel + 1] += starts[texel];
-        }
-        // Pairs come in the order of their numbers; `ends` counts up to where the next texel starts.
-        let mut ends = starts.clone();
-        let mut ids = vec![0; pairs.len()];
-        for (texel, id) in pairs {
-            let end = &mut ends[texel as usize];
-            ids[*end as usize] = id;
-            *end += 1;
-        }
-        Self { width, height, starts, ids }
+        Self { width, height, first: vec![NONE; texels], links: vec![NONE; texels], others: Vec::new() }
     }
 
-    /// The triangles at a place, in texels; none outside the map.
+    /// Draws a triangle, given in texels, after those that are there; what is not finite or has no area is left out. Says
+    /// whether it holds any texel's centre.
+    #[inline(always)] // see `covered`
+    pub(crate) fn draw(&mut self, id: u32, corners: [Vec2; 3]) -> bool {
+        let Self { width, height, first, links, others } = self;
+        let mut any = false;
+        covered(corners, *width, *height, |x, y| {
+            any = true;
+            let texel = y as usize * *width as usize + x as usize;
+            if first[texel] == NONE {
+                first[texel] = id;
+            } else {
+                let link = others.len() as u32;
+                others.push([id, std::mem::replace(&mut links[texel], link)]);
+            }
+        });
+        any
+    }
+
+    /// The index of the texel at a place; none outside the map.
     #[inline]
-    pub(crate) fn at(&self, place: Vec2) -> &[u32] {
+    fn texel(&self, place: Vec2) -> Option<usize> {
         // Casts saturate: what is left of 0 or not a number must be told before.
         let inside = place.x >= 0.0 && place.y >= 0.0;
         let (x, y) = (place.x as u32, place.y as u32);
-        if !inside || x >= self.width || y >= self.height {
-            return &[];
-        }
-        let texel = y as usize * self.width as usize + x as usize;
-        &self.ids[self.starts[texel] as usize..self.starts[texel + 1] as usize]
+        (inside && x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
+    }
+
+    /// The triangle that was drawn first at a texel, counted row by row; [`u32::MAX`] where there is none.
+    #[inline]
+    pub(crate) fn first_in(&self, texel: usize) -> u32 {
+        self.first.get(texel).copied().unwrap_or(NONE)
+    }
+
+    /// The triangles at a place, in texels, the one drawn first first; none outside the map.
+    #[inline]
+    pub(crate) fn at(&self, place: Vec2) -> impl Iterator<Item = u32> {
+        let texel = self.texel(place);
+        let first = texel.map_or(NONE, |texel| self.first[texel]);
+        let mut link = texel.map_or(NONE, |texel| self.links[texel]);
+        let others = std::iter::from_fn(move || {
+            let [id, next] = *self.others.get(link as usize)?;
+            link = next;
+            Some(id)
+        });
+        (first != NONE).then_some(first).into_iter().chain(others)
     }
 
     /// Bytes held.
     pub(crate) fn byte_count(&self) -> u64 {
-        (size_of_val(self.starts.as_slice()) + size_of_val(self.ids.as_slice())) as u64
+        let parts = [size_of_val(self.first.as_slice()), size_of_val(self.links.as_slice())];
+        (parts.iter().sum::<usize>() + size_of_val(self.others.as_slice())) as u64
     }
 }
 
@@ -70,55 +92,43 @@ pub(crate) fn covered_shares(corners: [Vec2; 3], width: u32, height: u32, mut em
     });
 }
 
-/// Calls `emit` for every texel whose centre lies in a triangle or on its border.
-#[inline]
+/// A centre this near to an edge, in texels, is on it: rounding must not let it fall between two triangles.
+const ON_EDGE: f32 = 1e-4;
+
+/// Calls `emit` for every texel whose centre lies in a triangle or on its border, row by row.
+#[inline(always)] // into loops that are compiled for several instruction sets
 pub(crate) fn covered(corners: [Vec2; 3], width: u32, height: u32, mut emit: impl FnMut(u32, u32)) {
     let [a, b, c] = corners;
     let area = (b - a).perp_dot(c - a);
     // Also what is not a number.
-    if area == 0.0 || !area.is_finite() {
+    if area == 0.0 || !area.is_finite() || width == 0 || height == 0 {
         return;
     }
     let [b, c] = if area > 0.0 { [b, c] } else { [c, b] };
-    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-    // The first centre not below, and the last not above.
-    let first = |low: f32| (low - 0.5).ceil().max(0.0) as u32;
-    let last = |high: f32, size: u32| (high - 0.5).floor().min(size as f32 - 1.0);
-    let (right, bottom) = (last(high.x, width), last(high.y, height));
-    if right < 0.0 || bottom < 0.0 {
+    let (low, high) = (a.min(b).min(c) - 0.5, a.max(b).max(c) - 0.5);
+    let (end_x, end_y) = (high.x + ON_EDGE, high.y + ON_EDGE);
+    if end_x < 0.0 || end_y < 0.0 {
         return;
     }
-    let edges = [(a, b - a), (b, c - b), (c, a - c)];
-    let holds = |x: u32, y: u32| {
-        let centre = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        edges.iter().all(|(from, edge)| edge.perp_dot(centre - *from) >= 0.0)
-    };
-    let left = first(low.x);
-    for y in first(low.y)..=bottom as u32 {
-        // About where the row enters and leaves; the test itself says exactly.
-        let (mut enter, mut leave) = (left as f32, right);
-        let row = y as f32 + 0.5;
-        for (from, edge) in edges {
-            let crossing = from.x + edge.x * (row - from.y) / edge.y - 0.5;
-            if edge.y < 0.0 {
-                enter = enter.max(crossing - 1.0);
-            } else if edge.y > 0.0 {
-                leave = leave.min(crossing + 1.0);
+    // The first centre not below, and the last not above; casts round towards 0 and saturate.
+    let first = |low: f32| (low as u32).saturating_add(u32::from((low as u32 as f32) < low));
+    let (left, top) = (low.x - ON_EDGE, first(low.y - ON_EDGE));
+    let (right, bottom) = (end_x.min((width - 1) as f32), (end_y as u32).min(height - 1));
+    // Where rows cross the three edges; the fourth component is never asked.
+    let (from_x, from_y) = (Vec4::new(a.x, b.x, c.x, 0.0) - 0.5, Vec4::new(a.y, b.y, c.y, 0.0) - 0.5);
+    let (edge_x, edge_y) = (Vec4::new(b.x, c.x, a.x, 0.0) - 0.5 - from_x, Vec4::new(b.y, c.y, a.y, 0.0) - 0.5 - from_y);
+    let slope = edge_x / edge_y;
+    let leeway = (slope.abs() + 1.0) * ON_EDGE;
+    let (enters, leaves) = (edge_y.cmplt(Vec4::ZERO), edge_y.cmpgt(Vec4::ZERO));
+    let (from_enter, from_leave) = (from_x - leeway, from_x + leeway);
+    for y in top..=bottom {
+        let shift = slope * (y as f32 - from_y);
+        let enter = Vec4::select(enters, from_enter + shift, Vec4::splat(left)).max_element().max(left);
+        let leave = Vec4::select(leaves, from_leave + shift, Vec4::splat(right)).min_element().min(right);
+        if leave >= 0.0 {
+            for x in first(enter)..=leave as u32 {
+                emit(x, y);
             }
-        }
-        let (mut enter, leave) = (enter.ceil() as u32, leave.floor());
-        if leave < enter as f32 {
-            continue;
-        }
-        let mut leave = leave as u32;
-        while enter <= leave && !holds(enter, y) {
-            enter += 1;
-        }
-        while leave > enter && !holds(leave, y) {
-            leave -= 1;
-        }
-        for x in enter..=leave {
-            emit(x, y);
         }
     }
 }
@@ -141,20 +151,28 @@ mod tests {
             })
             .collect();
         let triangles: Vec<[Vec2; 3]> = (0..rim.len()).map(|k| [centre, rim[k], rim[(k + 1) % rim.len()]]).collect();
-        let map = IdMap::draw(width, height, triangles.iter().copied());
+        let mut map = IdMap::new(width, height);
+        for (id, corners) in triangles.iter().enumerate() {
+            assert!(map.draw(id as u32, *corners));
+        }
         for y in 0..height {
             for x in 0..width {
                 let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                let holds = |[a, b, c]: [Vec2; 3]| {
-                    let sides = [(b - a).perp_dot(place - a), (c - b).perp_dot(place - b), (a - c).perp_dot(place - c)];
-                    sides.iter().all(|side| *side >= 0.0)
+                // How far within a triangle the place is, in texels.
+                let within = |id: u32| {
+                    let [a, b, c] = triangles[id as usize];
+                    let from_edge = |p: Vec2, q: Vec2| (q - p).normalize().perp_dot(place - p);
+                    from_edge(a, b).min(from_edge(b, c)).min(from_edge(c, a))
                 };
-                let wanted: Vec<u32> = (0..triangles.len() as u32).filter(|k| holds(triangles[*k as usize])).collect();
-                assert!(!wanted.is_empty() && map.at(place) == wanted, "{place}: {:?}, not {wanted:?}", map.at(place));
+                let found: Vec<u32> = map.at(place).collect();
+                assert_eq!(found.first().copied(), Some(map.first_in((y * width + x) as usize)), "{place}");
+                assert!(found.iter().all(|id| within(*id) > -1e-3 && *id >= found[0]), "{place}: {found:?}");
+                let wanted: Vec<u32> = (0..triangles.len() as u32).filter(|id| within(*id) > 0.0).collect();
+                assert!(wanted.iter().all(|id| found.contains(id)), "{place}: {found:?}, not {wanted:?}");
             }
         }
         for outside in [-Vec2::X, -Vec2::Y, Vec2::X * 1e9, size, Vec2::NAN, Vec2::splat(f32::NEG_INFINITY)] {
-            assert!(map.at(outside).is_empty());
+            assert!(map.at(outside).next().is_none());
         }
     }
 
@@ -167,7 +185,10 @@ mod tests {
             [Vec2::splat(f32::INFINITY), Vec2::X, Vec2::Y],
             [Vec2::splat(-9.0), Vec2::splat(-3.0), Vec2::new(-9.0, -3.0)],
         ];
-        let map = IdMap::draw(8, 8, broken.into_iter());
-        assert!(map.ids.is_empty());
+        let mut map = IdMap::new(8, 8);
+        for corners in broken {
+            assert!(!map.draw(0, corners));
+        }
+        assert!(map.first.iter().all(|id| *id == NONE) && map.others.is_empty());
     }
 }

@@ -1,19 +1,20 @@
 //! The cells of an explosion map: triangles of the reflector that show the side that is met, cut where it turns away,
 //! and extended beyond.
 
-use super::chart::CellCorner;
 use crate::methods::projection::virtual_objects::{CORNERS, Reflector, interpolated};
 use crate::surface::site::NO_NEIGHBOUR;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3A};
 
 /// A border of an open reflector is extended by this share of its radius.
 const BORDER_SHARE: f32 = 0.05;
 
-/// A corner with the ray that leaves there.
+/// A place of the reflector with the ray that leaves there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RayCorner {
-    pub(super) corner: CellCorner,
-    pub(super) outgoing: Vec3,
+    pub(super) position: Vec3A,
+    /// The unit normal on the side that is met.
+    pub(super) normal: Vec3A,
+    pub(super) outgoing: Vec3A,
     /// Beyond a silhouette: its ray hits spheres further out.
     pub(super) outward: bool,
 }
@@ -21,36 +22,53 @@ pub(super) struct RayCorner {
 /// A triangle of rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
-    pub(super) corners: [RayCorner; 3],
+    /// Indices of its corners.
+    pub(super) corners: [u32; 3],
     /// The triangle of the reflector's mesh.
     pub(super) triangle: u32,
     pub(super) beyond: bool,
 }
 
 /// All cells of a reflector.
-pub(super) fn cells_of(reflector: &Reflector<'_>) -> Vec<Cell> {
-    let (mesh, rays) = (reflector.mesh, reflector.rays);
-    let mut cells = Vec::with_capacity(mesh.triangles.len());
-    for (index, &triangle) in mesh.triangles.iter().enumerate() {
-        if !rays.shows(triangle) {
-            continue;
-        }
-        let maker = Maker { reflector, triangle, index: index as u32 };
-        let cosines = triangle.map(|vertex| rays.cosines[vertex as usize]);
-        let whole = cosines.iter().all(|cosine| *cosine > 0.0);
-        if whole {
-            maker.push(&mut cells, [0, 1, 2].map(|k: usize| maker.vertex(k)), false);
-        } else {
-            maker.cut(&mut cells, cosines);
-        }
-        for side in 0..3 {
-            let (a, b) = ((side + 1) % 3, (side + 2) % 3);
-            if mesh.neighbours[index][side] == NO_NEIGHBOUR && cosines[a] > 0.0 && cosines[b] > 0.0 {
-                maker.extend(&mut cells, a, b, side);
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cells {
+    pub(super) corners: Vec<RayCorner>,
+    pub(super) cells: Vec<Cell>,
+}
+
+/// Vertices that are no corner yet.
+const NONE: u32 = u32::MAX;
+
+impl Cells {
+    /// The cells of a reflector's rays.
+    pub(super) fn new(reflector: &Reflector<'_>) -> Self {
+        let (mesh, rays) = (reflector.mesh, reflector.rays);
+        let mut all = Self { corners: Vec::with_capacity(mesh.positions.len()), cells: Vec::new() };
+        all.cells.reserve(mesh.triangles.len());
+        let mut corner_of = vec![NONE; mesh.positions.len()];
+        for (index, &triangle) in mesh.triangles.iter().enumerate() {
+            if !rays.shows(triangle) {
+                continue;
+            }
+            let cosines = triangle.map(|vertex| rays.cosines[vertex as usize]);
+            let index = index as u32;
+            let mut maker = Maker { reflector, triangle, index, corner_of: &mut corner_of, all: &mut all };
+            if cosines.iter().all(|cosine| *cosine > 0.0) {
+                let corners = [0, 1, 2].map(|k: usize| maker.vertex(k));
+                maker.push(corners, false);
+            } else {
+                maker.cut(cosines);
+            }
+            for side in 0..3 {
+                let (a, b) = ((side + 1) % 3, (side + 2) % 3);
+                let ends = mesh.neighbours[index as usize][side] == NO_NEIGHBOUR;
+                if ends && cosines[a] > 0.0 && cosines[b] > 0.0 {
+                    maker.extend(a, b, side);
+                }
             }
         }
+        all
     }
-    cells
 }
 
 /// Makes the cells of one triangle.
@@ -58,25 +76,39 @@ struct Maker<'a> {
     reflector: &'a Reflector<'a>,
     triangle: [u32; 3],
     index: u32,
+    /// The corner of each vertex.
+    corner_of: &'a mut [u32],
+    all: &'a mut Cells,
 }
 
 impl Maker<'_> {
-    fn push(&self, cells: &mut Vec<Cell>, corners: [RayCorner; 3], beyond: bool) {
-        if corners.iter().all(|corner| corner.outgoing.is_finite()) {
-            cells.push(Cell { corners, triangle: self.index, beyond });
+    fn push(&mut self, corners: [u32; 3], beyond: bool) {
+        if corners.iter().all(|corner| self.all.corners[*corner as usize].outgoing.is_finite()) {
+            self.all.cells.push(Cell { corners, triangle: self.index, beyond });
         }
     }
 
-    fn vertex(&self, k: usize) -> RayCorner {
+    fn add(&mut self, corner: RayCorner) -> u32 {
+        self.all.corners.push(corner);
+        self.all.corners.len() as u32 - 1
+    }
+
+    fn vertex(&mut self, k: usize) -> u32 {
         let (mesh, rays) = (self.reflector.mesh, self.reflector.rays);
         let vertex = self.triangle[k] as usize;
-        let (position, normal) = (mesh.positions[vertex], mesh.normals[vertex] * rays.side);
-        let corner = CellCorner { position, normal };
-        RayCorner { corner, outgoing: rays.outgoing[vertex], outward: false }
+        if self.corner_of[vertex] == NONE {
+            self.corner_of[vertex] = self.add(RayCorner {
+                position: mesh.positions[vertex].into(),
+                normal: (mesh.normals[vertex] * rays.side).into(),
+                outgoing: rays.outgoing[vertex].into(),
+                outward: false,
+            });
+        }
+        self.corner_of[vertex]
     }
 
     /// A place of the triangle's plane, by its weights; the ray arrives there as between those at the corners.
-    fn place(&self, weights: Vec2) -> RayCorner {
+    fn place(&mut self, weights: Vec2) -> u32 {
         let (mesh, rays) = (self.reflector.mesh, self.reflector.rays);
         let mix = |values: &[Vec3]| interpolated(values, self.triangle, weights);
         let position = mix(&mesh.positions);
@@ -87,15 +119,15 @@ impl Maker<'_> {
             None => mix(&rays.incoming),
         };
         let incoming = incoming.normalize_or_zero();
-        let corner = CellCorner { position, normal };
-        RayCorner { corner, outgoing: rays.scattered(incoming, normal), outward: false }
+        let outgoing = rays.scattered(incoming, normal).into();
+        self.add(RayCorner { position: position.into(), normal: normal.into(), outgoing, outward: false })
     }
 
     /// The part of a profile triangle that is seen, and what extends it beyond the silhouette.
-    fn cut(&self, cells: &mut Vec<Cell>, cosines: [f32; 3]) {
-        let mut polygon: [Option<RayCorner>; 4] = [None; 4];
+    fn cut(&mut self, cosines: [f32; 3]) {
+        let mut polygon: [Option<u32>; 4] = [None; 4];
         let mut count = 0;
-        let mut silhouette: [Option<RayCorner>; 2] = [None; 2];
+        let mut silhouette: [Option<u32>; 2] = [None; 2];
         for k in 0..3 {
             let next = (k + 1) % 3;
             if cosines[k] > 0.0 {
@@ -115,19 +147,22 @@ impl Maker<'_> {
         if let [Some(a), Some(b), third, fourth] = polygon {
             for (second, third) in [(Some(b), third), (third, fourth)] {
                 if let (Some(second), Some(third)) = (second, third) {
-                    self.push(cells, [a, second, third], false);
+                    self.push([a, second, third], false);
                 }
             }
         }
         if let [Some(a), Some(b)] = silhouette {
-            let [a_out, b_out] = [a, b].map(|corner| RayCorner { outward: true, ..corner });
-            self.push(cells, [a, b, b_out], true);
-            self.push(cells, [a, b_out, a_out], true);
+            let [a_out, b_out] = [a, b].map(|corner| {
+                let corner = self.all.corners[corner as usize];
+                self.add(RayCorner { outward: true, ..corner })
+            });
+            self.push([a, b, b_out], true);
+            self.push([a, b_out, a_out], true);
         }
     }
 
     /// What goes on beyond the border between two corners; `opposite` is the third.
-    fn extend(&self, cells: &mut Vec<Cell>, a: usize, b: usize, opposite: usize) {
+    fn extend(&mut self, a: usize, b: usize, opposite: usize) {
         let mesh = self.reflector.mesh;
         let at = |k: usize| mesh.positions[self.triangle[k] as usize];
         let edge = at(b) - at(a);
@@ -143,7 +178,7 @@ impl Maker<'_> {
         let out = (foot - CORNERS[opposite]) * by;
         let [a, b] = [CORNERS[a], CORNERS[b]];
         let [near_a, near_b, far_a, far_b] = [a, b, a + out, b + out].map(|weights| self.place(weights));
-        self.push(cells, [near_a, near_b, far_b], true);
-        self.push(cells, [near_a, far_b, far_a], true);
+        self.push([near_a, near_b, far_b], true);
+        self.push([near_a, far_b, far_a], true);
     }
 }

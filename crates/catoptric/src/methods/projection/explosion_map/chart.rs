@@ -1,10 +1,11 @@
 //! The sphere map: directions from a centre to places of a disc, and triangles of hits drawn there.
 
+use super::cells::{Cells, RayCorner};
 use crate::raster::id_map::IdMap;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec3A, Vec4};
 
 /// Directions with an axial component below this are looked up about the opposite axis.
-const TURN: f32 = -0.9;
+pub(super) const TURN: f32 = -0.9;
 
 /// Triangles that reach below this are drawn about the opposite axis, too.
 const OVERLAP: f32 = -0.8;
@@ -41,19 +42,23 @@ impl Axes {
         self.axes[2]
     }
 
-    /// A unit direction along the axes of a map; those of the second are turned about the first axis by half a turn.
+    pub(super) fn all(&self) -> [Vec3; 3] {
+        self.axes
+    }
+
+    /// A unit direction along the axes of the first map.
     #[inline]
-    fn local(&self, direction: Vec3, chart: usize) -> Vec3 {
-        let [x, y, z] = self.axes.map(|axis| axis.dot(direction));
-        if chart == 0 { Vec3::new(x, y, z) } else { Vec3::new(x, -y, -z) }
+    pub(super) fn local(&self, direction: Vec3A) -> Vec3 {
+        let [x, y, z] = self.axes.map(|axis| Vec3A::from(axis).dot(direction));
+        Vec3::new(x, y, z)
     }
 
     /// Where a unit direction is looked up.
     #[inline]
     pub(super) fn place(&self, direction: Vec3) -> Place {
-        let local = self.local(direction, 0);
+        let local = self.local(direction.into());
         let chart = usize::from(local.z < TURN);
-        let local = if chart == 0 { local } else { Vec3::new(local.x, -local.y, -local.z) };
+        let local = turned(local, chart);
         Place { chart, uv: mapped(local), local }
     }
 
@@ -65,23 +70,30 @@ impl Axes {
         let fall = scale * scale * scale;
         [x * scale - z * (place.local.x * fall), y * scale - z * (place.local.y * fall)]
     }
+}
 
-    /// A triangle of unit directions in one of the maps; none where it is not drawn there.
-    pub(super) fn triangle(&self, corners: [Vec3; 3], chart: usize) -> Option<[Vec2; 3]> {
-        let local = corners.map(|corner| self.local(corner, chart));
-        let lowest = local[0].z.min(local[1].z).min(local[2].z);
-        let highest = local[0].z.max(local[1].z).max(local[2].z);
-        let holds_singular = lowest < 0.0 && holds_opposite_axis(&local);
-        let singular = lowest < SINGULAR || holds_singular;
-        // In the second map only what the first one is not asked for.
-        let wanted = chart == 0 || highest > -OVERLAP || holds_axis(&local);
-        (!singular && wanted).then(|| local.map(mapped))
-    }
+/// A direction along the axes of the first map in those of another; those of the second are turned about the first axis
+/// by half a turn.
+#[inline]
+pub(super) fn turned(local: Vec3, chart: usize) -> Vec3 {
+    if chart == 0 { local } else { Vec3::new(local.x, -local.y, -local.z) }
+}
+
+/// Whether a triangle of unit directions along the axes of a map is drawn there.
+#[inline]
+fn is_drawn(local: &[Vec3; 3], chart: usize) -> bool {
+    let lowest = local[0].z.min(local[1].z).min(local[2].z);
+    let highest = local[0].z.max(local[1].z).max(local[2].z);
+    let holds_singular = lowest < 0.0 && holds_opposite_axis(local);
+    let singular = lowest < SINGULAR || holds_singular;
+    // In the second map only what the first one is not asked for.
+    let wanted = chart == 0 || highest > -OVERLAP || holds_axis(local);
+    !singular && wanted
 }
 
 /// The sphere map of a direction along its axes.
 #[inline]
-fn mapped(local: Vec3) -> Vec2 {
+pub(super) fn mapped(local: Vec3) -> Vec2 {
     local.truncate() * (2.0 + 2.0 * local.z).sqrt().recip()
 }
 
@@ -100,81 +112,118 @@ fn holds_axis([a, b, c]: &[Vec3; 3]) -> bool {
 /// functions of the place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
-    /// The place of the first corner.
-    pub(super) uv: Vec2,
-    /// Values there, and changes along both coordinates.
-    pub(super) position: [Vec3; 3],
-    pub(super) normal: [Vec3; 3],
+    /// The position at the first corner, and its changes along both coordinates of the place. The first fourth component
+    /// is that corner's first coordinate.
+    position: [Vec4; 3],
+    /// The same of the normal, and the second coordinate.
+    normal: [Vec4; 3],
+}
+
+impl Record {
+    #[inline]
+    fn new(uv: [Vec2; 3], corners: [&RayCorner; 3]) -> Self {
+        let [a, b, c] = uv;
+        let (right, down) = (b - a, c - a);
+        // Changes along both coordinates of what is linear in the triangle; cells without area are never looked up.
+        let inverse = 1.0 / right.perp_dot(down);
+        let along_u = Vec2::new(down.y, -right.y) * inverse;
+        let along_v = Vec2::new(-down.x, right.x) * inverse;
+        let vectors = |[first, second, third]: [Vec3A; 3], coordinate: f32| {
+            let (to_second, to_third) = (second - first, third - first);
+            let change = |along: Vec2| (to_second * along.x + to_third * along.y).extend(0.0);
+            [first.extend(coordinate), change(along_u), change(along_v)]
+        };
+        Self {
+            position: vectors(corners.map(|corner| corner.position), a.x),
+            normal: vectors(corners.map(|corner| corner.normal), a.y),
+        }
+    }
+
+    /// Position and normal (not of unit length) at a place.
+    #[inline]
+    pub(super) fn at(&self, uv: Vec2) -> [Vec3A; 2] {
+        let (u, v) = (uv.x - self.position[0].w, uv.y - self.normal[0].w);
+        let at = |values: &[Vec4; 3]| Vec3A::from_vec4(values[0] + values[1] * u + values[2] * v);
+        [at(&self.position), at(&self.normal)]
+    }
+
+    /// Changes of the position along both coordinates.
+    pub(super) fn position_changes(&self) -> [Vec3; 2] {
+        [self.position[1].truncate(), self.position[2].truncate()]
+    }
+
+    /// Changes of the normal along both coordinates.
+    pub(super) fn normal_changes(&self) -> [Vec3; 2] {
+        [self.normal[1].truncate(), self.normal[2].truncate()]
+    }
+}
+
+/// Where a record is from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tag {
     /// The triangle of the reflector's mesh.
     pub(super) triangle: u32,
     /// Whether it lies beyond where the reflector ends as it is seen.
     pub(super) beyond: bool,
 }
 
-/// What a record is made of: a corner of a cell.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CellCorner {
-    pub(super) position: Vec3,
-    pub(super) normal: Vec3,
-}
-
 /// One map: triangles by place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Chart {
     records: Vec<Record>,
+    tags: Vec<Tag>,
     ids: IdMap,
     size: f32,
 }
 
 impl Chart {
-    /// Draws cells, given by their triangles in the map, with `size` texels a side.
-    pub(super) fn new(size: u32, cells: &[([Vec2; 3], [CellCorner; 3], u32, bool)]) -> Self {
-        if cells.is_empty() {
-            return Self::default();
-        }
-        let scale = 0.5 * size as f32;
-        let texels = cells.iter().map(|(uv, ..)| uv.map(|uv| (uv + 1.0) * scale));
-        let ids = IdMap::draw(size, size, texels);
-        let records = cells.iter().map(|(uv, corners, triangle, beyond)| record(*uv, corners, *triangle, *beyond));
-        Self { records: records.collect(), ids, size: size as f32 }
+    /// Draws cells, given by the directions of their corners along the axes of this map, with `size` texels a side.
+    pub(super) fn new(size: u32, chart: usize, cells: &Cells, local: &[Vec3]) -> Self {
+        let mut drawn = Self { size: size as f32, ..Self::default() };
+        draw(&mut drawn, chart, cells, local);
+        drawn
     }
 
     /// The cells at a place.
     #[inline]
-    pub(super) fn at(&self, uv: Vec2) -> impl Iterator<Item = &Record> {
+    pub(super) fn at(&self, uv: Vec2) -> impl Iterator<Item = (&Record, &Tag)> {
         let texel = (uv + 1.0) * (0.5 * self.size);
-        self.ids.at(texel).iter().map(|id| &self.records[*id as usize])
+        self.ids.at(texel).map(|id| (&self.records[id as usize], &self.tags[id as usize]))
     }
 
-    /// The first cell at a place.
+    /// The first cell at a texel.
     #[inline]
-    pub(super) fn first(&self, uv: Vec2) -> Option<&Record> {
-        self.at(uv).next()
+    pub(super) fn first_in(&self, texel: usize) -> Option<&Record> {
+        self.records.get(self.ids.first_in(texel) as usize)
     }
 
     pub(super) fn byte_count(&self) -> u64 {
-        self.ids.byte_count() + size_of_val(self.records.as_slice()) as u64
+        let parts = size_of_val(self.records.as_slice()) + size_of_val(self.tags.as_slice());
+        self.ids.byte_count() + parts as u64
     }
 }
 
-fn record(uv: [Vec2; 3], corners: &[CellCorner; 3], triangle: u32, beyond: bool) -> Record {
-    let [a, b, c] = uv;
-    let (right, down) = (b - a, c - a);
-    // Changes along both coordinates of what is linear in the triangle; cells without area are never looked up.
-    let inverse = 1.0 / right.perp_dot(down);
-    let along_u = Vec2::new(down.y, -right.y) * inverse;
-    let along_v = Vec2::new(-down.x, right.x) * inverse;
-    let [first, second, third] = corners;
-    let vectors = |values: [Vec3; 3]| {
-        let (to_second, to_third) = (values[1] - values[0], values[2] - values[0]);
-        let change = |along: Vec2| to_second * along.x + to_third * along.y;
-        [values[0], change(along_u), change(along_v)]
-    };
-    Record {
-        uv: a,
-        position: vectors([first.position, second.position, third.position]),
-        normal: vectors([first.normal, second.normal, third.normal]),
-        triangle,
-        beyond,
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn draw(drawn: &mut Chart, chart: usize, cells: &Cells, local: &[Vec3]) {
+    let scale = 0.5 * drawn.size;
+    // The second map holds little, if anything.
+    let mut places = Vec::new();
+    for cell in &cells.cells {
+        let directions = cell.corners.map(|corner| turned(local[corner as usize], chart));
+        if !is_drawn(&directions, chart) {
+            continue;
+        }
+        if places.is_empty() {
+            places = local.iter().map(|local| mapped(turned(*local, chart))).collect();
+            drawn.ids = IdMap::new(drawn.size as u32, drawn.size as u32);
+            drawn.records.reserve(if chart == 0 { cells.cells.len() } else { 0 });
+            drawn.tags.reserve(drawn.records.capacity());
+        }
+        let uv = cell.corners.map(|corner| places[corner as usize]);
+        // What is smaller than a texel may never be looked up.
+        if drawn.ids.draw(drawn.records.len() as u32, uv.map(|uv| (uv + 1.0) * scale)) {
+            drawn.records.push(Record::new(uv, cell.corners.map(|corner| &cells.corners[corner as usize])));
+            drawn.tags.push(Tag { triangle: cell.triangle, beyond: cell.beyond });
+        }
     }
 }

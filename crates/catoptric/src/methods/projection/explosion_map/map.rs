@@ -1,15 +1,15 @@
 //! The explosion map of one reflector: cells by the directions of their hits on spheres about it.
 
-use super::cells::{Cell, RayCorner, cells_of};
-use super::chart::{Axes, Chart, Place, Record};
+use super::cells::{Cells, RayCorner};
+use super::chart::{Axes, Chart, Place, Record, Tag};
 use super::samples::Samples;
 use super::settings::{ExplosionMapSettings, Variant};
-use super::subdivision;
+use super::subdivision::Walks;
 use crate::math::Aabb;
 use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, interpolated, outer, weights_of};
 use crate::optics::bundle::BounceKind;
 use crate::parallel;
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Mat3, Vec3, Vec3A};
 
 /// Spheres are this much larger than what they are to hold.
 const ROOM: f32 = 1.001;
@@ -18,40 +18,45 @@ const ROOM: f32 = 1.001;
 const EXTENSION: f32 = 0.85;
 
 /// Cells at one place of one map that are looked at: no more reflections of a point than these.
-pub(super) const MOST_CELLS: usize = 8;
+const MOST_CELLS: usize = 8;
 
 /// One sphere with its two maps, or the reflector as if it were one.
-struct Sphere {
+pub(super) struct Sphere {
     /// None for the reflector itself.
-    radius: Option<f32>,
-    charts: [Chart; 2],
+    pub(super) radius: Option<f32>,
+    pub(super) charts: [Chart; 2],
 }
 
 /// The map of one reflector for one kind of rays.
 pub(super) struct ExplosionMap {
-    center: Vec3,
-    axes: Axes,
-    /// The reflector itself, and the spheres about it from the nearest to the farthest.
-    spheres: Vec<Sphere>,
+    pub(super) center: Vec3,
+    pub(super) axes: Axes,
+    /// Texels a side of the maps.
+    pub(super) size: u32,
+    /// The reflector itself, if there are more than two, and the spheres about it from the nearest to the farthest.
+    pub(super) spheres: Vec<Sphere>,
     samples: Samples,
     variant: Variant,
 }
 
 /// What one or two spheres say about a place.
 #[derive(Clone, Copy)]
-pub(super) struct Blend<'a> {
-    pub(super) near: &'a Record,
-    pub(super) far: &'a Record,
+struct Blend<'a> {
+    near: Seen<'a>,
+    far: Seen<'a>,
     /// The share of the far one.
-    pub(super) share: f32,
+    share: f32,
     /// The change of the share with the distance from the centre.
-    pub(super) slope: f32,
+    slope: f32,
 }
+
+/// What a map says about a place, and where that is from.
+type Seen<'a> = (&'a Record, &'a Tag);
 
 impl<'a> Blend<'a> {
     /// What one sphere says.
-    fn alone(record: &'a Record) -> Self {
-        Self { near: record, far: record, share: 0.0, slope: 0.0 }
+    fn alone(one: Seen<'a>) -> Self {
+        Self { near: one, far: one, share: 0.0, slope: 0.0 }
     }
 }
 
@@ -59,14 +64,14 @@ impl ExplosionMap {
     /// Makes the map; none where the reflector shows no cell.
     pub(super) fn new(reflector: &Reflector<'_>, scene: &Aabb, settings: &ExplosionMapSettings) -> Option<Self> {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
-        let cells = cells_of(reflector);
-        if cells.is_empty() {
+        let cells = Cells::new(reflector);
+        if cells.cells.is_empty() {
             return None;
         }
         // About the direction from which rays come back; glass sends them on.
-        let mean: Vec3 = cells.iter().map(|cell| cell.corners[0].outgoing).sum();
+        let mean: Vec3A = cells.cells.iter().map(|cell| cells.corners[cell.corners[0] as usize].outgoing).sum();
         let arriving: Vec3 = rays.incoming.iter().filter(|incoming| incoming.is_finite()).sum();
-        let axis = if rays.kind == BounceKind::Reflect { -arriving } else { mean };
+        let axis = if rays.kind == BounceKind::Reflect { -arriving } else { mean.into() };
         let axes = Axes::about(axis);
         let near = mesh.radius * ROOM;
         let far = scene.corners().iter().map(|corner| corner.distance(mesh.center)).fold(near * ROOM, f32::max) * ROOM;
@@ -75,13 +80,13 @@ impl ExplosionMap {
             let share = index as f32 / (count - 1) as f32;
             1.0 / (1.0 / near + (1.0 / far - 1.0 / near) * share)
         };
-        let make = |index: usize| {
-            let radius = index.checked_sub(1).map(|index| radius(index as u32));
-            Sphere::new(radius, mesh.center, &axes, &cells, settings.map_size)
-        };
-        let spheres = parallel::map_collect(count as usize + 1, make);
+        // With the paper's two, as in the paper, the nearer one knows all that is within it.
+        let itself = (count > 2).then_some(None);
+        let radii: Vec<Option<f32>> = itself.into_iter().chain((0..count).map(|index| Some(radius(index)))).collect();
+        let make = |index: usize| Sphere::new(radii[index], mesh.center, &axes, &cells, settings.map_size);
+        let spheres = parallel::map_collect(radii.len(), make);
         let samples = Samples::new(reflector, &cells);
-        Some(Self { center: mesh.center, axes, spheres, samples, variant: settings.variant })
+        Some(Self { center: mesh.center, axes, size: settings.map_size, spheres, samples, variant: settings.variant })
     }
 
     /// The place of a point in the maps, and its distance from their centre.
@@ -93,7 +98,7 @@ impl ExplosionMap {
         (self.axes.place(direction), direction, distance)
     }
 
-    /// The index of the first sphere that is farther than a distance, or the last one; never the reflector itself.
+    /// The index of the first sphere that is farther than a distance, or the last one; never the very first.
     #[inline]
     fn beyond(&self, distance: f32) -> usize {
         let last = self.spheres.len() - 1;
@@ -101,10 +106,20 @@ impl ExplosionMap {
         (1..last).find(is_beyond).unwrap_or(last)
     }
 
-    /// One over the radius of a sphere; of the reflector, at a record's place.
-    fn curvature(&self, sphere: &Sphere, record: &Record, uv: Vec2) -> f32 {
-        let radius = sphere.radius.unwrap_or_else(|| at(record.position, record.uv, uv).distance(self.center));
-        1.0 / radius
+    /// The share of the farther of two spheres in what both say about a point, and its change with the point's distance
+    /// from the centre: feet move about evenly with one over the distance. `positions` are those that both say.
+    #[inline]
+    pub(super) fn share(&self, spheres: [&Sphere; 2], positions: [Vec3A; 2], distance: f32) -> (f32, f32) {
+        let one_over = |k: usize| {
+            let radius = spheres[k].radius.unwrap_or_else(|| positions[k].distance(self.center.into()));
+            1.0 / radius
+        };
+        let (here, there, nearness) = (one_over(0), one_over(1), 1.0 / distance);
+        let span = here - there;
+        let share = (here - nearness) / span;
+        let slope = if share > 0.0 && share < 1.0 { nearness * nearness / span } else { 0.0 };
+        // Also what is not a number.
+        (if share > 0.0 { share.min(1.0) } else { 0.0 }, slope)
     }
 
     /// Calls `take` for what the maps say about a place.
@@ -115,31 +130,23 @@ impl ExplosionMap {
         let mut used = [false; MOST_CELLS];
         let mut found = false;
         let uv = place.uv;
-        for one in near_cells.iter().flatten() {
+        for &one in near_cells.iter().flatten() {
             // The same surface at the far sphere: the foot nearest to this one.
-            let here = at(one.position, one.uv, uv);
-            let apart = |other: &Record| at(other.position, other.uv, uv).distance_squared(here);
+            let [here, _] = one.0.at(uv);
+            let apart = |other: &Seen<'_>| other.0.at(uv)[0].distance_squared(here);
             let others = far_cells.iter().enumerate().filter(|(k, _)| !used[*k]);
             let others = others.filter_map(|(k, other)| Some((k, (*other)?)));
-            let Some((k, other)) = others.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) else {
+            found = true;
+            let Some((k, other)) = others.min_by(|a, b| apart(&a.1).total_cmp(&apart(&b.1))) else {
                 take(&Blend::alone(one));
-                found = true;
                 continue;
             };
             used[k] = true;
-            found = true;
-            // Feet move about evenly with one over the distance.
-            let [here, there] = [(near, *one), (far, other)].map(|(sphere, record)| self.curvature(sphere, record, uv));
-            let span = here - there;
-            let share = (here - 1.0 / distance) / span;
-            let within = share > 0.0 && share < 1.0;
-            let slope = if within { 1.0 / (distance * distance * span) } else { 0.0 };
-            // Also what is not a number.
-            let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+            let (share, slope) = self.share([near, far], [here, other.0.at(uv)[0]], distance);
             take(&Blend { near: one, far: other, share, slope });
         }
         for (k, other) in far_cells.iter().enumerate() {
-            if let Some(other) = other
+            if let Some(other) = *other
                 && !used[k]
             {
                 take(&Blend::alone(other));
@@ -149,30 +156,11 @@ impl ExplosionMap {
         // Where these spheres have no cell another one may.
         let mut others = self.spheres.iter().rev();
         while !found && let Some(sphere) = others.next() {
-            for record in sphere.at(place).iter().flatten() {
+            for &record in sphere.at(place).iter().flatten() {
                 take(&Blend::alone(record));
                 found = true;
             }
         }
-    }
-
-    /// Where the mirror image of a point is, from the first cell of each sphere; not finite where there is none. For
-    /// reflectors that show a point once.
-    #[inline]
-    pub(super) fn mirror_image(&self, point: Vec3) -> Vec3 {
-        let (place, _, distance) = self.place(point);
-        let index = self.beyond(distance);
-        let (near, far) = (&self.spheres[index - 1], &self.spheres[index]);
-        let (one, other) = (near.charts[place.chart].first(place.uv), far.charts[place.chart].first(place.uv));
-        let (Some(one), Some(other)) = (one.or(other), other.or(one)) else { return Vec3::NAN };
-        let here = self.curvature(near, one, place.uv);
-        let share = (here - 1.0 / distance) / (here - self.curvature(far, other, place.uv));
-        // Also what is not a number.
-        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
-        let mix = |one: Vec3, other: Vec3| one + (other - one) * share;
-        let position = mix(at(one.position, one.uv, place.uv), at(other.position, other.uv, place.uv));
-        let normal = mix(at(one.normal, one.uv, place.uv), at(other.normal, other.uv, place.uv));
-        point - normal * (2.0 * normal.dot(point - position) / normal.length_squared())
     }
 
     /// The foot of a blend, with its changes.
@@ -184,11 +172,10 @@ impl ExplosionMap {
         direction: Vec3,
         distance: f32,
     ) -> Foot {
-        let uv = place.uv;
-        let Blend { near, far, share, slope } = *blend;
+        let Blend { near: (near, near_tag), far: (far, far_tag), share, slope } = *blend;
         let mix = |a: Vec3, b: Vec3| a + (b - a) * share;
-        let (near_position, far_position) = (at(near.position, near.uv, uv), at(far.position, far.uv, uv));
-        let (near_normal, far_normal) = (at(near.normal, near.uv, uv), at(far.normal, far.uv, uv));
+        let [near_position, near_normal] = near.at(place.uv).map(Vec3::from);
+        let [far_position, far_normal] = far.at(place.uv).map(Vec3::from);
         let position = mix(near_position, far_position);
         let raw = mix(near_normal, far_normal);
         let inverse = raw.length().recip();
@@ -197,13 +184,14 @@ impl ExplosionMap {
         let turned = |change: Vec3| (change - direction * direction.dot(change)) / distance;
         let [along_u, along_v] = self.axes.change(place).map(turned);
         let along_share = direction * slope;
-        let change = |near: &[Vec3; 3], far: &[Vec3; 3], apart: Vec3| {
-            outer(mix(near[1], far[1]), along_u) + outer(mix(near[2], far[2]), along_v) + outer(apart, along_share)
+        let change = |near: [Vec3; 2], far: [Vec3; 2], apart: Vec3| {
+            outer(mix(near[0], far[0]), along_u) + outer(mix(near[1], far[1]), along_v) + outer(apart, along_share)
         };
-        let position_change = change(&near.position, &far.position, far_position - near_position);
-        let normal_change: Mat3 = change(&near.normal, &far.normal, far_normal - near_normal) * inverse;
+        let position_change = change(near.position_changes(), far.position_changes(), far_position - near_position);
+        let normal_change: Mat3 =
+            change(near.normal_changes(), far.normal_changes(), far_normal - near_normal) * inverse;
         let normal_change = normal_change - outer(normal, normal_change.transpose() * normal);
-        let nearer = if share < 0.5 { near } else { far };
+        let nearer = if share < 0.5 { near_tag } else { far_tag };
         // Of the blended position, in the nearer one's triangle.
         let corners = reflector.mesh.triangles[nearer.triangle as usize];
         let weights = weights_of(corners.map(|vertex| reflector.mesh.positions[vertex as usize]), position);
@@ -216,7 +204,7 @@ impl ExplosionMap {
             origin,
             triangle: nearer.triangle,
             weights,
-            beyond: near.beyond || far.beyond,
+            beyond: near_tag.beyond || far_tag.beyond,
         }
     }
 }
@@ -227,27 +215,19 @@ impl Locator for ExplosionMap {
         if distance.is_nan() || distance <= 0.0 {
             return;
         }
-        let foot = |blend: &Blend<'_>| self.foot(reflector, blend, &place, direction, distance);
+        let mut walks = Walks::new(reflector, point);
         // Spheres tell little of what is between them and the reflector, unless that is convex.
-        if distance < self.spheres[1].radius.unwrap_or(0.0) && !reflector.mesh.convex {
+        let nearest = self.spheres.iter().find_map(|sphere| sphere.radius).unwrap_or(0.0);
+        if distance < nearest && !reflector.mesh.convex {
             return self.samples.locate(reflector, point, take);
         }
-        if self.variant == Variant::Map {
-            return self.blends(&place, distance, &mut |blend| take(&foot(blend)));
-        }
-        // Several guesses may lead to one cell.
-        let mut known = [u32::MAX; MOST_CELLS];
-        let mut count = 0;
-        let mut walk = |seed: &Foot| {
-            subdivision::locate(reflector, seed, point, &mut |found| {
-                if !known.contains(&found.triangle) && count < MOST_CELLS {
-                    known[count] = found.triangle;
-                    count += 1;
-                    take(found);
-                }
-            });
-        };
-        self.blends(&place, distance, &mut |blend| walk(&foot(blend)));
+        self.blends(&place, distance, &mut |blend| {
+            let foot = self.foot(reflector, blend, &place, direction, distance);
+            match self.variant {
+                Variant::Map => take(&foot),
+                Variant::Subdivision => walks.walk(foot.triangle, foot.weights, take),
+            }
+        });
     }
 
     fn byte_count(&self) -> u64 {
@@ -256,30 +236,15 @@ impl Locator for ExplosionMap {
     }
 }
 
-/// What is linear about a record's first corner, at a place.
-#[inline]
-fn at(values: [Vec3; 3], origin: Vec2, uv: Vec2) -> Vec3 {
-    values[0] + values[1] * (uv.x - origin.x) + values[2] * (uv.y - origin.y)
-}
-
 impl Sphere {
-    fn new(radius: Option<f32>, center: Vec3, axes: &Axes, cells: &[Cell], size: u32) -> Self {
-        let hits: Vec<[Vec3; 3]> =
-            cells.iter().map(|cell| cell.corners.map(|corner| hit(&corner, center, radius, axes))).collect();
-        let chart = |chart: usize| {
-            let drawn = |(cell, hits): (&Cell, &[Vec3; 3])| {
-                let places = axes.triangle(*hits, chart)?;
-                Some((places, cell.corners.map(|corner| corner.corner), cell.triangle, cell.beyond))
-            };
-            let mut drawn_cells = Vec::with_capacity(if chart == 0 { cells.len() } else { 0 });
-            drawn_cells.extend(cells.iter().zip(&hits).filter_map(drawn));
-            Chart::new(size, &drawn_cells)
-        };
-        Self { radius, charts: [chart(0), chart(1)] }
+    fn new(radius: Option<f32>, center: Vec3, axes: &Axes, cells: &Cells, size: u32) -> Self {
+        let hits = cells.corners.iter().map(|corner| axes.local(hit(corner, center.into(), radius, axes)));
+        let local: Vec<Vec3> = hits.collect();
+        Self { radius, charts: [0, 1].map(|chart| Chart::new(size, chart, cells, &local)) }
     }
 
     /// The cells at a place.
-    fn at(&self, place: &Place) -> [Option<&Record>; MOST_CELLS] {
+    fn at(&self, place: &Place) -> [Option<Seen<'_>>; MOST_CELLS] {
         let mut found = [None; MOST_CELLS];
         for (slot, record) in found.iter_mut().zip(self.charts[place.chart].at(place.uv)) {
             *slot = Some(record);
@@ -289,8 +254,9 @@ impl Sphere {
 }
 
 /// The direction from the centre in which a corner's ray hits a sphere; beyond a silhouette, further out.
-fn hit(corner: &RayCorner, center: Vec3, radius: Option<f32>, axes: &Axes) -> Vec3 {
-    let from = corner.corner.position - center;
+#[inline]
+fn hit(corner: &RayCorner, center: Vec3A, radius: Option<f32>, axes: &Axes) -> Vec3A {
+    let from = corner.position - center;
     let along = from.dot(corner.outgoing);
     let length = match radius {
         Some(radius) => (along * along - from.length_squared() + radius * radius).max(0.0).sqrt() - along,
@@ -300,7 +266,7 @@ fn hit(corner: &RayCorner, center: Vec3, radius: Option<f32>, axes: &Axes) -> Ve
     if !corner.outward {
         return direction;
     }
-    let axis = axes.axis();
+    let axis = Vec3A::from(axes.axis());
     let Some(across) = (direction - axis * axis.dot(direction)).try_normalize() else { return direction };
     let angle = axis.dot(direction).clamp(-1.0, 1.0).acos();
     let (sin, cos) = (angle + EXTENSION * (std::f32::consts::PI - angle)).sin_cos();

@@ -5,7 +5,10 @@
 
 mod cells;
 mod chart;
+mod finder;
 mod map;
+mod mirror;
+mod profile;
 mod samples;
 mod settings;
 mod subdivision;
@@ -22,7 +25,7 @@ use crate::methods::projection::VertexProjector;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::scene::Scene;
-use map::ExplosionMap;
+use finder::Finder;
 
 /// What explosion maps are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -42,7 +45,7 @@ pub static INFO: MethodInfo = MethodInfo {
 /// The method with what it keeps from frame to frame.
 struct ExplosionMapMethod {
     settings: ExplosionMapSettings,
-    kept: Kept<ExplosionMap>,
+    kept: Kept<Finder>,
 }
 
 impl ExplosionMapMethod {
@@ -54,7 +57,7 @@ impl ExplosionMapMethod {
     fn build(&mut self, job: &Job<'_>) -> Result<(), RenderError> {
         if !self.kept.fits(job)? {
             let settings = &self.settings;
-            let make = |reflector: &Reflector<'_>| ExplosionMap::new(reflector, &job.scene.bounds, settings);
+            let make = |reflector: &Reflector<'_>| Finder::new(reflector, &job.scene.bounds, settings);
             self.kept.build(job, make);
         }
         Ok(())

@@ -1,9 +1,9 @@
 //! Some rays of a reflector, for points so near to it that spheres about it say little.
 
-use super::cells::Cell;
-use super::subdivision;
+use super::cells::Cells;
+use super::subdivision::Walks;
 use crate::methods::projection::virtual_objects::{Foot, Reflector};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 /// About so many rays.
 const COUNT: usize = 512;
@@ -22,9 +22,9 @@ pub(super) struct Samples {
 }
 
 impl Samples {
-    pub(super) fn new(reflector: &Reflector<'_>, cells: &[Cell]) -> Self {
+    pub(super) fn new(reflector: &Reflector<'_>, cells: &Cells) -> Self {
         let mut samples = Self { origins: Vec::new(), directions: Vec::new(), triangles: Vec::new() };
-        let shown: Vec<&Cell> = cells.iter().filter(|cell| !cell.beyond).collect();
+        let shown: Vec<_> = cells.cells.iter().filter(|cell| !cell.beyond).collect();
         let stride = shown.len().div_ceil(COUNT).max(1);
         for cell in shown.into_iter().step_by(stride) {
             let corners = reflector.mesh.triangles[cell.triangle as usize];
@@ -50,27 +50,9 @@ impl Samples {
                 self.enter(&mut best, miss, index, reflector.mesh.radius);
             }
         }
-        let mut known = [u32::MAX; STARTS];
-        let mut count = 0;
+        let mut walks = Walks::new(reflector, point);
         for (_, index) in best.into_iter().filter(|(miss, _)| miss.is_finite()) {
-            let triangle = self.triangles[index];
-            let seed = Foot {
-                position: self.origins[index],
-                normal: Vec3::ZERO,
-                position_change: Mat3::ZERO,
-                normal_change: Mat3::ZERO,
-                origin: Vec3::ZERO,
-                triangle,
-                weights: Vec2::splat(1.0 / 3.0),
-                beyond: false,
-            };
-            subdivision::locate(reflector, &seed, point, &mut |found| {
-                if !known.contains(&found.triangle) && count < STARTS {
-                    known[count] = found.triangle;
-                    count += 1;
-                    take(found);
-                }
-            });
+            walks.walk(self.triangles[index], Vec2::splat(1.0 / 3.0), take);
         }
     }
 

@@ -57,6 +57,8 @@ pub struct ExplosionMapSettings {
     pub spheres: u32,
     /// Edges of reflectors longer than this share of their radius are halved.
     pub longest_edge: f32,
+    /// Whether reflectors that are drawn along one axis are looked up in their profile instead of maps.
+    pub extrusions: bool,
     /// Steps of the solver that makes appearances exact; 0 leaves them as the maps have them.
     pub polish: u32,
     /// Edges of virtual geometry are divided until they are this near to where they belong.
@@ -75,6 +77,7 @@ impl ExplosionMapSettings {
             map_size: 200,
             spheres: 4,
             longest_edge: 0.125,
+            extrusions: true,
             polish: 0,
             edge_error_px: 0.25,
             piece_px: 1.0,
@@ -113,8 +116,15 @@ impl Settings for ExplosionMapSettings {
             "corrected: on the view ray through the foot, after one step towards the mirror law; mirrored: the paper's, in the tangent plane",
         ),
         ("map_size", "texels a side of the id buffers, 4 to 4096"),
-        ("spheres", "spheres about a reflector, 2 (the paper's) to 16: points between two of them blend what both say"),
+        (
+            "spheres",
+            "spheres about a reflector, 2 (the paper's) to 16: points between two of them blend what both say; with more than two the reflector itself is one more",
+        ),
         ("longest_edge", "edges of reflectors longer than this share of their radius are halved, 0.01 to 10"),
+        (
+            "extrusions",
+            "whether reflectors that are drawn along one axis are looked up in their profile instead of maps",
+        ),
         ("polish", "steps of the solver that makes every appearance exact, 0 (none) to 100"),
         (
             "edge_error_px",

@@ -30,11 +30,39 @@ const LONGEST_STEP: f32 = 0.5;
 /// Where a reflector ends, the last cell goes on by this share of the reflector's radius.
 const BORDER_SHARE: f32 = 0.05;
 
+/// No more walks than this for one point end in different cells.
+const MOST_CELLS: usize = 8;
+
+/// Walks to the cells that hold one point; several may lead to one cell.
+pub(super) struct Walks<'a> {
+    reflector: &'a Reflector<'a>,
+    point: Vec3,
+    known: [u32; MOST_CELLS],
+    count: usize,
+}
+
+impl<'a> Walks<'a> {
+    pub(super) fn new(reflector: &'a Reflector<'a>, point: Vec3) -> Self {
+        Self { reflector, point, known: [u32::MAX; MOST_CELLS], count: 0 }
+    }
+
+    /// Walks from a place of a triangle, and calls `take` where that ends in a cell that is not known.
+    pub(super) fn walk(&mut self, triangle: u32, weights: Vec2, take: &mut dyn FnMut(&Foot)) {
+        locate(self.reflector, Spot { triangle, weights, beyond: false }, self.point, &mut |found| {
+            if !self.known.contains(&found.triangle) && self.count < MOST_CELLS {
+                self.known[self.count] = found.triangle;
+                self.count += 1;
+                take(found);
+            }
+        });
+    }
+}
+
 /// Calls `take` for the place in the cell that holds the point, walking from a first guess.
-pub(super) fn locate(reflector: &Reflector<'_>, seed: &Foot, point: Vec3, take: &mut dyn FnMut(&Foot)) {
+fn locate(reflector: &Reflector<'_>, seed: Spot, point: Vec3, take: &mut dyn FnMut(&Foot)) {
     let mesh = reflector.mesh;
     let longest = LONGEST_STEP * mesh.radius;
-    let mut at = Spot { triangle: seed.triangle, weights: seed.weights, beyond: false };
+    let mut at = seed;
     at.settle(reflector);
     let (mut last_length, mut strays) = (f32::INFINITY, 0);
     for count in 1..=MOST_STEPS {

@@ -1,6 +1,6 @@
 //! Explosion maps as they were meant: all vertices of a scene mirrored at once.
 
-use super::map::ExplosionMap;
+use super::finder::Finder;
 use super::settings::ExplosionMapSettings;
 use crate::methods::projection::virtual_objects::{Reflector, ReflectorMesh, VertexRays};
 use crate::parallel;
@@ -33,7 +33,15 @@ pub struct ReflectorMap {
     mesh: ReflectorMesh,
     scene_bounds: crate::math::Aabb,
     settings: ExplosionMapSettings,
-    map: Option<ExplosionMap>,
+    /// For the last view; none where the reflector shows nothing.
+    seen: Option<Seen>,
+}
+
+/// What depends on the view.
+struct Seen {
+    view: View,
+    rays: VertexRays,
+    finder: Finder,
 }
 
 impl ReflectorMap {
@@ -43,7 +51,7 @@ impl ReflectorMap {
     /// Where the scene has no such object.
     pub fn new(scene: &Scene, object: u32, settings: &ExplosionMapSettings) -> Self {
         let mesh = ReflectorMesh::new(scene, object, settings.longest_edge);
-        Self { mesh, scene_bounds: scene.bounds, settings: settings.clone(), map: None }
+        Self { mesh, scene_bounds: scene.bounds, settings: settings.clone(), seen: None }
     }
 
     /// Triangles of the reflector.
@@ -55,17 +63,17 @@ impl ReflectorMap {
     pub fn look(&mut self, view: &View) {
         let rays = VertexRays::of_view(&self.mesh, view);
         let reflector = Reflector { index: 0, mesh: &self.mesh, rays: &rays, view: Some(view) };
-        self.map = ExplosionMap::new(&reflector, &self.scene_bounds, &self.settings);
+        let finder = Finder::new(&reflector, &self.scene_bounds, &self.settings);
+        self.seen = finder.map(|finder| Seen { view: view.clone(), rays, finder });
     }
 
     /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
-        let Some(map) = &self.map else { return images.fill(Vec3::NAN) };
+        let Some(Seen { view, rays, finder }) = &self.seen else { return images.fill(Vec3::NAN) };
+        let reflector = Reflector { index: 0, mesh: &self.mesh, rays, view: Some(view) };
         parallel::for_each_chunk_mut(images, AT_ONCE, |chunk, images| {
             let points = points.get(chunk * AT_ONCE..).unwrap_or_default();
-            for (image, point) in images.iter_mut().zip(points) {
-                *image = map.mirror_image(*point);
-            }
+            finder.mirror_images(&reflector, points, images);
         });
     }
 }

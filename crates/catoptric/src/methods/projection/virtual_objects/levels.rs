@@ -2,7 +2,7 @@
 
 use super::eye_image::EyeImage;
 use super::mesh::ReflectorMesh;
-use super::rays::{Foot, VertexRays};
+use super::rays::{Arrival, Foot, VertexRays};
 use crate::methods::projection::SpecularPath;
 use crate::optics::bundle::{Bounce, BounceKind};
 use crate::parallel;
@@ -189,7 +189,7 @@ impl<L: Locator> Levels<L> {
                         (true, true) => 1.0 / material.ior,
                         (true, false) => material.ior,
                     };
-                    let rays = VertexRays::new(mesh, kind, side, eta, within, arriving.clone());
+                    let rays = VertexRays::new(mesh, kind, side, eta, within, arriving);
                     if !mesh.triangles.iter().any(|triangle| rays.shows(*triangle)) {
                         continue;
                     }
@@ -222,7 +222,7 @@ impl<L: Locator> Levels<L> {
         parent: u32,
         index: u32,
         mesh: &ReflectorMesh,
-    ) -> Vec<(Option<(u32, u32)>, bool, Vec<Option<[Vec3; 2]>>)> {
+    ) -> Vec<(Option<(u32, u32)>, bool, Vec<Arrival>)> {
         let level = &self.levels[parent as usize];
         let mut all = Vec::new();
         for (number, family) in level.families.iter().enumerate() {
@@ -240,7 +240,7 @@ impl<L: Locator> Levels<L> {
             let found = parallel::map_collect(chunks, |chunk| {
                 let range = chunk * VERTICES_AT_ONCE..((chunk + 1) * VERTICES_AT_ONCE).min(mesh.positions.len());
                 let arriving = |position: &Vec3| {
-                    let mut arriving = [None; SHEETS as usize];
+                    let mut arriving: [Option<Arrival>; SHEETS as usize] = [None; SHEETS as usize];
                     family.locator.locate(&reflector, *position, &mut |foot| {
                         let length = foot.position.distance(*position);
                         let sheet = family.rays.focal_index(reflector.mesh, foot.triangle, length);
@@ -249,7 +249,7 @@ impl<L: Locator> Levels<L> {
                         if let (None, Some(direction)) = (&*slot, along)
                             && length > least
                         {
-                            *slot = Some([foot.position, direction]);
+                            *slot = Some(Arrival { origin: foot.position, direction });
                         }
                     });
                     arriving
@@ -257,8 +257,9 @@ impl<L: Locator> Levels<L> {
                 mesh.positions[range].iter().map(arriving).collect::<Vec<_>>()
             });
             for sheet in 0..SHEETS {
-                let arriving: Vec<_> = found.iter().flatten().map(|arriving| arriving[sheet as usize]).collect();
-                if arriving.iter().any(Option::is_some) {
+                let of_sheet = || found.iter().flatten().map(|arriving| arriving[sheet as usize]);
+                if of_sheet().any(|arrival| arrival.is_some()) {
+                    let arriving = of_sheet().map(|arrival| arrival.unwrap_or(Arrival::NONE)).collect();
                     all.push((Some((number as u32, sheet)), inside, arriving));
                 }
             }
@@ -376,17 +377,20 @@ impl<L: Locator> Levels<L> {
     }
 }
 
-/// The rays that arrive at a reflector's vertices from the eye: where each comes from, and its unit direction.
-fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Option<[Vec3; 2]>> {
+/// The rays that arrive at a reflector's vertices from the eye.
+fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Arrival> {
     let eye = view.eye();
     let parallel = match view.projection {
         Projection::Perspective { .. } => None,
         Projection::Orthographic { .. } => Some(view.ray(0.0, 0.0).direction),
     };
     let arriving = |position: &Vec3| match parallel {
-        None => Some([eye, (*position - eye).try_normalize()?]),
+        None => match (*position - eye).try_normalize() {
+            Some(direction) => Arrival { origin: eye, direction },
+            None => Arrival::NONE,
+        },
         // From the eye's plane.
-        Some(direction) => Some([*position - direction * (*position - eye).dot(direction), direction]),
+        Some(direction) => Arrival { origin: *position - direction * (*position - eye).dot(direction), direction },
     };
     mesh.positions.iter().map(arriving).collect()
 }
@@ -394,7 +398,8 @@ fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Option<[Vec3; 2]>> {
 impl VertexRays {
     /// The reflections of view rays on the outer side of a reflector.
     pub(in super::super) fn of_view(mesh: &ReflectorMesh, view: &View) -> Self {
-        Self::new(mesh, BounceKind::Reflect, if mesh.inside_only { -1.0 } else { 1.0 }, 1.0, None, eye_rays(mesh, view))
+        let side = if mesh.inside_only { -1.0 } else { 1.0 };
+        Self::new(mesh, BounceKind::Reflect, side, 1.0, None, &eye_rays(mesh, view))
     }
 }
 

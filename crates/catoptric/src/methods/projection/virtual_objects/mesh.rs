@@ -1,5 +1,6 @@
 //! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
 
+use super::extrusion::Extrusion;
 use super::piece::CORNERS;
 use crate::scene::Scene;
 use crate::surface::site::{NO_NEIGHBOUR, Site, mesh_neighbours, welded_vertices};
@@ -33,6 +34,8 @@ pub(in super::super) struct ReflectorMesh {
     pub(in super::super) convex: bool,
     /// Whether it reflects on its inner side alone.
     pub(in super::super) inside_only: bool,
+    /// Its profile, where it is drawn along one axis.
+    pub(in super::super) extrusion: Option<Extrusion>,
     /// The centre of the box around it.
     pub(in super::super) center: Vec3,
     /// The greatest distance of a vertex from the centre.
@@ -86,12 +89,14 @@ impl ReflectorMesh {
             closed: false,
             convex: false,
             inside_only: object.inside,
+            extrusion: None,
             center,
             radius,
         };
         mesh.halve_edges(longest_edge * radius);
         mesh.neighbours = mesh_neighbours(&mesh.triangles, |vertex| vertex);
         mesh.closed = mesh.is_closed();
+        mesh.extrusion = Extrusion::new(&mesh);
         mesh.convex = mesh.closed && mesh.bulges_outwards() && mesh.is_of_one_piece();
         mesh
     }

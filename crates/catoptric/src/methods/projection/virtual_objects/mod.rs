@@ -5,6 +5,7 @@
 //! vertices, the virtual point of a bounce, and the recursion: the virtual object of a path's last bounce is an object
 //! for the bounce before.
 
+mod extrusion;
 mod eye_image;
 mod kept;
 mod levels;
@@ -13,6 +14,7 @@ mod piece;
 mod projector;
 mod rays;
 
+pub(super) use extrusion::Extrusion;
 pub(super) use eye_image::{EyeImage, NOTHING};
 pub(super) use kept::{Kept, LONGEST_EDGE};
 #[cfg(test)]

@@ -25,6 +25,26 @@ pub(in super::super) struct VertexRays {
     /// Unit directions as they leave; where the vertex faces away, those of the formula. Not finite where there are
     /// none (total reflection).
     pub(in super::super) outgoing: Vec<Vec3>,
+    /// [`LEAVES`] and [`FACES`], vertex by vertex.
+    states: Vec<u8>,
+}
+
+/// A ray leaves the vertex.
+const LEAVES: u8 = 1;
+
+/// The vertex faces the ray that arrives.
+const FACES: u8 = 2;
+
+/// A ray that arrives at a vertex: where it comes from, and its unit direction; not finite where there is none.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    pub(super) origin: Vec3,
+    pub(super) direction: Vec3,
+}
+
+impl Arrival {
+    /// No ray.
+    pub(super) const NONE: Self = Self { origin: Vec3::NAN, direction: Vec3::NAN };
 }
 
 impl VertexRays {
@@ -36,28 +56,28 @@ impl VertexRays {
         side: f32,
         eta: f32,
         inside: Option<f32>,
-        arriving: Vec<Option<[Vec3; 2]>>,
+        arriving: &[Arrival],
     ) -> Self {
-        let count = mesh.positions.len();
         let mut rays = Self {
             kind,
             side,
             eta,
             inside_after: inside.is_some(),
             index_after: inside.unwrap_or(1.0),
-            origins: Vec::with_capacity(count),
-            incoming: Vec::with_capacity(count),
-            cosines: Vec::with_capacity(count),
-            outgoing: Vec::with_capacity(count),
+            origins: arriving.iter().map(|arrival| arrival.origin).collect(),
+            incoming: arriving.iter().map(|arrival| arrival.direction).collect(),
+            cosines: Vec::new(),
+            outgoing: Vec::new(),
+            states: Vec::new(),
         };
-        for (arriving, normal) in arriving.into_iter().zip(&mesh.normals) {
-            let [origin, incoming] = arriving.unwrap_or([Vec3::NAN; 2]);
-            let normal = *normal * side;
-            rays.origins.push(origin);
-            rays.incoming.push(incoming);
-            rays.cosines.push(-incoming.dot(normal));
-            rays.outgoing.push(rays.scattered(incoming, normal));
-        }
+        let cosine = |(incoming, normal): (&Vec3, &Vec3)| -incoming.dot(*normal * side);
+        rays.cosines = rays.incoming.iter().zip(&mesh.normals).map(cosine).collect();
+        let scattered = |(incoming, normal): (&Vec3, &Vec3)| rays.scattered(*incoming, *normal * side);
+        rays.outgoing = rays.incoming.iter().zip(&mesh.normals).map(scattered).collect();
+        let state = |(outgoing, cosine): (&Vec3, &f32)| {
+            (if outgoing.is_finite() { LEAVES } else { 0 }) | (if *cosine > 0.0 { FACES } else { 0 })
+        };
+        rays.states = rays.outgoing.iter().zip(&rays.cosines).map(state).collect();
         rays
     }
 
@@ -80,14 +100,8 @@ impl VertexRays {
 
     /// Whether a triangle has rays at all corners and shows the side that is met at one of them at least.
     pub(in super::super) fn shows(&self, triangle: [u32; 3]) -> bool {
-        let mut shows = false;
-        for vertex in triangle {
-            if !self.outgoing[vertex as usize].is_finite() {
-                return false;
-            }
-            shows |= self.cosines[vertex as usize] > 0.0;
-        }
-        shows
+        let [a, b, c] = triangle.map(|vertex| self.states[vertex as usize]);
+        a & b & c & LEAVES != 0 && (a | b | c) & FACES != 0
     }
 
     /// How many focal points a ray of a triangle has passed at a distance from it.
@@ -361,6 +375,7 @@ mod tests {
                 incoming: Vec::new(),
                 cosines: Vec::new(),
                 outgoing: Vec::new(),
+                states: Vec::new(),
             };
             let Some((_, change)) = foot.virtual_point(&rays, point) else { continue };
             let step = 5e-3;
