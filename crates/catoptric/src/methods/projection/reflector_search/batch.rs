@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 const LANES: usize = 8;
 
 /// Points that are not in their cell after so many are searched one by one.
-const MOST_CELLS: u32 = 5;
+const MOST_CELLS: u32 = 3;
 
 /// A number of each point.
 type Lane = [f32; LANES];

@@ -201,7 +201,7 @@ impl ReflectorSearch {
         if let Some(better) = self.moved(reflector, now, step, point) {
             return Some(better);
         }
-        if !self.single {
+        if !self.single || lies_behind(now, point) {
             return None;
         }
         // Beyond where the reflector ends: along its end, the longer way first.
@@ -430,8 +430,8 @@ impl Locator for ReflectorSearch {
             let at = cell.low + cell.zero.clamp(Vec2::splat(-EXTRAPOLATED), Vec2::splat(1.0 + EXTRAPOLATED));
             let Place { face, at } = self.image.settled(Place { face: cell.face, at });
             let Some(foot) = self.foot(reflector, &cell, point) else { return };
-            // Both layers of cube maps may show it.
             let size = cell.corners[0].position.distance(cell.corners[3].position);
+            // Both layers of cube maps may show it.
             let known = |one: &Found| {
                 let here = one.face == face && one.at.distance(at) < SAME;
                 one.turns == cell.turns && (here || one.position.distance(foot.position) < size)
