@@ -175,7 +175,7 @@ fn explosion_maps(criterion: &mut Criterion) {
 
 /// The search as the library uses it: pictures of a ball, vertices of a scene one after the other, and points anywhere.
 fn reflector_search(criterion: &mut Criterion) {
-    let scene = builtin::parse("sphere_room?tess=71").and_then(|model| model.pose(&PoseOptions::default()));
+    let scene = builtin::parse("sphere_room").and_then(|model| model.pose(&PoseOptions::default()));
     let scene = scene.expect("built-in scenes are valid");
     let view = scene.default_view(WIDTH, HEIGHT);
     let mirror = scene.specular_objects()[0];
