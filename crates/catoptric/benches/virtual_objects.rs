@@ -2,6 +2,7 @@
 
 use catoptric::math::random::Stream;
 use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Preset, ReflectorMap};
+use catoptric::methods::projection::reflector_search::{Images, ReflectorPictures, ReflectorSearchSettings};
 use catoptric::scene::{PoseOptions, builtin};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
@@ -35,5 +36,37 @@ fn explosion_maps(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, explosion_maps);
+/// The search as the library uses it: pictures of a ball, vertices of a scene one after the other, and points anywhere.
+fn reflector_search(criterion: &mut Criterion) {
+    let scene = builtin::parse("sphere_room").and_then(|model| model.pose(&PoseOptions::default()));
+    let scene = scene.expect("built-in scenes are valid");
+    let view = scene.default_view(WIDTH, HEIGHT);
+    let mirror = scene.specular_objects()[0];
+    let own = &scene.objects[mirror as usize].vertices;
+    let others = (0..scene.positions.len() as u32).filter(|vertex| !own.contains(vertex));
+    let vertices: Vec<Vec3> = others.map(|vertex| scene.positions[vertex as usize]).cycle().take(1 << 20).collect();
+    let mut random = Stream::new(3);
+    let size = scene.bounds.max - scene.bounds.min;
+    let mut next = || Vec3::new(random.next_unit(), random.next_unit(), random.next_unit());
+    let anywhere: Vec<Vec3> = (0..1 << 20).map(|_| scene.bounds.min + size * next()).collect();
+    let mut found = vec![Vec3::NAN; vertices.len()];
+    for images in [Images::Eye, Images::Cube] {
+        let settings = ReflectorSearchSettings { images, ..ReflectorSearchSettings::default() };
+        let mut pictures = ReflectorPictures::new(&scene, mirror, &settings);
+        let mut group = criterion.benchmark_group(format!("reflector_search/{images:?}"));
+        group.sample_size(20);
+        group.bench_function(format!("build, {} triangles", pictures.triangle_count()), |bencher| {
+            bencher.iter(|| pictures.look(black_box(&view)));
+        });
+        group.throughput(Throughput::Elements(vertices.len() as u64));
+        for (label, points) in [("vertices", &vertices), ("points anywhere", &anywhere)] {
+            group.bench_function(label, |bencher| {
+                bencher.iter(|| pictures.virtual_vertices(black_box(points), &mut found));
+            });
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, explosion_maps, reflector_search);
 criterion_main!(benches);

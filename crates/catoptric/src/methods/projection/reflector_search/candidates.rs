@@ -181,42 +181,32 @@ impl Candidates {
         self.places.is_empty()
     }
 
-    /// Calls `take` for the best candidate alone if `single`, else first for all that are better than those around them
-    /// (with `true`), then for all others about which the half vector may be met (with `false`).
-    #[inline]
-    pub(super) fn best(&self, law: &Law, point: Vec3, single: bool, mut take: impl FnMut(Place, bool)) {
+    /// The best candidate, if the half vector may be met about it.
+    pub(super) fn nearest(&self, law: &Law, point: Vec3) -> Option<Place> {
         let mut scores = [f32::NEG_INFINITY; MOST_CANDIDATES];
         let scores = &mut scores[..self.places.len()];
-        if single {
-            let mut highest = [f32::NEG_INFINITY; LANES];
-            for (block, scores) in self.blocks.iter().zip(scores.as_chunks_mut::<LANES>().0) {
-                *scores = block.scores(law, point);
-                for lane in 0..LANES {
-                    highest[lane] = if scores[lane] > highest[lane] { scores[lane] } else { highest[lane] };
-                }
-            }
-            let highest = highest.into_iter().fold(f32::NEG_INFINITY, f32::max);
-            if let Some(best) = scores.iter().position(|score| *score == highest)
-                && self.blocks[best / LANES].leads(law, point, 1.0, LEEWAY)[best % LANES]
-            {
-                take(self.places[best], true);
-            }
-            return;
-        }
-        let mut leading = [0_u16; MOST_CANDIDATES / LANES];
-        let mut count = 0;
-        for (number, block) in self.groups.iter().enumerate() {
-            for (lane, leads) in block.leads(law, point, 1.0, LEEWAY).into_iter().enumerate() {
-                let first = (number * LANES + lane) * GROUP_BLOCKS;
-                if leads && first < self.blocks.len() {
-                    for block in first..first + GROUP_BLOCKS {
-                        scores[block * LANES..][..LANES].copy_from_slice(&self.blocks[block].scores(law, point));
-                        leading[count] = block as u16;
-                        count += 1;
-                    }
-                }
+        let mut highest = [f32::NEG_INFINITY; LANES];
+        for (block, scores) in self.blocks.iter().zip(scores.as_chunks_mut::<LANES>().0) {
+            *scores = block.lanes(law, point).ranks(law);
+            for lane in 0..LANES {
+                highest[lane] = if scores[lane] > highest[lane] { scores[lane] } else { highest[lane] };
             }
         }
+        let highest = highest.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let best = scores.iter().position(|score| *score == highest)?;
+        let block = &self.blocks[best / LANES];
+        let leads = block.leads(&block.lanes(law, point), law, 1.0, LEEWAY);
+        (leads >> (best % LANES) & 1 == 1).then_some(self.places[best])
+    }
+
+    /// Calls `take` first for all candidates that are better than those around them (with `true`), then for all others
+    /// about which the half vector may be met (with `false`).
+    #[inline]
+    pub(super) fn best(&self, law: &Law, point: Vec3, mut take: impl FnMut(Place, bool)) {
+        let mut scores = [f32::NEG_INFINITY; MOST_CANDIDATES];
+        let scores = &mut scores[..self.places.len()];
+        let mut leading = [Leading::default(); MOST_CANDIDATES / LANES];
+        let count = leading_blocks(self, law, point, scores, &mut leading);
         let leading = &leading[..count];
         let is_best = |index: usize| {
             let score = scores[index];
@@ -227,12 +217,13 @@ impl Candidates {
             };
             !self.neighbours[index].iter().any(|other| better(*other))
         };
-        for (best, share, leeway) in [(true, 1.0, LEEWAY), (false, NEAREST_SHARE, 0.0)] {
-            for &block in leading {
-                let leads = self.blocks[usize::from(block)].leads(law, point, share, leeway);
-                for (lane, leads) in leads.into_iter().enumerate() {
-                    let index = usize::from(block) * LANES + lane;
-                    if leads && scores[index] > 0.0 && is_best(index) == best {
+        for best in [true, false] {
+            for one in leading {
+                let mut leads = if best { one.leads } else { one.leads_near };
+                while leads != 0 {
+                    let index = usize::from(one.block) * LANES + leads.trailing_zeros() as usize;
+                    leads &= leads - 1;
+                    if scores[index] > 0.0 && is_best(index) == best {
                         take(self.places[index], best);
                     }
                 }
@@ -295,6 +286,47 @@ impl Squares<'_> {
     }
 }
 
+/// A block of candidates, and about which of its lanes the half vector may be met: at all, and nearer to them than to
+/// those around them.
+#[derive(Clone, Copy, Default)]
+struct Leading {
+    block: u16,
+    leads: u8,
+    leads_near: u8,
+}
+
+/// Scores the groups of candidates about which the half vector may be met; fills in the blocks of those and says how many
+/// they are.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn leading_blocks(
+    candidates: &Candidates,
+    law: &Law,
+    point: Vec3,
+    scores: &mut [f32],
+    leading: &mut [Leading],
+) -> usize {
+    let mut count = 0;
+    for (number, group) in candidates.groups.iter().enumerate() {
+        let mut leads = group.leads(&group.lanes(law, point), law, 1.0, LEEWAY);
+        while leads != 0 {
+            let first = (number * LANES + leads.trailing_zeros() as usize) * GROUP_BLOCKS;
+            leads &= leads - 1;
+            for index in first..(first + GROUP_BLOCKS).min(candidates.blocks.len()) {
+                let block = &candidates.blocks[index];
+                let lanes = block.lanes(law, point);
+                scores[index * LANES..][..LANES].copy_from_slice(&lanes.ranks(law));
+                leading[count] = Leading {
+                    block: index as u16,
+                    leads: block.leads(&lanes, law, 1.0, LEEWAY),
+                    leads_near: block.leads(&lanes, law, NEAREST_SHARE, 0.0),
+                };
+                count += 1;
+            }
+        }
+    }
+    count
+}
+
 /// What a point is to eight candidates.
 struct Lanes {
     /// Cosines between normals and half vectors.
@@ -333,7 +365,7 @@ impl Block {
         block
     }
 
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     fn lanes(&self, law: &Law, point: Vec3) -> Lanes {
         let zero = [0.0; LANES];
         let mut lanes = Lanes { scores: zero, heights: zero, nearness: zero, shortness: zero };
@@ -355,24 +387,10 @@ impl Block {
         lanes
     }
 
-    /// The cosines between normals and half vectors; for refractions less on the wrong side.
-    #[inline]
-    fn scores(&self, law: &Law, point: Vec3) -> [f32; LANES] {
-        let lanes = self.lanes(law, point);
-        let mut scores = lanes.scores;
-        if law.transmits {
-            for (score, height) in scores.iter_mut().zip(lanes.heights) {
-                *score -= if height > 0.0 { 2.0 } else { 0.0 };
-            }
-        }
-        scores
-    }
-
-    /// Whether the half vector may be met about a candidate, as normals and directions change by this share there, or
-    /// is missed by `leeway` at most.
-    #[inline]
-    fn leads(&self, law: &Law, point: Vec3, share: f32, leeway: f32) -> [bool; LANES] {
-        let lanes = self.lanes(law, point);
+    /// Of which lanes (bits) the half vector may be met about the candidate, as normals and directions change by this
+    /// share there, or is missed by `leeway` at most.
+    #[inline(always)] // for the instructions of its caller
+    fn leads(&self, lanes: &Lanes, law: &Law, share: f32, leeway: f32) -> u8 {
         let mut leads = [false; LANES];
         for (lane, leads) in leads.iter_mut().enumerate() {
             let turns = self.extent[lane] * (self.nearness[lane] * law.eta + lanes.nearness[lane]);
@@ -380,6 +398,20 @@ impl Block {
             // The chord between two unit vectors.
             *leads = 2.0 - 2.0 * lanes.scores[lane] <= allowed * allowed;
         }
-        leads
+        leads.iter().enumerate().map(|(lane, leads)| u8::from(*leads) << lane).sum()
+    }
+}
+
+impl Lanes {
+    /// The cosines between normals and half vectors; for refractions less on the wrong side.
+    #[inline(always)] // for the instructions of its caller
+    fn ranks(&self, law: &Law) -> [f32; LANES] {
+        let mut ranks = self.scores;
+        if law.transmits {
+            for (rank, height) in ranks.iter_mut().zip(self.heights) {
+                *rank -= if height > 0.0 { 2.0 } else { 0.0 };
+            }
+        }
+        ranks
     }
 }

@@ -6,10 +6,10 @@ use crate::methods::projection::virtual_objects::outer;
 use glam::{Mat2, Mat3, Vec2, Vec3};
 
 /// Newton's method on the bilinear form.
-const STEPS: u32 = 3;
+pub(super) const STEPS: u32 = 3;
 
 /// A place this far outside a cell (of side 1) means little.
-const FAR: f32 = 1.5;
+pub(super) const FAR: f32 = 1.5;
 
 /// A corner of a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,17 +21,24 @@ pub(super) struct Corner {
     pub(super) miss: Vec3,
 }
 
-/// Four neighbouring texels, component by component: the compiler makes vector instructions of loops over them.
-#[derive(Default)]
-pub(super) struct Ends {
-    position: [[f32; 4]; 3],
-    normal: [[f32; 4]; 3],
-    origin: [[f32; 4]; 3],
+/// Texels side by side, component by component: the compiler makes vector instructions of loops over them.
+pub(super) struct Ends<const LANES: usize> {
+    pub(super) position: [[f32; LANES]; 3],
+    /// On the side that is met.
+    pub(super) normal: [[f32; LANES]; 3],
+    pub(super) origin: [[f32; LANES]; 3],
 }
 
-impl Ends {
+impl<const LANES: usize> Default for Ends<LANES> {
+    fn default() -> Self {
+        let zero = [[0.0; LANES]; 3];
+        Self { position: zero, normal: zero, origin: zero }
+    }
+}
+
+impl<const LANES: usize> Ends<LANES> {
     /// Takes a texel, and where the ray comes from that arrives there.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn set(&mut self, lane: usize, texel: &Texel, side: f32, origin: Vec3) {
         for axis in 0..3 {
             self.position[axis][lane] = texel.position[axis];
@@ -40,15 +47,14 @@ impl Ends {
         }
     }
 
-    /// The corners with their misses: what [`Law::half`] says, four at once.
-    #[inline]
-    pub(super) fn corners(&self, law: &Law, point: Vec3) -> [Corner; 4] {
-        let mut miss = [[0.0; 4]; 3];
-        for lane in 0..4 {
-            let [p, n, o] =
-                [&self.position, &self.normal, &self.origin].map(|of| [of[0][lane], of[1][lane], of[2][lane]]);
-            let (back, on) =
-                ([o[0] - p[0], o[1] - p[1], o[2] - p[2]], [point.x - p[0], point.y - p[1], point.z - p[2]]);
+    /// The half vectors to points less the normals: what [`Law::half`] says.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn misses(&self, law: &Law, points: &[[f32; LANES]; 3]) -> [[f32; LANES]; 3] {
+        let mut miss = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            let [p, n, o, to] =
+                [&self.position, &self.normal, &self.origin, points].map(|of| [of[0][lane], of[1][lane], of[2][lane]]);
+            let (back, on) = ([o[0] - p[0], o[1] - p[1], o[2] - p[2]], [to[0] - p[0], to[1] - p[1], to[2] - p[2]]);
             let scale = |v: [f32; 3], by: f32| by / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
             let (before, after) = (scale(back, law.eta), scale(on, 1.0));
             let sum = [0, 1, 2].map(|axis: usize| back[axis] * before + on[axis] * after);
@@ -57,6 +63,15 @@ impl Ends {
                 miss[axis][lane] = sum[axis] * unit - n[axis];
             }
         }
+        miss
+    }
+}
+
+impl Ends<4> {
+    /// The corners of a cell with their misses.
+    #[inline]
+    pub(super) fn corners(&self, law: &Law, point: Vec3) -> [Corner; 4] {
+        let miss = self.misses(law, &point.to_array().map(|along| [along; 4]));
         let at = |of: &[[f32; 4]; 3], lane: usize| Vec3::new(of[0][lane], of[1][lane], of[2][lane]);
         let corner =
             |lane| Corner { position: at(&self.position, lane), normal: at(&self.normal, lane), miss: at(&miss, lane) };

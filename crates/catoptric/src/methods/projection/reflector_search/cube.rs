@@ -1,6 +1,6 @@
 //! The six faces of a cube around a reflector.
 
-use super::image::{Place, Texel};
+use super::image::Place;
 use crate::methods::projection::virtual_objects::{CORNERS, NOTHING, ReflectorMesh, in_front};
 use crate::raster::id_map::covered_shares;
 use glam::{Vec2, Vec3};
@@ -85,8 +85,8 @@ impl CubeFaces {
         Place { face: moved.face + place.face / 6 * 6, ..moved }
     }
 
-    /// Draws a face.
-    pub(super) fn draw(&self, mesh: &ReflectorMesh, face: usize, outermost: bool) -> Vec<Texel> {
+    /// Draws a face: the triangles at its texels, and weights.
+    pub(super) fn draw(&self, mesh: &ReflectorMesh, face: usize, outermost: bool) -> Vec<(u32, Vec2)> {
         let side = self.side();
         let [right, down, forward] = AXES[face];
         // One over the depth along the face's axis, signed so that the greatest counts.
@@ -111,7 +111,7 @@ impl CubeFaces {
                 });
             });
         }
-        seen.into_iter().map(|(_, triangle, weights)| Texel::new(mesh, triangle, weights)).collect()
+        seen.into_iter().map(|(_, triangle, weights)| (triangle, weights)).collect()
     }
 }
 

@@ -13,22 +13,25 @@ const CREASE: f32 = 0.5;
 /// this slope: that of flat triangles against their normals.
 const SLOPE: f32 = 0.25;
 
-/// What a texel shows.
+/// What a texel shows; not finite where that is nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Texel {
     pub(super) position: Vec3,
     /// The unit normal on the outer side.
     pub(super) normal: Vec3,
-    /// The triangle of the reflector's mesh; [`NOTHING`] where there is none.
+}
+
+/// Where on the reflector's mesh that is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    /// The triangle; [`NOTHING`] where there is none.
     pub(super) triangle: u32,
     /// The weights of its second and third corner.
     pub(super) weights: Vec2,
-    /// Whether it and the texels to its right, below, and below to the right show one piece of smooth surface.
-    pub(super) joined: bool,
 }
 
 /// A place in a picture: a face, and coordinates that are whole at the centres of texels.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Place {
     pub(super) face: u32,
     pub(super) at: Vec2,
@@ -42,6 +45,10 @@ pub(super) struct ReflectorImage {
     pub(super) face_count: u32,
     /// Face by face, row by row.
     pub(super) texels: Vec<Texel>,
+    /// Of every texel; apart from them, since the search reads few.
+    pub(super) spots: Vec<Spot>,
+    /// Whether a texel and those to its right, below, and below to the right show one piece of smooth surface.
+    joined: Vec<bool>,
     /// How directions and places of a cube's faces belong together.
     cube: Option<CubeFaces>,
 }
@@ -50,10 +57,8 @@ impl ReflectorImage {
     /// What is seen first from the eye, with about `size` texels along the longer side; none where nothing is seen.
     pub(super) fn from_eye(mesh: &ReflectorMesh, view: &View, size: u32) -> Option<Self> {
         let drawn = EyeImage::draw(mesh, view, size)?;
-        let texels = drawn.texels.iter().map(|texel| Texel::new(mesh, texel.triangle, texel.weights)).collect();
-        let mut image = Self { width: drawn.width, height: drawn.height, face_count: 1, texels, cube: None };
-        image.join();
-        Some(image)
+        let shown = drawn.texels.iter().map(|texel| (texel.triangle, texel.weights));
+        Some(Self::new(mesh, [drawn.width, drawn.height, 1], shown, None))
     }
 
     /// What is seen around the reflector's centre on six faces of `size` texels a side: what is outermost, and, if it is
@@ -63,24 +68,49 @@ impl ReflectorImage {
         let side = cube.side();
         let face_count = if mesh.convex { 6 } else { 12 };
         let faces = parallel::map_collect(face_count, |face| cube.draw(mesh, face % 6, face < 6));
-        let texels = faces.concat();
-        let mut image = Self { width: side, height: side, face_count: face_count as u32, texels, cube: Some(cube) };
-        image.join();
+        Self::new(mesh, [side, side, face_count as u32], faces.into_iter().flatten(), Some(cube))
+    }
+
+    /// Of triangles and weights, face by face and row by row.
+    fn new(
+        mesh: &ReflectorMesh,
+        [width, height, face_count]: [u32; 3],
+        shown: impl Iterator<Item = (u32, Vec2)>,
+        cube: Option<CubeFaces>,
+    ) -> Self {
+        let (texels, spots): (Vec<Texel>, Vec<Spot>) =
+            shown.map(|(triangle, weights)| texel_of(mesh, triangle, weights)).unzip();
+        let mut image = Self { width, height, face_count, texels, spots, joined: Vec::new(), cube };
+        image.joined = image.cells(|corners| image.is_smooth(corners));
         image
     }
 
-    /// Tells which texels lie side by side on the surface.
-    fn join(&mut self) {
-        let (width, height) = (self.width as usize, self.height as usize);
-        for face in self.texels.chunks_mut(width * height) {
-            for y in 0..height - 1 {
-                for x in 0..width - 1 {
-                    let low = y * width + x;
-                    let corners = [low, low + 1, low + width, low + width + 1].map(|index| face[index]);
-                    face[low].joined = is_smooth(&corners);
+    /// Asks of every texel whether something is true of it and those to its right, below, and below to the right; it is
+    /// not of those along the right and lower sides.
+    fn cells(&self, is: impl Fn([usize; 4]) -> bool) -> Vec<bool> {
+        let mut all = vec![false; self.texels.len()];
+        for face in 0..self.face_count {
+            for y in 0..self.height - 1 {
+                for x in 0..self.width - 1 {
+                    let low = self.index(face, x, y);
+                    all[low] = is(self.corners(low));
                 }
             }
         }
+        all
+    }
+
+    /// The cells that show one piece of smooth surface of those triangles that are `shown`.
+    pub(super) fn whole_cells(&self, shown: &[bool]) -> Vec<bool> {
+        let is_shown = |texel: usize| shown.get(self.spots[texel].triangle as usize).copied().unwrap_or(false);
+        self.cells(|corners| self.joined[corners[0]] && corners.into_iter().all(is_shown))
+    }
+
+    /// The texels of a cell, row by row.
+    #[inline]
+    pub(super) fn corners(&self, low: usize) -> [usize; 4] {
+        let width = self.width as usize;
+        [low, low + 1, low + width, low + width + 1]
     }
 
     /// The index of a texel; coordinates must lie within the face.
@@ -107,40 +137,43 @@ impl ReflectorImage {
         }
     }
 
+    /// Whether four neighbouring texels (row by row) show one piece of smooth surface.
+    fn is_smooth(&self, corners: [usize; 4]) -> bool {
+        if corners.iter().any(|texel| self.spots[*texel].triangle == NOTHING) {
+            return false;
+        }
+        let near = |first: usize, second: usize| {
+            if self.spots[first].triangle == self.spots[second].triangle {
+                return true;
+            }
+            let (a, b) = (&self.texels[first], &self.texels[second]);
+            let (step, turn) = (b.position - a.position, b.normal - a.normal);
+            let allowed = (turn.length() + SLOPE) * step.length();
+            a.normal.dot(b.normal) > CREASE
+                && a.normal.dot(step).abs() <= allowed
+                && b.normal.dot(step).abs() <= allowed
+        };
+        let [a, b, c, d] = corners;
+        near(a, b) && near(c, d) && near(a, c) && near(b, d)
+    }
+
     /// Bytes held.
     pub(super) fn byte_count(&self) -> u64 {
-        size_of_val(self.texels.as_slice()) as u64
+        let bytes = size_of_val(self.texels.as_slice())
+            + size_of_val(self.spots.as_slice())
+            + size_of_val(self.joined.as_slice());
+        bytes as u64
     }
 }
 
-impl Texel {
-    /// What lies at a place of a triangle.
-    pub(super) fn new(mesh: &ReflectorMesh, triangle: u32, weights: Vec2) -> Self {
-        let nothing =
-            Self { position: Vec3::NAN, normal: Vec3::NAN, triangle: NOTHING, weights: Vec2::ZERO, joined: false };
-        let Some(corners) = mesh.triangles.get(triangle as usize) else { return nothing };
-        let at = |values: &[Vec3]| interpolated(values, *corners, weights);
-        let (position, normal) = (at(&mesh.positions), at(&mesh.normals).try_normalize());
-        match normal {
-            Some(normal) if position.is_finite() => Self { position, normal, triangle, weights, joined: false },
-            _ => nothing,
-        }
+/// What lies at a place of a triangle.
+fn texel_of(mesh: &ReflectorMesh, triangle: u32, weights: Vec2) -> (Texel, Spot) {
+    let nothing = (Texel { position: Vec3::NAN, normal: Vec3::NAN }, Spot { triangle: NOTHING, weights: Vec2::ZERO });
+    let Some(corners) = mesh.triangles.get(triangle as usize) else { return nothing };
+    let at = |values: &[Vec3]| interpolated(values, *corners, weights);
+    let (position, normal) = (at(&mesh.positions), at(&mesh.normals).try_normalize());
+    match normal {
+        Some(normal) if position.is_finite() => (Texel { position, normal }, Spot { triangle, weights }),
+        _ => nothing,
     }
-}
-
-/// Whether four neighbouring texels (row by row) show one piece of smooth surface.
-fn is_smooth(corners: &[Texel; 4]) -> bool {
-    if corners.iter().any(|texel| texel.triangle == NOTHING) {
-        return false;
-    }
-    let near = |a: &Texel, b: &Texel| {
-        if a.triangle == b.triangle {
-            return true;
-        }
-        let (step, turn) = (b.position - a.position, b.normal - a.normal);
-        let allowed = (turn.length() + SLOPE) * step.length();
-        a.normal.dot(b.normal) > CREASE && a.normal.dot(step).abs() <= allowed && b.normal.dot(step).abs() <= allowed
-    };
-    let [a, b, c, d] = corners;
-    near(a, b) && near(c, d) && near(a, c) && near(b, d)
 }

@@ -3,16 +3,21 @@
 //!
 //! See this folder's `README.md`.
 
+mod batch;
 mod candidates;
 mod cell;
 mod cube;
 mod image;
 mod law;
+mod origins;
+mod pictures;
 mod search;
 mod settings;
+mod starts;
 #[cfg(test)]
 mod tests;
 
+pub use pictures::ReflectorPictures;
 pub use settings::{Images, Refine, ReflectorSearchSettings};
 
 use super::virtual_objects::{Kept, LONGEST_EDGE, Options, Recursion};

@@ -2,9 +2,11 @@
 
 use super::candidates::{Candidate, Candidates};
 use super::cell::{Cell, Ends};
-use super::image::{Place, ReflectorImage};
+use super::image::{Place, ReflectorImage, Spot};
 use super::law::Law;
-use crate::methods::projection::virtual_objects::{Foot, Locator, NOTHING, Reflector, interpolated, weights_of};
+use super::origins::{Source, extended};
+use super::starts::{Start, Starts};
+use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, weights_of};
 use crate::optics::bundle::BounceKind;
 use crate::scene::Projection;
 use glam::{Vec2, Vec3};
@@ -31,15 +33,22 @@ const MOST_MOVES: u32 = 8;
 /// A step that makes things worse is halved so many times.
 const MOST_HALVINGS: u32 = 3;
 
+/// The same where a point appears once: steps beyond the reflector's end are halved until they end on it.
+const MOST_HALVINGS_OF_ONE: u32 = 6;
+
+/// A point lower than this (a sine) below the tangent plane of the best place is hidden by the reflector: nothing is to
+/// be gained by climbing. Above the sine of twice [`TILT_AT_END`], by what a cell may bend.
+const BEHIND: f32 = -0.5;
+
 /// Zeros this far outside a cell still belong to it: rounding must not lose those between two cells.
-const OUTSIDE: f32 = 0.1;
+pub(super) const OUTSIDE: f32 = 0.1;
 
 /// Beyond the last cell it is believed for so many texels.
 const EXTRAPOLATED: f32 = 1.0;
 
 /// Normals and half vectors further apart than this, beside what the bend of a cell explains, do not belong together
 /// (radians).
-const TILT: f32 = 0.01;
+pub(super) const TILT: f32 = 0.01;
 
 /// The same within a cell, whatever its bend, where other parts of the reflector may meet in it at an edge.
 const MOST_TILT: f32 = 0.05;
@@ -55,13 +64,15 @@ const SAME: f32 = 1.0;
 
 /// The search in the picture of one reflector for one kind of rays.
 pub(super) struct ReflectorSearch {
-    image: Arc<ReflectorImage>,
-    law: Law,
-    /// Where all rays come from, if that is one point.
-    eye: Option<Vec3>,
-    /// Of every triangle whether it has rays and shows the side that is met, or about.
-    shown: Vec<bool>,
+    pub(super) image: Arc<ReflectorImage>,
+    pub(super) law: Law,
+    pub(super) source: Source,
+    /// Of every texel whether the cell to the right of and below it shows one piece of surface that rays arrive at, and
+    /// the side that is met, or about.
+    whole: Vec<bool>,
     candidates: Candidates,
+    /// What leads to a first guess at once.
+    pub(super) starts: Option<Starts>,
     /// Whether no point appears more than once.
     single: bool,
 }
@@ -75,11 +86,19 @@ impl ReflectorSearch {
             .view
             .filter(|view| matches!(view.projection, Projection::Perspective { .. }))
             .map(crate::scene::View::eye);
+        let origins = if eye.is_some() { Vec::new() } else { extended(mesh, &rays.origins) };
+        let leaves = |vertex: usize| match origins.get(vertex) {
+            // Rays are led on to vertices at which none arrives; what arrives may be reflected totally.
+            Some(origin) if !rays.origins[vertex].is_finite() => origin.is_finite(),
+            _ => rays.outgoing[vertex].is_finite(),
+        };
         let shows = |triangle: &[u32; 3]| {
             let some = triangle.iter().any(|vertex| rays.cosines[*vertex as usize] > HORIZON);
-            some && triangle.iter().all(|vertex| rays.outgoing[*vertex as usize].is_finite())
+            some && triangle.iter().all(|vertex| leaves(*vertex as usize))
         };
         let shown: Vec<bool> = mesh.triangles.iter().map(shows).collect();
+        let whole = image.whole_cells(&shown);
+        let source = Source { eye, origins };
         // From one point, or in parallel, onto a surface that bulges.
         let single = reflector.view.is_some() && mesh.convex && rays.side > 0.0 && rays.kind == BounceKind::Reflect;
         let across = image.width.max(image.height)
@@ -89,47 +108,34 @@ impl ReflectorSearch {
                 _ => 4,
             };
         let stride = across.div_ceil(if single { SINGLE } else { SEVERAL }).max(1);
-        let nothing = Candidates::select(&image, image.width.max(image.height), &law, |_, _, _| None);
-        let mut search = Self { image, law, eye, shown, candidates: nothing, single };
-        search.candidates = Candidates::select(&search.image, stride, &law, |face, x, y| {
-            if !search.is_whole(face, x, y) {
+        let candidates = Candidates::select(&image, stride, &law, |face, x, y| {
+            let index = image.index(face, x, y);
+            if !whole[index] {
                 return None;
             }
-            let texel = &search.image.texels[search.image.index(face, x, y)];
-            let from = search.origin(reflector, texel.triangle, texel.weights) - texel.position;
+            let texel = &image.texels[index];
+            let from = source.origin(mesh, &image.spots[index]) - texel.position;
             let nearness = from.length().recip();
             let (toward, normal) = (from * nearness, texel.normal * law.side);
             (toward.dot(normal) > 0.0).then_some(Candidate { position: texel.position, normal, toward, nearness })
         });
-        (!search.candidates.is_empty()).then_some(search)
-    }
-
-    /// The unit direction back along the ray that arrives at a place of a triangle.
-    #[inline]
-    fn toward(&self, reflector: &Reflector<'_>, triangle: u32, weights: Vec2, position: Vec3) -> Vec3 {
-        let from = self.origin(reflector, triangle, weights) - position;
-        from / from.length()
-    }
-
-    /// Where the ray comes from that arrives at a place of a triangle.
-    #[inline]
-    fn origin(&self, reflector: &Reflector<'_>, triangle: u32, weights: Vec2) -> Vec3 {
-        if let Some(eye) = self.eye {
-            return eye;
+        if candidates.is_empty() {
+            return None;
         }
-        interpolated(&reflector.rays.origins, reflector.mesh.triangles[triangle as usize], weights)
+        let starts = match eye {
+            Some(_) if single => Starts::new(&image, &whole, law.side, mesh.center),
+            _ => None,
+        };
+        Some(Self { image, law, source, whole, candidates, starts, single })
     }
 
-    /// Whether the cell to the right of and below a texel shows one piece of surface that rays arrive at.
+    /// Where the ray comes from that arrives at a texel.
     #[inline]
-    fn is_whole(&self, face: u32, x: u32, y: u32) -> bool {
-        let image = &*self.image;
-        let (low, width) = (image.index(face, x, y), image.width as usize);
-        let shown = |index: usize| {
-            let triangle = image.texels[index].triangle;
-            triangle != NOTHING && self.shown[triangle as usize]
-        };
-        image.texels[low].joined && shown(low) && shown(low + 1) && shown(low + width) && shown(low + width + 1)
+    fn origin(&self, reflector: &Reflector<'_>, index: usize) -> Vec3 {
+        match self.source.eye {
+            Some(eye) => eye,
+            None => self.source.origin(reflector.mesh, &self.image.spots[index]),
+        }
     }
 
     /// Whether a place lies within the texels' centres.
@@ -143,7 +149,7 @@ impl ReflectorSearch {
     #[inline]
     fn miss(&self, reflector: &Reflector<'_>, index: usize, point: Vec3) -> f32 {
         let texel = &self.image.texels[index];
-        let toward = self.toward(reflector, texel.triangle, texel.weights, texel.position);
+        let toward = (self.origin(reflector, index) - texel.position).normalize();
         let half = self.law.half(texel.position, toward, point);
         half.unit.distance_squared(texel.normal * self.law.side)
     }
@@ -152,14 +158,13 @@ impl ReflectorSearch {
     #[inline]
     fn cell(&self, reflector: &Reflector<'_>, place: &Place, point: Vec3) -> Option<Cell> {
         let (x, y) = self.image.cell_at(place);
-        if !self.is_whole(place.face, x, y) {
+        let low = self.image.index(place.face, x, y);
+        if !self.whole[low] {
             return None;
         }
-        let (low, width) = (self.image.index(place.face, x, y), self.image.width as usize);
         let mut ends = Ends::default();
-        for (lane, index) in [low, low + 1, low + width, low + width + 1].into_iter().enumerate() {
-            let texel = &self.image.texels[index];
-            ends.set(lane, texel, self.law.side, self.origin(reflector, texel.triangle, texel.weights));
+        for (lane, index) in self.image.corners(low).into_iter().enumerate() {
+            ends.set(lane, &self.image.texels[index], self.law.side, self.origin(reflector, index));
         }
         Cell::new(place.face, Vec2::new(x as f32, y as f32), ends.corners(&self.law, point))
     }
@@ -182,20 +187,47 @@ impl ReflectorSearch {
         }
         // Where the reflector ends, or steps lead astray: uphill texel by texel. Where there are several places others
         // start nearer, and searches that end nowhere are many.
-        if self.single { self.climbed(reflector, now, point) } else { ends_near(&now).then_some(now) }
+        match self.single {
+            true if lies_behind(&now, point) => None,
+            true => self.climbed(reflector, now, point),
+            false => ends_near(&now).then_some(now),
+        }
     }
 
     /// The cell where this one has its zero, or one on the way there that is better.
     #[inline]
     fn stepped(&self, reflector: &Reflector<'_>, now: &Cell, point: Vec3) -> Option<Cell> {
-        let mut step = (now.zero - 0.5).clamp_length_max(1.5 * self.candidates.stride as f32);
-        for _ in 0..MOST_HALVINGS {
+        let step = (now.zero - 0.5).clamp_length_max(1.5 * self.candidates.stride as f32);
+        if let Some(better) = self.moved(reflector, now, step, point) {
+            return Some(better);
+        }
+        if !self.single || lies_behind(now, point) {
+            return None;
+        }
+        // Beyond where the reflector ends: along its end, the longer way first.
+        let along = [Vec2::new(step.x, 0.0), Vec2::new(0.0, step.y)];
+        let along = if step.x.abs() >= step.y.abs() { along } else { [along[1], along[0]] };
+        along.into_iter().find_map(|step| self.moved(reflector, now, step, point))
+    }
+
+    /// A better cell at the end of a step, or of what is left of that after it was halved.
+    #[inline]
+    fn moved(&self, reflector: &Reflector<'_>, now: &Cell, mut step: Vec2, point: Vec3) -> Option<Cell> {
+        let (own, mut asked) = (Place { face: now.face, at: now.low }, 0);
+        for _ in 0..if self.single { MOST_HALVINGS_OF_ONE } else { MOST_HALVINGS } {
             let place = self.image.settled(Place { face: now.face, at: now.low + 0.5 + step });
-            if self.holds(&place)
-                && let Some(cell) = self.cell(reflector, &place, point)
-                && cell.miss < now.miss
-            {
-                return Some(cell);
+            if place.face == own.face && place.at.floor() == own.at {
+                return None;
+            }
+            if self.whole_at(&place).is_some() {
+                let cell = self.cell(reflector, &place, point)?;
+                if cell.miss < now.miss {
+                    return Some(cell);
+                }
+                asked += 1;
+                if asked == MOST_HALVINGS {
+                    return None;
+                }
             }
             step *= 0.5;
         }
@@ -205,11 +237,7 @@ impl ReflectorSearch {
     /// Climbs to the texel that misses least, with smaller and smaller strides, and from there to its cell.
     #[cold]
     fn climbed(&self, reflector: &Reflector<'_>, from: Cell, point: Vec3) -> Option<Cell> {
-        let miss = |place: &Place| {
-            let (x, y) = self.image.cell_at(place);
-            let whole = self.holds(place) && self.is_whole(place.face, x, y);
-            if whole { self.miss(reflector, self.image.index(place.face, x, y), point) } else { f32::MAX }
-        };
+        let miss = |place: &Place| self.whole_at(place).map_or(f32::MAX, |index| self.miss(reflector, index, point));
         // The middles of texels' cells.
         let start = Place { face: from.face, at: from.low + 0.5 };
         let (mut place, mut least) = (start, from.corners[0].miss.length_squared());
@@ -233,6 +261,47 @@ impl ReflectorSearch {
         if place == start { Some(from) } else { self.cell(reflector, &place, point) }
     }
 
+    /// Where a point appears, or one of the places where it does.
+    pub(super) fn first_foot(&self, reflector: &Reflector<'_>, point: Vec3) -> Option<Foot> {
+        let mut first = None;
+        self.locate(reflector, point, &mut |foot| {
+            first.get_or_insert(*foot);
+        });
+        first
+    }
+
+    /// Where a point appears on a reflector that shows no point twice.
+    #[inline]
+    fn only_foot(&self, reflector: &Reflector<'_>, point: Vec3) -> Option<Foot> {
+        self.only_cell(reflector, point).and_then(|cell| self.foot(reflector, &cell, point))
+    }
+
+    fn only_cell(&self, reflector: &Reflector<'_>, point: Vec3) -> Option<Cell> {
+        let start = match (&self.starts, self.source.eye) {
+            (Some(starts), Some(eye)) => self.begun(&starts.start(eye, point)),
+            _ => self.candidates.nearest(&self.law, point)?,
+        };
+        self.refined(reflector, self.cell(reflector, &start, point)?, point, MOST_CELLS)
+    }
+
+    /// A place of a start that lies in a whole cell.
+    #[inline]
+    pub(super) fn begun(&self, start: &Start) -> Place {
+        let near = self.image.settled(start.near);
+        if self.whole_at(&near).is_some() { near } else { start.sure }
+    }
+
+    /// The low texel of the cell that holds a place, if it is whole.
+    #[inline]
+    pub(super) fn whole_at(&self, place: &Place) -> Option<usize> {
+        if !self.holds(place) {
+            return None;
+        }
+        let (x, y) = self.image.cell_at(place);
+        let low = self.image.index(place.face, x, y);
+        self.whole[low].then_some(low)
+    }
+
     /// The foot in a cell; none where its normal does not belong to the point.
     fn foot(&self, reflector: &Reflector<'_>, cell: &Cell, point: Vec3) -> Option<Foot> {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
@@ -240,10 +309,16 @@ impl ReflectorSearch {
         let at = cell.zero.clamp(Vec2::splat(-EXTRAPOLATED), Vec2::splat(1.0 + EXTRAPOLATED));
         // The triangle of the nearest texel.
         let nearest = (cell.low + at.clamp(Vec2::ZERO, Vec2::ONE)).round();
-        let texel = &self.image.texels[self.image.index(cell.face, nearest.x as u32, nearest.y as u32)];
-        let corners = mesh.triangles[texel.triangle as usize].map(|vertex| mesh.positions[vertex as usize]);
-        let weights = |position: Vec3| weights_of(corners, position);
-        let toward = |position: Vec3| self.toward(reflector, texel.triangle, weights(position), position);
+        let triangle = self.image.spots[self.image.index(cell.face, nearest.x as u32, nearest.y as u32)].triangle;
+        let corners = mesh.triangles[triangle as usize].map(|vertex| mesh.positions[vertex as usize]);
+        let spot_at = |position: Vec3| Spot { triangle, weights: weights_of(corners, position) };
+        let toward = |position: Vec3| {
+            let from = match self.source.eye {
+                Some(eye) => eye,
+                None => self.source.origin(mesh, &spot_at(position)),
+            };
+            (from - position).normalize()
+        };
         let spot = cell.spot(at, &self.law, point, toward);
         // Within a cell the bilinear form is wrong by the second order of its bend; more is a crease that it smooths, or
         // no answer. A convex reflector is continued beyond its end, which drawing cuts. Others end where they are seen
@@ -263,15 +338,15 @@ impl ReflectorSearch {
         if self.law.transmits && spot.normal.dot(point - spot.position) > 0.0 {
             return None;
         }
-        let weights = weights(spot.position);
+        let lies = spot_at(spot.position);
         let foot = Foot {
             position: spot.position,
             normal: spot.normal,
             position_change: spot.position_change,
             normal_change: spot.normal_change,
-            origin: self.origin(reflector, texel.triangle, weights),
-            triangle: texel.triangle,
-            weights,
+            origin: self.source.origin(mesh, &lies),
+            triangle,
+            weights: lies.weights,
             beyond: ends,
         };
         if foot.normal.dot(foot.origin - foot.position) >= 0.0 {
@@ -291,6 +366,13 @@ impl ReflectorSearch {
 /// Whether a cell is the last one before a zero a little beyond.
 fn ends_near(cell: &Cell) -> bool {
     (cell.zero - 0.5).abs().max_element() <= 0.5 + EXTRAPOLATED
+}
+
+/// Whether a point lies far below the tangent plane at a cell.
+fn lies_behind(cell: &Cell, point: Vec3) -> bool {
+    let corner = &cell.corners[0];
+    let from = point - corner.position;
+    corner.normal.dot(from) < BEHIND * from.length()
 }
 
 /// A place that is found.
@@ -314,10 +396,16 @@ impl Locator for ReflectorSearch {
         if !point.is_finite() {
             return;
         }
+        if self.single {
+            if let Some(foot) = self.only_foot(reflector, point) {
+                take(&foot);
+            }
+            return;
+        }
         let mut found = [Found { face: u32::MAX, at: Vec2::ZERO, position: Vec3::NAN, turns: false }; MOST_PLACES];
         let mut count = 0;
         let stride = self.candidates.stride as f32;
-        self.candidates.best(&self.law, point, self.single, |start, best| {
+        self.candidates.best(&self.law, point, |start, best| {
             if count == MOST_PLACES {
                 return;
             }
@@ -342,8 +430,8 @@ impl Locator for ReflectorSearch {
             let at = cell.low + cell.zero.clamp(Vec2::splat(-EXTRAPOLATED), Vec2::splat(1.0 + EXTRAPOLATED));
             let Place { face, at } = self.image.settled(Place { face: cell.face, at });
             let Some(foot) = self.foot(reflector, &cell, point) else { return };
-            // Both layers of cube maps may show it.
             let size = cell.corners[0].position.distance(cell.corners[3].position);
+            // Both layers of cube maps may show it.
             let known = |one: &Found| {
                 let here = one.face == face && one.at.distance(at) < SAME;
                 one.turns == cell.turns && (here || one.position.distance(foot.position) < size)
@@ -358,6 +446,9 @@ impl Locator for ReflectorSearch {
 
     fn byte_count(&self) -> u64 {
         // The picture may be shared with other paths: it is counted for each.
-        self.candidates.byte_count() + self.image.byte_count() + size_of_val(self.shown.as_slice()) as u64
+        self.candidates.byte_count()
+            + self.image.byte_count()
+            + self.starts.as_ref().map_or(0, Starts::byte_count)
+            + size_of_val(self.whole.as_slice()) as u64
     }
 }

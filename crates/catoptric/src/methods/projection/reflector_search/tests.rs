@@ -45,6 +45,12 @@ impl Set {
         feet
     }
 
+    /// The first reflector and its first family.
+    fn first(&self) -> (&ReflectorSearch, Reflector<'_>) {
+        let (mesh, family) = (&self.meshes[0], &self.levels.levels[0].families[0]);
+        (&family.locator, Reflector { index: 0, mesh, rays: &family.rays, view: Some(&self.view) })
+    }
+
     fn random_points(&self, count: usize) -> Vec<Vec3> {
         let (mut random, bounds) = (Stream::new(7), self.scene.bounds);
         let mut within = || Vec3::from([0, 1, 2].map(|k| random.next_between(bounds.min[k], bounds.max[k])));
@@ -195,23 +201,75 @@ fn what_is_not_finite_appears_nowhere() {
     }
 }
 
-/// Prints nothing and proves nothing by itself: `cargo test --release -- --ignored --nocapture search_time`.
+/// Images and feet of random points in a scene's first family, with the settings of [`Set::new`].
+fn assert_images_are_those_of_feet(name: &str, from_eye: bool) {
+    let set = Set::new(name, 1, 200, from_eye);
+    let (points, mesh) = (set.random_points(3000), &set.meshes[0]);
+    let (search, reflector) = set.first();
+    let mut images = vec![Vec3::ZERO; points.len()];
+    search.mirror_images(&reflector, &points, &mut images);
+    let mut tested = 0;
+    for (point, image) in points.iter().zip(&images) {
+        let foot = search.first_foot(&reflector, *point);
+        assert_eq!(foot.is_some(), image.is_finite(), "{point}: {foot:?}, but {image}");
+        let Some(foot) = foot else { continue };
+        let expected = *point - foot.normal * (2.0 * foot.normal.dot(*point - foot.position));
+        // Where cells meet, both sides' bilinear forms answer.
+        let size = mesh.radius + point.distance(foot.position);
+        let slant = foot.normal.dot((foot.origin - foot.position).normalize()).max(0.02);
+        assert!(image.distance(expected) < 2e-3 / slant * size, "{point}: {image}, not {expected}, {foot:?}");
+        tested += 1;
+    }
+    assert!(tested > 1000, "{tested}");
+}
+
 #[test]
-#[ignore = "a measurement"]
+fn images_of_many_points_are_those_of_their_feet() {
+    for (name, from_eye) in [("sphere_room", true), ("sphere_room", false), ("ellipsoid", true), ("vase", true)] {
+        assert_images_are_those_of_feet(name, from_eye);
+    }
+}
+
+#[test]
+fn an_image_depends_on_its_own_point_alone() {
+    for name in ["sphere_room", "vase"] {
+        let set = Set::new(name, 1, 100, true);
+        let points = set.random_points(500);
+        let (search, reflector) = set.first();
+        let bits = |images: &[Vec3]| images.iter().map(|image| image.to_array().map(f32::to_bits)).collect::<Vec<_>>();
+        let mut all = vec![Vec3::ZERO; points.len()];
+        search.mirror_images(&reflector, &points, &mut all);
+        for size in [1, 3, 17] {
+            let mut parts = vec![Vec3::ZERO; points.len()];
+            for (points, images) in points.chunks(size).zip(parts.chunks_mut(size)) {
+                search.mirror_images(&reflector, points, images);
+            }
+            assert_eq!(bits(&parts), bits(&all), "{name}, {size} at once");
+        }
+    }
+}
+
+/// Prints what it measures and asserts nothing.
+#[test]
+#[ignore = "a measurement: run it with --release -- --ignored --nocapture"]
 #[allow(clippy::print_stdout, reason = "a measurement is there to be read")]
 fn search_time() {
     for (name, from_eye) in [("sphere_room", true), ("sphere_room", false), ("vase", true), ("torus", true)] {
         let set = Set::new(name, 1, 400, from_eye);
         let points = set.random_points(200_000);
-        let level = &set.levels.levels[0];
-        let family = &level.families[0];
-        let reflector = Reflector { index: 0, mesh: &set.meshes[0], rays: &family.rays, view: Some(&set.view) };
+        let (search, reflector) = set.first();
         let mut found = 0;
         let start = std::time::Instant::now();
         for point in &points {
-            family.locator.locate(&reflector, *point, &mut |_| found += 1);
+            search.locate(&reflector, *point, &mut |_| found += 1);
         }
         let each = start.elapsed().as_secs_f64() * 1e9 / points.len() as f64;
-        println!("{name}, from the eye: {from_eye}: {each:.0} ns a point and core, {found} feet");
+        let mut images = vec![Vec3::ZERO; points.len()];
+        let start = std::time::Instant::now();
+        search.mirror_images(&reflector, &points, &mut images);
+        let image = start.elapsed().as_secs_f64() * 1e9 / points.len() as f64;
+        println!(
+            "{name}, from the eye: {from_eye}: {each:.0} ns a point and core, {found} feet; {image:.0} ns an image"
+        );
     }
 }
