@@ -4,6 +4,7 @@ mod cameras;
 mod panels;
 mod perturbation;
 mod scaling;
+mod virtual_objects;
 
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ Commands:
   figures [NAME]   draw pictures into docs/pictures: those of the README, or, with a part of the name of a figure
                    (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times;
                    with `cameras-14` and the like (`cameras` for all) and with `scaling` those of
-                   docs/figures-sample-based-camera.md
+                   docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-caustic` and the
+                   like (`virtual_objects` for all) those of docs/figures-virtual-objects.md
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
@@ -24,6 +26,7 @@ fn main() -> Result<()> {
         Some("figures") => match std::env::args().nth(2) {
             Some(name) if name.starts_with("cameras") => cameras::draw(&name),
             Some(name) if name == "scaling" => scaling::draw(),
+            Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(&name),
             Some(name) => perturbation::draw(&name),
             None => figures(),
         },

@@ -55,7 +55,7 @@ fn wavy(share: f32) -> [Vec2; 2] {
     [Vec2::new(x, 0.12 * turn.sin()), Vec2::new(-slope, 1.0).normalize()]
 }
 
-fn scene(curve: fn(f32) -> [Vec2; 2]) -> Scene {
+fn scene(curve: Curve) -> Scene {
     let mut builder = SceneBuilder::new();
     let walls = builder.checker("walls", 8, [60, 70, 120], [200, 205, 215]);
     builder.cuboid("room", Vec3::new(-3.0, -2.0, -2.5), Vec3::new(3.0, 2.0, 4.0), true, walls);
@@ -68,7 +68,10 @@ fn scene(curve: fn(f32) -> [Vec2; 2]) -> Scene {
     builder.build()
 }
 
-const SHAPES: [(&str, fn(f32) -> [Vec2; 2]); 3] = [("column", column), ("half pipe", half_pipe), ("wavy wall", wavy)];
+/// Place and normal at a share of a profile's length.
+type Curve = fn(f32) -> [Vec2; 2];
+
+const SHAPES: [(&str, Curve); 3] = [("column", column), ("half pipe", half_pipe), ("wavy wall", wavy)];
 
 #[test]
 fn what_profiles_say_goes_back_to_where_it_came_from() {
@@ -99,7 +102,7 @@ fn images(projector: &dyn VertexProjector, point: Vec3) -> Vec<(Vec2, Vec3)> {
 }
 
 /// Whether a reflection point is not about where a sheet ends, beyond which appearances go on differently.
-fn is_within(curve: fn(f32) -> [Vec2; 2], reflection_point: Vec3) -> bool {
+fn is_within(curve: Curve, reflection_point: Vec3) -> bool {
     let local = leaning().inverse() * reflection_point;
     let from_end = |share: f32| curve(share)[0].distance(Vec2::new(local.x, local.z));
     let closed = curve(0.0)[0].distance(curve(1.0)[0]) < 1e-3;

@@ -1,10 +1,10 @@
 //! The explosion map of one reflector: cells by the directions of their hits on spheres about it.
 
+use super::cell_tree::CellTree;
 use super::cells::{Cells, RayCorner};
 use super::chart::{Axes, Chart, Place, Record, Tag};
-use super::samples::Samples;
 use super::settings::{ExplosionMapSettings, Variant};
-use super::subdivision::Walks;
+use super::subdivision::{Reach, Walks};
 use crate::math::Aabb;
 use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, interpolated, outer, weights_of};
 use crate::optics::bundle::BounceKind;
@@ -35,7 +35,8 @@ pub(super) struct ExplosionMap {
     pub(super) size: u32,
     /// The reflector itself, if there are more than two, and the spheres about it from the nearest to the farthest.
     pub(super) spheres: Vec<Sphere>,
-    samples: Samples,
+    /// All cells, where spheres do not know enough.
+    tree: Option<CellTree>,
     variant: Variant,
 }
 
@@ -85,8 +86,8 @@ impl ExplosionMap {
         let radii: Vec<Option<f32>> = itself.into_iter().chain((0..count).map(|index| Some(radius(index)))).collect();
         let make = |index: usize| Sphere::new(radii[index], mesh.center, &axes, &cells, settings.map_size);
         let spheres = parallel::map_collect(radii.len(), make);
-        let samples = Samples::new(reflector, &cells);
-        Some(Self { center: mesh.center, axes, size: settings.map_size, spheres, samples, variant: settings.variant })
+        let tree = (!mesh.convex).then(|| CellTree::new(reflector, scene.diagonal()));
+        Some(Self { center: mesh.center, axes, size: settings.map_size, spheres, tree, variant: settings.variant })
     }
 
     /// The place of a point in the maps, and its distance from their centre.
@@ -218,21 +219,27 @@ impl Locator for ExplosionMap {
         let mut walks = Walks::new(reflector, point);
         // Spheres tell little of what is between them and the reflector, unless that is convex.
         let nearest = self.spheres.iter().find_map(|sphere| sphere.radius).unwrap_or(0.0);
-        if distance < nearest && !reflector.mesh.convex {
-            return self.samples.locate(reflector, point, take);
+        let tree = self.tree.as_ref().filter(|_| self.variant == Variant::Subdivision || distance < nearest);
+        if let Some(tree) = tree {
+            tree.locate(reflector, point, &mut walks, take);
         }
         self.blends(&place, distance, &mut |blend| {
             let foot = self.foot(reflector, blend, &place, direction, distance);
-            match self.variant {
-                Variant::Map => take(&foot),
-                Variant::Subdivision => walks.walk(foot.triangle, foot.weights, take),
+            match (self.variant, tree) {
+                (Variant::Map, None) => take(&foot),
+                (Variant::Subdivision, None) => walks.walk(foot.triangle, foot.weights, Reach::Anywhere, take),
+                // What lies beyond where the reflector ends as it is seen is in no cell; within a body rays end.
+                (_, Some(_)) if foot.beyond && !reflector.rays.inside_after => {
+                    walks.walk(foot.triangle, foot.weights, Reach::Anywhere, take);
+                }
+                (_, Some(_)) => {}
             }
         });
     }
 
     fn byte_count(&self) -> u64 {
         let charts = self.spheres.iter().flat_map(|sphere| &sphere.charts);
-        charts.map(Chart::byte_count).sum::<u64>() + self.samples.byte_count()
+        charts.map(Chart::byte_count).sum::<u64>() + self.tree.as_ref().map_or(0, CellTree::byte_count)
     }
 }
 

@@ -73,16 +73,12 @@ fn look_up(spheres: &Spheres<'_>, points: &[Vec3; LANES], lookup: &mut Lookup) {
     let center = spheres.map.center;
     let [right, down, ahead] = spheres.map.axes.all();
     let scale = 0.5 * spheres.size;
-    let mut from = [[0.0; LANES]; 3];
-    for lane in 0..LANES {
-        let away = points[lane] - center;
-        for axis in 0..3 {
-            from[axis][lane] = away[axis];
-        }
+    let [mut xs, mut ys, mut zs] = [[0.0; LANES]; 3];
+    for (lane, point) in points.iter().enumerate() {
+        [xs[lane], ys[lane], zs[lane]] = (*point - center).to_array();
     }
     let middle = spheres.curvatures.get(1..spheres.curvatures.len().saturating_sub(1)).unwrap_or_default();
-    for lane in 0..LANES {
-        let [x, y, z] = [from[0][lane], from[1][lane], from[2][lane]];
+    for (lane, ((&x, &y), &z)) in xs.iter().zip(&ys).zip(&zs).enumerate() {
         let nearness = 1.0 / (x * x + y * y + z * z).sqrt();
         let along = |axis: Vec3| (x * axis.x + y * axis.y + z * axis.z) * nearness;
         let (across, below, height) = (along(right), along(down), along(ahead));

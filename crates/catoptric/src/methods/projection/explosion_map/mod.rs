@@ -3,13 +3,13 @@
 //!
 //! See this folder's `README.md`.
 
+mod cell_tree;
 mod cells;
 mod chart;
 mod finder;
 mod map;
 mod mirror;
 mod profile;
-mod samples;
 mod settings;
 mod subdivision;
 mod vertices;

@@ -1,7 +1,7 @@
 //! Reflections in linear extrusions by their profile: the law of reflection holds in the plane across the axis, so a point's
 //! place is found among the rays of line segments instead of those of triangles (Ofek, Rappoport 1998).
 
-use super::subdivision::Walks;
+use super::subdivision::{Reach, Walks};
 use crate::methods::projection::virtual_objects::{Extrusion, Foot, Locator, Reflector};
 use crate::optics::bundle::BounceKind;
 use crate::scene::{Projection, View};
@@ -91,7 +91,7 @@ impl Locator for Profile {
                     let height = self.eye.foot_height(foot, place, height);
                     if let Some((triangle, weights)) = extrusion.triangle_at(reflector.mesh, segment, foot, height) {
                         // Its ray is that of the mesh but for rounding; the walk knows where the mesh ends.
-                        walks.walk(triangle, weights, take);
+                        walks.walk(triangle, weights, Reach::Anywhere, take);
                     }
                 }
             }

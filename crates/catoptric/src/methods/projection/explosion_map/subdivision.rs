@@ -12,8 +12,24 @@ const MOST_STEPS: u32 = 14;
 const SHRINKING: f32 = 0.7;
 const MOST_STRAYS: u32 = 2;
 
-/// A step leads over no more edges than this.
-const MOST_EDGES: u32 = 64;
+/// How far walks may lead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// To cells next to where they start: there the point is, or nowhere near.
+    Near,
+    /// Anywhere.
+    Anywhere,
+}
+
+impl Reach {
+    /// A step leads over no more edges than this.
+    fn most_edges(self) -> u32 {
+        match self {
+            Self::Near => 8,
+            Self::Anywhere => 64,
+        }
+    }
+}
 
 /// Steps this small, in the weights of the cell, are the last.
 const LAST_STEP: f32 = 1e-5;
@@ -46,9 +62,10 @@ impl<'a> Walks<'a> {
         Self { reflector, point, known: [u32::MAX; MOST_CELLS], count: 0 }
     }
 
-    /// Walks from a place of a triangle, and calls `take` where that ends in a cell that is not known.
-    pub(super) fn walk(&mut self, triangle: u32, weights: Vec2, take: &mut dyn FnMut(&Foot)) {
-        locate(self.reflector, Spot { triangle, weights, beyond: false }, self.point, &mut |found| {
+    /// Walks from a place of a triangle, and calls `take` where that ends in a cell
+    /// that is not known.
+    pub(super) fn walk(&mut self, triangle: u32, weights: Vec2, reach: Reach, take: &mut dyn FnMut(&Foot)) {
+        locate(self.reflector, Spot { triangle, weights, beyond: false }, self.point, reach, &mut |found| {
             if !self.known.contains(&found.triangle) && self.count < MOST_CELLS {
                 self.known[self.count] = found.triangle;
                 self.count += 1;
@@ -59,11 +76,13 @@ impl<'a> Walks<'a> {
 }
 
 /// Calls `take` for the place in the cell that holds the point, walking from a first guess.
-fn locate(reflector: &Reflector<'_>, seed: Spot, point: Vec3, take: &mut dyn FnMut(&Foot)) {
+fn locate(reflector: &Reflector<'_>, seed: Spot, point: Vec3, reach: Reach, take: &mut dyn FnMut(&Foot)) {
     let mesh = reflector.mesh;
     let longest = LONGEST_STEP * mesh.radius;
     let mut at = seed;
-    at.settle(reflector);
+    if !at.settle(reflector, reach.most_edges()) && reach == Reach::Near {
+        return;
+    }
     let (mut last_length, mut strays) = (f32::INFINITY, 0);
     for count in 1..=MOST_STEPS {
         let cell = Cell::new(reflector, at.triangle);
@@ -77,7 +96,9 @@ fn locate(reflector: &Reflector<'_>, seed: Spot, point: Vec3, take: &mut dyn FnM
         let step = if length > longest { step * (longest / length) } else { step };
         let before = at.triangle;
         at.weights += step;
-        at.settle(reflector);
+        if !at.settle(reflector, reach.most_edges()) && reach == Reach::Near {
+            return;
+        }
         let size = step.length();
         if at.triangle == before && size < LAST_STEP || count == MOST_STEPS && size < UNSURE_STEP {
             if at.beyond && cell.length_of(at.outside()) > BORDER_SHARE * mesh.radius {
@@ -98,25 +119,25 @@ struct Spot {
 }
 
 impl Spot {
-    /// Goes over edges to the triangle that the place lies in.
-    fn settle(&mut self, reflector: &Reflector<'_>) {
+    /// Goes over edges to the triangle that the place lies in; says whether it is not further than so many edges away.
+    fn settle(&mut self, reflector: &Reflector<'_>, most_edges: u32) -> bool {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         self.beyond = false;
         let mut before = u32::MAX;
-        for _ in 0..MOST_EDGES {
+        for _ in 0..most_edges {
             let shares = [1.0 - self.weights.x - self.weights.y, self.weights.x, self.weights.y];
             // Over the edge that it lies furthest beyond.
             let side = (0..3).fold(0, |best, k| if shares[k] < shares[best] { k } else { best });
             if shares[side] >= -OUTSIDE {
-                return;
+                return true;
             }
             let next = mesh.neighbours[self.triangle as usize][side];
             if next == before {
-                return; // on the edge between two
+                return true; // on the edge between two
             }
             if next == NO_NEIGHBOUR || !rays.shows(mesh.triangles[next as usize]) {
                 self.beyond = true;
-                return;
+                return true;
             }
             let place = interpolated(&mesh.positions, mesh.triangles[self.triangle as usize], self.weights);
             let corners = mesh.triangles[next as usize].map(|vertex| mesh.positions[vertex as usize]);
@@ -124,6 +145,7 @@ impl Spot {
             self.triangle = next;
             self.weights = weights_of(corners, place);
         }
+        false
     }
 
     /// The step from the nearest place of the triangle, about.

@@ -62,7 +62,7 @@ impl ReflectorMap {
     /// Builds the map for the eye of a view.
     pub fn look(&mut self, view: &View) {
         let rays = VertexRays::of_view(&self.mesh, view);
-        let reflector = Reflector { index: 0, mesh: &self.mesh, rays: &rays, view: Some(view) };
+        let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &rays, view: Some(view) };
         let finder = Finder::new(&reflector, &self.scene_bounds, &self.settings);
         self.seen = finder.map(|finder| Seen { view: view.clone(), rays, finder });
     }
@@ -70,7 +70,7 @@ impl ReflectorMap {
     /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
         let Some(Seen { view, rays, finder }) = &self.seen else { return images.fill(Vec3::NAN) };
-        let reflector = Reflector { index: 0, mesh: &self.mesh, rays, view: Some(view) };
+        let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays, view: Some(view) };
         parallel::for_each_chunk_mut(images, AT_ONCE, |chunk, images| {
             let points = points.get(chunk * AT_ONCE..).unwrap_or_default();
             finder.mirror_images(&reflector, points, images);

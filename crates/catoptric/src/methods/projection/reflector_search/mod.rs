@@ -86,10 +86,10 @@ impl ReflectorSearchMethod {
             Images::Cube => Vec::new(),
         };
         self.kept.build(job, |reflector| {
-            let index = reflector.index as usize;
-            let image = match (reflector.view, images) {
-                (Some(_), Images::Eye) => seen.get(index)?.clone()?,
-                _ => cubes.get(index)?.clone(),
+            let image = match (reflector.index, reflector.view, images) {
+                (Some(index), Some(_), Images::Eye) => seen.get(index as usize)?.clone()?,
+                (Some(index), ..) => cubes.get(index as usize)?.clone(),
+                (None, ..) => Arc::new(ReflectorImage::around(reflector.mesh, size.div_ceil(2))),
             };
             ReflectorSearch::new(reflector, image)
         });

@@ -72,7 +72,7 @@ impl ReflectorPictures {
             }
         };
         let rays = VertexRays::of_view(&self.mesh, view);
-        let reflector = Reflector { index: 0, mesh: &self.mesh, rays: &rays, view: Some(view) };
+        let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &rays, view: Some(view) };
         let search = image.and_then(|image| ReflectorSearch::new(&reflector, image));
         self.seen = search.map(|search| Seen { view: view.clone(), rays, search });
     }
@@ -80,7 +80,7 @@ impl ReflectorPictures {
     /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
         let Some(seen) = &self.seen else { return images.fill(Vec3::NAN) };
-        let reflector = Reflector { index: 0, mesh: &self.mesh, rays: &seen.rays, view: Some(&seen.view) };
+        let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &seen.rays, view: Some(&seen.view) };
         parallel::for_each_chunk_mut(images, AT_ONCE, |chunk, images| {
             let points = points.get(chunk * AT_ONCE..).unwrap_or_default();
             seen.search.mirror_images(&reflector, points, images);

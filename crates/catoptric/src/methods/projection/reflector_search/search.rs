@@ -4,7 +4,7 @@ use super::candidates::{Candidate, Candidates};
 use super::cell::{Cell, Ends};
 use super::image::{Place, ReflectorImage, Spot};
 use super::law::Law;
-use super::origins::{Source, extended};
+use super::origins::Source;
 use super::starts::{Start, Starts};
 use crate::methods::projection::virtual_objects::{Foot, Locator, Reflector, weights_of};
 use crate::optics::bundle::BounceKind;
@@ -86,7 +86,7 @@ impl ReflectorSearch {
             .view
             .filter(|view| matches!(view.projection, Projection::Perspective { .. }))
             .map(crate::scene::View::eye);
-        let origins = if eye.is_some() { Vec::new() } else { extended(mesh, &rays.origins) };
+        let origins = if eye.is_some() { Vec::new() } else { rays.origins.clone() };
         let leaves = |vertex: usize| match origins.get(vertex) {
             // Rays are led on to vertices at which none arrives; what arrives may be reflected totally.
             Some(origin) if !rays.origins[vertex].is_finite() => origin.is_finite(),

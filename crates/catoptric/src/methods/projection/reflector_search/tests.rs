@@ -37,8 +37,12 @@ impl Set {
         for (path, level) in self.levels.levels.iter().enumerate() {
             for family in &level.families {
                 let view = (self.levels.paths[path].bounces.len() == 1).then_some(&self.view);
-                let reflector =
-                    Reflector { index: level.mesh, mesh: &self.meshes[level.mesh as usize], rays: &family.rays, view };
+                let reflector = Reflector {
+                    index: Some(level.mesh),
+                    mesh: &self.meshes[level.mesh as usize],
+                    rays: &family.rays,
+                    view,
+                };
                 family.locator.locate(&reflector, point, &mut |foot| feet.push((path, family.rays.side, *foot)));
             }
         }
@@ -48,7 +52,7 @@ impl Set {
     /// The first reflector and its first family.
     fn first(&self) -> (&ReflectorSearch, Reflector<'_>) {
         let (mesh, family) = (&self.meshes[0], &self.levels.levels[0].families[0]);
-        (&family.locator, Reflector { index: 0, mesh, rays: &family.rays, view: Some(&self.view) })
+        (&family.locator, Reflector { index: Some(0), mesh, rays: &family.rays, view: Some(&self.view) })
     }
 
     fn random_points(&self, count: usize) -> Vec<Vec3> {

@@ -2,18 +2,25 @@
 
 use super::eye_image::EyeImage;
 use super::mesh::ReflectorMesh;
+use super::piece::{interpolated, weights_of};
 use super::rays::{Arrival, Foot, VertexRays};
 use crate::methods::projection::SpecularPath;
 use crate::optics::bundle::{Bounce, BounceKind};
 use crate::parallel;
 use crate::scene::{Projection, Role, Scene, View};
 use glam::{Mat3, Vec2, Vec3};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 
 /// No more paths than this are built: short ones first.
 const MOST_PATHS: usize = 256;
 
-/// Focal indices of one bounce: 0 to 2.
-const SHEETS: u32 = 3;
+/// Meshes are refined so many times where ways meet, unless they get more triangles than this.
+const MOST_REFINEMENTS: u32 = 4;
+const MOST_TRIANGLES: usize = 300_000;
+
+/// Rays are led on over so many rings of triangles.
+const LED_ON: u32 = 2;
 
 /// Vertices that are looked up at once.
 const VERTICES_AT_ONCE: usize = 1024;
@@ -21,8 +28,8 @@ const VERTICES_AT_ONCE: usize = 1024;
 /// A reflector with rays at its vertices.
 #[derive(Clone, Copy)]
 pub(in super::super) struct Reflector<'a> {
-    /// Which of the scene's specular objects it is.
-    pub(in super::super) index: u32,
+    /// Which of the scene's specular objects it is; none where the mesh is a finer one made for its rays.
+    pub(in super::super) index: Option<u32>,
     pub(in super::super) mesh: &'a ReflectorMesh,
     pub(in super::super) rays: &'a VertexRays,
     /// The view, where the rays come straight from the eye.
@@ -42,8 +49,33 @@ pub(in super::super) trait Locator: Send + Sync {
 pub(in super::super) struct Family<L> {
     pub(in super::super) rays: VertexRays,
     pub(in super::super) locator: L,
-    /// The family of the level before that they come from, and how many focal points they passed from there.
-    parent: Option<(u32, u32)>,
+    /// The family of the level before that they come from, and by which way.
+    parent: Option<(u32, Way)>,
+}
+
+/// How a ray leaves a reflector: rays that are neighbours where they arrive were neighbours there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Way {
+    /// The smooth piece of the reflector.
+    piece: u8,
+    /// Focal points passed on the way.
+    focal_index: u32,
+}
+
+impl Way {
+    /// From a foot over a distance.
+    fn from(reflector: &Reflector<'_>, foot: &Foot, distance: f32) -> Self {
+        let focal_index = reflector.rays.focal_index(reflector.mesh, foot.triangle, distance);
+        Self { piece: reflector.mesh.pieces[foot.triangle as usize], focal_index }
+    }
+}
+
+/// A ray that arrives at a vertex.
+struct Arriving {
+    vertex: u32,
+    way: Way,
+    beyond: bool,
+    arrival: Arrival,
 }
 
 /// All that ends with a path's last bounce.
@@ -53,6 +85,8 @@ pub(in super::super) struct Level<L> {
     pub(in super::super) bounce: Bounce,
     /// Index of the reflector.
     pub(in super::super) mesh: u32,
+    /// A finer mesh of it, where rays of several ways meet.
+    finer: Option<Arc<ReflectorMesh>>,
     pub(in super::super) families: Vec<Family<L>>,
 }
 
@@ -86,6 +120,8 @@ pub(in super::super) struct Step {
     pub(in super::super) index_after: f32,
     pub(in super::super) bounce: Bounce,
     pub(in super::super) mesh: u32,
+    /// Index of the level.
+    pub(super) level: u32,
 }
 
 /// An appearance: a point in the direction in which the eye sees it, and how it was found.
@@ -106,14 +142,35 @@ pub(in super::super) struct Appearance<'a> {
 #[derive(Clone, Copy)]
 struct Descent<'a> {
     steps: &'a [Step],
-    /// The family that the next bounce must belong to, and its focal points.
-    wanted: Option<(u32, u32)>,
+    /// The family that the next bounce must belong to, and the way from there.
+    wanted: Option<(u32, Way)>,
     point: Vec3,
     change: Mat3,
     /// Optical, from the last foot to the scene point; how much of the way to `point` lies behind that foot.
     length: f32,
     behind: f32,
     focal_index: u32,
+}
+
+impl<L> Level<L> {
+    fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
+        self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
+    }
+}
+
+/// Rays that arrive at all vertices of a reflector.
+struct Arrivals {
+    /// The family of the level before that they come from, and by which way; none from the eye.
+    from: Option<(u32, Way)>,
+    /// Whether they run within the body.
+    inside: bool,
+    rays: Vec<Arrival>,
+}
+
+impl Arrivals {
+    fn from_eye(rays: Vec<Arrival>) -> Self {
+        Self { from: None, inside: false, rays }
+    }
 }
 
 impl<L: Locator> Levels<L> {
@@ -159,18 +216,37 @@ impl<L: Locator> Levels<L> {
         index: u32,
         make: &impl Fn(&Reflector<'_>) -> Option<L>,
     ) {
-        let mesh = &meshes[index as usize];
+        if !meshes[index as usize].has_shape() {
+            return;
+        }
+        let mut finer: Option<Arc<ReflectorMesh>> = None;
+        let mut arrivals = match parent {
+            None => vec![Arrivals::from_eye(eye_rays(&meshes[index as usize], &self.view))],
+            Some(parent) => self.level_rays(meshes, parent, index, &meshes[index as usize]),
+        };
+        if let Some(parent) = parent {
+            for _ in 0..MOST_REFINEMENTS {
+                let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
+                let edges = edges_between_ways(mesh, &arrivals);
+                if edges.is_empty() || mesh.triangles.len() + 3 * edges.len() > MOST_TRIANGLES {
+                    break;
+                }
+                let mesh = Arc::new(mesh.with_halved(&edges));
+                arrivals = self.level_rays(meshes, parent, index, &mesh);
+                finer = Some(mesh);
+            }
+        }
+        let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
+        for arrivals in &mut arrivals {
+            lead_on(mesh, &mut arrivals.rays);
+        }
         let material = scene.material_of(mesh.object);
         let lens = material.role == Role::Lens;
         let kinds: &[BounceKind] =
             if lens { &[BounceKind::Reflect, BounceKind::Transmit] } else { &[BounceKind::Reflect] };
-        let arrivals = match parent {
-            None => vec![(None, false, eye_rays(mesh, &self.view))],
-            Some(parent) => self.level_rays(meshes, parent, index, mesh),
-        };
         for &kind in kinds {
             let mut families = Vec::new();
-            for (from, inside, arriving) in &arrivals {
+            for Arrivals { from, inside, rays: arriving } in &arrivals {
                 for side in [1.0, -1.0] {
                     // Within a body its inner side is met, from without the outer one; open sheets have both.
                     let possible = match (mesh.inside_only, mesh.closed, *inside) {
@@ -194,7 +270,9 @@ impl<L: Locator> Levels<L> {
                         continue;
                     }
                     let view = parent.is_none().then_some(&self.view);
-                    if let Some(locator) = make(&Reflector { index, mesh, rays: &rays, view }) {
+                    if let Some(locator) =
+                        make(&Reflector { index: finer.is_none().then_some(index), mesh, rays: &rays, view })
+                    {
                         families.push(Family { rays, locator, parent: *from });
                     }
                 }
@@ -210,19 +288,12 @@ impl<L: Locator> Levels<L> {
             let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();
             path.bounces.push(bounce);
             self.paths.push(path);
-            self.levels.push(Level { parent, bounce, mesh: index, families });
+            self.levels.push(Level { parent, bounce, mesh: index, finer: finer.clone(), families });
         }
     }
 
-    /// The rays that arrive at a reflector's vertices after a level, by family and focal index.
-    #[allow(clippy::type_complexity)] // told once, here
-    fn level_rays(
-        &self,
-        meshes: &[ReflectorMesh],
-        parent: u32,
-        index: u32,
-        mesh: &ReflectorMesh,
-    ) -> Vec<(Option<(u32, u32)>, bool, Vec<Arrival>)> {
+    /// The rays that arrive at a reflector's vertices after a level, by family and way.
+    fn level_rays(&self, meshes: &[ReflectorMesh], parent: u32, index: u32, mesh: &ReflectorMesh) -> Vec<Arrivals> {
         let level = &self.levels[parent as usize];
         let mut all = Vec::new();
         for (number, family) in level.families.iter().enumerate() {
@@ -239,37 +310,57 @@ impl<L: Locator> Levels<L> {
             let least = if own { 1e-4 * mesh.radius } else { 0.0 };
             let found = parallel::map_collect(chunks, |chunk| {
                 let range = chunk * VERTICES_AT_ONCE..((chunk + 1) * VERTICES_AT_ONCE).min(mesh.positions.len());
-                let arriving = |position: &Vec3| {
-                    let mut arriving: [Option<Arrival>; SHEETS as usize] = [None; SHEETS as usize];
-                    family.locator.locate(&reflector, *position, &mut |foot| {
-                        let length = foot.position.distance(*position);
-                        let sheet = family.rays.focal_index(reflector.mesh, foot.triangle, length);
-                        let slot = &mut arriving[sheet as usize];
-                        let along = (*position - foot.position).try_normalize();
-                        if let (None, Some(direction)) = (&*slot, along)
-                            && length > least
-                        {
-                            *slot = Some(Arrival { origin: foot.position, direction });
+                let mut arriving = Vec::new();
+                for vertex in range {
+                    let position = mesh.positions[vertex];
+                    let first = arriving.len();
+                    family.locator.locate(&reflector, position, &mut |foot| {
+                        let length = foot.position.distance(position);
+                        let Some(direction) = (position - foot.position).try_normalize() else { return };
+                        if length <= least {
+                            return;
+                        }
+                        let found = Arriving {
+                            vertex: vertex as u32,
+                            way: Way::from(&reflector, foot, length),
+                            beyond: foot.beyond,
+                            arrival: Arrival { origin: foot.position, direction },
+                        };
+                        // What is seen in the reflector is better than what is seen beside it.
+                        match arriving[first..].iter_mut().find(|known: &&mut Arriving| known.way == found.way) {
+                            Some(known) if known.beyond && !found.beyond => *known = found,
+                            Some(_) => {}
+                            None => arriving.push(found),
                         }
                     });
-                    arriving
-                };
-                mesh.positions[range].iter().map(arriving).collect::<Vec<_>>()
-            });
-            for sheet in 0..SHEETS {
-                let of_sheet = || found.iter().flatten().map(|arriving| arriving[sheet as usize]);
-                if of_sheet().any(|arrival| arrival.is_some()) {
-                    let arriving = of_sheet().map(|arrival| arrival.unwrap_or(Arrival::NONE)).collect();
-                    all.push((Some((number as u32, sheet)), inside, arriving));
                 }
+                arriving
+            });
+            let mut ways: BTreeMap<Way, Vec<Arrival>> = BTreeMap::new();
+            let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
+            for found in starting.iter().chain(found.iter().flatten()) {
+                let arriving = ways.entry(found.way).or_insert_with(|| vec![Arrival::NONE; mesh.positions.len()]);
+                arriving[found.vertex as usize] = found.arrival;
             }
+            all.extend(ways.into_iter().map(|(way, rays)| Arrivals { from: Some((number as u32, way)), inside, rays }));
         }
         all
     }
 
-    fn reflector<'a>(&'a self, meshes: &'a [ReflectorMesh], level: &Level<L>, family: &'a Family<L>) -> Reflector<'a> {
+    fn reflector<'a>(
+        &'a self,
+        meshes: &'a [ReflectorMesh],
+        level: &'a Level<L>,
+        family: &'a Family<L>,
+    ) -> Reflector<'a> {
         let view = level.parent.is_none().then_some(&self.view);
-        Reflector { index: level.mesh, mesh: &meshes[level.mesh as usize], rays: &family.rays, view }
+        let index = level.finer.is_none().then_some(level.mesh);
+        Reflector { index, mesh: level.reflector_mesh(meshes), rays: &family.rays, view }
+    }
+
+    /// The mesh that a step's foot is on.
+    pub(super) fn mesh_of<'a>(&'a self, meshes: &'a [ReflectorMesh], step: &Step) -> &'a ReflectorMesh {
+        self.levels[step.level as usize].reflector_mesh(meshes)
     }
 
     /// Calls `take` for all appearances of a point on a path.
@@ -313,8 +404,8 @@ impl<L: Locator> Levels<L> {
             }
             family.locator.locate(&reflector, from.point, &mut |foot| {
                 let distance = foot.position.distance(from.point);
-                let sheet = family.rays.focal_index(reflector.mesh, foot.triangle, distance);
-                if from.wanted.is_some_and(|(_, wanted)| wanted != sheet) {
+                let way = Way::from(&reflector, foot, distance);
+                if from.wanted.is_some_and(|(_, wanted)| wanted != way) {
                     return;
                 }
                 let corrected = match recursion {
@@ -335,7 +426,7 @@ impl<L: Locator> Levels<L> {
                     }
                 };
                 let (outside, index_after) = (family.rays.side > 0.0, family.rays.index_after);
-                let step = Step { foot, outside, index_after, bounce: level.bounce, mesh: level.mesh };
+                let step = Step { foot, outside, index_after, bounce: level.bounce, mesh: level.mesh, level: index };
                 let mut steps = [step; crate::methods::projection::MAX_BOUNCES];
                 let count = from.steps.len();
                 if count >= steps.len() {
@@ -349,7 +440,7 @@ impl<L: Locator> Levels<L> {
                     change: moves * from.change,
                     length: from.length + (distance - from.behind) * index_after,
                     behind,
-                    focal_index: from.focal_index + sheet,
+                    focal_index: from.focal_index + way.focal_index,
                 };
                 match level.parent {
                     Some(parent) => self.descend(meshes, parent, &next, recursion, take),
@@ -375,6 +466,74 @@ impl<L: Locator> Levels<L> {
         let families = self.levels.iter().flat_map(|level| &level.families);
         families.map(|family| family.locator.byte_count() + 40 * family.rays.origins.len() as u64).sum()
     }
+}
+
+/// The edges, by their vertices in order, of triangles at which rays within a body arrive by one way at some corners only.
+/// There the ways meet at a caustic on the surface, next to which rays move with the root of the distance from it: the ring of
+/// triangles between them is as wide in the picture as the root of their size.
+fn edges_between_ways(mesh: &ReflectorMesh, arrivals: &[Arrivals]) -> HashSet<[u32; 2]> {
+    let mut edges = HashSet::new();
+    for Arrivals { rays, .. } in arrivals.iter().filter(|arrivals| arrivals.inside) {
+        for triangle in &mesh.triangles {
+            let known = triangle.iter().filter(|vertex| rays[**vertex as usize].origin.is_finite()).count();
+            if known == 1 || known == 2 {
+                let [a, b, c] = *triangle;
+                edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
+            }
+        }
+    }
+    edges
+}
+
+/// Leads rays on to vertices without any that lie across an edge from a triangle with rays.
+///
+/// Rays of one way end where those of another begin, at caustics on the surface and at creases, mostly amid triangles:
+/// without this a ring of triangles would be missing there. That a point appears by such a ray is told by the reflector before.
+fn lead_on(mesh: &ReflectorMesh, arriving: &mut [Arrival]) {
+    let mut sums: HashMap<u32, (Vec3, f32)> = HashMap::new();
+    for _ in 0..LED_ON {
+        let origins: Vec<Vec3> = arriving.iter().map(|arrival| arrival.origin).collect();
+        let is_known = |vertex: &u32| origins[*vertex as usize].is_finite();
+        for (triangle, neighbours) in mesh.triangles.iter().zip(&mesh.neighbours) {
+            let Some(corner) = (0..3).find(|corner| !is_known(&triangle[*corner])) else { continue };
+            let Some(beside) = mesh.triangles.get(neighbours[corner] as usize) else { continue };
+            if !beside.iter().all(is_known) {
+                continue;
+            }
+            let corners = beside.map(|vertex| mesh.positions[vertex as usize]);
+            let place = mesh.positions[triangle[corner] as usize];
+            let (sum, count) = sums.entry(triangle[corner]).or_default();
+            *sum += interpolated(&origins, *beside, weights_of(corners, place));
+            *count += 1.0;
+        }
+        for (vertex, (sum, count)) in sums.drain() {
+            let origin = sum / count;
+            if let Some(direction) = (mesh.positions[vertex as usize] - origin).try_normalize() {
+                arriving[vertex as usize] = Arrival { origin, direction };
+            }
+        }
+    }
+}
+
+/// The rays that start within a body at vertices of its far side: where that meets the near side at a crease, as along the
+/// rim of a lens, the way between them has no length, but a direction.
+fn starting_rays(near: &Reflector<'_>, far: &ReflectorMesh) -> Vec<Arriving> {
+    let mut starts: HashMap<[u32; 3], (Way, Vec3)> = HashMap::new();
+    let place = |mesh: &ReflectorMesh, vertex: u32| mesh.positions[vertex as usize].to_array().map(f32::to_bits);
+    let (mesh, rays) = (near.mesh, near.rays);
+    for (triangle, piece) in mesh.triangles.iter().zip(&mesh.pieces).filter(|(triangle, _)| rays.shows(**triangle)) {
+        for vertex in triangle.iter().filter(|vertex| rays.cosines[**vertex as usize] > 0.0) {
+            let way = Way { piece: *piece, focal_index: 0 };
+            starts.entry(place(mesh, *vertex)).or_insert((way, rays.outgoing[*vertex as usize]));
+        }
+    }
+    let starting = |vertex: u32| {
+        let &(way, direction) = starts.get(&place(far, vertex))?;
+        let faces = direction.dot(far.normals[vertex as usize]) > 0.0;
+        let arrival = Arrival { origin: far.positions[vertex as usize], direction };
+        faces.then_some(Arriving { vertex, way, beyond: true, arrival })
+    };
+    (0..far.positions.len() as u32).filter_map(starting).collect()
 }
 
 /// The rays that arrive at a reflector's vertices from the eye.

@@ -5,13 +5,19 @@ use super::piece::CORNERS;
 use crate::scene::Scene;
 use crate::surface::site::{NO_NEIGHBOUR, Site, mesh_neighbours, welded_vertices};
 use glam::{DVec3, Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A corner may lie this far above the plane of its neighbour on a convex mesh, as a share of the edge between.
 const CONVEX_TOLERANCE: f32 = 1e-3;
 
 /// The ball about a reflector is this much larger than it.
 const HOLDING: f32 = 1.01;
+
+/// Meshes of more smooth pieces than this are taken for one.
+const MOST_PIECES: u32 = 16;
+
+/// What is smaller than so many steps between neighbouring numbers has no shape.
+const SHAPELESS: f32 = 64.0;
 
 /// Edges are halved at most this often.
 const MOST_HALVINGS: u32 = 10;
@@ -28,6 +34,9 @@ pub(in super::super) struct ReflectorMesh {
     sources: Vec<Source>,
     /// Across the edge opposite to each corner; [`NO_NEIGHBOUR`] at borders and creases.
     pub(in super::super) neighbours: Vec<[u32; 3]>,
+    /// Which smooth piece each triangle belongs to, of so many.
+    pub(super) pieces: Vec<u8>,
+    pub(super) piece_count: u32,
     /// Whether it has no border.
     pub(in super::super) closed: bool,
     /// Whether it is closed, of one piece, and bulges nowhere inwards: its outer side hides nothing of itself.
@@ -86,6 +95,8 @@ impl ReflectorMesh {
             triangles,
             sources: object.triangles.clone().map(whole).collect(),
             neighbours: Vec::new(),
+            pieces: Vec::new(),
+            piece_count: 1,
             closed: false,
             convex: false,
             inside_only: object.inside,
@@ -97,71 +108,86 @@ impl ReflectorMesh {
         mesh.neighbours = mesh_neighbours(&mesh.triangles, |vertex| vertex);
         mesh.closed = mesh.is_closed();
         mesh.extrusion = Extrusion::new(&mesh);
-        mesh.convex = mesh.closed && mesh.bulges_outwards() && mesh.is_of_one_piece();
+        (mesh.pieces, mesh.piece_count) = mesh.divided_at_creases();
+        mesh.convex = mesh.closed && mesh.piece_count == 1 && mesh.bulges_outwards();
         mesh
     }
 
-    /// Halves edges until none is longer than `longest`. Every edge decides for itself, so no crack opens.
+    /// Halves edges until none is longer than `longest`.
     fn halve_edges(&mut self, longest: f32) {
-        let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
         for _ in 0..MOST_HALVINGS {
-            let (triangles, sources) = (std::mem::take(&mut self.triangles), std::mem::take(&mut self.sources));
-            let before = triangles.len();
-            for (triangle, source) in triangles.into_iter().zip(sources) {
-                let side = |k: usize| [triangle[(k + 1) % 3], triangle[(k + 2) % 3]];
-                let is_long = |k: usize| {
-                    let [a, b] = side(k).map(|vertex| self.positions[vertex as usize]);
-                    a.distance(b) > longest
-                };
-                let long = [0, 1, 2].map(is_long);
-                let count = long.iter().filter(|long| **long).count();
-                if count == 0 {
-                    self.triangles.push(triangle);
-                    self.sources.push(source);
-                    continue;
-                }
-                // Turned so that long sides come first, seen from the first corner's opposite side on.
-                let first = match count {
-                    1 => (0..3).find(|k| long[*k]).unwrap_or(0),
-                    2 => (0..3).find(|k| !long[(*k + 2) % 3]).unwrap_or(0),
-                    _ => 0,
-                };
-                let [a, b, c] = [0, 1, 2].map(|k| ((first + k) % 3, CORNERS[(first + k) % 3]));
-                let mut middle = |k: usize| {
-                    let [p, q] = side(k);
-                    let vertex = *middles.entry([p.min(q), p.max(q)]).or_insert_with(|| {
-                        let [p, q] = [p.min(q) as usize, p.max(q) as usize];
-                        self.positions.push((self.positions[p] + self.positions[q]) * 0.5);
-                        self.normals.push((self.normals[p] + self.normals[q]).normalize_or_zero());
-                        self.positions.len() as u32 - 1
-                    });
-                    (vertex, (CORNERS[(k + 1) % 3] + CORNERS[(k + 2) % 3]) * 0.5)
-                };
-                let opposite_a = middle(a.0);
-                let [a, b, c] = [a, b, c].map(|(k, place)| (k, (triangle[k], place)));
-                let parts: Vec<[(u32, Vec2); 3]> = match count {
-                    1 => vec![[a.1, b.1, opposite_a], [a.1, opposite_a, c.1]],
-                    2 => {
-                        let opposite_b = middle(b.0);
-                        vec![[c.1, opposite_b, opposite_a], [opposite_b, a.1, b.1], [opposite_b, b.1, opposite_a]]
-                    }
-                    _ => {
-                        let [opposite_b, opposite_c] = [middle(b.0), middle(c.0)];
-                        vec![
-                            [a.1, opposite_c, opposite_b],
-                            [b.1, opposite_a, opposite_c],
-                            [c.1, opposite_b, opposite_a],
-                            [opposite_a, opposite_b, opposite_c],
-                        ]
-                    }
-                };
-                for part in parts {
-                    self.triangles.push(part.map(|corner| corner.0));
-                    self.sources.push(source.part(part.map(|corner| corner.1)));
-                }
-            }
+            let before = self.triangles.len();
+            self.halve_once(|mesh, [a, b]| mesh.positions[a as usize].distance(mesh.positions[b as usize]) > longest);
             if self.triangles.len() == before {
                 break;
+            }
+        }
+    }
+
+    /// The same mesh with some edges, given by their vertices in order, halved.
+    pub(super) fn with_halved(&self, edges: &HashSet<[u32; 2]>) -> Self {
+        let mut finer = Self { extrusion: None, ..self.clone() };
+        finer.halve_once(|_, edge| edges.contains(&edge));
+        finer.neighbours = mesh_neighbours(&finer.triangles, |vertex| vertex);
+        (finer.pieces, finer.piece_count) = finer.divided_at_creases();
+        finer
+    }
+
+    /// Halves the edges that `is_long` says, given by their vertices in order. Every edge decides for itself, so no crack
+    /// opens.
+    fn halve_once(&mut self, is_long: impl Fn(&Self, [u32; 2]) -> bool) {
+        let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+        let (triangles, sources) = (std::mem::take(&mut self.triangles), std::mem::take(&mut self.sources));
+        for (triangle, source) in triangles.into_iter().zip(sources) {
+            let side = |k: usize| [triangle[(k + 1) % 3], triangle[(k + 2) % 3]];
+            let long = [0, 1, 2].map(|k| {
+                let [p, q] = side(k);
+                is_long(self, [p.min(q), p.max(q)])
+            });
+            let count = long.iter().filter(|long| **long).count();
+            if count == 0 {
+                self.triangles.push(triangle);
+                self.sources.push(source);
+                continue;
+            }
+            // Turned so that long sides come first, seen from the first corner's opposite side on.
+            let first = match count {
+                1 => (0..3).find(|k| long[*k]).unwrap_or(0),
+                2 => (0..3).find(|k| !long[(*k + 2) % 3]).unwrap_or(0),
+                _ => 0,
+            };
+            let [a, b, c] = [0, 1, 2].map(|k| ((first + k) % 3, CORNERS[(first + k) % 3]));
+            let mut middle = |k: usize| {
+                let [p, q] = side(k);
+                let vertex = *middles.entry([p.min(q), p.max(q)]).or_insert_with(|| {
+                    let [p, q] = [p.min(q) as usize, p.max(q) as usize];
+                    self.positions.push((self.positions[p] + self.positions[q]) * 0.5);
+                    self.normals.push((self.normals[p] + self.normals[q]).normalize_or_zero());
+                    self.positions.len() as u32 - 1
+                });
+                (vertex, (CORNERS[(k + 1) % 3] + CORNERS[(k + 2) % 3]) * 0.5)
+            };
+            let opposite_a = middle(a.0);
+            let [a, b, c] = [a, b, c].map(|(k, place)| (k, (triangle[k], place)));
+            let parts: Vec<[(u32, Vec2); 3]> = match count {
+                1 => vec![[a.1, b.1, opposite_a], [a.1, opposite_a, c.1]],
+                2 => {
+                    let opposite_b = middle(b.0);
+                    vec![[c.1, opposite_b, opposite_a], [opposite_b, a.1, b.1], [opposite_b, b.1, opposite_a]]
+                }
+                _ => {
+                    let [opposite_b, opposite_c] = [middle(b.0), middle(c.0)];
+                    vec![
+                        [a.1, opposite_c, opposite_b],
+                        [b.1, opposite_a, opposite_c],
+                        [c.1, opposite_b, opposite_a],
+                        [opposite_a, opposite_b, opposite_c],
+                    ]
+                }
+            };
+            for part in parts {
+                self.triangles.push(part.map(|corner| corner.0));
+                self.sources.push(source.part(part.map(|corner| corner.1)));
             }
         }
     }
@@ -176,6 +202,11 @@ impl ReflectorMesh {
         let source = &self.sources[triangle as usize];
         let place = source.place(Vec2::new(second as f32, third as f32));
         Site { position, triangle: source.triangle, barycentrics: place.to_array().map(f64::from) }
+    }
+
+    /// Whether it has a shape: one no larger than the rounding of its positions has none, and nothing is seen in it.
+    pub(super) fn has_shape(&self) -> bool {
+        self.radius > SHAPELESS * f32::EPSILON * self.center.abs().max_element()
     }
 
     /// Whether a point lies in the ball about the reflector.
@@ -195,6 +226,8 @@ impl ReflectorMesh {
     }
 
     fn bulges_outwards(&self) -> bool {
+        // Of positions as they are stored.
+        let rounding = 4.0 * f32::EPSILON * (self.center.abs().max_element() + self.radius);
         self.proper().all(|(index, triangle)| {
             let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
             let outer: Vec3 = triangle.iter().map(|vertex| self.normals[*vertex as usize]).sum();
@@ -202,23 +235,40 @@ impl ReflectorMesh {
             let face = if face.dot(outer) < 0.0 { -face } else { face };
             self.neighbours[index].iter().all(|&neighbour| {
                 let other = self.triangles[neighbour as usize].map(|vertex| self.positions[vertex as usize]);
-                other.iter().all(|corner| (*corner - a).dot(face) <= CONVEX_TOLERANCE * corner.distance(a))
+                other.iter().all(|corner| (*corner - a).dot(face) <= CONVEX_TOLERANCE * corner.distance(a) + rounding)
             })
         })
     }
 
-    fn is_of_one_piece(&self) -> bool {
-        let Some((first, _)) = self.proper().next() else { return false };
-        let mut reached = vec![false; self.triangles.len()];
-        let mut waiting = vec![first];
-        reached[first] = true;
-        while let Some(triangle) = waiting.pop() {
-            for &neighbour in &self.neighbours[triangle] {
-                if neighbour != NO_NEIGHBOUR && !std::mem::replace(&mut reached[neighbour as usize], true) {
-                    waiting.push(neighbour as usize);
+    /// The smooth pieces, between borders and creases, that triangles belong to, and how many there are. All are 0 where
+    /// there are more than [`MOST_PIECES`].
+    fn divided_at_creases(&self) -> (Vec<u8>, u32) {
+        const UNKNOWN: u8 = u8::MAX;
+        let mut pieces = vec![UNKNOWN; self.triangles.len()];
+        let mut count = 0;
+        let mut waiting = Vec::new();
+        for (first, _) in self.proper() {
+            if pieces[first] != UNKNOWN {
+                continue;
+            }
+            if count == MOST_PIECES {
+                return (vec![0; self.triangles.len()], 1);
+            }
+            let piece = count as u8;
+            count += 1;
+            pieces[first] = piece;
+            waiting.push(first);
+            while let Some(triangle) = waiting.pop() {
+                for &neighbour in &self.neighbours[triangle] {
+                    if neighbour != NO_NEIGHBOUR && pieces[neighbour as usize] == UNKNOWN {
+                        pieces[neighbour as usize] = piece;
+                        waiting.push(neighbour as usize);
+                    }
                 }
             }
         }
-        self.proper().all(|(index, _)| reached[index])
+        // Triangles without an area, which nothing is seen in.
+        pieces.iter_mut().filter(|piece| **piece == UNKNOWN).for_each(|piece| *piece = 0);
+        (pieces, count.max(1))
     }
 }

@@ -1,8 +1,7 @@
 //! Appearances of scene points from virtual objects, polished where that is asked for.
 
-use super::levels::{Appearance, Levels, Locator, Recursion};
+use super::levels::{Appearance, Levels, Locator, Recursion, Step};
 use super::mesh::ReflectorMesh;
-use super::rays::Foot;
 use crate::methods::projection::polish::{Effort, polished};
 use crate::methods::projection::{MAX_BOUNCES, Projection, SpecularPath, VertexProjector};
 use crate::optics::bundle::{Bounce, BounceKind, Eye};
@@ -143,7 +142,7 @@ impl<L: Locator> VirtualObjects<'_, L> {
         let mut bounces = [(Bounce { object: 0, kind: BounceKind::Reflect }, Site::default()); MAX_BOUNCES];
         let mut outside = [false; MAX_BOUNCES];
         for (k, step) in appearance.steps.iter().rev().enumerate() {
-            bounces[k] = (step.bounce, self.site(step.mesh, &step.foot)?);
+            bounces[k] = (step.bounce, self.site(step)?);
             outside[k] = step.outside;
         }
         let start = PathSites::new(&bounces[..count])?;
@@ -166,8 +165,8 @@ impl<L: Locator> VirtualObjects<'_, L> {
     }
 
     /// The site of the surface at a foot.
-    fn site(&self, mesh: u32, foot: &Foot) -> Option<Site> {
-        let mesh = &self.meshes[mesh as usize];
+    fn site(&self, step: &Step) -> Option<Site> {
+        let (mesh, foot) = (self.levels.mesh_of(self.meshes, step), &step.foot);
         let object = mesh.object;
         if self.surfaces.is_formula(object) {
             return Some(self.surfaces.landed(object, &Site::on_surface(foot.position.as_dvec3()))?.0);

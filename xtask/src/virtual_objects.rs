@@ -1,0 +1,139 @@
+//! Virtual objects measured and shown: the table of round trips and the pictures of docs/figures-virtual-objects.md.
+
+use crate::panels::{below, beside, cut, save_small};
+use crate::{root, run};
+use anyhow::{Context, Result};
+use image::RgbImage;
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+/// Built-in scenes with the highest order of their paths.
+const SCENES: [(&str, u32); 13] = [
+    ("sphere_room", 1),
+    ("ellipsoid", 1),
+    ("two_spheres", 2),
+    ("planar_mirror", 2),
+    ("large_room", 1),
+    ("dish", 1),
+    ("car", 1),
+    ("vase", 1),
+    ("teapot", 1),
+    ("torus", 1),
+    ("lens", 2),
+    ("glass_slab", 2),
+    ("glass_sphere", 2),
+];
+
+/// Methods of the table, as `catoptric compare --method` takes them.
+const METHODS: [&str; 6] = [
+    "path_perturbation",
+    "sample_based_camera",
+    "explosion_map",
+    "explosion_map:preset=exact",
+    "reflector_search",
+    "reflector_search:polish=8",
+];
+
+/// Pictures that show what the methods do badly: a name, a scene, the order, the part that is enlarged (x, y, width and
+/// height as shares), and the methods; the reference comes last.
+type Artefact = (&'static str, &'static str, u32, [f32; 4], &'static [&'static str]);
+
+const ARTEFACTS: [Artefact; 4] = [
+    (
+        "blend",
+        "builtin:sphere_room",
+        1,
+        [0.3, 0.3, 0.35, 0.35],
+        &["explosion_map:preset=faithful", "explosion_map:preset=fast,spheres=2", "explosion_map:preset=fast"],
+    ),
+    ("caustic", "builtin:torus", 1, [0.3, 0.35, 0.3, 0.3], &["explosion_map", "reflector_search"]),
+    ("ways", "builtin:glass_sphere", 2, [0.25, 0.12, 0.35, 0.35], &["explosion_map", "reflector_search"]),
+    (
+        "pictures",
+        "builtin:vase",
+        1,
+        [0.35, 0.2, 0.3, 0.3],
+        &["reflector_search", "reflector_search:images=cube", "reflector_search:map_size=100"],
+    ),
+];
+
+/// Makes what `name` asks for: `virtual_objects-table`, `virtual_objects-blend` and the like, or all.
+pub(crate) fn draw(name: &str) -> Result<()> {
+    let wanted = name.strip_prefix("virtual_objects").unwrap_or_default().trim_start_matches('-');
+    let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
+    if wanted.is_empty() || wanted == "table" {
+        table(scratch.path())?;
+    }
+    for artefact in ARTEFACTS.iter().filter(|artefact| wanted.is_empty() || wanted == artefact.0) {
+        panels(artefact, scratch.path())?;
+    }
+    Ok(())
+}
+
+/// Prints the table of round trips, as Markdown.
+fn table(scratch: &Path) -> Result<()> {
+    let mut table = std::io::stdout();
+    let titles = METHODS.map(|method| format!(" `{method}` |")).concat();
+    writeln!(table, "| scene | order |{titles}")?;
+    writeln!(table, "|---|---|{}", "---|".repeat(METHODS.len()))?;
+    for (scene, order) in SCENES {
+        let report = scratch.join(scene);
+        let mut command = catoptric();
+        command.args(["compare", &format!("builtin:{scene}"), "--order", &order.to_string(), "--size", "320x240"]);
+        command.args(["--samples", "1", "--frames", "1", "--quiet", "--projection-every", "2"]);
+        command.args(["--method", "reference"]).arg("--report").arg(&report);
+        for method in METHODS {
+            command.args(["--method", method]);
+        }
+        run(&mut command)?;
+        let path = report.join("report.json");
+        let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let report: Value = serde_json::from_str(&text).context("the program's report")?;
+        let rows = report.as_array().map(Vec::as_slice).unwrap_or_default();
+        let cells = rows.iter().skip(1).map(|row| format!(" {} |", cell(row)));
+        writeln!(table, "| {scene} | {order} |{}", cells.collect::<String>())?;
+    }
+    Ok(())
+}
+
+/// Median, 99th percentile, share missing, FLIP.
+fn cell(row: &Value) -> String {
+    let trips = &row["error"]["projection_px"];
+    let number = |value: &Value| value.as_f64().map_or("-".into(), |value| format!("{value:.2}"));
+    let small = |value: &Value| match value.as_f64() {
+        Some(value) if value < 0.001 => "<0.001".into(),
+        Some(value) if value < 0.1 => format!("{value:.3}"),
+        _ => number(value),
+    };
+    let missing = trips["missing"].as_f64().map_or("-".into(), |share| format!("{:.1} %", share * 100.0));
+    let flip = number(&row["error"]["reflector"]["flip_mean"]);
+    format!("{} / {} / {missing} / {flip}", small(&trips["p50"]), small(&trips["p99"]))
+}
+
+/// Draws the methods beside the reference, with a part enlarged below.
+fn panels((name, scene, order, part, methods): &Artefact, scratch: &Path) -> Result<()> {
+    let mut panels: Vec<RgbImage> = Vec::new();
+    for method in methods.iter().chain(&["reference"]) {
+        let picture = scratch.join("picture.png");
+        let (id, settings) = method.split_once(':').unwrap_or((method, ""));
+        let mut command = catoptric();
+        command.args(["render", scene, "--order", &order.to_string(), "--size", "480x360", "--samples", "4"]);
+        command.args(["--quiet", "--method", id]);
+        for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
+            command.args(["--set", setting]);
+        }
+        run(command.arg("-o").arg(&picture))?;
+        panels.push(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8());
+    }
+    let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, *part)).collect();
+    let path = root().join(format!("docs/pictures/virtual_objects-{name}.png"));
+    save_small(&below(&[beside(&panels), beside(&parts)]), &path)
+}
+
+fn catoptric() -> Command {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]);
+    command
+}
