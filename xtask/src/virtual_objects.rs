@@ -81,7 +81,7 @@ fn table(scratch: &Path) -> Result<()> {
     for (scene, order) in SCENES {
         let report = scratch.join(scene);
         let mut command = catoptric();
-        command.args(["compare", &format!("builtin:{scene}"), "--order", &order.to_string(), "--size", "320x240"]);
+        command.args(["compare", &format!("builtin:{scene}"), "--order", &order.to_string(), "--size", "240x180"]);
         command.args(["--samples", "1", "--frames", "1", "--quiet", "--projection-every", "2"]);
         command.args(["--method", "reference"]).arg("--report").arg(&report);
         for method in METHODS {

@@ -46,6 +46,29 @@ fn a_lens_refracts_through_both_faces() {
     assert!(through.p50.is_some_and(|p50| p50 < 0.01), "{found:?}");
 }
 
+/// Light that enters by one face and leaves by another, by edges on which no rays of one face arrive.
+#[test]
+fn faces_of_a_slab_are_told_apart() {
+    let found = measured("explosion_map", &scene("glass_slab"), "", 2, 2);
+    check("glass_slab", &found, 0.05, 2e-3, 0.05);
+    assert!(found.1.orders[1].count > 100, "{found:?}");
+}
+
+/// Rays cross within the ball and beyond: its middle and its rim show the room in different ways.
+#[test]
+fn a_ball_of_glass_shows_what_is_behind_it() {
+    let through = measured("explosion_map", &scene("glass_sphere"), "", 2, 2).1.orders[1];
+    assert!(through.count > 100 && through.missing < 0.12, "{through:?}");
+    assert!(through.p50.is_some_and(|p50| p50 < 0.2) && through.p99.is_some_and(|p99| p99 < 1.0), "{through:?}");
+}
+
+#[test]
+fn places_in_the_saddle_of_a_ring_are_not_confused() {
+    let trips = round_trips("explosion_map", &scene("torus"), "", 6).all;
+    assert!(trips.count > 1000 && trips.missing < 1e-3, "{trips:?}");
+    assert!(trips.p50.is_some_and(|p50| p50 < 0.03) && trips.p99.is_some_and(|p99| p99 < 1.5), "{trips:?}");
+}
+
 fn median_px(scene: &Scene, settings: &str) -> f64 {
     round_trips("explosion_map", scene, settings, 6).all.p50.expect("something is seen")
 }

@@ -43,6 +43,13 @@ fn a_lens_refracts_through_both_faces() {
 }
 
 #[test]
+fn faces_of_a_slab_are_told_apart() {
+    let found = measured("reflector_search", &scene("glass_slab"), "", 2, 2);
+    check("glass_slab", &found, 0.05, 2e-2, 0.05);
+    assert!(found.1.orders[1].count > 100, "{found:?}");
+}
+
+#[test]
 fn errors_fall_with_larger_pictures() {
     // Finer than the texels: what is left is theirs.
     let fine = scene("sphere_room?tess=160");

@@ -1,15 +1,14 @@
 //! One level a bounce: the rays that leave a reflector after a path's bounces so far, and what finds points by them.
 
+use super::arrivals::{Arrivals, Way, arriving_rays, edges_between_ways, eye_rays, lead_on, starting_rays};
 use super::eye_image::EyeImage;
 use super::mesh::ReflectorMesh;
-use super::piece::{interpolated, weights_of};
-use super::rays::{Arrival, Foot, VertexRays};
+use super::rays::{Foot, VertexRays};
 use crate::methods::projection::SpecularPath;
 use crate::optics::bundle::{Bounce, BounceKind};
 use crate::parallel;
-use crate::scene::{Projection, Role, Scene, View};
+use crate::scene::{Role, Scene, View};
 use glam::{Mat3, Vec2, Vec3};
-use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 /// No more paths than this are built: short ones first.
@@ -19,11 +18,8 @@ const MOST_PATHS: usize = 256;
 const MOST_REFINEMENTS: u32 = 4;
 const MOST_TRIANGLES: usize = 300_000;
 
-/// Rays are led on over so many rings of triangles.
-const LED_ON: u32 = 2;
-
-/// Vertices that are looked up at once.
-const VERTICES_AT_ONCE: usize = 1024;
+/// Rays do not come back to their own reflector within this share of its radius.
+const LEAST_WAY: f32 = 1e-4;
 
 /// A reflector with rays at its vertices.
 #[derive(Clone, Copy)]
@@ -51,31 +47,6 @@ pub(in super::super) struct Family<L> {
     pub(in super::super) locator: L,
     /// The family of the level before that they come from, and by which way.
     parent: Option<(u32, Way)>,
-}
-
-/// How a ray leaves a reflector: rays that are neighbours where they arrive were neighbours there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Way {
-    /// The smooth piece of the reflector.
-    piece: u8,
-    /// Focal points passed on the way.
-    focal_index: u32,
-}
-
-impl Way {
-    /// From a foot over a distance.
-    fn from(reflector: &Reflector<'_>, foot: &Foot, distance: f32) -> Self {
-        let focal_index = reflector.rays.focal_index(reflector.mesh, foot.triangle, distance);
-        Self { piece: reflector.mesh.pieces[foot.triangle as usize], focal_index }
-    }
-}
-
-/// A ray that arrives at a vertex.
-struct Arriving {
-    vertex: u32,
-    way: Way,
-    beyond: bool,
-    arrival: Arrival,
 }
 
 /// All that ends with a path's last bounce.
@@ -155,21 +126,6 @@ struct Descent<'a> {
 impl<L> Level<L> {
     fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
         self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
-    }
-}
-
-/// Rays that arrive at all vertices of a reflector.
-struct Arrivals {
-    /// The family of the level before that they come from, and by which way; none from the eye.
-    from: Option<(u32, Way)>,
-    /// Whether they run within the body.
-    inside: bool,
-    rays: Vec<Arrival>,
-}
-
-impl Arrivals {
-    fn from_eye(rays: Vec<Arrival>) -> Self {
-        Self { from: None, inside: false, rays }
     }
 }
 
@@ -306,43 +262,11 @@ impl<L: Locator> Levels<L> {
                 continue;
             }
             let reflector = self.reflector(meshes, level, family);
-            let chunks = mesh.positions.len().div_ceil(VERTICES_AT_ONCE);
-            let least = if own { 1e-4 * mesh.radius } else { 0.0 };
-            let found = parallel::map_collect(chunks, |chunk| {
-                let range = chunk * VERTICES_AT_ONCE..((chunk + 1) * VERTICES_AT_ONCE).min(mesh.positions.len());
-                let mut arriving = Vec::new();
-                for vertex in range {
-                    let position = mesh.positions[vertex];
-                    let first = arriving.len();
-                    family.locator.locate(&reflector, position, &mut |foot| {
-                        let length = foot.position.distance(position);
-                        let Some(direction) = (position - foot.position).try_normalize() else { return };
-                        if length <= least {
-                            return;
-                        }
-                        let found = Arriving {
-                            vertex: vertex as u32,
-                            way: Way::from(&reflector, foot, length),
-                            beyond: foot.beyond,
-                            arrival: Arrival { origin: foot.position, direction },
-                        };
-                        // What is seen in the reflector is better than what is seen beside it.
-                        match arriving[first..].iter_mut().find(|known: &&mut Arriving| known.way == found.way) {
-                            Some(known) if known.beyond && !found.beyond => *known = found,
-                            Some(_) => {}
-                            None => arriving.push(found),
-                        }
-                    });
-                }
-                arriving
-            });
-            let mut ways: BTreeMap<Way, Vec<Arrival>> = BTreeMap::new();
             let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
-            for found in starting.iter().chain(found.iter().flatten()) {
-                let arriving = ways.entry(found.way).or_insert_with(|| vec![Arrival::NONE; mesh.positions.len()]);
-                arriving[found.vertex as usize] = found.arrival;
+            let least = if own { LEAST_WAY * mesh.radius } else { 0.0 };
+            for (way, rays) in arriving_rays(&reflector, &family.locator, mesh, least, starting) {
+                all.push(Arrivals { from: Some((number as u32, way)), inside, rays });
             }
-            all.extend(ways.into_iter().map(|(way, rays)| Arrivals { from: Some((number as u32, way)), inside, rays }));
         }
         all
     }
@@ -465,100 +389,6 @@ impl<L: Locator> Levels<L> {
     pub(in super::super) fn byte_count(&self) -> u64 {
         let families = self.levels.iter().flat_map(|level| &level.families);
         families.map(|family| family.locator.byte_count() + 40 * family.rays.origins.len() as u64).sum()
-    }
-}
-
-/// The edges, by their vertices in order, of triangles at which rays within a body arrive by one way at some corners only.
-/// There the ways meet at a caustic on the surface, next to which rays move with the root of the distance from it: the ring of
-/// triangles between them is as wide in the picture as the root of their size.
-fn edges_between_ways(mesh: &ReflectorMesh, arrivals: &[Arrivals]) -> HashSet<[u32; 2]> {
-    let mut edges = HashSet::new();
-    for Arrivals { rays, .. } in arrivals.iter().filter(|arrivals| arrivals.inside) {
-        for triangle in &mesh.triangles {
-            let known = triangle.iter().filter(|vertex| rays[**vertex as usize].origin.is_finite()).count();
-            if known == 1 || known == 2 {
-                let [a, b, c] = *triangle;
-                edges.extend([[a, b], [b, c], [c, a]].map(|[p, q]| [p.min(q), p.max(q)]));
-            }
-        }
-    }
-    edges
-}
-
-/// Leads rays on to vertices without any that lie across an edge from a triangle with rays.
-///
-/// Rays of one way end where those of another begin, at caustics on the surface and at creases, mostly amid triangles:
-/// without this a ring of triangles would be missing there. That a point appears by such a ray is told by the reflector before.
-fn lead_on(mesh: &ReflectorMesh, arriving: &mut [Arrival]) {
-    let mut sums: HashMap<u32, (Vec3, f32)> = HashMap::new();
-    for _ in 0..LED_ON {
-        let origins: Vec<Vec3> = arriving.iter().map(|arrival| arrival.origin).collect();
-        let is_known = |vertex: &u32| origins[*vertex as usize].is_finite();
-        for (triangle, neighbours) in mesh.triangles.iter().zip(&mesh.neighbours) {
-            let Some(corner) = (0..3).find(|corner| !is_known(&triangle[*corner])) else { continue };
-            let Some(beside) = mesh.triangles.get(neighbours[corner] as usize) else { continue };
-            if !beside.iter().all(is_known) {
-                continue;
-            }
-            let corners = beside.map(|vertex| mesh.positions[vertex as usize]);
-            let place = mesh.positions[triangle[corner] as usize];
-            let (sum, count) = sums.entry(triangle[corner]).or_default();
-            *sum += interpolated(&origins, *beside, weights_of(corners, place));
-            *count += 1.0;
-        }
-        for (vertex, (sum, count)) in sums.drain() {
-            let origin = sum / count;
-            if let Some(direction) = (mesh.positions[vertex as usize] - origin).try_normalize() {
-                arriving[vertex as usize] = Arrival { origin, direction };
-            }
-        }
-    }
-}
-
-/// The rays that start within a body at vertices of its far side: where that meets the near side at a crease, as along the
-/// rim of a lens, the way between them has no length, but a direction.
-fn starting_rays(near: &Reflector<'_>, far: &ReflectorMesh) -> Vec<Arriving> {
-    let mut starts: HashMap<[u32; 3], (Way, Vec3)> = HashMap::new();
-    let place = |mesh: &ReflectorMesh, vertex: u32| mesh.positions[vertex as usize].to_array().map(f32::to_bits);
-    let (mesh, rays) = (near.mesh, near.rays);
-    for (triangle, piece) in mesh.triangles.iter().zip(&mesh.pieces).filter(|(triangle, _)| rays.shows(**triangle)) {
-        for vertex in triangle.iter().filter(|vertex| rays.cosines[**vertex as usize] > 0.0) {
-            let way = Way { piece: *piece, focal_index: 0 };
-            starts.entry(place(mesh, *vertex)).or_insert((way, rays.outgoing[*vertex as usize]));
-        }
-    }
-    let starting = |vertex: u32| {
-        let &(way, direction) = starts.get(&place(far, vertex))?;
-        let faces = direction.dot(far.normals[vertex as usize]) > 0.0;
-        let arrival = Arrival { origin: far.positions[vertex as usize], direction };
-        faces.then_some(Arriving { vertex, way, beyond: true, arrival })
-    };
-    (0..far.positions.len() as u32).filter_map(starting).collect()
-}
-
-/// The rays that arrive at a reflector's vertices from the eye.
-fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<Arrival> {
-    let eye = view.eye();
-    let parallel = match view.projection {
-        Projection::Perspective { .. } => None,
-        Projection::Orthographic { .. } => Some(view.ray(0.0, 0.0).direction),
-    };
-    let arriving = |position: &Vec3| match parallel {
-        None => match (*position - eye).try_normalize() {
-            Some(direction) => Arrival { origin: eye, direction },
-            None => Arrival::NONE,
-        },
-        // From the eye's plane.
-        Some(direction) => Arrival { origin: *position - direction * (*position - eye).dot(direction), direction },
-    };
-    mesh.positions.iter().map(arriving).collect()
-}
-
-impl VertexRays {
-    /// The reflections of view rays on the outer side of a reflector.
-    pub(in super::super) fn of_view(mesh: &ReflectorMesh, view: &View) -> Self {
-        let side = if mesh.inside_only { -1.0 } else { 1.0 };
-        Self::new(mesh, BounceKind::Reflect, side, 1.0, None, &eye_rays(mesh, view))
     }
 }
 

@@ -272,3 +272,59 @@ impl ReflectorMesh {
         (pieces, count.max(1))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(name: &str, longest_edge: f32) -> ReflectorMesh {
+        let scene = crate::scene::builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
+        ReflectorMesh::new(&scene, scene.specular_objects()[0], longest_edge)
+    }
+
+    fn area(mesh: &ReflectorMesh) -> f32 {
+        let of = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        mesh.triangles.iter().map(of).sum()
+    }
+
+    #[test]
+    fn balls_are_convex_and_slabs_have_six_faces() {
+        for name in ["sphere_room", "sphere_room?tess=71", "ellipsoid"] {
+            let ball = mesh(name, 0.125);
+            assert!(ball.convex && ball.piece_count == 1 && ball.extrusion.is_none(), "{name}");
+        }
+        let slab = mesh("glass_slab", 0.125);
+        assert_eq!(slab.piece_count, 6);
+        // Normals of one piece are parallel.
+        for (triangle, piece) in slab.triangles.iter().zip(&slab.pieces) {
+            let first = slab.pieces.iter().position(|other| other == piece).unwrap();
+            let [here, there] = [triangle[0], slab.triangles[first][0]].map(|vertex| slab.normals[vertex as usize]);
+            assert!(here.dot(there) > 0.999);
+        }
+        assert!(!mesh("torus", 0.125).convex);
+    }
+
+    #[test]
+    fn halved_edges_leave_no_crack_and_the_same_area() {
+        let slab = mesh("glass_slab", 0.5);
+        let some = slab.triangles.iter().step_by(3).map(|[a, b, _]| [*a.min(b), *a.max(b)]).collect();
+        let finer = slab.with_halved(&some);
+        assert!(finer.triangles.len() > slab.triangles.len());
+        assert!((area(&finer) - area(&slab)).abs() < 1e-4 * area(&slab));
+        let borders = |mesh: &ReflectorMesh| {
+            let ends = |(triangle, neighbours): (&[u32; 3], &[u32; 3])| -> f32 {
+                let length = |k: usize| {
+                    let [a, b] = [(k + 1) % 3, (k + 2) % 3].map(|k| mesh.positions[triangle[k] as usize]);
+                    if neighbours[k] == NO_NEIGHBOUR { a.distance(b) } else { 0.0 }
+                };
+                (0..3).map(length).sum()
+            };
+            mesh.triangles.iter().zip(&mesh.neighbours).map(ends).sum::<f32>()
+        };
+        assert!((borders(&finer) - borders(&slab)).abs() < 1e-3 * borders(&slab));
+        assert_eq!(finer.piece_count, slab.piece_count);
+    }
+}

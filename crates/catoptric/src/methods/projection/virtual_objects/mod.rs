@@ -5,6 +5,7 @@
 //! vertices, the virtual point of a bounce, and the recursion: the virtual object of a path's last bounce is an object
 //! for the bounce before.
 
+mod arrivals;
 mod extrusion;
 mod eye_image;
 mod kept;
