@@ -17,8 +17,8 @@ Commands:
   figures [NAME]   draw pictures into docs/pictures: those of the README, or, with a part of the name of a figure
                    (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times;
                    with `cameras-14` and the like (`cameras` for all) and with `scaling` those of
-                   docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-caustic` and the
-                   like (`virtual_objects` for all) those of docs/figures-virtual-objects.md
+                   docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-blend` and
+                   the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {

@@ -42,6 +42,14 @@ fn a_lens_refracts_through_both_faces() {
     assert!(through.p50.is_some_and(|p50| p50 < 0.05), "{found:?}");
 }
 
+/// The centre of a flat mirror sees it from the edge.
+#[test]
+fn flat_mirrors_have_cube_maps_too() {
+    let found = measured("reflector_search", &scene("planar_mirror"), "images = 'cube'", 2, 2);
+    check("planar_mirror", &found, 0.05, 0.05, 0.1);
+    assert!(found.1.orders[1].count > 50 && found.1.orders[1].missing < 0.1, "{found:?}");
+}
+
 #[test]
 fn faces_of_a_slab_are_told_apart() {
     let found = measured("reflector_search", &scene("glass_slab"), "", 2, 2);

@@ -9,6 +9,9 @@ use glam::{Vec2, Vec3};
 /// Normals of neighbouring texels further apart than this (a cosine) belong to different surfaces: a crease.
 const CREASE: f32 = 0.5;
 
+/// Reflectors with a longer mean normal are about flat.
+const FLAT: f32 = 0.95;
+
 /// Neighbouring texels on one surface lie in each other's tangent planes, but for the surface's bend between them and
 /// this slope: that of flat triangles against their normals.
 const SLOPE: f32 = 0.25;
@@ -64,7 +67,7 @@ impl ReflectorImage {
     /// What is seen around the reflector's centre on six faces of `size` texels a side: what is outermost, and, if it is
     /// not convex, a second layer of six with what is innermost.
     pub(super) fn around(mesh: &ReflectorMesh, size: u32) -> Self {
-        let cube = CubeFaces::new(mesh.center, size);
+        let cube = CubeFaces::new(Self::center_of(mesh), size);
         let side = cube.side();
         let face_count = if mesh.convex { 6 } else { 12 };
         let faces = parallel::map_collect(face_count, |face| cube.draw(mesh, face % 6, face < 6));
@@ -135,6 +138,13 @@ impl ReflectorImage {
             Some(cube) => cube.settled(place),
             None => place,
         }
+    }
+
+    /// Where cube maps of a reflector are taken from: its centre, but of flat ones a place before them, as the centre of these
+    /// sees them from the edge.
+    fn center_of(mesh: &ReflectorMesh) -> Vec3 {
+        let mean = mesh.normals.iter().sum::<Vec3>() / mesh.normals.len().max(1) as f32;
+        if mean.length() > FLAT { mesh.center + mean * (0.5 * mesh.radius) } else { mesh.center }
     }
 
     /// Whether four neighbouring texels (row by row) show one piece of smooth surface.
