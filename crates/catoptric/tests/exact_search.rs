@@ -350,7 +350,7 @@ fn jacobians_are_those_of_central_differences() {
 }
 
 #[test]
-#[ignore = "a measurement: run it with --release"]
+#[ignore = "a measurement: run it with --release -- --ignored --nocapture"]
 fn points_a_second() {
     let ball = spheres(&[(CENTER, RADIUS)], mirror());
     let vase = built_in("vase");

@@ -1,16 +1,7 @@
 //! Explosion maps against the reference, by pictures and by round trips; their errors against sizes and tessellations.
 
-use catoptric::methods::projection::RoundTrip;
-use catoptric::metrics::PictureError;
 use catoptric::scene::Scene;
-use catoptric_testkit::drawing::{measured, round_trips, scene};
-
-fn check(what: &str, (picture, trips): &(PictureError, RoundTrip), p99: f64, missing: f64, over_0_1: f64) {
-    assert!(trips.all.count > 300, "{what}: {trips:?}");
-    assert!(trips.all.p99.is_some_and(|found| found <= p99), "{what}: {trips:?}");
-    assert!(trips.all.missing <= missing, "{what}: {trips:?}");
-    assert!(picture.over_0_1 <= over_0_1, "{what}: {picture:?}");
-}
+use catoptric_testkit::drawing::{assert_measured as check, measured, round_trips, scene};
 
 #[test]
 fn a_ball_of_triangles_in_a_room_equals_the_reference() {

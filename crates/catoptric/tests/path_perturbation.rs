@@ -5,7 +5,7 @@ use catoptric::methods::{Job, Quality};
 use catoptric::metrics::{Comparison, PictureError};
 use catoptric::progress::Silent;
 use catoptric_testkit::drawing::{drawn, measured, prepared, scene, survives};
-use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room, things_without_size};
+use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, sphere_in_room, things_without_size};
 use glam::Vec3;
 
 /// Polished paths are exact but for the rounding of the traced points: 0.02 pixels, and at most one in a thousand is
@@ -50,14 +50,7 @@ fn without_polish_second_order_is_nearer_than_first_and_first_than_none() {
 
 #[test]
 fn eyes_within_reflectors_and_on_them_are_survived() {
-    let scene = sphere_in_room(true);
-    let center = Vec3::new(0.0, 1.0, -0.5);
-    let eyes = [
-        (center, Vec3::Z * 3.0),
-        (center + Vec3::Z * 0.5, center),
-        (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
-        (center + Vec3::Z * 0.700_01, center),
-    ];
+    let (scene, eyes) = eyes_within_and_on_a_sphere();
     survives("path_perturbation", &scene, &eyes, 2);
 }
 

@@ -5,7 +5,7 @@ use catoptric::methods::projection::{Projection, VertexProjector};
 use catoptric::methods::{Job, Quality};
 use catoptric::progress::Silent;
 use catoptric_testkit::drawing::{prepared, round_trips, scene, survives, survives_with};
-use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room, things_without_size};
+use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, sphere_in_room, things_without_size};
 use glam::{Quat, Vec3};
 
 /// The goal of the methods on convex reflectors.
@@ -133,14 +133,7 @@ fn reflections_of_moving_things_glide() {
 
 #[test]
 fn eyes_within_reflectors_and_on_them_are_survived() {
-    let scene = sphere_in_room(true);
-    let center = Vec3::new(0.0, 1.0, -0.5);
-    let eyes = [
-        (center, Vec3::Z * 3.0),
-        (center + Vec3::Z * 0.5, center),
-        (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
-        (center + Vec3::Z * 0.700_01, center),
-    ];
+    let (scene, eyes) = eyes_within_and_on_a_sphere();
     for id in ["explosion_map", "reflector_search"] {
         // The last eye is so near that it sees a part of one triangle: finer pieces would only take longer.
         survives_with(id, "edge_error_px = 4.0\npiece_px = 8.0", &scene, &eyes, 2);

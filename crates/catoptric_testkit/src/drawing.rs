@@ -48,6 +48,21 @@ pub fn measured(id: &str, scene: &Scene, settings: &str, order: u32, every: u32)
     (comparison.expect("the reflector is seen"), round_trip(scene, &view, projector.as_ref(), options, &Silent))
 }
 
+/// What was [`measured`] has no larger error, no larger share of round trips without an answer, and no larger share of
+/// pixels that are off by more than 0.1 than this.
+pub fn assert_measured(
+    what: &str,
+    (picture, trips): &(PictureError, RoundTrip),
+    p99: f64,
+    missing: f64,
+    over_0_1: f64,
+) {
+    assert!(trips.all.count > 300, "{what}: {trips:?}");
+    assert!(trips.all.p99.is_some_and(|found| found <= p99), "{what}: {trips:?}");
+    assert!(trips.all.missing <= missing, "{what}: {trips:?}");
+    assert!(picture.over_0_1 <= over_0_1, "{what}: {picture:?}");
+}
+
 /// The round trips of every `every`-th pixel of a picture of 640 x 480, at order 1.
 pub fn round_trips(id: &str, scene: &Scene, settings: &str, every: u32) -> RoundTrip {
     let view = scene.default_view(640, 480);

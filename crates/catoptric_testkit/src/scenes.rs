@@ -158,6 +158,18 @@ pub fn sphere_in_room(analytic: bool) -> Scene {
     builder.build()
 }
 
+/// [`sphere_in_room`], and eyes within the sphere, on it and just before it, with what they look at.
+pub fn eyes_within_and_on_a_sphere() -> (Scene, [(Vec3, Vec3); 4]) {
+    let center = Vec3::new(0.0, 1.0, -0.5);
+    let eyes = [
+        (center, Vec3::Z * 3.0),
+        (center + Vec3::Z * 0.5, center),
+        (center + Vec3::Z * 0.7, Vec3::Z * 3.0),
+        (center + Vec3::Z * 0.700_01, center),
+    ];
+    (sphere_in_room(true), eyes)
+}
+
 /// A room with a ball and a speck of a mirror, among points and lines, some of them mirrors, too; and eyes with what they
 /// look at.
 pub fn things_without_size() -> (Scene, [(Vec3, Vec3); 2]) {
