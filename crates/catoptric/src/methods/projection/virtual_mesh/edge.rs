@@ -29,6 +29,9 @@ const END_PIECES: f32 = 32.0;
 /// It is followed in steps of this many times the smallest size.
 const WAY_STEPS: f32 = 5.0;
 
+/// Where it ends is found to this share of the smallest size.
+const END_ERROR: f32 = 0.125;
+
 /// How the picture of an edge starts.
 struct Bend {
     /// How far it would get, in pixels.
@@ -80,6 +83,11 @@ impl EdgeRule {
         self.piece_px * WAY_STEPS
     }
 
+    /// How well ends are found, in pixels.
+    pub(super) fn end_error_px(&self) -> f32 {
+        self.piece_px * END_ERROR
+    }
+
     /// How far from each other the ends of ways may be: what appears ends on a curve.
     pub(super) fn end_step_px(&self) -> f32 {
         self.piece_px * END_STEPS
@@ -101,9 +109,6 @@ impl EdgeRule {
         if excess > 1.0 {
             return excess * UNSEEN;
         }
-        if self.beside_the_picture(at_a, at_b) {
-            return 0.0;
-        }
         let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step));
         let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step));
         forward.chain(backward).fold(0.0, f32::max)
@@ -114,11 +119,17 @@ impl EdgeRule {
         let end_limit = self.piece_px * END_PIECES;
         let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         let Some(other) = self.best(one, here, there, step) else {
+            if self.stays_beside(one, step) {
+                return 0.0;
+            }
             // It ends on the way, at the latest half-way to the appearance that it merges with.
             let moves = one.predicted(step) - one.image_px;
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
             return above(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)), end_limit);
         };
+        if self.picture.is_beside([one.image_px, other.image_px]) {
+            return 0.0;
+        }
         let (ahead, back) = (self.bend(one, other, step), self.bend(other, one, -step));
         let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
         if distance > JUMP * extent {
@@ -222,16 +233,9 @@ impl EdgeRule {
         (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
     }
 
-    /// Whether all appearances lie on one side outside the picture.
-    fn beside_the_picture(&self, at_a: &[Projection], at_b: &[Projection]) -> bool {
-        let all = || at_a.iter().chain(at_b);
-        if all().next().is_none() {
-            return true;
-        }
-        all().all(|one| one.image_px.x < 0.0)
-            || all().all(|one| one.image_px.y < 0.0)
-            || all().all(|one| one.image_px.x > self.picture.size_px.x)
-            || all().all(|one| one.image_px.y > self.picture.size_px.y)
+    /// Whether nothing of an appearance is seen on its way over a step, as its start tells.
+    pub(super) fn stays_beside(&self, one: &Projection, step: Vec3) -> bool {
+        self.picture.is_beside([one.image_px, one.predicted(step)])
     }
 }
 

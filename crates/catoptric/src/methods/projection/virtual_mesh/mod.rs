@@ -83,6 +83,15 @@ impl PictureScale {
         if self.focal_px.is_some() { self.depth(one) } else { 1.0 }
     }
 
+    /// Whether places all lie beyond one side of the picture.
+    fn is_beside<const COUNT: usize>(&self, places: [Vec2; COUNT]) -> bool {
+        let beyond = |is: &dyn Fn(Vec2) -> bool| places.into_iter().all(is);
+        beyond(&|place| place.x < 0.0)
+            || beyond(&|place| place.y < 0.0)
+            || beyond(&|place| place.x > self.size_px.x)
+            || beyond(&|place| place.y > self.size_px.y)
+    }
+
     fn point(&self, one: &Projection) -> PicturePoint {
         let (w, depth) = (self.w(one), self.depth(one));
         PicturePoint { xy: one.image_px * w, w, depth }

@@ -103,6 +103,8 @@ pub(in super::super) struct Appearance<'a> {
     pub(in super::super) change: Mat3,
     /// Optical length of the path from the first bounce to the scene point.
     pub(in super::super) length: f32,
+    /// How far `seen` may be off because reflectors are made of triangles, in scene units.
+    pub(in super::super) error: f32,
     /// Focal points passed, summed over the path.
     pub(in super::super) focal_index: u32,
     /// The bounces from the last one back to the eye.
@@ -117,6 +119,8 @@ struct Descent<'a> {
     wanted: Option<(u32, Way)>,
     point: Vec3,
     change: Mat3,
+    /// How far `point` may be off because reflectors are made of triangles.
+    error: f32,
     /// Optical, from the last foot to the scene point; how much of the way to `point` lies behind that foot.
     length: f32,
     behind: f32,
@@ -301,6 +305,7 @@ impl<L: Locator> Levels<L> {
             wanted: None,
             point,
             change: Mat3::IDENTITY,
+            error: 0.0,
             length: 0.0,
             behind: 0.0,
             focal_index: 0,
@@ -357,11 +362,13 @@ impl<L: Locator> Levels<L> {
                     return;
                 }
                 steps[..count].copy_from_slice(from.steps);
+                let missed = distance * family.rays.bend(reflector.mesh.normal_errors[foot.triangle as usize]);
                 let next = Descent {
                     steps: &steps[..=count],
                     wanted: family.parent,
                     point,
                     change: moves * from.change,
+                    error: spread(&moves) * (from.error + missed),
                     length: from.length + (distance - from.behind) * index_after,
                     behind,
                     focal_index: from.focal_index + way.focal_index,
@@ -371,6 +378,7 @@ impl<L: Locator> Levels<L> {
                     None => take(&Appearance {
                         seen: point,
                         change: next.change,
+                        error: next.error,
                         length: next.length,
                         focal_index: next.focal_index,
                         steps: next.steps,
@@ -390,6 +398,11 @@ impl<L: Locator> Levels<L> {
         let families = self.levels.iter().flat_map(|level| &level.families);
         families.map(|family| family.locator.byte_count() + 40 * family.rays.origins.len() as u64).sum()
     }
+}
+
+/// How many times longer a small step becomes by a change, about.
+fn spread(change: &Mat3) -> f32 {
+    change.x_axis.length_squared().max(change.y_axis.length_squared()).max(change.z_axis.length_squared()).sqrt()
 }
 
 /// Whether any of a reflector may appear in the picture.

@@ -1,6 +1,7 @@
 //! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
 
 use super::extrusion::Extrusion;
+use super::facets::normal_errors;
 use super::piece::CORNERS;
 use crate::scene::Scene;
 use crate::surface::site::{NO_NEIGHBOUR, Site, mesh_neighbours, welded_vertices};
@@ -34,6 +35,8 @@ pub(in super::super) struct ReflectorMesh {
     sources: Vec<Source>,
     /// Across the edge opposite to each corner; [`NO_NEIGHBOUR`] at borders and creases.
     pub(in super::super) neighbours: Vec<[u32; 3]>,
+    /// How far the normals interpolated in each triangle may be off the surface's, in radians.
+    pub(super) normal_errors: Vec<f32>,
     /// Which smooth piece each triangle belongs to, of so many.
     pub(super) pieces: Vec<u8>,
     pub(super) piece_count: u32,
@@ -95,6 +98,7 @@ impl ReflectorMesh {
             triangles,
             sources: object.triangles.clone().map(whole).collect(),
             neighbours: Vec::new(),
+            normal_errors: Vec::new(),
             pieces: Vec::new(),
             piece_count: 1,
             closed: false,
@@ -106,6 +110,7 @@ impl ReflectorMesh {
         };
         mesh.halve_edges(longest_edge * radius);
         mesh.neighbours = mesh_neighbours(&mesh.triangles, |vertex| vertex);
+        mesh.normal_errors = normal_errors(&mesh);
         mesh.closed = mesh.is_closed();
         mesh.extrusion = Extrusion::new(&mesh);
         (mesh.pieces, mesh.piece_count) = mesh.divided_at_creases();
@@ -129,6 +134,7 @@ impl ReflectorMesh {
         let mut finer = Self { extrusion: None, ..self.clone() };
         finer.halve_once(|_, edge| edges.contains(&edge));
         finer.neighbours = mesh_neighbours(&finer.triangles, |vertex| vertex);
+        finer.normal_errors = normal_errors(&finer);
         (finer.pieces, finer.piece_count) = finer.divided_at_creases();
         finer
     }

@@ -8,6 +8,7 @@
 mod arrivals;
 mod extrusion;
 mod eye_image;
+mod facets;
 mod kept;
 mod levels;
 mod mesh;

@@ -19,8 +19,18 @@ const BESIDE_PX: f32 = 4.0;
 /// Two appearances on one sheet nearer than this, in pixels, are one: neighbouring cells both know it.
 const SAME_PX: f32 = 0.75;
 
+/// Less sure ones are one as far from each other as they may be off, and this at the most.
+const MOST_UNSURE_PX: f32 = 4.0;
+
 /// The same for polished ones.
 const SAME_POLISHED_PX: f32 = 0.3;
+
+/// Polished places are no further from where they start than this share of the reflector's size: what is further away has
+/// starts of its own.
+const REACH: f32 = 0.3;
+
+/// The solver finds paths that are there in so many steps, from virtual points: what it has not found by then is none.
+const SURE_STEPS: u32 = 5;
 
 /// Another part of the reflector hides a point of it when it is nearer by more than this share of its size.
 const HIDING: f32 = 0.06;
@@ -61,6 +71,8 @@ impl<L: Locator> VertexProjector for VirtualObjects<'_, L> {
             let Some(projection) = self.projection(path, appearance, point) else { return };
             let same_px = if self.options.polish > 0 { SAME_POLISHED_PX } else { SAME_PX };
             let same = |other: &Projection| {
+                // At caustics the rays of neighbouring triangles cross where those of the surface do not yet.
+                let same_px = same_px.max((other.error_px + projection.error_px).min(MOST_UNSURE_PX));
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < same_px
             };
             if !found[start..].iter().any(same) {
@@ -127,11 +139,11 @@ impl<L: Locator> VirtualObjects<'_, L> {
             path_length,
             reflection_point: first.foot.position,
             last_segment,
-            error_px: 0.0,
+            error_px: appearance.error * gradients[0].length().max(gradients[1].length()),
         };
         match self.options.polish {
             0 => projection.if_meaningful(),
-            _ if beyond => projection.if_meaningful(),
+            // Also from beyond the silhouette, as far as starts are off: there is a path or none.
             _ => self.polished(path, appearance, point),
         }
     }
@@ -146,8 +158,8 @@ impl<L: Locator> VirtualObjects<'_, L> {
             outside[k] = step.outside;
         }
         let start = PathSites::new(&bounces[..count])?;
-        let size = f64::from(self.meshes[appearance.steps[count - 1].mesh as usize].radius);
-        let effort = Effort { steps: self.options.polish, reach: size, must_converge: false };
+        let reach = f64::from(REACH * self.meshes[appearance.steps[count - 1].mesh as usize].radius);
+        let effort = Effort { steps: self.options.polish, reach, must_converge: self.options.polish >= SURE_STEPS };
         let exact = point.as_dvec3();
         let found = polished(&self.surfaces, &self.eye, &start, &outside[..count], exact, effort)?;
         let (sites, last) = (&found.sites, appearance.steps.first()?);

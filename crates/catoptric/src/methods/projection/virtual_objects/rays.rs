@@ -98,6 +98,14 @@ impl VertexRays {
         }
     }
 
+    /// How far rays turn when the normal does, in radians.
+    pub(super) fn bend(&self, normal_turns: f32) -> f32 {
+        match self.kind {
+            BounceKind::Reflect => 2.0 * normal_turns,
+            BounceKind::Transmit => (self.eta - 1.0).abs() * normal_turns,
+        }
+    }
+
     /// Whether a triangle has rays at all corners and shows the side that is met at one of them at least.
     pub(in super::super) fn shows(&self, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.states[vertex as usize]);
@@ -113,21 +121,30 @@ impl VertexRays {
         let middle = d0 + d1 + d2;
         // The area that the three rays span at distance t is c0 + c1 t + c2 t^2.
         let area = |a: Vec3, b: Vec3| a.cross(b).dot(middle);
-        let (c0, c1, c2) = (area(e1, e2), area(f1, e2) + area(e1, f2), area(f1, f2));
-        roots_below(c0, c1, c2, distance)
+        let areas = [area(e1, e2), area(f1, e2) + area(e1, f2), area(f1, f2)];
+        // Its sign as the rays start, were they to leave on the side that they should: across silhouettes, rays of
+        // triangles that are turned away go on as those that are not.
+        let normal: Vec3 = corners.map(|vertex| mesh.normals[vertex as usize]).into_iter().sum();
+        let leaves = if self.kind == BounceKind::Reflect { self.side } else { -self.side };
+        let start = leaves * e1.cross(e2).dot(normal);
+        focal_points(start, areas, distance)
     }
 }
 
-/// How many roots of `c0 + c1 t + c2 t^2` lie between 0 and a distance.
-fn roots_below(c0: f32, c1: f32, c2: f32, distance: f32) -> u32 {
+/// How many focal points rays pass up to a distance t if they span the area `c0 + c1 t + c2 t^2` there, with the sign of
+/// `start` at first.
+///
+/// Rays that leave a smooth surface are normal to wave fronts, which have two real curvatures everywhere: a parabola that
+/// turns back before it gets to 0 does so because it is made of triangles, and stands for two focal points next to each
+/// other.
+fn focal_points(start: f32, [c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
     let end = c0 + distance * (c1 + distance * c2);
-    if c0 * end < 0.0 {
+    if start * end < 0.0 {
         return 1;
     }
-    let discriminant = c1 * c1 - 4.0 * c0 * c2;
     let turning = -c1 / (2.0 * c2);
-    // The parabola dips to the other side and back on the way.
-    if discriminant > 0.0 && turning > 0.0 && turning < distance { 2 } else { 0 }
+    let turns_towards_zero = start * c0 > 0.0 && c0 * c2 > 0.0;
+    if turns_towards_zero && turning > 0.0 && turning < distance { 2 } else { 0 }
 }
 
 /// Newton's method for a crossing of a plane of glass.
@@ -400,10 +417,14 @@ mod tests {
 
     #[test]
     fn focal_points_are_counted_on_the_way() {
-        // (t - 1)(t - 3), and one root, and none.
-        assert_eq!([0.5, 2.0, 4.0].map(|distance| roots_below(3.0, -4.0, 1.0, distance)), [0, 1, 2]);
-        assert_eq!([0.5, 2.0].map(|distance| roots_below(1.0, -1.0, 0.0, distance)), [0, 1]);
-        assert_eq!([0.5, 9.0].map(|distance| roots_below(1.0, 1.0, 1.0, distance)), [0, 0]);
-        assert_eq!(roots_below(f32::NAN, 1.0, 1.0, 1.0), 0);
+        let counts = |start, areas| [0.5, 2.0, 4.0].map(|distance| focal_points(start, areas, distance));
+        assert_eq!(counts(1.0, [3.0, -4.0, 1.0]), [0, 1, 2], "(t - 1)(t - 3)");
+        assert_eq!(counts(-1.0, [-3.0, 4.0, -1.0]), [0, 1, 2], "the same, turned about");
+        assert_eq!(counts(1.0, [1.0, -1.0, 0.0]), [0, 1, 1], "one");
+        assert_eq!(counts(1.0, [1.0, 1.0, 1.0]), [0, 0, 0], "none");
+        assert_eq!(counts(1.0, [3.0, 2.0, -1.0]), [0, 0, 1], "a saddle: -(t + 1)(t - 3)");
+        assert_eq!(counts(1.0, [1.01, -2.0, 1.0]), [0, 2, 2], "both at the same place, but for rounding");
+        assert_eq!(counts(1.0, [-0.1, 1.0, 0.0]), [0, 0, 0], "turned away as they start");
+        assert_eq!(focal_points(1.0, [f32::NAN, 1.0, 1.0], 1.0), 0);
     }
 }

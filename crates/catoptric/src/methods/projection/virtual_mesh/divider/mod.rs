@@ -328,6 +328,15 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             }
             return;
         }
+        let goes_beside = |k: usize| {
+            let stays = |at: usize, next: usize| {
+                self.rule.stays_beside(&self.appearances[at], corners[next].position - corners[k].position)
+            };
+            shared[k].is_none_or(|at| stays(at, (k + 1) % 3) && stays(at, (k + 2) % 3))
+        };
+        if (0..3).all(goes_beside) {
+            return;
+        }
         // From a corner (or from the two of an edge) two ways lead to where the appearance ends; what is drawn lies
         // between them.
         let mut ways: [Option<Way>; 2] = [None, None];

@@ -65,14 +65,15 @@ impl Way {
     }
 }
 
-/// The end of an appearance on an edge is found to this power of a half of the edge.
-const END_STEPS: u32 = 8;
+/// The end of an appearance on an edge is found to this power of a half of the edge, and no better than needed.
+const MOST_END_STEPS: u32 = 8;
+const LEAST_END_STEPS: u32 = 2;
 
 /// Two appearances that merge have come nearer than this share of what they were apart.
 const MERGED: f32 = 0.4;
 
-/// A way that got further than this share of it has not ended.
-const NOT_ENDED: f32 = 1.0 - 1.5 / (1 << END_STEPS) as f32;
+/// A way has not ended if it got to this many of the smallest shares of it from the other point.
+const NOT_ENDED: f32 = 1.5;
 
 /// The way to the end of an appearance is made of no more points than this.
 const MOST_WAY_POINTS: u32 = 12;
@@ -121,7 +122,8 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         let from = left.from;
         let towards = from.beyond(&left.end.middle(&right.end), &self.piece)?;
         let range = self.find_end(left.one, left.merging, from.position, towards.position);
-        let has_ended = self.way_points.last().is_some_and(|(_, share)| *share < NOT_ENDED);
+        let least = 0.5f32.powi(self.end_steps(&left.one, towards.position - from.position) as i32);
+        let has_ended = self.way_points.last().is_some_and(|(_, share)| *share < 1.0 - NOT_ENDED * least);
         if !has_ended {
             self.note_dip();
         }
@@ -141,6 +143,13 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         self.far_side = None;
     }
 
+    /// How many halvings of a step find the end of an appearance on it.
+    fn end_steps(&self, one: &Projection, step: Vec3) -> u32 {
+        let extent = one.predicted(step).distance(one.image_px);
+        let steps = (extent / self.rule.end_error_px()).log2().ceil();
+        (steps as u32).clamp(LEAST_END_STEPS, MOST_END_STEPS)
+    }
+
     /// Finds the points of a way after the first, each with its share of the way; returns where they are in
     /// [`Self::way_points`].
     ///
@@ -151,7 +160,7 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
         let mut met = merging;
         let (mut near, mut far) = (0.0f32, 1.0f32);
         let mut last = one;
-        for _ in 0..END_STEPS {
+        for _ in 0..self.end_steps(&one, step) {
             let share = (near + far) * 0.5;
             let (position, on) = (from.lerp(towards, share), step * (share - near));
             match self.continued(&last, position, on) {
