@@ -9,8 +9,8 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Built-in scenes with the highest order of their paths; not those whose first frames take minutes.
-const SCENES: [(&str, u32); 11] = [
+/// Built-in scenes with the highest order of their paths.
+const SCENES: [(&str, u32); 13] = [
     ("sphere_room", 1),
     ("ellipsoid", 1),
     ("two_spheres", 2),
@@ -19,6 +19,8 @@ const SCENES: [(&str, u32); 11] = [
     ("dish", 1),
     ("car", 1),
     ("vase", 1),
+    ("teapot", 1),
+    ("torus", 1),
     ("lens", 2),
     ("glass_slab", 2),
     ("glass_sphere", 2),

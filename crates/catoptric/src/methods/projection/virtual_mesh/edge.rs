@@ -41,7 +41,7 @@ struct Bend {
 }
 
 /// Estimates of errors beyond this mean that nothing is known.
-const MOST_UNCERTAIN_PX: f32 = 4.0;
+const MOST_UNCERTAIN_PX: f32 = 1.0;
 
 /// The border of what appears is drawn straight over this many times the smallest size.
 const END_STEPS: f32 = 12.0;

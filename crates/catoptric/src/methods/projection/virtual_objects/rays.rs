@@ -121,30 +121,23 @@ impl VertexRays {
         let middle = d0 + d1 + d2;
         // The area that the three rays span at distance t is c0 + c1 t + c2 t^2.
         let area = |a: Vec3, b: Vec3| a.cross(b).dot(middle);
-        let areas = [area(e1, e2), area(f1, e2) + area(e1, f2), area(f1, f2)];
-        // Its sign as the rays start, were they to leave on the side that they should: across silhouettes, rays of
-        // triangles that are turned away go on as those that are not.
-        let normal: Vec3 = corners.map(|vertex| mesh.normals[vertex as usize]).into_iter().sum();
-        let leaves = if self.kind == BounceKind::Reflect { self.side } else { -self.side };
-        let start = leaves * e1.cross(e2).dot(normal);
-        focal_points(start, areas, distance)
+        focal_points([area(e1, e2), area(f1, e2) + area(e1, f2), area(f1, f2)], distance)
     }
 }
 
-/// How many focal points rays pass up to a distance t if they span the area `c0 + c1 t + c2 t^2` there, with the sign of
-/// `start` at first.
+/// How many focal points rays pass up to a distance t if they span the area `c0 + c1 t + c2 t^2` there.
 ///
 /// Rays that leave a smooth surface are normal to wave fronts, which have two real curvatures everywhere: a parabola that
 /// turns back before it gets to 0 does so because it is made of triangles, and stands for two focal points next to each
-/// other.
-fn focal_points(start: f32, [c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
+/// other. Triangles that are turned away from their rays count one more than those across the silhouette: what is seen
+/// beyond the silhouette is told from what is seen in the reflector by that.
+fn focal_points([c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
     let end = c0 + distance * (c1 + distance * c2);
-    if start * end < 0.0 {
+    if c0 * end < 0.0 {
         return 1;
     }
     let turning = -c1 / (2.0 * c2);
-    let turns_towards_zero = start * c0 > 0.0 && c0 * c2 > 0.0;
-    if turns_towards_zero && turning > 0.0 && turning < distance { 2 } else { 0 }
+    if c0 * c2 > 0.0 && turning > 0.0 && turning < distance { 2 } else { 0 }
 }
 
 /// Newton's method for a crossing of a plane of glass.
@@ -417,14 +410,13 @@ mod tests {
 
     #[test]
     fn focal_points_are_counted_on_the_way() {
-        let counts = |start, areas| [0.5, 2.0, 4.0].map(|distance| focal_points(start, areas, distance));
-        assert_eq!(counts(1.0, [3.0, -4.0, 1.0]), [0, 1, 2], "(t - 1)(t - 3)");
-        assert_eq!(counts(-1.0, [-3.0, 4.0, -1.0]), [0, 1, 2], "the same, turned about");
-        assert_eq!(counts(1.0, [1.0, -1.0, 0.0]), [0, 1, 1], "one");
-        assert_eq!(counts(1.0, [1.0, 1.0, 1.0]), [0, 0, 0], "none");
-        assert_eq!(counts(1.0, [3.0, 2.0, -1.0]), [0, 0, 1], "a saddle: -(t + 1)(t - 3)");
-        assert_eq!(counts(1.0, [1.01, -2.0, 1.0]), [0, 2, 2], "both at the same place, but for rounding");
-        assert_eq!(counts(1.0, [-0.1, 1.0, 0.0]), [0, 0, 0], "turned away as they start");
-        assert_eq!(focal_points(1.0, [f32::NAN, 1.0, 1.0], 1.0), 0);
+        let counts = |areas| [0.5, 2.0, 4.0].map(|distance| focal_points(areas, distance));
+        assert_eq!(counts([3.0, -4.0, 1.0]), [0, 1, 2], "(t - 1)(t - 3)");
+        assert_eq!(counts([-3.0, 4.0, -1.0]), [0, 1, 2], "the same, turned about");
+        assert_eq!(counts([1.0, -1.0, 0.0]), [0, 1, 1], "one");
+        assert_eq!(counts([1.0, 1.0, 1.0]), [0, 0, 0], "none");
+        assert_eq!(counts([3.0, 2.0, -1.0]), [0, 0, 1], "a saddle: -(t + 1)(t - 3)");
+        assert_eq!(counts([1.01, -2.0, 1.0]), [0, 2, 2], "both at the same place, but for rounding");
+        assert_eq!(focal_points([f32::NAN, 1.0, 1.0], 1.0), 0);
     }
 }
