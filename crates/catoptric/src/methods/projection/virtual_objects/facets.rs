@@ -44,7 +44,7 @@ mod tests {
             assert!(errors.iter().all(|error| *error < 2e-3), "{name}: {errors:?}");
         }
         let worst = |name: &str| normal_errors(&mesh(name)).into_iter().fold(0.0, f32::max);
-        let (coarse, fine) = (worst("ellipsoid?tess=20"), worst("ellipsoid?tess=80"));
+        let (coarse, fine) = (worst("vase?surface=mesh&tess=20"), worst("vase?surface=mesh&tess=80"));
         assert!(coarse > 4.0 * fine && fine > 0.0, "{coarse}, {fine}");
     }
 

@@ -127,17 +127,19 @@ impl VertexRays {
 
 /// How many focal points rays pass up to a distance t if they span the area `c0 + c1 t + c2 t^2` there.
 ///
-/// Rays that leave a smooth surface are normal to wave fronts, which have two real curvatures everywhere: a parabola that
-/// turns back before it gets to 0 does so because it is made of triangles, and stands for two focal points next to each
-/// other. Triangles that are turned away from their rays count one more than those across the silhouette: what is seen
-/// beyond the silhouette is told from what is seen in the reflector by that.
+/// Rays that leave a smooth surface are normal to wave fronts: the area is `c0 (1 + k t) (1 + l t)` with the two curvatures
+/// of the front. Made of triangles it may have no real roots; then the mean of both factors tells on which side of the two
+/// focal points, which lie next to each other, a distance is. Triangles that are turned away from their rays count one more
+/// than those across the silhouette: what is seen beyond the silhouette is told from what is seen in the reflector by that.
 fn focal_points([c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
     let end = c0 + distance * (c1 + distance * c2);
     if c0 * end < 0.0 {
-        return 1;
+        1
+    } else if c0 * (2.0 * c0 + distance * c1) < 0.0 {
+        2
+    } else {
+        0
     }
-    let turning = -c1 / (2.0 * c2);
-    if c0 * c2 > 0.0 && turning > 0.0 && turning < distance { 2 } else { 0 }
 }
 
 /// Newton's method for a crossing of a plane of glass.
