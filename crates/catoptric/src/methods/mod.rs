@@ -170,9 +170,10 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 7] = [
+    static ALL: [&MethodInfo; 8] = [
         &reference::INFO,
         &lookup::environment_map::INFO,
+        &lookup::light_field::INFO,
         &projection::planar_mirror::INFO,
         &projection::path_perturbation::INFO,
         &projection::sample_based_camera::INFO,

@@ -27,6 +27,23 @@ struct Segment {
     deferred: Option<Deferred>,
 }
 
+impl Segment {
+    /// A path's first ray, to surfaces at a distance of at least `near`.
+    #[inline(always)]
+    fn first(ray: Ray, change: Option<RayDifferential>, near: f32) -> Self {
+        Self {
+            ray,
+            change,
+            near,
+            throughput: Vec3::ONE,
+            order: 0,
+            absorption: Vec3::ZERO,
+            split: false,
+            deferred: None,
+        }
+    }
+}
+
 /// Follows specular paths; one a thread.
 pub struct PathTracer<'a> {
     scene: &'a Scene,
@@ -71,21 +88,25 @@ impl<'a> PathTracer<'a> {
     #[inline(always)]
     pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
         let mut sum = Vec3::ZERO;
-        self.waiting.push(Segment {
-            ray,
-            change,
-            near,
-            throughput: Vec3::ONE,
-            order: 0,
-            absorption: Vec3::ZERO,
-            split: false,
-            deferred: None,
-        });
+        self.waiting.push(Segment::first(ray, change, near));
         while let Some(segment) = self.waiting.pop() {
             sum += self.follow(&segment);
         }
         // A sum of finite terms can still overflow.
         if sum.is_finite() { sum } else { Vec3::ZERO }
+    }
+
+    /// The radiance that arrives along a ray, and how far away what it meets first is: infinitely where that is nothing.
+    pub fn radiance_and_distance(&mut self, ray: Ray, change: Option<RayDifferential>) -> (Vec3, f32) {
+        let start = Segment::first(ray, change, 0.0);
+        self.ray_count += 1;
+        let hit = self.tracer.first_hit(self.scene, &ray, 0.0);
+        let mut sum = self.arrive(&start, start.throughput, hit.as_ref());
+        while let Some(segment) = self.waiting.pop() {
+            sum += self.follow(&segment);
+        }
+        let distance = hit.as_ref().map_or(f32::INFINITY, Hit::distance);
+        (if sum.is_finite() { sum } else { Vec3::ZERO }, distance)
     }
 
     /// Traces one ray: the light that ends the path here; children wait.
@@ -254,17 +275,7 @@ mod tests {
         let tracer = Tracer::build(scene, |_| true);
         let mut paths = PathTracer::new(scene, &tracer, PathModel::Tree, 4);
         let (ray, change) = view.ray_with_differential(x_px, y_px);
-        let start = Segment {
-            ray,
-            change: Some(change),
-            near: 0.0,
-            throughput: Vec3::ONE,
-            order: 0,
-            absorption: Vec3::ZERO,
-            split: false,
-            deferred: None,
-        };
-        paths.follow(&start);
+        paths.follow(&Segment::first(ray, Some(change), 0.0));
         // The refracted child, where there is one, was pushed first.
         paths.waiting[0]
     }

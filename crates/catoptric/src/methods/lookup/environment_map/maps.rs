@@ -3,16 +3,16 @@
 use super::cube_map::CubeMap;
 use super::parallax::Surround;
 use super::settings::{EnvironmentMapSettings, Source};
-use super::shader::MapShader;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::math::Aabb;
-use crate::optics::{fresnel_dielectric, mirror_tint, reflect, reflected_change, refract, refracted_change};
+use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
+use crate::methods::lookup::shader::LookupShader;
 use crate::progress::Progress;
 use crate::raster;
 use crate::scene::shade::Encounter;
-use crate::scene::{Ray, RayDifferential, Role, Scene};
-use glam::{Vec3, Vec4Swizzles};
+use crate::scene::{Ray, RayDifferential, Scene};
+use glam::Vec3;
 
 /// The map of one reflector.
 #[derive(Clone, Debug)]
@@ -111,7 +111,7 @@ impl ReflectorMaps {
                 for face in 0..6 {
                     let view = CubeMap::face_view(face, center, settings.size, scene.near());
                     let list = raster::scene_draw_list(scene, &view, |other| (other != object).then_some(0));
-                    let shader = MapShader { scene, rays: view.rays(), maps: self };
+                    let shader = LookupShader { scene, rays: view.rays(), reflectors: &*self };
                     let mut picture = Framebuffer::new(view.width, view.height);
                     raster::draw(&view, settings.capture_samples, &[list], &shader, &mut picture)?;
                     pictures.push(picture.pixels);
@@ -122,72 +122,16 @@ impl ReflectorMaps {
         };
         Ok(ReflectorMap { center, cube, surround })
     }
+}
 
-    /// What a reflector or lens shows where a ray meets it: light by its map, and what it scatters itself.
-    pub(in crate::methods) fn radiance(
-        &self,
-        scene: &Scene,
-        encounter: &Encounter,
-        ray: &Ray,
-        change: &RayDifferential,
-    ) -> Vec3 {
-        let point = &encounter.point;
-        let material = scene.material_of(point.object);
-        let object = &scene.objects[point.object as usize];
-        let outside = ray.direction.dot(point.geometric_normal) <= 0.0;
-        let sign = if outside { 1.0 } else { -1.0 };
-        let normal = point.normal * sign;
-        let cosine = -ray.direction.dot(normal);
-        let base = scene.base_color(material, point).xyz();
-        let map = self.maps.get(point.object as usize).and_then(Option::as_ref);
-        let fetch = |direction: Vec3, direction_change: [Vec3; 2]| {
-            map.map_or(Vec3::ZERO, |map| map.radiance(scene, encounter, direction, direction_change))
-        };
-        let mirrored = || {
-            let bend = |ray_change, k: usize| {
-                reflected_change(ray.direction, ray_change, normal, encounter.normal_change[k] * sign)
-            };
-            let change = [bend(change.direction_dx, 0), bend(change.direction_dy, 1)];
-            fetch(reflect(ray.direction, normal), change)
-        };
-        match material.role {
-            Role::Diffuse => Vec3::ZERO,
-            Role::Reflector if outside && object.inside => Vec3::ZERO,
-            Role::Reflector => {
-                let reflection = mirror_tint(material, base, cosine) * mirrored();
-                let Some(blend) = &material.blend else { return reflection };
-                let mut weight = blend.weight_at(cosine.max(0.0));
-                if let Some(attenuation) = &blend.attenuation {
-                    // What is reflected is taken to be as far away as the surround.
-                    let towards = reflect(ray.direction, normal);
-                    let distance = |map: &ReflectorMap| map.surround.distance(map.center, point.position, towards);
-                    weight *= attenuation.weight(map.map_or(f32::INFINITY, distance));
-                }
-                reflection * weight + scene.own_radiance(point, -ray.direction) * (1.0 - weight)
-            }
-            Role::Coated => {
-                let reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);
-                mirrored() * reflectance + scene.radiance(point, -ray.direction) * (1.0 - reflectance)
-            }
-            Role::Lens => {
-                let eta = if outside { 1.0 / material.ior } else { material.ior };
-                let reflectance = fresnel_dielectric(cosine, eta);
-                let mut sum = mirrored() * reflectance;
-                if let Some(direction) = refract(ray.direction, normal, eta) {
-                    let bend = |ray_change, k: usize| {
-                        refracted_change(ray.direction, ray_change, normal, encounter.normal_change[k] * sign, eta)
-                    };
-                    let change = [bend(change.direction_dx, 0), bend(change.direction_dy, 1)];
-                    sum += base * fetch(direction, change) * (1.0 - reflectance);
-                }
-                sum
-            }
-        }
+impl ReflectorLook for ReflectorMaps {
+    fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        let map = self.maps.get(encounter.point.object as usize).and_then(Option::as_ref);
+        reflector_radiance(map, scene, encounter, ray, change)
     }
 }
 
-impl ReflectorMap {
-    /// The radiance that the map gives for a ray that leaves a surface.
+impl ArrivingLight for ReflectorMap {
     fn radiance(&self, scene: &Scene, encounter: &Encounter, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
         let position = encounter.point.position;
         let read = |position: Vec3, direction: Vec3| self.surround.direction(self.center, position, direction);
@@ -202,6 +146,11 @@ impl ReflectorMap {
             read(position + encounter.position_change[k], turned).normalize_or_zero() - unit
         };
         cube.filtered(unit, [neighbour(0), neighbour(1)])
+    }
+
+    /// As far as the surround is.
+    fn distance(&self, position: Vec3, direction: Vec3) -> f32 {
+        self.surround.distance(self.center, position, direction)
     }
 }
 

@@ -6,19 +6,18 @@ mod cube_map;
 mod maps;
 mod parallax;
 mod settings;
-mod shader;
 
 pub use settings::{EnvironmentMapSettings, Parallax, Source};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::lookup::shader::LookupShader;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::raster;
 use crate::scene::Scene;
 pub(in crate::methods) use maps::ReflectorMaps;
-use shader::MapShader;
 
 /// What environment maps are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -72,7 +71,7 @@ impl ReflectionMethod for EnvironmentMap {
         let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
         report.stages_ms.push(("project", watch.lap_ms()));
         report.counts.insert("vertices_projected", list.vertices.len() as u64);
-        let shader = MapShader { scene: job.scene, rays: job.view.rays(), maps: &self.maps };
+        let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors: &self.maps };
         report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target)?);
         Ok(report)
     }

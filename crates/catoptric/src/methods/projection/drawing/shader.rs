@@ -1,6 +1,7 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
 use crate::methods::lookup::environment_map::ReflectorMaps;
+use crate::methods::lookup::reflector::ReflectorLook;
 use crate::optics::{Deferred, Interface, transmittance};
 use crate::raster::{Fragment, LayerSurface, Look, LookShader};
 use crate::scene::shade::SurfacePoint;

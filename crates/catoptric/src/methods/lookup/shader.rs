@@ -1,19 +1,19 @@
-//! Colours of diffuse surfaces, and of reflectors that look up their map.
+//! Colours of diffuse surfaces, and of reflectors that look light up.
 
-use super::maps::ReflectorMaps;
+use super::reflector::ReflectorLook;
 use crate::raster::{Fragment, Look, LookShader};
 use crate::scene::{Scene, ViewRays};
 use glam::Vec3;
 
 /// Colours a view of the scene.
-pub(super) struct MapShader<'a> {
+pub(super) struct LookupShader<'a, L> {
     pub(super) scene: &'a Scene,
     pub(super) rays: ViewRays,
-    /// Reflectors without a map are black.
-    pub(super) maps: &'a ReflectorMaps,
+    /// What reflectors and lenses look like.
+    pub(super) reflectors: &'a L,
 }
 
-impl LookShader for MapShader<'_> {
+impl<L: ReflectorLook> LookShader for LookupShader<'_, L> {
     fn scene(&self) -> &Scene {
         self.scene
     }
@@ -32,6 +32,6 @@ impl LookShader for MapShader<'_> {
         }
         let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
         let encounter = self.scene.drawn_encounter(surface, &ray, &change);
-        Look::Color(self.maps.radiance(self.scene, &encounter, &ray, &change))
+        Look::Color(self.reflectors.radiance(self.scene, &encounter, &ray, &change))
     }
 }

@@ -1,0 +1,150 @@
+//! What slabs hold, traced view by view.
+
+use super::layout::{Layout, SLABS, along};
+use super::texels::{Levels, packed};
+use crate::math::Aabb;
+use crate::methods::reference::{PathModel, PathTracer};
+use crate::parallel;
+use crate::progress::Progress;
+use crate::scene::{Ray, RayDifferential, Scene};
+use crate::surface::tracer::Tracer;
+use glam::{Vec2, Vec3};
+
+/// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
+/// nearer is out of sight of the next view anyway.
+const MOST_PARALLAX: f32 = 2.0;
+
+/// One row of a slab's views.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Row {
+    /// View after view, level after level, row after row: [`packed`] radiance.
+    pub(super) texels: Vec<u32>,
+    /// View after view, row after row: how far what a pixel shows is shifted in the next view, as [`stored`].
+    pub(super) parallax: Vec<i16>,
+}
+
+/// A parallax as it is stored.
+fn stored(parallax: f32) -> i16 {
+    // Casts saturate; what is not a number becomes 0.
+    (parallax * (f32::from(i16::MAX) / MOST_PARALLAX)).round() as i16
+}
+
+/// The parallax that is stored so.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn restored(parallax: i16) -> f32 {
+    f32::from(parallax) * (MOST_PARALLAX / f32::from(i16::MAX))
+}
+
+/// Captures rows of views.
+pub(super) struct Capture<'a> {
+    scene: &'a Scene,
+    tracer: Tracer,
+    layout: &'a Layout,
+    levels: Levels,
+    /// Samples a side of a pixel.
+    samples: u32,
+    /// Specular events on what slabs show.
+    order: u32,
+}
+
+impl<'a> Capture<'a> {
+    /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up to
+    /// `order` specular events.
+    pub(super) fn new(scene: &'a Scene, layout: &'a Layout, samples: u32, order: u32) -> Self {
+        let stays = |object: u32| !(scene.role_of(object).is_specular() && is_within(scene, object, &layout.region));
+        let tracer = Tracer::build(scene, stays);
+        Self { scene, tracer, layout, levels: Levels::new(layout.uv), samples: samples.isqrt(), order }
+    }
+
+    /// All rows, slab after slab.
+    pub(super) fn rows(&self, progress: &dyn Progress) -> Vec<Row> {
+        let count = SLABS * self.layout.st as usize;
+        progress.begin("capturing light-field slabs", count as u64);
+        let rows = parallel::map_collect(count, |number| {
+            let row = self.row(number);
+            progress.advance(1);
+            row
+        });
+        progress.end();
+        rows
+    }
+
+    /// One row: that of a number, slab after slab.
+    pub(super) fn row(&self, number: usize) -> Row {
+        let (st, side) = (self.layout.st, self.layout.uv);
+        let (slab, t) = (number / st as usize, (number % st as usize) as u32);
+        let mut paths = PathTracer::new(self.scene, &self.tracer, PathModel::Tree, self.order);
+        let mut row = Row {
+            texels: Vec::with_capacity((st * self.levels.count) as usize),
+            parallax: Vec::with_capacity((st * side * side) as usize),
+        };
+        for s in 0..st {
+            self.view(&mut paths, slab, s, t, &mut row);
+            self.levels.append(&mut row.texels);
+        }
+        row
+    }
+
+    /// Appends the finest level of a view.
+    fn view(&self, paths: &mut PathTracer<'_>, slab: usize, s: u32, t: u32, row: &mut Row) {
+        let (layout, count) = (self.layout, self.samples);
+        let slab = &layout.slabs[slab];
+        let (eye, longer) = (slab.eye(s, t), slab.spacing.max_element());
+        let step = layout.pixel() / count as f32;
+        let share = 1.0 / (count * count) as f32;
+        for v in 0..layout.uv {
+            for u in 0..layout.uv {
+                let corner = layout.slope_of(u as f32 - 0.5, v as f32 - 0.5);
+                let (mut sum, mut nearness) = (Vec3::ZERO, 0.0);
+                for sample in 0..count * count {
+                    let place = Vec2::new((sample % count) as f32 + 0.5, (sample / count) as f32 + 0.5);
+                    let slope = corner + place * step;
+                    let back = slab.exit(&layout.region, eye, slope);
+                    let long = slab.direction(slope);
+                    let length = long.length();
+                    let direction = long / length;
+                    let ray = Ray { origin: eye - long * back, direction };
+                    let change = self.tracer.needs_differentials().then(|| {
+                        // A step of the slope moves the origin, before the plane, and turns the direction.
+                        let [dx, dy] = [Vec2::X, Vec2::Y].map(|axis| along(slab.axis, 0.0, axis * step));
+                        let turned = |by: Vec3| (by - direction * direction.dot(by)) / length;
+                        RayDifferential {
+                            origin_dx: -dx * back,
+                            origin_dy: -dy * back,
+                            direction_dx: turned(dx),
+                            direction_dy: turned(dy),
+                        }
+                    });
+                    let (radiance, distance) = paths.radiance_and_distance(ray, change);
+                    sum += radiance * share;
+                    // Of what lies before the plane, it is below 0.
+                    nearness += share / (distance / length - back);
+                }
+                row.texels.push(packed(sum));
+                row.parallax.push(stored(nearness * longer));
+            }
+        }
+    }
+}
+
+/// Whether an object lies in a region.
+pub(super) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
+    let bounds = &scene.objects[object as usize].bounds;
+    let rounding = 1e-5 * region.diagonal();
+    bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parallax_is_kept_to_a_ten_thousandth() {
+        for parallax in [0.0, 0.1, -1.3, 1.99] {
+            assert!((restored(stored(parallax)) - parallax).abs() < 1e-4);
+        }
+        assert_eq!(restored(stored(9.0)), MOST_PARALLAX);
+        assert_eq!(restored(stored(f32::NAN)), 0.0);
+        assert!(restored(stored(f32::NEG_INFINITY)) < -1.99);
+    }
+}

@@ -1,0 +1,133 @@
+//! Environment light-field slabs: what arrives at a region, by all rays.
+//!
+//! See this folder's `README.md`.
+
+mod capture;
+mod layout;
+mod regions;
+mod settings;
+mod slabs;
+mod texels;
+
+pub use settings::{Disparity, LightFieldSettings, Preset};
+
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
+use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
+use crate::methods::lookup::shader::LookupShader;
+use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::progress::Progress;
+use crate::raster;
+use crate::scene::shade::Encounter;
+use crate::scene::{Ray, RayDifferential, Scene};
+use glam::Vec3;
+use regions::Regions;
+use slabs::Slabs;
+
+/// What light fields are.
+pub static INFO: MethodInfo = MethodInfo {
+    id: "light_field",
+    family: Family::Lookup,
+    summary: "six light-field slabs about each region of reflectors, fetched by the reflected ray",
+    paper: "Yu, Yang, McMillan 2005, Real-time reflection mapping with parallax",
+    assumptions: "nothing but reflectors is in a region; no reflection of a region's reflectors in each other; one \
+                  reflection, one refraction",
+    cpu: true,
+    gpu: false,
+    bake: false,
+    settings: LightFieldSettings::describe,
+    in_force: LightFieldSettings::in_force,
+    create: |table| {
+        let settings = LightFieldSettings::from_table(table)?;
+        Ok(Box::new(LightField { settings, fields: None }))
+    },
+};
+
+struct LightField {
+    settings: LightFieldSettings,
+    fields: Option<Fields>,
+}
+
+/// What all reflectors and lenses look up.
+struct Fields {
+    /// Of every object its region's number, if it lies in one.
+    region_of: Vec<Option<u32>>,
+    regions: Vec<Slabs>,
+    /// Of objects outside all regions.
+    maps: ReflectorMaps,
+}
+
+impl ReflectionMethod for LightField {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let mut watch = Stopwatch::new();
+        let mut report = Report::default();
+        let Regions { boxes, region_of } = Regions::of(scene, self.settings.region_margin);
+        let order = quality.order.saturating_sub(1);
+        let capture = |region: &_| Slabs::capture(&self.settings, scene, *region, order, progress);
+        let regions: Vec<Slabs> = if quality.order == 0 { Vec::new() } else { boxes.iter().map(capture).collect() };
+        report.stages_ms.push(("capture", watch.lap_ms()));
+        let outside = |object: &u32| region_of[*object as usize].is_none();
+        let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
+        let maps = EnvironmentMapSettings::default();
+        let maps = ReflectorMaps::capture(&maps, scene, &others, quality.order, progress)?;
+        report.stages_ms.push(("environment_maps", watch.lap_ms()));
+        report.counts.insert("regions", regions.len() as u64);
+        report.counts.insert("captured_rays", regions.iter().map(Slabs::ray_count).sum());
+        report.bytes.insert("slabs", regions.iter().map(Slabs::byte_count).sum());
+        if !others.is_empty() {
+            report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
+            report.bytes.insert("environment_maps", maps.byte_count());
+        }
+        if !regions.is_empty() {
+            let (st, uv) = (self.settings.st, self.settings.uv);
+            report.warnings.push(format!(
+                "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; larger ones by st and uv"
+            ));
+        }
+        self.fields = Some(Fields { region_of, regions, maps });
+        Ok(report)
+    }
+
+    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
+        let Some(fields) = self.fields.as_ref().filter(|fields| fields.region_of.len() == job.scene.objects.len())
+        else {
+            let problem = "it has not been prepared for the scene".into();
+            return Err(RenderError::Limit { method: INFO.id, problem });
+        };
+        let mut report = Report::default();
+        let mut watch = Stopwatch::new();
+        let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
+        report.stages_ms.push(("project", watch.lap_ms()));
+        report.counts.insert("vertices_projected", list.vertices.len() as u64);
+        let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors: fields };
+        report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target)?);
+        Ok(report)
+    }
+}
+
+impl ReflectorLook for Fields {
+    fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        let region = self.region_of[encounter.point.object as usize];
+        match region.and_then(|region| self.regions.get(region as usize)) {
+            Some(slabs) => reflector_radiance(Some(slabs), scene, encounter, ray, change),
+            None => self.maps.radiance(scene, encounter, ray, change),
+        }
+    }
+}
+
+impl ArrivingLight for Slabs {
+    fn radiance(&self, scene: &Scene, encounter: &Encounter, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
+        self.radiance(encounter.point.position, direction, encounter.position_change, change)
+            .unwrap_or_else(|| scene.background(direction))
+    }
+
+    fn distance(&self, position: Vec3, direction: Vec3) -> f32 {
+        self.distance(position, direction)
+    }
+}

@@ -1,0 +1,113 @@
+//! The light field's settings.
+
+use crate::error::RenderError;
+use crate::methods::{Settings, from_table_with_presets, within};
+use serde::{Deserialize, Serialize};
+
+/// Where the other settings start from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Preset {
+    /// 16 x 16 views of 64 x 64 a slab: captured in seconds.
+    #[default]
+    Small,
+    /// The paper's sizes, 32 x 32 views of 128 x 128 a slab, with per-ray depth.
+    Full,
+    /// The paper's sizes and its one disparity a slab.
+    Faithful,
+}
+
+/// What the four views about a ray are taken to see by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Disparity {
+    /// What is infinitely far.
+    None,
+    /// What lies on a plane, one for each slab (the paper's).
+    Plane,
+    /// What lies as far as the captured depth says, ray by ray.
+    #[default]
+    Depth,
+}
+
+/// Settings of the light field.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LightFieldSettings {
+    /// Where the other settings start from.
+    pub preset: Preset,
+    /// Views a side of a slab.
+    pub st: u32,
+    /// Pixels a side of a view.
+    pub uv: u32,
+    /// Rays a pixel of a view when capturing, a square number.
+    pub capture_samples: u32,
+    /// What the four views about a ray are taken to see by it.
+    pub disparity: Disparity,
+    /// The distance of the plane from a slab's st plane, in scene units; 0: by the captured depth, slab by slab.
+    pub focal_distance: f32,
+    /// Regions that no one gives are larger than the reflectors in them by this share of their diagonal on each side.
+    pub region_margin: f32,
+}
+
+impl LightFieldSettings {
+    /// The settings of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        let small = Self {
+            preset,
+            st: 16,
+            uv: 64,
+            capture_samples: 1,
+            disparity: Disparity::Depth,
+            focal_distance: 0.0,
+            region_margin: 0.02,
+        };
+        match preset {
+            Preset::Small => small,
+            Preset::Full => Self { st: 32, uv: 128, ..small },
+            Preset::Faithful => Self { st: 32, uv: 128, disparity: Disparity::Plane, ..small },
+        }
+    }
+}
+
+impl Default for LightFieldSettings {
+    fn default() -> Self {
+        Self::preset(Preset::default())
+    }
+}
+
+impl Settings for LightFieldSettings {
+    const METHOD: &'static str = "light_field";
+    const HELP: &'static [(&'static str, &'static str)] = &[
+        (
+            "preset",
+            "small: 16 x 16 views of 64 x 64; full: the paper's 32 x 32 of 128 x 128; faithful: its disparity, too",
+        ),
+        ("st", "views a side of a slab, 2 to 256"),
+        ("uv", "pixels a side of a view, 4 to 1024"),
+        ("capture_samples", "rays a pixel of a view when capturing: 1, 4, 9 or 16"),
+        ("disparity", "none: all is infinitely far; plane: one focal plane a slab (the paper's); depth: ray by ray"),
+        ("focal_distance", "distance of the focal plane from the views, in scene units; 0: by the captured depth"),
+        ("region_margin", "room about reflectors where the scene gives no region, as a share of their size, 0 to 1"),
+    ];
+
+    fn from_table(table: &toml::Table) -> Result<Self, RenderError> {
+        from_table_with_presets(table, |named: &Self| Self::preset(named.preset))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if !(2..=256).contains(&self.st) {
+            return Err(format!("st = {} is outside 2 to 256", self.st));
+        }
+        if !(4..=1024).contains(&self.uv) {
+            return Err(format!("uv = {} is outside 4 to 1024", self.uv));
+        }
+        if ![1, 4, 9, 16].contains(&self.capture_samples) {
+            return Err(format!("capture_samples = {} is none of 1, 4, 9, 16", self.capture_samples));
+        }
+        if !(self.focal_distance.is_finite() && self.focal_distance >= 0.0) {
+            return Err(format!("focal_distance = {} must be 0 or more", self.focal_distance));
+        }
+        within("region_margin", self.region_margin, 0.0, 1.0)
+    }
+}

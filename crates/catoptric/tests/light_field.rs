@@ -1,0 +1,96 @@
+//! Light-field slabs against the reference, where they are exact, and as they get finer.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::math::Aabb;
+use catoptric::methods::Quality;
+use catoptric::methods::reference::specular_mask;
+use catoptric::metrics::{Comparison, PictureError};
+use catoptric::scene::{Material, Scene, View};
+use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
+use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, things_without_size};
+use glam::Vec3;
+
+const QUALITY: Quality = Quality { samples: 4, order: 1 };
+
+fn picture(id: &str, settings: &str, scene: &Scene, view: &View) -> Framebuffer {
+    drawn(&mut *prepared(id, settings, scene, QUALITY), scene, view, QUALITY)
+}
+
+/// The error over reflector pixels.
+fn error(id: &str, settings: &str, scene: &Scene, view: &View) -> PictureError {
+    let truth = picture("reference", "", scene, view);
+    let comparison = Comparison::new(&picture(id, settings, scene, view), &truth).expect("pictures of one size");
+    comparison.masked(&specular_mask(scene, view)).expect("a mask of their size").expect("the reflector is seen")
+}
+
+/// A flat mirror before a wall that is all that it shows.
+fn mirror_before_a_wall() -> Scene {
+    let mut builder = SceneBuilder::new();
+    let wall = builder.checker("wall", 64, [60, 70, 120], [200, 205, 215]);
+    builder.quad("wall", Vec3::new(20.0, -20.0, 4.0), Vec3::new(-40.0, 0.0, 0.0), Vec3::new(0.0, 40.0, 0.0), wall);
+    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
+    builder.quad("mirror", Vec3::new(-0.5, -0.5, 0.0), Vec3::X, Vec3::Y, mirror);
+    builder.camera(Vec3::new(0.4, 0.3, 2.0), Vec3::ZERO, 35.0);
+    let mut scene = builder.build();
+    scene.region = Some(Aabb { min: Vec3::new(-0.6, -0.6, -0.1), max: Vec3::new(0.6, 0.6, 0.1) });
+    scene
+}
+
+#[test]
+fn a_scene_on_the_focal_plane_needs_no_more_than_four_views() {
+    let scene = mirror_before_a_wall();
+    let view = scene.default_view(160, 160);
+    // The plane of views lies at 0.1, the wall at 4.
+    let with =
+        |st: u32, disparity: &str| format!("st = {st}\nuv = 512\nfocal_distance = 3.9\ndisparity = '{disparity}'");
+    let [few, many] = [2, 9].map(|st| picture("light_field", &with(st, "plane"), &scene, &view));
+    let apart = Comparison::new(&few, &many).expect("pictures of one size").whole().expect("pixels");
+    assert!(apart.rmse < 2e-3, "two views a side show what nine show: {apart:?}");
+    let at_infinity = error("light_field", &with(2, "none"), &scene, &view);
+    let on_plane = error("light_field", &with(2, "plane"), &scene, &view);
+    assert!(on_plane.rmse < 0.25 * at_infinity.rmse, "{on_plane:?}, {at_infinity:?}");
+    let by_depth = error("light_field", &with(2, "depth"), &scene, &view);
+    assert!(by_depth.rmse < 1.02 * on_plane.rmse, "depth finds the plane: {by_depth:?}, {on_plane:?}");
+}
+
+#[test]
+fn finer_slabs_are_nearer_to_the_truth_and_beat_environment_maps() {
+    let scene = scene("sphere_room");
+    let view = scene.default_view(200, 150);
+    let flip = |settings: &str| error("light_field", settings, &scene, &view).flip_mean;
+    let by_uv = [16, 32, 64].map(|uv| flip(&format!("st = 16\nuv = {uv}")));
+    // With these few views it is they that limit the last.
+    assert!(by_uv[0] > 1.2 * by_uv[1] && by_uv[1] > 1.05 * by_uv[2], "{by_uv:?}");
+    let by_st = [4, 8, 16].map(|st| flip(&format!("st = {st}\nuv = 48\ndisparity = 'plane'")));
+    assert!(by_st[0] > 1.1 * by_st[1] && by_st[1] > 1.1 * by_st[2], "{by_st:?}");
+    let map = error("environment_map", "", &scene, &view).flip_mean;
+    let corrected = error("environment_map", "parallax = 'box'", &scene, &view).flip_mean;
+    assert!(by_uv[2] < 0.5 * map && by_uv[2] < corrected, "{by_uv:?}, {map}, {corrected}");
+}
+
+#[test]
+fn eyes_anywhere_and_things_without_size_are_survived() {
+    let (scene, eyes) = eyes_within_and_on_a_sphere();
+    survives_with("light_field", "st = 3\nuv = 8", &scene, &eyes, 2);
+    let (scene, eyes) = things_without_size();
+    survives_with("light_field", "st = 3\nuv = 8", &scene, &eyes, 2);
+}
+
+#[test]
+fn reflectors_outside_the_region_show_environment_maps_and_are_counted() {
+    let mut scene = scene("two_spheres");
+    let [first, second] = [0, 1].map(|k: usize| scene.specular_objects()[k]);
+    scene.region = Some(scene.objects[first as usize].bounds);
+    let mut method = catoptric::methods::create("light_field", &toml::from_str("st = 3\nuv = 8").unwrap()).unwrap();
+    let report = method.prepare(&scene, QUALITY, &catoptric::progress::Silent).unwrap();
+    assert_eq!(report.fallbacks["reflectors_with_environment_maps"], 1);
+    assert_eq!(report.counts["regions"], 1);
+    assert_eq!(report.counts["captured_rays"], 6 * 9 * 64);
+    // The second sphere looks as its environment map does.
+    let view = scene.default_view(120, 90);
+    let shown = drawn(&mut *method, &scene, &view, QUALITY);
+    let mapped = picture("environment_map", "", &scene, &view);
+    let place = view.pixel_of(scene.objects[second as usize].bounds.center()).expect("it is seen");
+    let index = place.y as usize * 120 + place.x as usize;
+    assert!((shown.pixels[index][0] - mapped.pixels[index][0]).abs() < 0.05);
+}
