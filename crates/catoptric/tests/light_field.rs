@@ -69,6 +69,29 @@ fn finer_slabs_are_nearer_to_the_truth_and_beat_environment_maps() {
 }
 
 #[test]
+fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
+    let quality = Quality { samples: 4, order: 2 };
+    let mut mirrors = scene("two_spheres");
+    // Both in one region.
+    let bounds = mirrors.specular_objects().into_iter().map(|object| mirrors.objects[object as usize].bounds);
+    mirrors.region = bounds.reduce(Aabb::union);
+    // The other sphere is a small part of what each shows.
+    for (name, scene, share) in [("glass_sphere", scene("glass_sphere"), 0.6), ("two_spheres", mirrors, 0.97)] {
+        let view = scene.default_view(160, 120);
+        let shown =
+            |id: &str, settings: &str| drawn(&mut *prepared(id, settings, &scene, quality), &scene, &view, quality);
+        let (truth, mask) = (shown("reference", ""), specular_mask(&scene, &view));
+        let error = |transfer: &str| {
+            let picture = shown("light_field", &format!("st = 16\nuv = 48\ntransfer = '{transfer}'"));
+            let comparison = Comparison::new(&picture, &truth).expect("pictures of one size");
+            comparison.masked(&mask).expect("a mask of their size").expect("reflectors are seen").flip_mean
+        };
+        let (traced, first) = (error("traced"), error("first"));
+        assert!(traced < 0.25 && traced < share * first, "{name}: {traced}, by the first bounce {first}");
+    }
+}
+
+#[test]
 fn eyes_anywhere_and_things_without_size_are_survived() {
     let (scene, eyes) = eyes_within_and_on_a_sphere();
     survives_with("light_field", "st = 3\nuv = 8", &scene, &eyes, 2);

@@ -6,7 +6,7 @@ mod path;
 mod settings;
 
 pub(crate) use path::LEAST_THROUGHPUT;
-pub use path::{NearPlane, PathTracer};
+pub use path::{Background, Beyond, NearPlane, PathTracer};
 pub use settings::{PathModel, ReferenceSettings, SamplePlacement};
 
 use super::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};

@@ -44,9 +44,27 @@ impl Segment {
     }
 }
 
+/// What rays see that meet nothing.
+pub trait Beyond {
+    /// The radiance along a ray of a scene; `change` is the ray's a pixel, where it is known.
+    fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3;
+}
+
+/// The scene's light from infinity.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Background;
+
+impl Beyond for Background {
+    #[inline(always)]
+    fn radiance(&self, scene: &Scene, ray: &Ray, _change: Option<&RayDifferential>) -> Vec3 {
+        scene.background(ray.direction)
+    }
+}
+
 /// Follows specular paths; one a thread.
-pub struct PathTracer<'a> {
+pub struct PathTracer<'a, B = Background> {
     scene: &'a Scene,
+    beyond: B,
     tracer: &'a Tracer,
     model: PathModel,
     max_order: u32,
@@ -57,7 +75,15 @@ pub struct PathTracer<'a> {
 impl<'a> PathTracer<'a> {
     /// A tracer of paths with at most `max_order` specular events.
     pub fn new(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32) -> Self {
-        Self { scene, tracer, model, max_order, waiting: Vec::new(), ray_count: 0 }
+        Self::with_beyond(scene, tracer, model, max_order, Background)
+    }
+}
+
+impl<'a, B: Beyond> PathTracer<'a, B> {
+    /// A tracer of paths with at most `max_order` specular events whose rays, where they meet nothing, see something else
+    /// than the scene's background.
+    pub fn with_beyond(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32, beyond: B) -> Self {
+        Self { scene, beyond, tracer, model, max_order, waiting: Vec::new(), ray_count: 0 }
     }
 
     /// The number of rays traced since the last call.
@@ -87,13 +113,8 @@ impl<'a> PathTracer<'a> {
     /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
     #[inline(always)]
     pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
-        let mut sum = Vec3::ZERO;
         self.waiting.push(Segment::first(ray, change, near));
-        while let Some(segment) = self.waiting.pop() {
-            sum += self.follow(&segment);
-        }
-        // A sum of finite terms can still overflow.
-        if sum.is_finite() { sum } else { Vec3::ZERO }
+        self.with_rest(Vec3::ZERO)
     }
 
     /// The radiance that arrives along a ray, and how far away what it meets first is: infinitely where that is nothing.
@@ -101,12 +122,25 @@ impl<'a> PathTracer<'a> {
         let start = Segment::first(ray, change, 0.0);
         self.ray_count += 1;
         let hit = self.tracer.first_hit(self.scene, &ray, 0.0);
-        let mut sum = self.arrive(&start, start.throughput, hit.as_ref());
+        let first = self.arrive(&start, start.throughput, hit.as_ref());
+        (self.with_rest(first), hit.as_ref().map_or(f32::INFINITY, Hit::distance))
+    }
+
+    /// The radiance that arrives along a ray from a surface that it is known to meet.
+    pub fn radiance_from(&mut self, ray: Ray, change: Option<RayDifferential>, encounter: &Encounter) -> Vec3 {
+        let start = Segment::first(ray, change, 0.0);
+        let first = self.meet(&start, start.throughput, encounter, ray.origin.distance(encounter.point.position));
+        self.with_rest(first)
+    }
+
+    /// The sum of light that has arrived and of all that waits.
+    #[inline(always)]
+    fn with_rest(&mut self, mut sum: Vec3) -> Vec3 {
         while let Some(segment) = self.waiting.pop() {
             sum += self.follow(&segment);
         }
-        let distance = hit.as_ref().map_or(f32::INFINITY, Hit::distance);
-        (if sum.is_finite() { sum } else { Vec3::ZERO }, distance)
+        // A sum of finite terms can still overflow.
+        if sum.is_finite() { sum } else { Vec3::ZERO }
     }
 
     /// Traces one ray: the light that ends the path here; children wait.
@@ -126,16 +160,23 @@ impl<'a> PathTracer<'a> {
     #[inline(always)]
     fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
         let (scene, ray) = (self.scene, &segment.ray);
-        let Some(hit) = hit else { return throughput * scene.background(ray.direction) };
+        let Some(hit) = hit else { return throughput * self.beyond.radiance(scene, ray, segment.change.as_ref()) };
         let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
+        self.meet(segment, throughput, &encounter, hit.distance())
+    }
+
+    /// Goes on at a point of a surface, which a ray meets at a distance.
+    #[inline(always)]
+    fn meet(&mut self, segment: &Segment, throughput: Vec3, encounter: &Encounter, distance: f32) -> Vec3 {
+        let (scene, ray) = (self.scene, &segment.ray);
         let material = scene.material_of(encounter.point.object);
         // Whoever meets a lens from inside was inside it, also when the eye is there or another lens lies within.
         let inside = material.role == Role::Lens && ray.direction.dot(encounter.point.geometric_normal) > 0.0;
         let absorption = if inside { material.absorption } else { segment.absorption };
-        let throughput = throughput * transmittance(absorption, hit.distance());
+        let throughput = throughput * transmittance(absorption, distance);
         match material.role {
             Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
-            _ => self.scatter(segment, throughput, &encounter, material),
+            _ => self.scatter(segment, throughput, encounter, material),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What slabs hold, traced view by view.
 
-use super::layout::{Layout, SLABS, along};
+use super::layout::{Layout, SLABS, Slab, along};
 use super::texels::{Levels, packed};
 use crate::math::Aabb;
 use crate::methods::reference::{PathModel, PathTracer};
@@ -13,6 +13,9 @@ use glam::{Vec2, Vec3};
 /// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
 /// nearer is out of sight of the next view anyway.
 const MOST_PARALLAX: f32 = 2.0;
+
+/// A share of a region's size that is more than rounding.
+const OUTSIDE: f32 = 1e-3;
 
 /// One row of a slab's views.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +42,8 @@ pub(super) fn restored(parallax: i16) -> f32 {
 pub(super) struct Capture<'a> {
     scene: &'a Scene,
     tracer: Tracer,
+    /// The reflectors and lenses of the region, where they stay in their places.
+    leaving: Option<Tracer>,
     layout: &'a Layout,
     levels: Levels,
     /// Samples a side of a pixel.
@@ -51,9 +56,10 @@ impl<'a> Capture<'a> {
     /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up to
     /// `order` specular events.
     pub(super) fn new(scene: &'a Scene, layout: &'a Layout, samples: u32, order: u32) -> Self {
-        let stays = |object: u32| !(scene.role_of(object).is_specular() && is_within(scene, object, &layout.region));
-        let tracer = Tracer::build(scene, stays);
-        Self { scene, tracer, layout, levels: Levels::new(layout.uv), samples: samples.isqrt(), order }
+        let leaves = |object: u32| scene.role_of(object).is_specular() && is_within(scene, object, &layout.region);
+        let tracer = Tracer::build(scene, |object| !leaves(object));
+        let leaving = scene.region.is_none().then(|| Tracer::build(scene, leaves));
+        Self { scene, tracer, leaving, layout, levels: Levels::new(layout.uv), samples: samples.isqrt(), order }
     }
 
     /// All rows, slab after slab.
@@ -99,10 +105,10 @@ impl<'a> Capture<'a> {
                 for sample in 0..count * count {
                     let place = Vec2::new((sample % count) as f32 + 0.5, (sample / count) as f32 + 0.5);
                     let slope = corner + place * step;
-                    let back = slab.exit(&layout.region, eye, slope);
                     let long = slab.direction(slope);
                     let length = long.length();
                     let direction = long / length;
+                    let back = self.start(slab, eye, slope, direction, length);
                     let ray = Ray { origin: eye - long * back, direction };
                     let change = self.tracer.needs_differentials().then(|| {
                         // A step of the slope moves the origin, before the plane, and turns the direction.
@@ -123,6 +129,25 @@ impl<'a> Capture<'a> {
                 row.texels.push(packed(sum));
                 row.parallax.push(stored(nearness * longer));
             }
+        }
+    }
+}
+
+impl Capture<'_> {
+    /// How far before the plane of views, along the axis, a ray is captured from. In a region that is given, whose reflectors
+    /// may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none of the region
+    /// again. So what stands in a region, as the floor that a reflector sinks into, is seen where it should be. Of rays that
+    /// meet none, where they are nearest to the region's middle.
+    fn start(&self, slab: &Slab, eye: Vec3, slope: Vec2, direction: Vec3, length: f32) -> f32 {
+        let region = &self.layout.region;
+        let exit = slab.exit(region, eye, slope);
+        let Some(reflectors) = &self.leaving else { return exit };
+        // From outside, so that none is missed that the region's side touches.
+        let outside = exit - OUTSIDE * region.diagonal();
+        let back = Ray { origin: eye - direction * (outside * length), direction: -direction };
+        match reflectors.first_hit(self.scene, &back, 0.0) {
+            Some(hit) => outside + hit.distance() / length,
+            None => slab.nearest(region, eye, slope),
         }
     }
 }

@@ -111,6 +111,20 @@ impl Slab {
         enter(at.x, slope.x, low.x, high.x).max(enter(at.y, slope.y, low.y, high.y)).clamp(0.0, depth)
     }
 
+    /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on its way
+    /// through that; of rays that miss it, [`Self::exit`].
+    pub(super) fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
+        let long = self.direction(slope);
+        let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
+        // Axes that the ray is across are at both infinities, or no numbers where it runs along a side.
+        let (out, entry) = (one.min(other).max_element(), one.max(other).min_element());
+        if !(out <= entry && entry.is_finite()) {
+            return self.exit(region, eye, slope);
+        }
+        let nearest = (eye - region.center()).dot(long) / long.length_squared();
+        nearest.clamp(out, entry).max(0.0)
+    }
+
     /// The ray through a point, in views and slopes; its direction must look along the slab's axis.
     #[inline]
     fn ray(&self, point: Vec3, direction: Vec3) -> (Vec2, Vec2, f32) {
@@ -200,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_start_where_they_leave_the_region() {
+    fn rays_leave_the_region_and_are_nearest_to_its_middle() {
         let region = Aabb { min: Vec3::new(-1.0, -0.5, -0.25), max: Vec3::new(1.0, 0.5, 0.25) };
         let layout = Layout::new(region, 5, 8);
         let mut random = Stream::new(5);
@@ -212,9 +226,14 @@ mod tests {
             let eye = along(slab.axis, slab.plane, slab.low + slab.spacing * found.st);
             let start = eye - slab.direction(found.slope) * slab.exit(&region, eye, found.slope);
             // On the region's surface, and not before the point.
-            let outside = (region.min - start).max(start - region.max).max_element();
-            assert!(outside.abs() < 1e-4, "{start} is {outside} outside");
+            let outside = |place: Vec3| (region.min - place).max(place - region.max).max_element();
+            assert!(outside(start).abs() < 1e-4, "{start} is {} outside", outside(start));
             assert!((start - point).dot(direction) > -1e-4);
+            let start = eye - slab.direction(found.slope) * slab.nearest(&region, eye, found.slope);
+            assert!(outside(start) < 1e-4, "{start} is outside");
+            // Nowhere in the region is the ray nearer to the middle.
+            let nearer = region.center().distance(point) < region.center().distance(start) - 1e-4;
+            assert!(!nearer, "{point} is nearer than {start}");
         }
     }
 

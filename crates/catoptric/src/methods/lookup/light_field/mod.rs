@@ -9,19 +9,22 @@ mod settings;
 mod slabs;
 mod texels;
 
-pub use settings::{Disparity, LightFieldSettings, Preset};
+pub use settings::{Disparity, LightFieldSettings, Preset, Transfer};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::math::Aabb;
 use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
 use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
 use crate::methods::lookup::shader::LookupShader;
+use crate::methods::reference::{Beyond, PathModel, PathTracer};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::raster;
 use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Scene};
+use crate::surface::tracer::Tracer;
 use glam::Vec3;
 use regions::Regions;
 use slabs::Slabs;
@@ -32,8 +35,7 @@ pub static INFO: MethodInfo = MethodInfo {
     family: Family::Lookup,
     summary: "six light-field slabs about each region of reflectors, fetched by the reflected ray",
     paper: "Yu, Yang, McMillan 2005, Real-time reflection mapping with parallax",
-    assumptions: "nothing but reflectors is in a region; no reflection of a region's reflectors in each other; one \
-                  reflection, one refraction",
+    assumptions: "nothing but reflectors and lenses is in a region",
     cpu: true,
     gpu: false,
     bake: false,
@@ -54,9 +56,18 @@ struct LightField {
 struct Fields {
     /// Of every object its region's number, if it lies in one.
     region_of: Vec<Option<u32>>,
-    regions: Vec<Slabs>,
+    regions: Vec<Region>,
+    /// Highest number of specular events of a path.
+    order: u32,
     /// Of objects outside all regions.
     maps: ReflectorMaps,
+}
+
+/// A region with what is in it.
+struct Region {
+    slabs: Slabs,
+    /// Its reflectors and lenses, where paths among them are traced.
+    tracer: Option<Tracer>,
 }
 
 impl ReflectionMethod for LightField {
@@ -69,8 +80,14 @@ impl ReflectionMethod for LightField {
         let mut report = Report::default();
         let Regions { boxes, region_of } = Regions::of(scene, self.settings.region_margin);
         let order = quality.order.saturating_sub(1);
-        let capture = |region: &_| Slabs::capture(&self.settings, scene, *region, order, progress);
-        let regions: Vec<Slabs> = if quality.order == 0 { Vec::new() } else { boxes.iter().map(capture).collect() };
+        let capture = |(number, bounds): (usize, &Aabb)| {
+            let slabs = Slabs::capture(&self.settings, scene, *bounds, order, progress);
+            let inside = |object: u32| region_of[object as usize] == Some(number as u32);
+            let traced = self.settings.transfer == Transfer::Traced;
+            Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) }
+        };
+        let count = if quality.order == 0 { 0 } else { boxes.len() };
+        let regions: Vec<Region> = boxes.iter().take(count).enumerate().map(capture).collect();
         report.stages_ms.push(("capture", watch.lap_ms()));
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
@@ -78,8 +95,8 @@ impl ReflectionMethod for LightField {
         let maps = ReflectorMaps::capture(&maps, scene, &others, quality.order, progress)?;
         report.stages_ms.push(("environment_maps", watch.lap_ms()));
         report.counts.insert("regions", regions.len() as u64);
-        report.counts.insert("captured_rays", regions.iter().map(Slabs::ray_count).sum());
-        report.bytes.insert("slabs", regions.iter().map(Slabs::byte_count).sum());
+        report.counts.insert("captured_rays", regions.iter().map(|region| region.slabs.ray_count()).sum());
+        report.bytes.insert("slabs", regions.iter().map(|region| region.slabs.byte_count()).sum());
         if !others.is_empty() {
             report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
             report.bytes.insert("environment_maps", maps.byte_count());
@@ -90,7 +107,7 @@ impl ReflectionMethod for LightField {
                 "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; larger ones by st and uv"
             ));
         }
-        self.fields = Some(Fields { region_of, regions, maps });
+        self.fields = Some(Fields { region_of, regions, order: quality.order, maps });
         Ok(report)
     }
 
@@ -114,20 +131,36 @@ impl ReflectionMethod for LightField {
 impl ReflectorLook for Fields {
     fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let region = self.region_of[encounter.point.object as usize];
-        match region.and_then(|region| self.regions.get(region as usize)) {
-            Some(slabs) => reflector_radiance(Some(slabs), scene, encounter, ray, change),
-            None => self.maps.radiance(scene, encounter, ray, change),
+        let Some(Region { slabs, tracer }) = region.and_then(|region| self.regions.get(region as usize)) else {
+            return self.maps.radiance(scene, encounter, ray, change);
+        };
+        match tracer {
+            None => reflector_radiance(Some(slabs), scene, encounter, ray, change),
+            Some(tracer) => PathTracer::with_beyond(scene, tracer, PathModel::Tree, self.order, slabs).radiance_from(
+                *ray,
+                Some(*change),
+                encounter,
+            ),
         }
+    }
+}
+
+impl Beyond for &Slabs {
+    fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3 {
+        let none = RayDifferential::default();
+        let RayDifferential { origin_dx, origin_dy, direction_dx, direction_dy } = change.unwrap_or(&none);
+        Slabs::radiance(self, ray.origin, ray.direction, [*origin_dx, *origin_dy], [*direction_dx, *direction_dy])
+            .unwrap_or_else(|| scene.background(ray.direction))
     }
 }
 
 impl ArrivingLight for Slabs {
     fn radiance(&self, scene: &Scene, encounter: &Encounter, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
-        self.radiance(encounter.point.position, direction, encounter.position_change, change)
+        Slabs::radiance(self, encounter.point.position, direction, encounter.position_change, change)
             .unwrap_or_else(|| scene.background(direction))
     }
 
     fn distance(&self, position: Vec3, direction: Vec3) -> f32 {
-        self.distance(position, direction)
+        Slabs::distance(self, position, direction)
     }
 }

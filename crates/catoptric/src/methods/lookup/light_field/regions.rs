@@ -3,6 +3,10 @@
 use super::capture::is_within;
 use crate::math::Aabb;
 use crate::scene::Scene;
+use glam::Vec3;
+
+/// Boxes are no flatter than this share of their diagonal.
+const LEAST_DEPTH: f32 = 0.02;
 
 /// Boxes of reflectors and lenses, and who is in which.
 pub(super) struct Regions {
@@ -21,7 +25,9 @@ impl Regions {
             None => {
                 let around = |object: &u32| {
                     let bounds = scene.objects[*object as usize].bounds;
-                    let room = (margin * bounds.diagonal()).max(f32::EPSILON * 64.0 * bounds.center().length());
+                    let room = Vec3::splat((margin * bounds.diagonal()).max(rounding(&bounds)));
+                    // Flat ones are given a depth.
+                    let room = room.max((LEAST_DEPTH * bounds.diagonal() - bounds.size()) * 0.5);
                     Aabb { min: bounds.min - room, max: bounds.max + room }
                 };
                 merged(specular.iter().map(around).filter(|bounds| bounds.size().min_element() > 0.0).collect())
@@ -34,6 +40,11 @@ impl Regions {
         }
         Self { boxes, region_of }
     }
+}
+
+/// How far positions of an object may be off by rounding.
+fn rounding(bounds: &Aabb) -> f32 {
+    64.0 * f32::EPSILON * bounds.center().abs().max_element()
 }
 
 /// Boxes that do not overlap, about those that do.
@@ -56,7 +67,6 @@ fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn overlapping_boxes_become_one() {

@@ -13,7 +13,7 @@ pub enum Preset {
     Small,
     /// The paper's sizes, 32 x 32 views of 128 x 128 a slab, with per-ray depth.
     Full,
-    /// The paper's sizes and its one disparity a slab.
+    /// The paper's sizes, its one disparity a slab and its one bounce.
     Faithful,
 }
 
@@ -30,6 +30,17 @@ pub enum Disparity {
     Depth,
 }
 
+/// How rays get from the eye out of a region.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Transfer {
+    /// By one reflection or refraction, at the first surface (the paper's).
+    First,
+    /// Exactly: paths among the region's reflectors and lenses are traced, up to the order, until they leave it.
+    #[default]
+    Traced,
+}
+
 /// Settings of the light field.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -44,6 +55,8 @@ pub struct LightFieldSettings {
     pub capture_samples: u32,
     /// What the four views about a ray are taken to see by it.
     pub disparity: Disparity,
+    /// How rays get from the eye out of a region.
+    pub transfer: Transfer,
     /// The distance of the plane from a slab's st plane, in scene units; 0: by the captured depth, slab by slab.
     pub focal_distance: f32,
     /// Regions that no one gives are larger than the reflectors in them by this share of their diagonal on each side.
@@ -59,13 +72,16 @@ impl LightFieldSettings {
             uv: 64,
             capture_samples: 1,
             disparity: Disparity::Depth,
+            transfer: Transfer::Traced,
             focal_distance: 0.0,
-            region_margin: 0.02,
+            region_margin: 0.0,
         };
         match preset {
             Preset::Small => small,
             Preset::Full => Self { st: 32, uv: 128, ..small },
-            Preset::Faithful => Self { st: 32, uv: 128, disparity: Disparity::Plane, ..small },
+            Preset::Faithful => {
+                Self { st: 32, uv: 128, disparity: Disparity::Plane, transfer: Transfer::First, ..small }
+            }
         }
     }
 }
@@ -87,6 +103,7 @@ impl Settings for LightFieldSettings {
         ("uv", "pixels a side of a view, 4 to 1024"),
         ("capture_samples", "rays a pixel of a view when capturing: 1, 4, 9 or 16"),
         ("disparity", "none: all is infinitely far; plane: one focal plane a slab (the paper's); depth: ray by ray"),
+        ("transfer", "traced: through all of a region's reflectors and lenses; first: by one bounce (the paper's)"),
         ("focal_distance", "distance of the focal plane from the views, in scene units; 0: by the captured depth"),
         ("region_margin", "room about reflectors where the scene gives no region, as a share of their size, 0 to 1"),
     ];
