@@ -27,7 +27,7 @@ use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
 use glam::Vec3;
 use regions::Regions;
-use slabs::Slabs;
+pub use slabs::Slabs;
 
 /// What light fields are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -81,13 +81,14 @@ impl ReflectionMethod for LightField {
         let Regions { boxes, region_of } = Regions::of(scene, self.settings.region_margin);
         let order = quality.order.saturating_sub(1);
         let capture = |(number, bounds): (usize, &Aabb)| {
-            let slabs = Slabs::capture(&self.settings, scene, *bounds, order, progress);
+            let slabs = Slabs::capture(&self.settings, scene, *bounds, order, progress)?;
             let inside = |object: u32| region_of[object as usize] == Some(number as u32);
             let traced = self.settings.transfer == Transfer::Traced;
-            Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) }
+            Ok(Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) })
         };
         let count = if quality.order == 0 { 0 } else { boxes.len() };
-        let regions: Vec<Region> = boxes.iter().take(count).enumerate().map(capture).collect();
+        let regions =
+            boxes.iter().take(count).enumerate().map(capture).collect::<Result<Vec<Region>, RenderError>>()?;
         report.stages_ms.push(("capture", watch.lap_ms()));
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();

@@ -4,13 +4,19 @@ use super::capture::{Capture, Row, restored};
 use super::layout::{Layout, SLABS, STEEPEST, SlabRay, across};
 use super::settings::{Disparity, LightFieldSettings};
 use super::texels::{Levels, unpacked};
+use crate::error::RenderError;
 use crate::math::Aabb;
+use crate::methods::Settings;
+use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups.
 const MOST_PROBES: f32 = 8.0;
+
+/// Rays that a thread looks up at once.
+const RAYS_AT_ONCE: usize = 4096;
 
 /// Steps by which a view finds what a ray meets, where depth is known.
 const DEPTH_STEPS: u32 = 4;
@@ -21,9 +27,24 @@ const BEFORE: f32 = 100.0;
 /// A view knows what a ray meets if its pixel there shows what lies on the ray, up to so many pixels.
 const AGREES_PX: f32 = 1.0;
 
-/// Six slabs about a region.
+/// Light that arrives at a region by all rays: six slabs about it.
+///
+/// ```
+/// use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs};
+/// use catoptric::progress::Silent;
+/// use catoptric::scene::builtin;
+/// use glam::Vec3;
+///
+/// let scene = builtin::load("sphere_room", &[]).unwrap().pose(&Default::default()).unwrap();
+/// let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
+/// let settings = LightFieldSettings { st: 4, uv: 16, ..LightFieldSettings::default() };
+/// let slabs = Slabs::capture(&settings, &scene, ball, 0, &Silent).unwrap();
+/// let sharp = [Vec3::ZERO; 2];
+/// let up = slabs.radiance(ball.center(), Vec3::Y, sharp, sharp).unwrap();
+/// assert!(up.min_element() > 0.0, "the ceiling is lit");
+/// ```
 #[derive(Clone, Debug)]
-pub(super) struct Slabs {
+pub struct Slabs {
     pub(super) layout: Layout,
     levels: Levels,
     /// Row after row of views, slab after slab.
@@ -45,17 +66,26 @@ struct Nearby {
 }
 
 impl Slabs {
-    /// Captures a region of a scene; see [`Capture::new`].
-    pub(super) fn capture(
+    /// Captures what arrives at a region of a scene, without the reflectors and lenses that lie in it. Others are seen with up
+    /// to `order` specular events.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the region has no size along an axis, or is not finite.
+    pub fn capture(
         settings: &LightFieldSettings,
         scene: &Scene,
         region: Aabb,
         order: u32,
         progress: &dyn Progress,
-    ) -> Self {
+    ) -> Result<Self, RenderError> {
+        let has_size = region.size().min_element() > 0.0 && region.size().is_finite() && region.min.is_finite();
+        if !has_size {
+            let problem = format!("the region from {} to {} has no size", region.min, region.max);
+            return Err(RenderError::Limit { method: LightFieldSettings::METHOD, problem });
+        }
         let layout = Layout::new(region, settings.st, settings.uv);
         let rows = Capture::new(scene, &layout, settings.capture_samples, order).rows(progress);
-        Self::new(settings, layout, rows)
+        Ok(Self::new(settings, layout, rows))
     }
 
     fn new(settings: &LightFieldSettings, layout: Layout, rows: Vec<Row>) -> Self {
@@ -73,18 +103,18 @@ impl Slabs {
     }
 
     /// Memory of all texels and of their parallax.
-    pub(super) fn byte_count(&self) -> u64 {
+    pub fn byte_count(&self) -> u64 {
         self.rows.iter().map(|row| 4 * row.texels.len() as u64 + 2 * row.parallax.len() as u64).sum()
     }
 
     /// Rays that were captured.
-    pub(super) fn ray_count(&self) -> u64 {
+    pub fn ray_count(&self) -> u64 {
         self.rows.iter().map(|row| row.parallax.len() as u64).sum()
     }
 
     /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and of the
     /// unit direction); none where no slab holds it.
-    pub(super) fn radiance(
+    pub fn radiance(
         &self,
         point: Vec3,
         direction: Vec3,
@@ -109,7 +139,7 @@ impl Slabs {
     }
 
     /// How far along its slab's axis from the plane of views what a ray meets lies; infinite where that is not known.
-    pub(super) fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
+    pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
         let Some(ray) = self.layout.locate(point, direction) else { return f32::INFINITY };
         let views = self.views(&ray);
         let (parallax, shares) = self.parallax(&ray, &views);
@@ -119,6 +149,19 @@ impl Slabs {
         let beyond = slab.spacing.max_element() / mean;
         let distance = (ray.ahead + beyond) / direction[slab.axis].abs();
         if distance > 0.0 { distance } else { f32::INFINITY }
+    }
+
+    /// The radiance along many sharp rays, from points in unit directions; black where no slab holds one.
+    pub fn radiance_batch(&self, points: &[Vec3], directions: &[Vec3], radiance: &mut [Vec3]) {
+        let sharp = [Vec3::ZERO; 2];
+        parallel::for_each_chunk_mut(radiance, RAYS_AT_ONCE, |chunk, radiance| {
+            let first = chunk * RAYS_AT_ONCE;
+            let points = points.get(first..).unwrap_or_default();
+            let directions = directions.get(first..).unwrap_or_default();
+            for (radiance, (point, direction)) in radiance.iter_mut().zip(points.iter().zip(directions)) {
+                *radiance = self.radiance(*point, *direction, sharp, sharp).unwrap_or_default();
+            }
+        });
     }
 
     /// The four views about a ray (equation 5).
