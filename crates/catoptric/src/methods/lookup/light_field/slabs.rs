@@ -122,20 +122,7 @@ impl Slabs {
         direction_change: [Vec3; 2],
     ) -> Option<Vec3> {
         let ray = self.layout.locate(point, direction)?;
-        let views = self.views(&ray);
-        let (parallax, shares) = self.parallax(&ray, &views);
-        // What is seen lies where the weights say; the footprint is taken there.
-        let total: f32 = shares.iter().sum();
-        let mean = (0..4).map(|k| parallax[k] * shares[k]).sum::<f32>() / total;
-        let footprint = self.footprint(&ray, direction, mean, point_change, direction_change);
-        let mut sum = Vec3::ZERO;
-        for k in 0..4 {
-            if shares[k] > 0.0 {
-                let slope = ray.slope + views[k].shift * parallax[k];
-                sum += self.filtered(ray.slab, &views[k], slope, footprint) * (shares[k] / total);
-            }
-        }
-        Some(sum)
+        Some(blended(self, &ray, direction, point_change, direction_change))
     }
 
     /// How far along its slab's axis from the plane of views what a ray meets lies; infinite where that is not known.
@@ -165,6 +152,7 @@ impl Slabs {
     }
 
     /// The four views about a ray (equation 5).
+    #[inline(always)] // for the instructions of its caller
     fn views(&self, ray: &SlabRay) -> [Nearby; 4] {
         let slab = &self.layout.slabs[ray.slab];
         let low = ray.st.floor().min(Vec2::splat((self.layout.st - 2) as f32));
@@ -179,6 +167,7 @@ impl Slabs {
 
     /// The parallax by which each view finds what the ray meets, and the views' shares (equation 6 with a parallax for
     /// each view).
+    #[inline(always)] // for the instructions of its caller
     fn parallax(&self, ray: &SlabRay, views: &[Nearby; 4]) -> ([f32; 4], [f32; 4]) {
         let focal = self.focal[ray.slab];
         let (mut parallax, mut shares) = ([focal; 4], views.map(|view| view.share));
@@ -222,7 +211,7 @@ impl Slabs {
     }
 
     /// The parallax of the pixel of a view nearest to a slope.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     fn parallax_at(&self, slab: usize, view: &Nearby, slope: Vec2) -> f32 {
         let side = self.layout.uv as usize;
         let at = ((slope + STEEPEST) / self.layout.pixel()).round().clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
@@ -231,6 +220,7 @@ impl Slabs {
     }
 
     /// How the slope at which a view sees what a ray meets changes from pixel to pixel of the picture.
+    #[inline(always)] // for the instructions of its caller
     fn footprint(
         &self,
         ray: &SlabRay,
@@ -252,6 +242,7 @@ impl Slabs {
     }
 
     /// A view's radiance about a slope, over a footprint.
+    #[inline(always)] // for the instructions of its caller
     fn filtered(&self, slab: usize, view: &Nearby, slope: Vec2, footprint: [Vec2; 2]) -> Vec3 {
         let [x2, y2] = footprint.map(Vec2::length_squared);
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint[0]) } else { (y2, x2, footprint[1]) };
@@ -274,7 +265,7 @@ impl Slabs {
     }
 
     /// Between the two levels of a view about a level.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     fn leveled(&self, view: &[u32], slope: Vec2, level: f32) -> Vec3 {
         let index = level as usize;
         let blend = level - index as f32;
@@ -285,7 +276,7 @@ impl Slabs {
         fine.lerp(self.bilinear(view, slope, (index + 1).min(self.levels.levels.len() - 1)), blend)
     }
 
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     fn bilinear(&self, view: &[u32], slope: Vec2, level: usize) -> Vec3 {
         let (first, side) = self.levels.levels[level];
         // In pixels of the finest level from its first corner, then of this one.
@@ -301,6 +292,31 @@ impl Slabs {
         let lower = texel(x, down).lerp(texel(right, down), blend.x);
         upper.lerp(lower, blend.y)
     }
+}
+
+/// The blend of the four views about a ray.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn blended(
+    slabs: &Slabs,
+    ray: &SlabRay,
+    direction: Vec3,
+    point_change: [Vec3; 2],
+    direction_change: [Vec3; 2],
+) -> Vec3 {
+    let views = slabs.views(ray);
+    let (parallax, shares) = slabs.parallax(ray, &views);
+    // What is seen lies where the weights say; the footprint is taken there.
+    let total: f32 = shares.iter().sum();
+    let mean = (0..4).map(|k| parallax[k] * shares[k]).sum::<f32>() / total;
+    let footprint = slabs.footprint(ray, direction, mean, point_change, direction_change);
+    let mut sum = Vec3::ZERO;
+    for k in 0..4 {
+        if shares[k] > 0.0 {
+            let slope = ray.slope + views[k].shift * parallax[k];
+            sum += slabs.filtered(ray.slab, &views[k], slope, footprint) * (shares[k] / total);
+        }
+    }
+    sum
 }
 
 /// The parallax in the middle of those of a slab's pixels: of its 5th and 95th hundredth, so that a few pixels that see
