@@ -3,8 +3,10 @@
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
 use catoptric::methods::Quality;
+use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs};
 use catoptric::methods::reference::specular_mask;
 use catoptric::metrics::{Comparison, PictureError};
+use catoptric::progress::Silent;
 use catoptric::scene::{Material, Scene, View};
 use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
 use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, things_without_size};
@@ -105,7 +107,7 @@ fn reflectors_outside_the_region_show_environment_maps_and_are_counted() {
     let [first, second] = [0, 1].map(|k: usize| scene.specular_objects()[k]);
     scene.region = Some(scene.objects[first as usize].bounds);
     let mut method = catoptric::methods::create("light_field", &toml::from_str("st = 3\nuv = 8").unwrap()).unwrap();
-    let report = method.prepare(&scene, QUALITY, &catoptric::progress::Silent).unwrap();
+    let report = method.prepare(&scene, QUALITY, &Silent).unwrap();
     assert_eq!(report.fallbacks["reflectors_with_environment_maps"], 1);
     assert_eq!(report.counts["regions"], 1);
     assert_eq!(report.counts["captured_rays"], 6 * 9 * 64);
@@ -116,4 +118,20 @@ fn reflectors_outside_the_region_show_environment_maps_and_are_counted() {
     let place = view.pixel_of(scene.objects[second as usize].bounds.center()).expect("it is seen");
     let index = place.y as usize * 120 + place.x as usize;
     assert!((shown.pixels[index][0] - mapped.pixels[index][0]).abs() < 0.05);
+}
+
+#[test]
+fn settings_and_regions_that_mean_nothing_are_refused() {
+    let scene = scene("sphere_room");
+    let region = scene.objects[scene.specular_objects()[0] as usize].bounds;
+    let small = LightFieldSettings { st: 2, uv: 4, ..LightFieldSettings::default() };
+    let flat = Aabb { max: region.min, ..region };
+    for (settings, region, named) in [
+        (LightFieldSettings { st: 0, ..small.clone() }, region, "st = 0"),
+        (LightFieldSettings { uv: 0, ..small.clone() }, region, "uv = 0"),
+        (small, flat, "has no size"),
+    ] {
+        let error = Slabs::capture(&settings, &scene, region, 0, &Silent).expect_err("it is refused").to_string();
+        assert!(error.contains(named), "{error}");
+    }
 }

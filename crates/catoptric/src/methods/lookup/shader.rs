@@ -1,7 +1,11 @@
 //! Colours of diffuse surfaces, and of reflectors that look light up.
 
 use super::reflector::ReflectorLook;
-use crate::raster::{Fragment, Look, LookShader};
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::{Job, Report};
+use crate::raster::{self, Fragment, Look, LookShader};
 use crate::scene::{Scene, ViewRays};
 use glam::Vec3;
 
@@ -34,4 +38,23 @@ impl<L: ReflectorLook> LookShader for LookupShader<'_, L> {
         let encounter = self.scene.drawn_encounter(surface, &ray, &change);
         Look::Color(self.reflectors.radiance(self.scene, &encounter, &ray, &change))
     }
+}
+
+/// Draws a scene whose reflectors and lenses look light up.
+///
+/// # Errors
+/// Those of the rasteriser.
+pub(super) fn draw(
+    job: &Job<'_>,
+    reflectors: &impl ReflectorLook,
+    target: &mut Framebuffer,
+) -> Result<Report, RenderError> {
+    let mut report = Report::default();
+    let mut watch = Stopwatch::new();
+    let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
+    report.stages_ms.push(("project", watch.lap_ms()));
+    report.counts.insert("vertices_projected", list.vertices.len() as u64);
+    let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors };
+    report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target)?);
+    Ok(report)
 }

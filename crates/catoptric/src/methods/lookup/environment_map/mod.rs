@@ -12,10 +12,9 @@ pub use settings::{EnvironmentMapSettings, Parallax, Source};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::lookup::shader::LookupShader;
+use crate::methods::lookup::shader::draw;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
-use crate::raster;
 use crate::scene::Scene;
 pub(in crate::methods) use maps::ReflectorMaps;
 
@@ -66,13 +65,6 @@ impl ReflectionMethod for EnvironmentMap {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         }
-        let mut report = Report::default();
-        let mut watch = Stopwatch::new();
-        let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
-        report.stages_ms.push(("project", watch.lap_ms()));
-        report.counts.insert("vertices_projected", list.vertices.len() as u64);
-        let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors: &self.maps };
-        report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target)?);
-        Ok(report)
+        draw(job, &self.maps, target)
     }
 }

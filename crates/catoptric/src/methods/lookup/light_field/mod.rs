@@ -17,11 +17,10 @@ use crate::framebuffer::Framebuffer;
 use crate::math::Aabb;
 use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
 use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
-use crate::methods::lookup::shader::LookupShader;
+use crate::methods::lookup::shader::draw;
 use crate::methods::reference::{Beyond, PathModel, PathTracer};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
-use crate::raster;
 use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
@@ -118,14 +117,7 @@ impl ReflectionMethod for LightField {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         };
-        let mut report = Report::default();
-        let mut watch = Stopwatch::new();
-        let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
-        report.stages_ms.push(("project", watch.lap_ms()));
-        report.counts.insert("vertices_projected", list.vertices.len() as u64);
-        let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors: fields };
-        report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target)?);
-        Ok(report)
+        draw(job, fields, target)
     }
 }
 

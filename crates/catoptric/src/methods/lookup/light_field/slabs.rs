@@ -70,7 +70,8 @@ impl Slabs {
     /// to `order` specular events.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where the region has no size along an axis, or is not finite.
+    /// [`RenderError::Setting`] where a setting is not allowed, [`RenderError::Limit`] where the region has no size along an
+    /// axis, or is not finite.
     pub fn capture(
         settings: &LightFieldSettings,
         scene: &Scene,
@@ -78,10 +79,12 @@ impl Slabs {
         order: u32,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
+        let method = LightFieldSettings::METHOD;
+        settings.check().map_err(|problem| RenderError::Setting { method, problem })?;
         let has_size = region.size().min_element() > 0.0 && region.size().is_finite() && region.min.is_finite();
         if !has_size {
             let problem = format!("the region from {} to {} has no size", region.min, region.max);
-            return Err(RenderError::Limit { method: LightFieldSettings::METHOD, problem });
+            return Err(RenderError::Limit { method, problem });
         }
         let layout = Layout::new(region, settings.st, settings.uv);
         let rows = Capture::new(scene, &layout, settings.capture_samples, order).rows(progress);
@@ -125,7 +128,7 @@ impl Slabs {
         Some(blended(self, &ray, direction, point_change, direction_change))
     }
 
-    /// How far along its slab's axis from the plane of views what a ray meets lies; infinite where that is not known.
+    /// How far from a point of the region what a ray in a unit direction meets lies; infinite where that is not known.
     pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
         let Some(ray) = self.layout.locate(point, direction) else { return f32::INFINITY };
         let views = self.views(&ray);
