@@ -31,6 +31,36 @@ fn two_steps_of_polish_make_every_kind_of_start_exact() {
     }
 }
 
+/// On sheets that end, points that no ray of theirs meets do not appear: what appears is seen where the eye sees its reflection
+/// point, but for a few pixels beside silhouettes.
+#[test]
+fn nothing_appears_far_from_its_reflection_point() {
+    let scene = scene("car");
+    let view = scene.default_view(480, 360);
+    let quality = Quality { samples: 1, order: 1 };
+    let job = Job { scene: &scene, view: &view, quality, progress: &Silent };
+    let sky = scene.objects.iter().find(|object| object.name == "sky").expect("the car has a sky").bounds;
+    for id in ["explosion_map", "reflector_search"] {
+        let mut method = prepared(id, "", &scene, quality);
+        let projector = method.projector(&job).expect("it was prepared").expect("it projects");
+        let (mut found, mut count) = (Vec::new(), 0);
+        // Points of the horizon, all around.
+        for step in 0..2000u16 {
+            let (turn, height) = (f32::from(step) * 0.01, f32::from(step % 7) * 0.02);
+            let point = sky.center() + Vec3::new(turn.cos(), height, turn.sin()) * sky.size() * 0.49;
+            found.clear();
+            projector.project(point, &mut found);
+            count += found.len();
+            for one in &found {
+                let seen = view.pixel_of(one.reflection_point).expect("it is before the eye");
+                let off = seen.distance(one.image_px);
+                assert!(off < 5.0, "{id}, {point}: {off} pixels from its reflection point, {one:?}");
+            }
+        }
+        assert!(count > 1000, "{id}: {count} found");
+    }
+}
+
 /// Path lengths are those of a method that follows rays: within glass, times its index of refraction.
 #[test]
 fn lengths_are_optical() {

@@ -337,19 +337,24 @@ impl<L: Locator> Levels<L> {
                 if from.wanted.is_some_and(|(_, wanted)| wanted != way) {
                     return;
                 }
-                let corrected = match recursion {
-                    Recursion::VirtualPoints => None,
-                    Recursion::Feet => foot.corrected(reflector.mesh, &family.rays, from.point),
+                let foot = match recursion {
+                    Recursion::VirtualPoints => *foot,
+                    Recursion::Feet => match foot.corrected(reflector.mesh, &family.rays, from.point) {
+                        Some(corrected) => corrected,
+                        // What is not seen goes on beside the silhouette.
+                        None if foot.beyond => *foot,
+                        // The ray of the place that was found leads past the point, far from it: it is none.
+                        None => return,
+                    },
                 };
-                let foot = corrected.unwrap_or(*foot);
                 let distance = foot.position.distance(from.point);
                 let (point, moves, behind) = match recursion {
                     Recursion::Feet if foot.beyond => {
                         let (point, moves) = foot.beside(from.point);
                         (point, moves, 0.0)
                     }
-                    Recursion::Feet if corrected.is_some() => (foot.position, foot.position_change, 0.0),
-                    _ => {
+                    Recursion::Feet => (foot.position, foot.position_change, 0.0),
+                    Recursion::VirtualPoints => {
                         let Some((seen, moves)) = foot.virtual_point(&family.rays, from.point) else { return };
                         (seen, moves, distance)
                     }
