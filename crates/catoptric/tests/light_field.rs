@@ -2,15 +2,17 @@
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
-use catoptric::methods::Quality;
+use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs};
 use catoptric::methods::reference::specular_mask;
+use catoptric::methods::{self, Quality, ReflectionMethod};
 use catoptric::metrics::{Comparison, PictureError};
 use catoptric::progress::Silent;
 use catoptric::scene::{Material, Scene, View};
 use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
 use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, things_without_size};
 use glam::Vec3;
+use std::sync::Arc;
 
 const QUALITY: Quality = Quality { samples: 4, order: 1 };
 
@@ -106,7 +108,7 @@ fn reflectors_outside_the_region_show_environment_maps_and_are_counted() {
     let mut scene = scene("two_spheres");
     let [first, second] = [0, 1].map(|k: usize| scene.specular_objects()[k]);
     scene.region = Some(scene.objects[first as usize].bounds);
-    let mut method = catoptric::methods::create("light_field", &toml::from_str("st = 3\nuv = 8").unwrap()).unwrap();
+    let mut method = methods::create("light_field", &toml::from_str("st = 3\nuv = 8").unwrap()).unwrap();
     let report = method.prepare(&scene, QUALITY, &Silent).unwrap();
     assert_eq!(report.fallbacks["reflectors_with_environment_maps"], 1);
     assert_eq!(report.counts["regions"], 1);
@@ -134,4 +136,112 @@ fn settings_and_regions_that_mean_nothing_are_refused() {
         let error = Slabs::capture(&settings, &scene, region, 0, &Silent).expect_err("it is refused").to_string();
         assert!(error.contains(named), "{error}");
     }
+}
+
+/// Units in memory.
+struct Units(Vec<Vec<u8>>);
+
+impl Baked for Units {
+    fn unit_count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn unit(&self, number: usize) -> &[u8] {
+        self.0.get(number).map(Vec::as_slice).unwrap_or_default()
+    }
+}
+
+fn light_field(settings: &str) -> Box<dyn ReflectionMethod> {
+    methods::create("light_field", &toml::from_str(settings).unwrap()).unwrap()
+}
+
+/// All units, the last one first.
+fn baked(settings: &str, scene: &Scene) -> Units {
+    let bake = methods::find("light_field").unwrap().bake.expect("it can be baked");
+    let work = bake(&toml::from_str(settings).unwrap(), scene, QUALITY).unwrap();
+    let (units, maker) = (work.units(), work.maker());
+    let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(|number| maker.make(number)).collect();
+    made.reverse();
+    for (unit, bytes) in units.iter().zip(&made) {
+        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
+    }
+    assert!(maker.make(units.len()).is_empty());
+    assert!(maker.estimate_core_secs() > 0.0);
+    Units(made)
+}
+
+#[test]
+fn baked_slabs_draw_what_captured_ones_do() {
+    const SETTINGS: &str = "st = 4\nuv = 12";
+    let scene = scene("two_spheres");
+    let view = scene.default_view(80, 60);
+    let captured = picture("light_field", SETTINGS, &scene, &view);
+    let mut method = light_field(SETTINGS);
+    method.take_bake(Arc::new(baked(SETTINGS, &scene))).unwrap();
+    let report = method.prepare(&scene, QUALITY, &Silent).unwrap();
+    assert!(!report.counts.contains_key("captured_rays") && report.warnings.is_empty(), "{report:?}");
+    assert!(drawn(&mut *method, &scene, &view, QUALITY).pixels == captured.pixels);
+}
+
+#[test]
+fn a_bake_of_other_sizes_is_refused() {
+    let scene = scene("sphere_room?tess=12");
+    let units = baked("st = 3\nuv = 8", &scene);
+    for (settings, units) in [
+        ("st = 4\nuv = 8", Units(units.0.clone())),
+        ("st = 3\nuv = 9", Units(units.0.clone())),
+        ("st = 3\nuv = 8", Units(units.0[1..].to_vec())),
+    ] {
+        let mut method = light_field(settings);
+        method.take_bake(Arc::new(units)).unwrap();
+        let error = method.prepare(&scene, QUALITY, &Silent).expect_err("it is refused").to_string();
+        assert!(error.contains("units"), "{settings}: {error}");
+    }
+    assert!(methods::create("reference", &toml::Table::new()).unwrap().take_bake(Arc::new(units)).is_err());
+}
+
+/// The same scene with its ball elsewhere.
+fn moved(scene: &Scene, by: Vec3) -> Scene {
+    let mut moved = scene.clone();
+    let object = &mut moved.objects[scene.specular_objects()[0] as usize];
+    object.bounds = Aabb { min: object.bounds.min + by, max: object.bounds.max + by };
+    for vertex in object.vertices.clone() {
+        moved.positions[vertex as usize] += by;
+    }
+    moved
+}
+
+#[test]
+fn reflectors_move_within_their_region_without_a_new_capture() {
+    let mut scene = scene("sphere_room");
+    let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
+    let by = Vec3::new(0.3, 0.05, -0.2) * ball.size();
+    scene.region = Some(Aabb { min: ball.min - by.abs(), max: ball.max + by.abs() });
+    let elsewhere = moved(&scene, by);
+    let view = scene.default_view(160, 120);
+    let settings = "st = 16\nuv = 48";
+    let mut method = light_field(settings);
+    assert!(method.prepare(&scene, QUALITY, &Silent).unwrap().counts["captured_rays"] > 0);
+    let there = |method: &mut dyn ReflectionMethod| {
+        let truth = picture("reference", "", &elsewhere, &view);
+        let mask = specular_mask(&elsewhere, &view);
+        let comparison = Comparison::new(&drawn(method, &elsewhere, &view, QUALITY), &truth).unwrap();
+        comparison.masked(&mask).unwrap().unwrap().flip_mean
+    };
+    assert!(!method.prepare(&elsewhere, QUALITY, &Silent).unwrap().counts.contains_key("captured_rays"));
+    let mut anew = light_field(settings);
+    anew.prepare(&elsewhere, QUALITY, &Silent).unwrap();
+    let (kept, anew) = (there(&mut *method), there(&mut *anew));
+    assert_eq!(kept, anew, "the slabs are the same");
+    let map = error("environment_map", "", &elsewhere, &view).flip_mean;
+    assert!(kept < 0.5 * map, "{kept}, environment map {map}");
+
+    // A bake of a scene without a region is of one moment.
+    let still = Scene { region: None, ..scene.clone() };
+    let small = "st = 3\nuv = 8";
+    let mut method = light_field(small);
+    method.take_bake(Arc::new(baked(small, &still))).unwrap();
+    method.prepare(&still, QUALITY, &Silent).unwrap();
+    let error = method.prepare(&moved(&still, by), QUALITY, &Silent).expect_err("it is refused").to_string();
+    assert!(error.contains("one moment"), "{error}");
 }

@@ -1,5 +1,6 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
+pub mod bake;
 pub mod lookup;
 pub mod projection;
 pub mod reference;
@@ -17,6 +18,7 @@ use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
 use glam::DVec3;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// How a method finds reflections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +59,8 @@ pub struct MethodInfo {
     pub cpu: bool,
     /// Runs on the GPU.
     pub gpu: bool,
-    /// Needs or can use long precomputation.
-    pub bake: bool,
+    /// What it precomputes for long, if anything.
+    pub bake: Option<bake::MakeBakeWork>,
     /// Its settings with their defaults.
     pub settings: fn() -> Vec<SettingInfo>,
     /// All settings with the values that a table of some of them leads to, presets included.
@@ -123,6 +125,16 @@ pub trait ReflectionMethod: Send {
     /// Builds what depends on the scene alone, not on the view. Must be called before [`Self::render`], and again
     /// whenever the scene or the quality changes.
     fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError>;
+
+    /// Takes what was precomputed for the scene and the settings ([`MethodInfo::bake`]), in place of what [`Self::prepare`] would
+    /// do in its stead. Must be called before that.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the method precomputes nothing.
+    fn take_bake(&mut self, baked: Arc<dyn bake::Baked>) -> Result<(), RenderError> {
+        drop(baked);
+        Err(RenderError::Limit { method: self.info().id, problem: "it uses no baked files".into() })
+    }
 
     /// Builds what depends on the view too and not on what moves among the mirrors, as [`Self::render`] does first where
     /// it is missing, and says what that took. Nothing for methods that keep nothing of the kind.

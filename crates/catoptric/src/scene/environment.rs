@@ -10,10 +10,10 @@ use glam::{Vec2, Vec3};
 pub struct Environment {
     /// Where it came from, for messages.
     pub name: String,
-    width: u32,
-    height: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
     /// Linear radiance, rows from the top.
-    radiance: Vec<[f32; 3]>,
+    pub(super) radiance: Vec<[f32; 3]>,
     irradiance: Vec<[f32; 3]>,
 }
 

@@ -5,6 +5,7 @@ mod blend;
 pub mod builtin;
 mod environment;
 mod filter;
+mod identity;
 #[cfg(feature = "files")]
 pub mod import;
 mod light;

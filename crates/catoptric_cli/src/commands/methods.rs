@@ -28,7 +28,7 @@ impl Entry {
             assumptions: info.assumptions,
             cpu: info.cpu,
             gpu: info.gpu,
-            bake: info.bake,
+            bake: info.bake.is_some(),
             settings: (info.settings)(),
         }
     }

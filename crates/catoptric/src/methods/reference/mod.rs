@@ -32,7 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "none beyond perfect mirrors, smooth dielectrics and shadowless shading",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: ReferenceSettings::describe,
     in_force: ReferenceSettings::in_force,
     create: |table| Ok(Box::new(Reference { settings: ReferenceSettings::from_table(table)?, tracer: None })),

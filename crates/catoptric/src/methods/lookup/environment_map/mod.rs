@@ -28,7 +28,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "the surround is infinitely far, or lies on a box or sphere; one reflection, one refraction",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: EnvironmentMapSettings::describe,
     in_force: EnvironmentMapSettings::in_force,
     create: |table| {

@@ -1,7 +1,9 @@
 //! What slabs hold, traced view by view.
 
 use super::layout::{Layout, SLABS, Slab, along};
+use super::rows::{Row, RowSize};
 use super::texels::{Levels, packed};
+use crate::clock::Stopwatch;
 use crate::math::Aabb;
 use crate::methods::reference::{PathModel, PathTracer};
 use crate::parallel;
@@ -17,17 +19,8 @@ const MOST_PARALLAX: f32 = 2.0;
 /// A share of a region's size that is more than rounding.
 const OUTSIDE: f32 = 1e-3;
 
-/// One row of a slab's views.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Row {
-    /// View after view, level after level, row after row: [`packed`] radiance.
-    pub(super) texels: Vec<u32>,
-    /// View after view, row after row: how far what a pixel shows is shifted in the next view, as [`stored`].
-    pub(super) parallax: Vec<i16>,
-}
-
 /// A parallax as it is stored.
-fn stored(parallax: f32) -> i16 {
+pub(super) fn stored(parallax: f32) -> i16 {
     // Casts saturate; what is not a number becomes 0.
     (parallax * (f32::from(i16::MAX) / MOST_PARALLAX)).round() as i16
 }
@@ -44,7 +37,7 @@ pub(super) struct Capture<'a> {
     tracer: Tracer,
     /// The reflectors and lenses of the region, where they stay in their places.
     leaving: Option<Tracer>,
-    layout: &'a Layout,
+    layout: Layout,
     levels: Levels,
     /// Samples a side of a pixel.
     samples: u32,
@@ -55,11 +48,27 @@ pub(super) struct Capture<'a> {
 impl<'a> Capture<'a> {
     /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up to
     /// `order` specular events.
-    pub(super) fn new(scene: &'a Scene, layout: &'a Layout, samples: u32, order: u32) -> Self {
-        let leaves = |object: u32| scene.role_of(object).is_specular() && is_within(scene, object, &layout.region);
+    pub(super) fn new(scene: &'a Scene, layout: &Layout, samples: u32, order: u32) -> Self {
+        let leaves = |object: u32| leaves(scene, object, &layout.region);
         let tracer = Tracer::build(scene, |object| !leaves(object));
         let leaving = scene.region.is_none().then(|| Tracer::build(scene, leaves));
-        Self { scene, tracer, leaving, layout, levels: Levels::new(layout.uv), samples: samples.isqrt(), order }
+        let (levels, layout) = (Levels::new(layout.uv), layout.clone());
+        Self { scene, tracer, leaving, layout, levels, samples: samples.isqrt(), order }
+    }
+
+    /// Time that one core takes for all rows, about, in seconds: that of one view of each slab, times the number of views.
+    pub(super) fn estimate_core_secs(&self) -> f64 {
+        let mut watch = Stopwatch::new();
+        let mut paths = self.paths();
+        let middle = self.layout.st / 2;
+        for slab in 0..SLABS {
+            self.view(&mut paths, slab, middle, middle, &mut Row::default());
+        }
+        watch.lap_ms() * 1e-3 * f64::from(self.layout.st * self.layout.st)
+    }
+
+    fn paths(&self) -> PathTracer<'_> {
+        PathTracer::new(self.scene, &self.tracer, PathModel::Tree, self.order)
     }
 
     /// All rows, slab after slab.
@@ -77,13 +86,10 @@ impl<'a> Capture<'a> {
 
     /// One row: that of a number, slab after slab.
     pub(super) fn row(&self, number: usize) -> Row {
-        let (st, side) = (self.layout.st, self.layout.uv);
+        let (st, size) = (self.layout.st, RowSize::new(&self.layout, &self.levels));
         let (slab, t) = (number / st as usize, (number % st as usize) as u32);
-        let mut paths = PathTracer::new(self.scene, &self.tracer, PathModel::Tree, self.order);
-        let mut row = Row {
-            texels: Vec::with_capacity((st * self.levels.count) as usize),
-            parallax: Vec::with_capacity((st * side * side) as usize),
-        };
+        let mut paths = self.paths();
+        let mut row = Row { texels: Vec::with_capacity(size.texels), parallax: Vec::with_capacity(size.parallax) };
         for s in 0..st {
             self.view(&mut paths, slab, s, t, &mut row);
             self.levels.append(&mut row.texels);
@@ -93,7 +99,7 @@ impl<'a> Capture<'a> {
 
     /// Appends the finest level of a view.
     fn view(&self, paths: &mut PathTracer<'_>, slab: usize, s: u32, t: u32, row: &mut Row) {
-        let (layout, count) = (self.layout, self.samples);
+        let (layout, count) = (&self.layout, self.samples);
         let slab = &layout.slabs[slab];
         let (eye, longer) = (slab.eye(s, t), slab.spacing.max_element());
         let step = layout.pixel() / count as f32;
@@ -150,6 +156,11 @@ impl Capture<'_> {
             None => slab.nearest(region, eye, slope),
         }
     }
+}
+
+/// Whether slabs about a region hold no light of an object, because it is a reflector or lens in there.
+pub(super) fn leaves(scene: &Scene, object: u32, region: &Aabb) -> bool {
+    scene.role_of(object).is_specular() && is_within(scene, object, region)
 }
 
 /// Whether an object lies in a region.

@@ -2,9 +2,11 @@
 //!
 //! See this folder's `README.md`.
 
+mod bake;
 mod capture;
 mod layout;
 mod regions;
+mod rows;
 mod settings;
 mod slabs;
 mod texels;
@@ -14,7 +16,7 @@ pub use settings::{Disparity, LightFieldSettings, Preset, Transfer};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::math::Aabb;
+use crate::methods::bake::Baked;
 use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
 use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
 use crate::methods::lookup::shader::draw;
@@ -24,9 +26,10 @@ use crate::progress::Progress;
 use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
+use bake::SlabsWork;
 use glam::Vec3;
-use regions::Regions;
 pub use slabs::Slabs;
+use std::sync::Arc;
 
 /// What light fields are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -37,22 +40,29 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "nothing but reflectors and lenses is in a region",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: Some(|table, scene, quality| {
+        let settings = LightFieldSettings::from_table(table)?;
+        Ok(Box::new(SlabsWork::for_baking(&settings, scene, quality)?))
+    }),
     settings: LightFieldSettings::describe,
     in_force: LightFieldSettings::in_force,
     create: |table| {
         let settings = LightFieldSettings::from_table(table)?;
-        Ok(Box::new(LightField { settings, fields: None }))
+        Ok(Box::new(LightField { settings, baked: None, fields: None }))
     },
 };
 
 struct LightField {
     settings: LightFieldSettings,
+    /// What slabs are taken from in place of capturing them.
+    baked: Option<Arc<dyn Baked>>,
     fields: Option<Fields>,
 }
 
 /// What all reflectors and lenses look up.
 struct Fields {
+    /// What the slabs hold: [`SlabsWork::fingerprint`].
+    fingerprint: u64,
     /// Of every object its region's number, if it lies in one.
     region_of: Vec<Option<u32>>,
     regions: Vec<Region>,
@@ -74,40 +84,60 @@ impl ReflectionMethod for LightField {
         &INFO
     }
 
+    fn take_bake(&mut self, baked: Arc<dyn Baked>) -> Result<(), RenderError> {
+        self.baked = Some(baked);
+        self.fields = None;
+        Ok(())
+    }
+
     fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        let Regions { boxes, region_of } = Regions::of(scene, self.settings.region_margin);
-        let order = quality.order.saturating_sub(1);
-        let capture = |(number, bounds): (usize, &Aabb)| {
-            let slabs = Slabs::capture(&self.settings, scene, *bounds, order, progress)?;
+        let work = SlabsWork::new(&self.settings, scene, quality);
+        let fingerprint = work.fingerprint();
+        let slabs = match (self.fields.take(), &self.baked) {
+            // What moves, moves within the regions.
+            (Some(known), _) if known.fingerprint == fingerprint => {
+                known.regions.into_iter().map(|region| region.slabs).collect()
+            }
+            (Some(_), Some(_)) => {
+                let problem = "the scene is no longer that of the baked file: without a [region] that reflectors stay in, \
+                               a bake is of one moment";
+                return Err(RenderError::Limit { method: INFO.id, problem: problem.into() });
+            }
+            (None, Some(baked)) => work.baked(baked)?,
+            (_, None) => {
+                let slabs = work.captured(progress);
+                report.counts.insert("captured_rays", slabs.iter().map(Slabs::ray_count).sum());
+                slabs
+            }
+        };
+        report.stages_ms.push((if self.baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
+        let region_of = work.regions.region_of;
+        let region = |(number, slabs): (usize, Slabs)| {
             let inside = |object: u32| region_of[object as usize] == Some(number as u32);
             let traced = self.settings.transfer == Transfer::Traced;
-            Ok(Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) })
+            Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) }
         };
-        let count = if quality.order == 0 { 0 } else { boxes.len() };
-        let regions =
-            boxes.iter().take(count).enumerate().map(capture).collect::<Result<Vec<Region>, RenderError>>()?;
-        report.stages_ms.push(("capture", watch.lap_ms()));
+        let regions: Vec<Region> = slabs.into_iter().enumerate().map(region).collect();
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
         let maps = EnvironmentMapSettings::default();
         let maps = ReflectorMaps::capture(&maps, scene, &others, quality.order, progress)?;
         report.stages_ms.push(("environment_maps", watch.lap_ms()));
         report.counts.insert("regions", regions.len() as u64);
-        report.counts.insert("captured_rays", regions.iter().map(|region| region.slabs.ray_count()).sum());
         report.bytes.insert("slabs", regions.iter().map(|region| region.slabs.byte_count()).sum());
         if !others.is_empty() {
             report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
             report.bytes.insert("environment_maps", maps.byte_count());
         }
-        if !regions.is_empty() {
+        if !regions.is_empty() && self.baked.is_none() {
             let (st, uv) = (self.settings.st, self.settings.uv);
             report.warnings.push(format!(
-                "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; larger ones by st and uv"
+                "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; `catoptric bake` keeps larger ones"
             ));
         }
-        self.fields = Some(Fields { region_of, regions, order: quality.order, maps });
+        self.fields = Some(Fields { fingerprint, region_of, regions, order: quality.order, maps });
         Ok(report)
     }
 

@@ -1,7 +1,8 @@
 //! Slabs as they are looked up (Yu, Yang, McMillan 2005, section 6).
 
-use super::capture::{Capture, Row, restored};
+use super::capture::{Capture, restored};
 use super::layout::{Layout, SLABS, STEEPEST, SlabRay, across};
+use super::rows::{RowSize, RowView, Rows};
 use super::settings::{Disparity, LightFieldSettings};
 use super::texels::{Levels, unpacked};
 use crate::error::RenderError;
@@ -47,8 +48,7 @@ const AGREES_PX: f32 = 1.0;
 pub struct Slabs {
     pub(super) layout: Layout,
     levels: Levels,
-    /// Row after row of views, slab after slab.
-    rows: Vec<Row>,
+    rows: Rows,
     disparity: Disparity,
     /// The parallax of each slab's focal plane, from view to view along the longer spacing.
     focal: [f32; SLABS],
@@ -88,18 +88,17 @@ impl Slabs {
         }
         let layout = Layout::new(region, settings.st, settings.uv);
         let rows = Capture::new(scene, &layout, settings.capture_samples, order).rows(progress);
-        Ok(Self::new(settings, layout, rows))
+        Ok(Self::new(settings, layout, Rows::Captured(rows)))
     }
 
-    fn new(settings: &LightFieldSettings, layout: Layout, rows: Vec<Row>) -> Self {
+    pub(super) fn new(settings: &LightFieldSettings, layout: Layout, rows: Rows) -> Self {
         let levels = Levels::new(layout.uv);
         let focal = [0, 1, 2, 3, 4, 5].map(|slab: usize| {
             let longer = layout.slabs[slab].spacing.max_element();
-            let rows = &rows[slab * layout.st as usize..(slab + 1) * layout.st as usize];
             match settings.disparity {
                 Disparity::None => 0.0,
                 _ if settings.focal_distance > 0.0 => longer / settings.focal_distance,
-                _ => middle_parallax(rows),
+                _ => middle_parallax((0..layout.st as usize).map(|row| rows.row(slab * layout.st as usize + row))),
             }
         });
         Self { layout, levels, rows, disparity: settings.disparity, focal }
@@ -107,12 +106,22 @@ impl Slabs {
 
     /// Memory of all texels and of their parallax.
     pub fn byte_count(&self) -> u64 {
-        self.rows.iter().map(|row| 4 * row.texels.len() as u64 + 2 * row.parallax.len() as u64).sum()
+        (self.row_count() * RowSize::new(&self.layout, &self.levels).bytes()) as u64
     }
 
     /// Rays that were captured.
     pub fn ray_count(&self) -> u64 {
-        self.rows.iter().map(|row| row.parallax.len() as u64).sum()
+        (self.row_count() * RowSize::new(&self.layout, &self.levels).parallax) as u64
+    }
+
+    fn row_count(&self) -> usize {
+        SLABS * self.layout.st as usize
+    }
+
+    /// The row of views that a view is in.
+    #[inline(always)] // for the instructions of its caller
+    fn row_of(&self, slab: usize, view: &Nearby) -> RowView<'_> {
+        self.rows.row(slab * self.layout.st as usize + view.t as usize)
     }
 
     /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and of the
@@ -218,7 +227,7 @@ impl Slabs {
     fn parallax_at(&self, slab: usize, view: &Nearby, slope: Vec2) -> f32 {
         let side = self.layout.uv as usize;
         let at = ((slope + STEEPEST) / self.layout.pixel()).round().clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
-        let row = &self.rows[slab * self.layout.st as usize + view.t as usize];
+        let row = self.row_of(slab, view);
         restored(row.parallax[(view.s as usize * side + at.y as usize) * side + at.x as usize])
     }
 
@@ -249,7 +258,7 @@ impl Slabs {
     fn filtered(&self, slab: usize, view: &Nearby, slope: Vec2, footprint: [Vec2; 2]) -> Vec3 {
         let [x2, y2] = footprint.map(Vec2::length_squared);
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint[0]) } else { (y2, x2, footprint[1]) };
-        let row = &self.rows[slab * self.layout.st as usize + view.t as usize];
+        let row = self.row_of(slab, view);
         let view = &row.texels[(view.s * self.levels.count) as usize..((view.s + 1) * self.levels.count) as usize];
         let pixel = self.layout.pixel();
         let major = major2.sqrt();
@@ -325,10 +334,10 @@ fn blended(
 /// The parallax in the middle of those of a slab's pixels: of its 5th and 95th hundredth, so that a few pixels that see
 /// something very near do not count (Chai, Tong, Chan, Shum 2000: the optimal plane has the mean of the least and the
 /// greatest).
-fn middle_parallax(rows: &[Row]) -> f32 {
+fn middle_parallax<'a>(rows: impl Iterator<Item = RowView<'a>>) -> f32 {
     let mut counts = vec![0u64; 1 << 16];
     let mut total = 0;
-    for value in rows.iter().flat_map(|row| &row.parallax) {
+    for value in rows.flat_map(|row| row.parallax) {
         counts[(i32::from(*value) + (1 << 15)) as usize] += 1;
         total += 1;
     }

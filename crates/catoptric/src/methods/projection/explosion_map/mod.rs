@@ -36,7 +36,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflectors are finely tessellated; the spheres about them hold nothing but them; answers are approximate",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: ExplosionMapSettings::describe,
     in_force: ExplosionMapSettings::in_force,
     create: |table| Ok(Box::new(ExplosionMapMethod::new(ExplosionMapSettings::from_table(table)?))),

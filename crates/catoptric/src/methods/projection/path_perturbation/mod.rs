@@ -32,7 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflectors and lenses are smooth; reflections smaller than the finest sample spacing can be missed",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: PathPerturbationSettings::describe,
     in_force: PathPerturbationSettings::in_force,
     create: |table| Ok(Box::new(PathPerturbation::new(PathPerturbationSettings::from_table(table)?))),

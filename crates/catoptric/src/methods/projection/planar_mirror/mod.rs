@@ -37,7 +37,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflectors are flat or have at most 64 flat faces; curved ones and lenses are drawn black",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: PlanarMirrorSettings::describe,
     in_force: PlanarMirrorSettings::in_force,
     create: |table| {

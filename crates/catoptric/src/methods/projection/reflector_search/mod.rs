@@ -42,7 +42,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflectors are finely tessellated and smooth between creases; answers are approximate",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: ReflectorSearchSettings::describe,
     in_force: ReflectorSearchSettings::in_force,
     create: |table| Ok(Box::new(ReflectorSearchMethod::new(ReflectorSearchSettings::from_table(table)?))),

@@ -56,7 +56,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflections smaller than the spacing of the ray map can be missed",
     cpu: true,
     gpu: false,
-    bake: false,
+    bake: None,
     settings: SampleBasedCameraSettings::describe,
     in_force: SampleBasedCameraSettings::in_force,
     create: |table| Ok(Box::new(SampleBasedCamera::new(SampleBasedCameraSettings::from_table(table)?))),
