@@ -1,4 +1,5 @@
-//! Unit files: the smallest thing that is published. One that exists with a fitting hash is done; nothing else is recorded.
+//! Unit files: the parts of a bake that are published one by one. One that is there with a fitting hash is done; nothing else is
+//! recorded.
 //!
 //! Layout, numbers little-endian: magic (8), format version (4), zero (4), plan hash (32), unit number (8), bytes of the
 //! payload (8), payload, BLAKE3 of all before (32). The hash stands at the end in every version, so that damage is told
