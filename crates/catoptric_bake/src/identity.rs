@@ -3,14 +3,14 @@
 use crate::error::BakeError;
 use crate::unit;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt;
 
 /// The version of the identity's fields.
 pub const SCHEMA: u32 = 1;
-/// Longer identities are refused, about a million units: more likely damage, or units that are far too small.
-pub const MAX_IDENTITY_BYTES: u64 = 64 << 20;
+/// Longer identities, of about 300,000 units, are refused: memory is taken by their length.
+pub const MAX_IDENTITY_BYTES: u64 = 16 << 20;
 /// Values in messages are cut to about this many characters.
 const SHOWN: usize = 60;
 
@@ -74,18 +74,23 @@ impl fmt::Display for Difference {
 impl Identity {
     /// The one way to write it: JSON without spaces, keys sorted.
     pub fn canonical_bytes(&self) -> Vec<u8> {
-        let units: Vec<Value> =
-            self.units.iter().map(|unit| json!({ "name": unit.name, "bytes": unit.bytes })).collect();
-        let whole = json!({
-            "schema": self.schema,
-            "method": self.method,
-            "payload_version": self.payload_version,
-            "settings": self.settings,
-            "scene_hash": self.scene_hash,
-            "program_version": self.program_version,
-            "units": units,
-        });
-        canonical(whole).to_string().into_bytes()
+        // Written piece by piece: as JSON values, millions of units would take many times the memory of the text.
+        let text = |text: &str| Value::from(text).to_string();
+        let mut whole = format!(
+            r#"{{"method":{},"payload_version":{},"program_version":{},"scene_hash":{},"schema":{},"settings":{},"units":["#,
+            text(&self.method),
+            self.payload_version,
+            text(&self.program_version),
+            text(&self.scene_hash),
+            self.schema,
+            canonical(self.settings.clone()),
+        );
+        for (number, unit) in self.units.iter().enumerate() {
+            let comma = if number == 0 { "" } else { "," };
+            whole += &format!(r#"{comma}{{"bytes":{},"name":{}}}"#, unit.bytes, text(&unit.name));
+        }
+        whole += "]}";
+        whole.into_bytes()
     }
 
     /// BLAKE3 of [`Self::canonical_bytes`].
@@ -185,8 +190,12 @@ fn differing(path: &str, baked: &Value, asked: &Value) -> Option<Difference> {
             let mut pairs = baked.iter().zip(asked).enumerate();
             pairs.find_map(|(index, (baked, asked))| differing(&format!("{path}[{index}]"), baked, asked))
         }
-        _ if baked == asked => None,
-        _ => Some(Difference { field: path.into(), baked: shown(Some(baked)), asked: shown(Some(asked)) }),
+        _ => {
+            // As they are written, since that is hashed: 0 and -0 are equal.
+            let written = [baked, asked].map(|value| canonical(value.clone()).to_string());
+            let differ = || Difference { field: path.into(), baked: shown(Some(baked)), asked: shown(Some(asked)) };
+            (written[0] != written[1]).then(differ)
+        }
     }
 }
 
@@ -206,6 +215,7 @@ fn shown(value: Option<&Value>) -> String {
 mod tests {
     use super::*;
     use crate::testing::identity;
+    use serde_json::json;
 
     fn with(change: impl FnOnce(&mut Identity)) -> Identity {
         let mut changed = identity(&[3, 4]);
@@ -223,6 +233,9 @@ mod tests {
         assert_eq!(one.difference(&other), None);
         assert_ne!(one.hash(), identity(&[3, 4]).hash());
         assert_eq!(one.hash().to_string().len(), 64);
+        // It is JSON, whatever characters names have.
+        let odd = with(|identity| identity.units[0].name = "a \"row\"\n\u{1}\u{10ffff}".into());
+        assert_eq!(serde_json::from_slice::<Identity>(&odd.canonical_bytes()).unwrap(), odd);
     }
 
     /// Written as it was by the first version: plans and units of old bakes must stay readable.
@@ -276,6 +289,9 @@ mod tests {
         assert_eq!(told(&|i| i.units.truncate(1)), "units: their number is 2 in the bake, 1 asked for");
         assert_eq!(told(&|i| i.units[1].bytes = 5), "units: the bytes of unit 1 is 4 in the bake, 5 asked for");
         assert!(told(&|i| i.method = "x".repeat(500)).len() < 150);
+        assert_eq!(told(&|i| i.settings["st"] = json!(16.0)), "settings: st is 16 in the bake, 16.0 asked for");
+        let zero = [0.0, -0.0].map(|zero| with(|identity| identity.settings = json!({ "zero": zero })));
+        assert_eq!(zero[0].difference(&zero[1]).is_some(), zero[0].hash() != zero[1].hash());
         assert_eq!(baked.difference(&baked), None);
     }
 

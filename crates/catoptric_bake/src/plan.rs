@@ -10,8 +10,7 @@ use serde_json::Value;
 pub const PLAN_NAME: &str = "plan.json";
 
 /// What a bake consists of.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Everything that the bits of the bake depend on.
     pub identity: Identity,
@@ -29,6 +28,17 @@ pub struct Estimate {
     pub core_hours: f64,
     /// Bytes of all units.
     pub bytes: u64,
+}
+
+/// A plan as it is written: with the hash of its identity, so that a plan that was damaged or edited is noticed before its
+/// units seem to be another bake's.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PlanFile<I> {
+    hash: String,
+    identity: I,
+    recipe: Value,
+    estimate: Estimate,
 }
 
 /// The part of any version's plan that says which version it is.
@@ -54,14 +64,20 @@ impl Plan {
     /// # Errors
     /// [`BakeError::Version`] for a plan of another schema, [`BakeError::Invalid`] for what is no plan.
     pub fn from_json(file: &str, bytes: &[u8]) -> Result<Self, BakeError> {
-        let invalid = |error: serde_json::Error| BakeError::invalid(file, "plan", format!("{error}; plan again"));
+        let invalid =
+            |field, problem: &str| BakeError::invalid(file, field, format!("{problem}; remove it and plan again"));
+        let unreadable = |error: serde_json::Error| invalid("plan", &error.to_string());
         // Other schemas have other fields, so the schema is read before these.
-        let schema = serde_json::from_slice::<AnyPlan>(bytes).map_err(invalid)?.identity.schema;
+        let schema = serde_json::from_slice::<AnyPlan>(bytes).map_err(unreadable)?.identity.schema;
         if schema != SCHEMA {
             return Err(BakeError::Version { file: file.into(), field: "schema", found: schema, known: SCHEMA });
         }
-        let plan: Self = serde_json::from_slice(bytes).map_err(invalid)?;
+        let PlanFile { hash, identity, recipe, estimate } = serde_json::from_slice(bytes).map_err(unreadable)?;
+        let plan = Self { identity, recipe, estimate };
         plan.validate(file)?;
+        if plan.hash().to_string() != hash {
+            return Err(invalid("hash", "the identity does not fit it: the file is damaged, or was edited"));
+        }
         Ok(plan)
     }
 
@@ -71,9 +87,13 @@ impl Plan {
     /// [`BakeError::Invalid`] for plans that could not be read again: see [`Identity::validate`]; estimates must be finite.
     pub fn to_json(&self) -> Result<Vec<u8>, BakeError> {
         self.validate(PLAN_NAME)?;
-        let written = serde_json::to_vec_pretty(self);
+        let (hash, identity) = (self.hash().to_string(), &self.identity);
+        let file = PlanFile { hash, identity, recipe: self.recipe.clone(), estimate: self.estimate };
+        let written = serde_json::to_vec_pretty(&file);
         let mut text = written.map_err(|error| BakeError::invalid(PLAN_NAME, "plan", error.to_string()))?;
         text.push(b'\n');
+        // Settings nested too deeply, say, are noticed now and not by every machine that is to run the plan.
+        Self::from_json(PLAN_NAME, &text)?;
         Ok(text)
     }
 
@@ -169,6 +189,21 @@ mod tests {
         assert!(message(r#""recipe""#, r#""recipes""#).contains("recipes"));
         assert!(message(r#""st": 16"#, r#""st": 1e999"#).contains("plan"));
         assert!(message(r#""name": "row 0""#, r#""name": 0"#).contains("line"));
+    }
+
+    #[test]
+    fn edited_plans_are_noticed() {
+        let text = String::from_utf8(plan(&[3]).to_json().unwrap()).unwrap();
+        let edited = Plan::from_json("plan.json", text.replace(r#""st": 16"#, r#""st": 17"#).as_bytes());
+        let message = edited.unwrap_err().to_string();
+        assert!(message.contains("hash: the identity does not fit it") && message.contains("plan again"), "{message}");
+    }
+
+    #[test]
+    fn plans_that_could_not_be_read_again_are_not_written() {
+        let mut plan = plan(&[3]);
+        plan.identity.settings = (0..200).fold(json!(1), |inner, _| json!([inner]));
+        assert!(plan.to_json().unwrap_err().to_string().contains("recursion"));
     }
 
     #[test]

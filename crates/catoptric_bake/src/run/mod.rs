@@ -1,6 +1,8 @@
 //! Makes the units of a plan that are missing, on all cores, until it is done or told to stop.
 
 #[cfg(test)]
+mod killed;
+#[cfg(test)]
 mod tests;
 
 use crate::error::BakeError;
