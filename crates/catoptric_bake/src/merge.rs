@@ -7,11 +7,12 @@ use crate::publish;
 use crate::status::{Check, Status, status};
 use crate::store::Store;
 use crate::unit;
+use serde::Serialize;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// What was merged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Merged {
     /// How many units.
     pub units: u64,

@@ -29,7 +29,7 @@ pub struct Entry {
 /// Only what object stores can do is asked: nothing is overwritten, appended to, locked or renamed.
 pub trait Store: Sync {
     /// Publishes a file, whole or not at all, unless there is one of that name. Once it has returned the file survives
-    /// the machine. Of several writers at once one gets [`Created::New`].
+    /// a power cut. Of several writers at once one gets [`Created::New`].
     ///
     /// # Errors
     /// [`BakeError::Full`] for a full disk, [`BakeError::Write`] otherwise.
