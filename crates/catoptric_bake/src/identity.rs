@@ -1,0 +1,307 @@
+//! What a bake is of: everything that its bits depend on, and nothing else.
+
+use crate::error::BakeError;
+use crate::unit;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fmt;
+
+/// The version of the identity's fields.
+pub const SCHEMA: u32 = 1;
+/// Longer identities, of about 300,000 units, are refused: memory is taken by their length.
+pub const MAX_IDENTITY_BYTES: u64 = 16 << 20;
+/// Values in messages are cut to about this many characters.
+const SHOWN: usize = 60;
+
+/// Everything that the bits of a bake depend on. Its hash names the bake.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Identity {
+    /// The version of these fields: [`SCHEMA`].
+    pub schema: u32,
+    /// The id of the method that looks the result up.
+    pub method: String,
+    /// The version of the layout of that method's units.
+    pub payload_version: u32,
+    /// The method's settings. Numbers that JSON cannot hold (no number, infinity) become `null`: keep them out.
+    pub settings: Value,
+    /// BLAKE3 of everything that the units see of the scene, in 64 lower-case hexadecimal digits.
+    pub scene_hash: String,
+    /// The version of the program that makes the units: other versions may make other bits.
+    pub program_version: String,
+    /// The units, in the order of their numbers.
+    pub units: Vec<PlannedUnit>,
+}
+
+/// One unit as it was planned.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlannedUnit {
+    /// What it is, for people.
+    pub name: String,
+    /// The bytes of its payload.
+    pub bytes: u64,
+}
+
+/// BLAKE3 of an identity: the name of a bake.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct PlanHash(pub [u8; 32]);
+
+impl fmt::Display for PlanHash {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(formatter, "{byte:02x}"))
+    }
+}
+
+/// The first difference of two identities, in words: `settings: st is 16 in the bake, 32 asked for`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Difference {
+    /// The field, such as `settings: st`.
+    pub field: String,
+    /// What it is in the bake.
+    pub baked: String,
+    /// What it is in what is asked for.
+    pub asked: String,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{} is {} in the bake, {} asked for", self.field, self.baked, self.asked)
+    }
+}
+
+impl Identity {
+    /// The one way to write it: JSON without spaces, keys sorted.
+    pub fn canonical_bytes(&self) -> Vec<u8> {
+        // Written piece by piece: as JSON values, millions of units would take many times the memory of the text.
+        let text = |text: &str| Value::from(text).to_string();
+        let mut whole = format!(
+            r#"{{"method":{},"payload_version":{},"program_version":{},"scene_hash":{},"schema":{},"settings":{},"units":["#,
+            text(&self.method),
+            self.payload_version,
+            text(&self.program_version),
+            text(&self.scene_hash),
+            self.schema,
+            canonical(self.settings.clone()),
+        );
+        for (number, unit) in self.units.iter().enumerate() {
+            let comma = if number == 0 { "" } else { "," };
+            whole += &format!(r#"{comma}{{"bytes":{},"name":{}}}"#, unit.bytes, text(&unit.name));
+        }
+        whole += "]}";
+        whole.into_bytes()
+    }
+
+    /// BLAKE3 of [`Self::canonical_bytes`].
+    pub fn hash(&self) -> PlanHash {
+        PlanHash(blake3::hash(&self.canonical_bytes()).into())
+    }
+
+    /// The number of units.
+    pub fn unit_count(&self) -> u64 {
+        self.units.len() as u64
+    }
+
+    /// Whether it means something; `file` names it in messages.
+    ///
+    /// # Errors
+    /// [`BakeError::Version`] for another schema, [`BakeError::Invalid`] for a scene hash that is none, for no units, and
+    /// for units larger than [`unit::MAX_PAYLOAD_BYTES`].
+    pub fn validate(&self, file: &str) -> Result<(), BakeError> {
+        if self.schema != SCHEMA {
+            return Err(BakeError::Version { file: file.into(), field: "schema", found: self.schema, known: SCHEMA });
+        }
+        let invalid =
+            |field: &str, problem: String| Err(BakeError::invalid(file, format!("identity.{field}"), problem));
+        let is_digit = |byte: u8| byte.is_ascii_digit() || (b'a'..=b'f').contains(&byte);
+        if self.scene_hash.len() != 64 || !self.scene_hash.bytes().all(is_digit) {
+            return invalid("scene_hash", "must be 64 lower-case hexadecimal digits".into());
+        }
+        if self.units.is_empty() {
+            return invalid("units", "there are none; a bake has at least one".into());
+        }
+        for (number, planned) in self.units.iter().enumerate() {
+            if planned.bytes > unit::MAX_PAYLOAD_BYTES {
+                let most = unit::MAX_PAYLOAD_BYTES;
+                let problem = format!("{} bytes are too many, {most} are allowed; cut the work finer", planned.bytes);
+                return invalid(&format!("units[{number}].bytes"), problem);
+            }
+        }
+        Ok(())
+    }
+
+    /// Where this identity, of a bake, differs from one that is asked for, in the first field that does.
+    ///
+    /// Who only looks a bake up does not mind which version of the program made it: let them set `program_version` of
+    /// what they ask for to the bake's.
+    pub fn difference(&self, asked: &Self) -> Option<Difference> {
+        let of = |field: &str, baked: Value, asked: Value| differing(field, &baked, &asked);
+        let hash = |hash: &str| Value::from(hash.get(..12).unwrap_or(hash));
+        of("schema", self.schema.into(), asked.schema.into())
+            .or_else(|| of("method", self.method.as_str().into(), asked.method.as_str().into()))
+            .or_else(|| of("payload_version", self.payload_version.into(), asked.payload_version.into()))
+            .or_else(|| differing("settings", &self.settings, &asked.settings))
+            // The beginning is enough to tell hashes apart; where it is not, the whole is shown.
+            .or_else(|| of("scene_hash", hash(&self.scene_hash), hash(&asked.scene_hash)))
+            .or_else(|| of("scene_hash", self.scene_hash.as_str().into(), asked.scene_hash.as_str().into()))
+            .or_else(|| {
+                of("program_version", self.program_version.as_str().into(), asked.program_version.as_str().into())
+            })
+            .or_else(|| of("units: their number", self.unit_count().into(), asked.unit_count().into()))
+            .or_else(|| {
+                self.units.iter().zip(&asked.units).enumerate().find_map(|(number, (baked, asked))| {
+                    let field = format!("units: the name of unit {number}");
+                    of(&field, baked.name.as_str().into(), asked.name.as_str().into()).or_else(|| {
+                        of(&format!("units: the bytes of unit {number}"), baked.bytes.into(), asked.bytes.into())
+                    })
+                })
+            })
+    }
+}
+
+/// The value with the keys of all objects sorted, whatever order the JSON library keeps them in.
+fn canonical(value: Value) -> Value {
+    match value {
+        Value::Object(map) => {
+            let mut entries: Vec<(String, Value)> = map.into_iter().collect();
+            entries.sort_by(|a, b| a.0.cmp(&b.0));
+            Value::Object(entries.into_iter().map(|(key, value)| (key, canonical(value))).collect())
+        }
+        Value::Array(values) => Value::Array(values.into_iter().map(canonical).collect()),
+        other => other,
+    }
+}
+
+/// The first place where two values differ. `path` leads to them; the name of the field at its front is set off by a colon.
+fn differing(path: &str, baked: &Value, asked: &Value) -> Option<Difference> {
+    match (baked, asked) {
+        (Value::Object(baked), Value::Object(asked)) => {
+            let keys: BTreeSet<&String> = baked.keys().chain(asked.keys()).collect();
+            keys.into_iter().find_map(|key| {
+                let path = if path.contains(": ") { format!("{path}.{key}") } else { format!("{path}: {key}") };
+                match (baked.get(key), asked.get(key)) {
+                    (Some(baked), Some(asked)) => differing(&path, baked, asked),
+                    (baked, asked) => Some(Difference { field: path, baked: shown(baked), asked: shown(asked) }),
+                }
+            })
+        }
+        (Value::Array(baked), Value::Array(asked)) if baked.len() == asked.len() => {
+            let mut pairs = baked.iter().zip(asked).enumerate();
+            pairs.find_map(|(index, (baked, asked))| differing(&format!("{path}[{index}]"), baked, asked))
+        }
+        _ => {
+            // As they are written, since that is hashed: 0 and -0 are equal.
+            let written = [baked, asked].map(|value| canonical(value.clone()).to_string());
+            let differ = || Difference { field: path.into(), baked: shown(Some(baked)), asked: shown(Some(asked)) };
+            (written[0] != written[1]).then(differ)
+        }
+    }
+}
+
+fn shown(value: Option<&Value>) -> String {
+    let text = match value {
+        None => return "not given".into(),
+        Some(Value::String(text)) => format!("`{text}`"),
+        Some(value @ Value::Array(values)) if value.to_string().len() > SHOWN => {
+            return format!("a list of {}", values.len());
+        }
+        Some(value) => canonical(value.clone()).to_string(),
+    };
+    if text.chars().count() <= SHOWN { text } else { text.chars().take(SHOWN).chain(['…']).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::identity;
+    use serde_json::json;
+
+    fn with(change: impl FnOnce(&mut Identity)) -> Identity {
+        let mut changed = identity(&[3, 4]);
+        change(&mut changed);
+        changed
+    }
+
+    #[test]
+    fn the_hash_does_not_depend_on_the_order_of_keys() {
+        let one = with(|identity| identity.settings = serde_json::from_str(r#"{"a":{"x":1,"b":2},"c":0.1}"#).unwrap());
+        let other =
+            with(|identity| identity.settings = serde_json::from_str(r#"{"c":0.1,"a":{"b":2,"x":1}}"#).unwrap());
+        assert_eq!(one.hash(), other.hash());
+        assert_eq!(one.canonical_bytes(), other.canonical_bytes());
+        assert_eq!(one.difference(&other), None);
+        assert_ne!(one.hash(), identity(&[3, 4]).hash());
+        assert_eq!(one.hash().to_string().len(), 64);
+        // It is JSON, whatever characters names have.
+        let odd = with(|identity| identity.units[0].name = "a \"row\"\n\u{1}\u{10ffff}".into());
+        assert_eq!(serde_json::from_slice::<Identity>(&odd.canonical_bytes()).unwrap(), odd);
+    }
+
+    /// Written as it was by the first version: plans and units of old bakes must stay readable.
+    #[test]
+    fn the_canonical_form_is_fixed() {
+        let text = String::from_utf8(identity(&[3]).canonical_bytes()).unwrap();
+        let expected = concat!(
+            r#"{"method":"test","payload_version":1,"program_version":"0.1.0","scene_hash":""#,
+            "00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff00ff",
+            r#"","schema":1,"settings":{"region":{"min":[0,0,0.1]},"st":16},"units":[{"bytes":3,"name":"row 0"}]}"#
+        );
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn numbers_come_back_as_they_were() {
+        // Parsed without care, such numbers come back as their neighbours.
+        for bits in (0..2000u64).map(|k| 0x3fb0_0000_0000_0000 + k * 0x1_2345_6789_abcd % (1 << 60)) {
+            let value = f64::from_bits(bits);
+            let before = with(|identity| identity.settings = json!({ "value": value }));
+            let after: Identity = serde_json::from_slice(&before.canonical_bytes()).unwrap();
+            assert_eq!(after.hash(), before.hash(), "{value:e}");
+        }
+    }
+
+    #[test]
+    fn differences_are_told_in_words() {
+        let baked = identity(&[3, 4]);
+        let told = |change: &dyn Fn(&mut Identity)| baked.difference(&with(change)).unwrap().to_string();
+        assert_eq!(told(&|i| i.settings["st"] = 32.into()), "settings: st is 16 in the bake, 32 asked for");
+        assert_eq!(
+            told(&|i| i.settings["region"]["min"][2] = 0.25.into()),
+            "settings: region.min[2] is 0.1 in the bake, 0.25 asked for"
+        );
+        assert_eq!(told(&|i| i.settings["uv"] = 8.into()), "settings: uv is not given in the bake, 8 asked for");
+        assert_eq!(
+            told(&|i| i.settings["region"]["min"] = (0..90).collect()),
+            "settings: region.min is [0,0,0.1] in the bake, a list of 90 asked for"
+        );
+        assert_eq!(told(&|i| i.method = "other".into()), "method is `test` in the bake, `other` asked for");
+        assert_eq!(
+            told(&|i| i.scene_hash = "a".repeat(64)),
+            "scene_hash is `00ff00ff00ff` in the bake, `aaaaaaaaaaaa` asked for"
+        );
+        assert!(told(&|i| i.scene_hash = i.scene_hash.replacen("ff00ff", "ff00fe", 1)).starts_with("scene_hash"));
+        assert_eq!(told(&|i| i.payload_version = 2), "payload_version is 1 in the bake, 2 asked for");
+        assert_eq!(
+            told(&|i| i.program_version = "0.2".into()),
+            "program_version is `0.1.0` in the bake, `0.2` asked for"
+        );
+        assert_eq!(told(&|i| i.units.truncate(1)), "units: their number is 2 in the bake, 1 asked for");
+        assert_eq!(told(&|i| i.units[1].bytes = 5), "units: the bytes of unit 1 is 4 in the bake, 5 asked for");
+        assert!(told(&|i| i.method = "x".repeat(500)).len() < 150);
+        assert_eq!(told(&|i| i.settings["st"] = json!(16.0)), "settings: st is 16 in the bake, 16.0 asked for");
+        let zero = [0.0, -0.0].map(|zero| with(|identity| identity.settings = json!({ "zero": zero })));
+        assert_eq!(zero[0].difference(&zero[1]).is_some(), zero[0].hash() != zero[1].hash());
+        assert_eq!(baked.difference(&baked), None);
+    }
+
+    #[test]
+    fn what_means_nothing_is_refused() {
+        let message = |change: &dyn Fn(&mut Identity)| with(change).validate("plan.json").unwrap_err().to_string();
+        assert!(identity(&[0]).validate("plan.json").is_ok());
+        assert!(message(&|i| i.schema = 2).contains("schema is 2, this program reads 1"));
+        assert!(message(&|i| i.scene_hash = "A".repeat(64)).contains("identity.scene_hash"));
+        assert!(message(&|i| i.units.clear()).contains("identity.units"));
+        assert!(message(&|i| i.units[1].bytes = 1 << 40).contains("identity.units[1].bytes"));
+    }
+}

@@ -1,0 +1,68 @@
+//! Long precomputation cut into units: planned, made on one core or a cluster, resumed, merged into one mapped file.
+//!
+//! * A [`Plan`] names the units of a bake. Its hash names the bake, so results of another scene cannot mix in.
+//! * [`run`] makes the units of a [`Shard`] that are missing and publishes each in a [`Store`], whole or not at all. A unit that
+//!   is there with a fitting hash is done; nothing else is recorded, so a bake may be killed at any time, by anything.
+//! * [`status`] tells how far a bake has come, from the store alone.
+//! * [`merge`] makes one [`BakedFile`] of all units: the same bits, whoever made the units, in whatever order.
+//!
+//! What is in a unit is its method's own: this crate knows bytes only.
+//!
+//! ```
+//! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};
+//!
+//! let unit = |row| PlannedUnit { name: format!("row {row}"), bytes: 8 };
+//! let identity = Identity {
+//!     schema: SCHEMA,
+//!     method: "squares".into(),
+//!     payload_version: 1,
+//!     settings: serde_json::json!({ "rows": 10 }),
+//!     scene_hash: "0".repeat(64),
+//!     program_version: "1.0.0".into(),
+//!     units: (0..10).map(unit).collect(),
+//! };
+//! let estimate = Estimate { core_hours: 0.001, bytes: 80 };
+//! let plan = Plan { identity, recipe: serde_json::json!({ "rows": 10 }), estimate };
+//!
+//! let folder = tempfile::tempdir().unwrap();
+//! let store = LocalStore::create_folder(folder.path().join("squares")).unwrap();
+//! plan.publish(&store).unwrap();
+//!
+//! // Work is a function of the unit's number alone. Other processes may do other shards at the same time.
+//! let work = |number: u64| -> Result<Vec<u8>, String> { Ok((number * number).to_le_bytes().to_vec()) };
+//! for shard in ["0/2", "1/2"] {
+//!     let options = RunOptions { shard: shard.parse().unwrap(), ..RunOptions::default() };
+//!     assert_eq!(run(&plan, &store, &work, &options).unwrap().made, 5);
+//! }
+//!
+//! let output = folder.path().join("squares.bake");
+//! merge(&plan, &store, &output).unwrap();
+//! let baked = BakedFile::open(&output).unwrap();
+//! assert_eq!(baked.identity().difference(&plan.identity), None);
+//! assert_eq!(baked.unit(7), 49u64.to_le_bytes());
+//! ```
+
+mod container;
+mod error;
+mod identity;
+mod merge;
+mod plan;
+mod publish;
+mod run;
+mod shard;
+mod status;
+mod store;
+#[cfg(test)]
+mod testing;
+pub mod unit;
+
+pub use container::{ALIGNMENT, BakedFile, FORMAT_VERSION};
+pub use error::BakeError;
+pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUnit, SCHEMA};
+pub use merge::{Merged, merge};
+pub use plan::{Estimate, PLAN_NAME, Plan};
+pub use run::{Outcome, Reason, RunOptions, RunReport, UnitDone, Work, run};
+pub use shard::Shard;
+pub use status::{BadUnit, Check, Status, status};
+pub use store::{Created, Entry, LocalStore, Store};
+pub use unit::UnitFault;

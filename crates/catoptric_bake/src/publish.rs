@@ -1,0 +1,141 @@
+//! Files that appear whole or not at all, and stay after a power cut.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
+use tempfile::NamedTempFile;
+
+const PREFIX: &str = ".catoptric-";
+const SUFFIX: &str = ".tmp";
+
+/// Whether a name is that of a temporary file of [`temporary_beside`].
+pub(crate) fn is_temporary(name: &str) -> bool {
+    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
+}
+
+/// A temporary file in the folder of a path. It is deleted when it is dropped, unless the program is killed before.
+pub(crate) fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        let problem = format!("the folder {} does not exist; create it first", folder.display());
+        return Err(io::Error::new(ErrorKind::NotFound, problem));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    // Temporary files are private; results are as readable as any new file of the user.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Creates a file unless there is one of that name; says whether it did.
+pub(crate) fn create_new(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+    let mut file = temporary_beside(path)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    match fs::hard_link(file.path(), path) {
+        Ok(()) => drop(file),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => return Ok(false),
+        Err(error) if has_no_links(&error) => {
+            if !rename_to_new(file, path, &error)? {
+                return Ok(false);
+            }
+        }
+        Err(error) => return Err(error),
+    }
+    sync_folder(path)?;
+    Ok(true)
+}
+
+/// What file systems without hard links say, such as FAT.
+fn has_no_links(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::Unsupported | ErrorKind::TooManyLinks)
+}
+
+/// Where there are no hard links: a rename that fails where the name is taken is one step of the file system as well
+/// (renameat2 of Linux, renamex_np of macOS, MoveFileEx of Windows). It comes second, since network file systems know links
+/// better.
+fn rename_to_new(file: NamedTempFile, path: &Path, no_links: &io::Error) -> io::Result<bool> {
+    match file.persist_noclobber(path) {
+        Ok(_) => Ok(true),
+        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Ok(false),
+        Err(error) if has_no_links(&error.error) => Err(io::Error::new(
+            error.error.kind(),
+            format!(
+                "the file system can neither link ({no_links}) nor rename without overwriting ({}), so two writers could \
+                 destroy each other's work; use a folder of another file system",
+                error.error
+            ),
+        )),
+        Err(error) => Err(error.error),
+    }
+}
+
+/// Puts a temporary file in the place of a path, also of a file that is there.
+pub(crate) fn replace(file: NamedTempFile, path: &Path) -> io::Result<()> {
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|error| error.error)?;
+    sync_folder(path)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A new name survives a power cut only once its folder is on the disk.
+fn sync_folder(path: &Path) -> io::Result<()> {
+    // Elsewhere folders cannot be opened, and names are written with the files.
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    match File::open(folder_of(path)).and_then(|folder| folder.sync_all()) {
+        // Some network file systems cannot; their servers write names at once.
+        Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => Ok(()),
+        result => result,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn renames_where_links_are_missing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x");
+        let no_links = io::Error::from(ErrorKind::Unsupported);
+        assert!(has_no_links(&no_links));
+        for (bytes, is_new) in [(b"one", true), (b"two", false)] {
+            let mut file = temporary_beside(&path).unwrap();
+            file.write_all(bytes).unwrap();
+            assert_eq!(rename_to_new(file, &path, &no_links).unwrap(), is_new);
+        }
+        assert_eq!(fs::read(&path).unwrap(), b"one");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn replaces_what_was_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x");
+        fs::write(&path, b"old").unwrap();
+        let mut file = temporary_beside(&path).unwrap();
+        file.write_all(b"new").unwrap();
+        replace(file, &path).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        let missing = temporary_beside(&folder.path().join("no/x")).unwrap_err().to_string();
+        assert!(missing.contains("does not exist; create it first"), "{missing}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn others_can_read_what_is_published() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (path, usual) = (folder.path().join("x"), folder.path().join("usual"));
+        assert!(create_new(&path, b"x").unwrap());
+        fs::write(&usual, b"").unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&path), mode(&usual));
+    }
+}

@@ -1,0 +1,294 @@
+//! Makes the units of a plan that are missing, on all cores, until it is done or told to stop.
+
+#[cfg(test)]
+mod killed;
+#[cfg(test)]
+mod tests;
+
+use crate::error::BakeError;
+use crate::plan::Plan;
+use crate::shard::Shard;
+use crate::status::{Check, Found, Listing};
+use crate::store::{Created, Store};
+use crate::unit;
+use serde::Serialize;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// How often a unit is published that others remove or damage in the meantime.
+const ATTEMPTS: usize = 3;
+
+/// What is to be baked. Also any function from a unit's number to its payload.
+pub trait Work: Sync {
+    /// The payload of a unit: of as many bytes as planned, and the same bits on every machine, thread and try.
+    ///
+    /// # Errors
+    /// What went wrong, in words.
+    fn unit(&self, number: u64) -> Result<Vec<u8>, String>;
+}
+
+impl<F: Fn(u64) -> Result<Vec<u8>, String> + Sync> Work for F {
+    fn unit(&self, number: u64) -> Result<Vec<u8>, String> {
+        self(number)
+    }
+}
+
+/// How a run goes.
+#[derive(Clone, Copy)]
+pub struct RunOptions<'a> {
+    /// Which units are made.
+    pub shard: Shard,
+    /// How units that are there are looked at. Contents are the default: reading a unit takes far less than making it, and
+    /// what is found now need not be made again after a merge that refused. Sizes are for stores that are slow or costly to
+    /// read; the merge finds the rest.
+    pub check: Check,
+    /// Stops the run before the next unit once it is set; units at work are finished.
+    pub stop: &'a AtomicBool,
+    /// Stops the run before the next unit from this time on.
+    pub until: Option<Instant>,
+    /// Is told of every unit that is done or was done already; called from any thread.
+    pub on_unit: &'a (dyn Fn(&UnitDone<'_>) + Sync),
+}
+
+impl Default for RunOptions<'_> {
+    fn default() -> Self {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Self { shard: Shard::ALL, check: Check::Contents, stop: &NEVER, until: None, on_unit: &|_| {} }
+    }
+}
+
+/// What became of a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// It was missing and is published.
+    Made,
+    /// It was there.
+    Skipped,
+    /// It was there, damaged, and a good one is published in its place.
+    Replaced,
+    /// It was made, but another writer had published the same bits first.
+    Beaten,
+}
+
+/// A unit that is done.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UnitDone<'a> {
+    /// Its number.
+    pub number: u64,
+    /// Its name in the plan.
+    pub name: &'a str,
+    /// The bytes of its payload.
+    pub bytes: u64,
+    /// What became of it.
+    pub outcome: Outcome,
+    /// How long that took.
+    pub seconds: f64,
+    /// How many units of the shard are done; threads may report in another order than they count.
+    pub done: u64,
+    /// How many units are in the shard.
+    pub total: u64,
+}
+
+/// Why a run stopped before its shard was done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reason {
+    /// The stop flag was set.
+    Asked,
+    /// The time was up.
+    Time,
+}
+
+/// What a run did with the units of its shard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct RunReport {
+    /// How many were missing and are published.
+    pub made: u64,
+    /// How many were there.
+    pub skipped: u64,
+    /// How many were there, damaged, and are replaced.
+    pub replaced: u64,
+    /// How many were made here while another writer published them first.
+    pub beaten: u64,
+    /// How many are left to do.
+    pub left: u64,
+    /// Why the run stopped, when units are left.
+    pub stopped: Option<Reason>,
+}
+
+/// Makes the units of a shard that are missing or damaged.
+///
+/// Each thread of rayon's current pool takes one unit at a time, in the order of their numbers, and holds at most its payload
+/// and its file in memory. Work may use rayon itself.
+///
+/// # Errors
+/// The first failure, after which no more units are begun: [`BakeError::Work`] and [`BakeError::Size`] of the work;
+/// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole that
+/// does not belong there has a unit's name; and those of the store. What was published until then is kept.
+pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions<'_>) -> Result<RunReport, BakeError> {
+    let total = options.shard.unit_count(plan.identity.unit_count());
+    let run = Run {
+        plan,
+        store,
+        work,
+        options,
+        listing: Listing::read(plan, store)?,
+        total,
+        next_rank: AtomicU64::new(0),
+        failed: AtomicBool::new(false),
+        progress: Mutex::new(Progress { report: RunReport { left: total, ..RunReport::default() }, failure: None }),
+    };
+    // One loop a thread, not a parallel iterator: a thread that waits for work's own parallel loops could begin another
+    // unit of an iterator meanwhile, and memory would not be bounded.
+    rayon::broadcast(|_| run.take_units());
+    let Progress { mut report, failure } = run.progress.into_inner().unwrap_or_else(PoisonError::into_inner);
+    if report.left == 0 {
+        report.stopped = None;
+    }
+    failure.map_or(Ok(report), Err)
+}
+
+struct Run<'a> {
+    plan: &'a Plan,
+    store: &'a dyn Store,
+    work: &'a dyn Work,
+    options: &'a RunOptions<'a>,
+    listing: Listing<'a>,
+    total: u64,
+    next_rank: AtomicU64,
+    failed: AtomicBool,
+    progress: Mutex<Progress>,
+}
+
+struct Progress {
+    report: RunReport,
+    failure: Option<BakeError>,
+}
+
+/// Stops the other threads when one panics: else they would work to the end before the panic is passed on.
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Run<'_> {
+    fn take_units(&self) {
+        let _guard = StopOnPanic(&self.failed);
+        while let Some(number) = self.next() {
+            let begun = Instant::now();
+            match self.look_or_make(number) {
+                Ok(outcome) => self.report(number, outcome, begun),
+                Err(error) => {
+                    self.failed.store(true, Ordering::Relaxed);
+                    self.progress().failure.get_or_insert(error);
+                }
+            }
+        }
+    }
+
+    fn progress(&self) -> std::sync::MutexGuard<'_, Progress> {
+        // Nothing that could panic is done while it is held.
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The next unit, unless it is time to stop.
+    fn next(&self) -> Option<u64> {
+        if self.failed.load(Ordering::Relaxed) {
+            return None;
+        }
+        let reason = if self.options.stop.load(Ordering::Relaxed) {
+            Some(Reason::Asked)
+        } else {
+            self.options.until.filter(|&until| Instant::now() >= until).map(|_| Reason::Time)
+        };
+        if let Some(reason) = reason {
+            self.progress().report.stopped.get_or_insert(reason);
+            return None;
+        }
+        let rank = self.next_rank.fetch_add(1, Ordering::Relaxed);
+        (rank < self.total).then(|| self.options.shard.unit(rank))
+    }
+
+    fn report(&self, number: u64, outcome: Outcome, begun: Instant) {
+        let left = {
+            let report = &mut self.progress().report;
+            *match outcome {
+                Outcome::Made => &mut report.made,
+                Outcome::Skipped => &mut report.skipped,
+                Outcome::Replaced => &mut report.replaced,
+                Outcome::Beaten => &mut report.beaten,
+            } += 1;
+            report.left -= 1;
+            report.left
+        };
+        let planned = &self.plan.identity.units[number as usize];
+        (self.options.on_unit)(&UnitDone {
+            number,
+            name: &planned.name,
+            bytes: planned.bytes,
+            outcome,
+            seconds: begun.elapsed().as_secs_f64(),
+            done: self.total - left,
+            total: self.total,
+        });
+    }
+
+    fn look_or_make(&self, number: u64) -> Result<Outcome, BakeError> {
+        match self.listing.find(number, self.options.check)? {
+            Found::Good => return Ok(Outcome::Skipped),
+            Found::Bad(fault) if !fault.is_damage() => {
+                let file = self.store.place(&self.file_name(number));
+                return Err(BakeError::Misplaced { file, fault });
+            }
+            Found::Missing | Found::Bad(_) => {}
+        }
+        let planned = &self.plan.identity.units[number as usize];
+        let name = || planned.name.clone();
+        let payload = self.work.unit(number).map_err(|problem| BakeError::Work { number, name: name(), problem })?;
+        let found = payload.len() as u64;
+        if found != planned.bytes {
+            return Err(BakeError::Size { number, name: name(), planned: planned.bytes, found });
+        }
+        self.publish(number, &unit::encode(self.listing.hash, number, &payload))
+    }
+
+    /// Publishes a unit. A damaged one in its place is looked at again just before it is removed, and only once the good one
+    /// is ready: so it is rare that a good one of another writer is removed.
+    fn publish(&self, number: u64, bytes: &[u8]) -> Result<Outcome, BakeError> {
+        let name = self.file_name(number);
+        let file = || self.store.place(&name);
+        let mut replaced = false;
+        for _ in 0..ATTEMPTS {
+            if self.store.create(&name, bytes)? == Created::New {
+                return Ok(if replaced { Outcome::Replaced } else { Outcome::Made });
+            }
+            let Some(found) = self.store.get(&name)? else { continue };
+            if found == bytes {
+                return Ok(Outcome::Beaten);
+            }
+            match unit::decode_planned(&found, &self.plan.identity, self.listing.hash, number) {
+                Ok(_) => {
+                    let name = self.plan.identity.units[number as usize].name.clone();
+                    return Err(BakeError::Differs { file: file(), number, name });
+                }
+                Err(fault) if fault.is_damage() => {
+                    self.store.remove(&name)?;
+                    replaced = true;
+                }
+                Err(fault) => return Err(BakeError::Misplaced { file: file(), fault }),
+            }
+        }
+        Err(BakeError::Contended { file: file() })
+    }
+
+    fn file_name(&self, number: u64) -> String {
+        unit::file_name(number, self.plan.identity.unit_count())
+    }
+}

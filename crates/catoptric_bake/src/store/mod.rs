@@ -1,0 +1,71 @@
+//! Where plans and units are published: a folder, or what can do as little as an object store.
+
+mod local;
+
+pub use local::LocalStore;
+
+use crate::error::BakeError;
+
+/// What happened to a file that was to be created.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Created {
+    /// It is there now, whole.
+    New,
+    /// There was one already; it is as it was.
+    Existed,
+}
+
+/// A file of a store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its bytes.
+    pub bytes: u64,
+}
+
+/// Where plans and units are published. Names are flat: no folders within.
+///
+/// Only what object stores can do is asked: nothing is overwritten, appended to, locked or renamed.
+pub trait Store: Sync {
+    /// Publishes a file, whole or not at all, unless there is one of that name. Once it has returned the file survives
+    /// a power cut. Of several writers at once one gets [`Created::New`].
+    ///
+    /// # Errors
+    /// [`BakeError::Full`] for a full disk, [`BakeError::Write`] otherwise.
+    fn create(&self, name: &str, bytes: &[u8]) -> Result<Created, BakeError>;
+
+    /// The bytes of a file; none when there is no such file.
+    ///
+    /// # Errors
+    /// [`BakeError::Read`].
+    fn get(&self, name: &str) -> Result<Option<Vec<u8>>, BakeError>;
+
+    /// All files that have been published, in any order.
+    ///
+    /// # Errors
+    /// [`BakeError::Read`].
+    fn list(&self) -> Result<Vec<Entry>, BakeError>;
+
+    /// Removes a file; that it was gone already is no error.
+    ///
+    /// For damaged units alone: since nothing is overwritten, the bad one must go before a good one can be created in its
+    /// place. Two writers that do so at once may remove each other's good unit, and publish it again: at worst a unit is
+    /// missing, never wrong, and the next run makes it.
+    ///
+    /// # Errors
+    /// [`BakeError::Write`].
+    fn remove(&self, name: &str) -> Result<(), BakeError>;
+
+    /// A file's path or address, for messages; the store's own for an empty name.
+    fn place(&self, name: &str) -> String;
+
+    /// Temporary files: of writers at work, or left over by ones that were killed. They are never taken for units and may
+    /// be deleted when no writer is at work.
+    ///
+    /// # Errors
+    /// [`BakeError::Read`].
+    fn left_over(&self) -> Result<Vec<Entry>, BakeError> {
+        Ok(Vec::new())
+    }
+}
