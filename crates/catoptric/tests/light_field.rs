@@ -222,19 +222,21 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     let settings = "st = 16\nuv = 48";
     let mut method = light_field(settings);
     assert!(method.prepare(&scene, QUALITY, &Silent).unwrap().counts["captured_rays"] > 0);
-    let there = |method: &mut dyn ReflectionMethod| {
-        let truth = picture("reference", "", &elsewhere, &view);
-        let mask = specular_mask(&elsewhere, &view);
-        let comparison = Comparison::new(&drawn(method, &elsewhere, &view, QUALITY), &truth).unwrap();
+    let shown = |method: &mut dyn ReflectionMethod, scene: &Scene| {
+        let truth = picture("reference", "", scene, &view);
+        let mask = specular_mask(scene, &view);
+        let comparison = Comparison::new(&drawn(method, scene, &view, QUALITY), &truth).unwrap();
         comparison.masked(&mask).unwrap().unwrap().flip_mean
     };
+    let before = shown(&mut *method, &scene);
     assert!(!method.prepare(&elsewhere, QUALITY, &Silent).unwrap().counts.contains_key("captured_rays"));
     let mut anew = light_field(settings);
     anew.prepare(&elsewhere, QUALITY, &Silent).unwrap();
-    let (kept, anew) = (there(&mut *method), there(&mut *anew));
+    let (kept, anew) = (shown(&mut *method, &elsewhere), shown(&mut *anew, &elsewhere));
     assert_eq!(kept, anew, "the slabs are the same");
+    // As good as in the middle of the region, and better than an environment map that is taken anew.
     let map = error("environment_map", "", &elsewhere, &view).flip_mean;
-    assert!(kept < 0.5 * map, "{kept}, environment map {map}");
+    assert!(kept < 1.2 * before && kept < 0.7 * map, "{kept}, before it moved {before}, environment map {map}");
 
     // A bake of a scene without a region is of one moment.
     let still = Scene { region: None, ..scene.clone() };

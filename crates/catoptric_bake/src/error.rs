@@ -118,6 +118,14 @@ pub enum BakeError {
         /// The first difference.
         difference: String,
     },
+    /// The file is the bake of another scene, method or settings.
+    #[error("{file}: is the bake of something else: {difference}; bake again, or ask for what it is of")]
+    OtherBake {
+        /// The file.
+        file: String,
+        /// The first difference.
+        difference: String,
+    },
     /// A unit in the store is whole, but not the one that belongs there; it is not replaced.
     #[error("{file}: {fault}; it is whole, so it is left alone: move it away, then run again")]
     Misplaced {

@@ -143,8 +143,8 @@ impl Identity {
             .or_else(|| of("payload_version", self.payload_version.into(), asked.payload_version.into()))
             .or_else(|| differing("settings", &self.settings, &asked.settings))
             // The beginning is enough to tell hashes apart; where it is not, the whole is shown.
-            .or_else(|| of("scene_hash", hash(&self.scene_hash), hash(&asked.scene_hash)))
-            .or_else(|| of("scene_hash", self.scene_hash.as_str().into(), asked.scene_hash.as_str().into()))
+            .or_else(|| of("the scene's hash", hash(&self.scene_hash), hash(&asked.scene_hash)))
+            .or_else(|| of("the scene's hash", self.scene_hash.as_str().into(), asked.scene_hash.as_str().into()))
             .or_else(|| {
                 of("program_version", self.program_version.as_str().into(), asked.program_version.as_str().into())
             })
@@ -278,9 +278,9 @@ mod tests {
         assert_eq!(told(&|i| i.method = "other".into()), "method is `test` in the bake, `other` asked for");
         assert_eq!(
             told(&|i| i.scene_hash = "a".repeat(64)),
-            "scene_hash is `00ff00ff00ff` in the bake, `aaaaaaaaaaaa` asked for"
+            "the scene's hash is `00ff00ff00ff` in the bake, `aaaaaaaaaaaa` asked for"
         );
-        assert!(told(&|i| i.scene_hash = i.scene_hash.replacen("ff00ff", "ff00fe", 1)).starts_with("scene_hash"));
+        assert!(told(&|i| i.scene_hash = i.scene_hash.replacen("ff00ff", "ff00fe", 1)).starts_with("the scene's hash"));
         assert_eq!(told(&|i| i.payload_version = 2), "payload_version is 1 in the bake, 2 asked for");
         assert_eq!(
             told(&|i| i.program_version = "0.2".into()),

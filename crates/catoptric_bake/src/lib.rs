@@ -6,7 +6,8 @@
 //! * [`status`] tells how far a bake has come, from the store alone.
 //! * [`merge`] makes one [`BakedFile`] of all units: the same bits, whoever made the units, in whatever order.
 //!
-//! What is in a unit is its method's own: this crate knows bytes only.
+//! What is in a unit is its method's own: all this is about bytes. A [`MethodBake`] knows what catoptric's methods bake, and that
+//! a file belongs to a scene and settings.
 //!
 //! ```
 //! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};
@@ -46,6 +47,7 @@ mod container;
 mod error;
 mod identity;
 mod merge;
+mod methods;
 mod plan;
 mod publish;
 mod run;
@@ -59,7 +61,8 @@ pub mod unit;
 pub use container::{ALIGNMENT, BakedFile, FORMAT_VERSION};
 pub use error::BakeError;
 pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUnit, SCHEMA};
-pub use merge::{Merged, merge};
+pub use merge::{Merged, merge, merge_through};
+pub use methods::{MethodBake, MethodUnits};
 pub use plan::{Estimate, PLAN_NAME, Plan};
 pub use run::{Outcome, Reason, RunOptions, RunReport, UnitDone, Work, run};
 pub use shard::Shard;

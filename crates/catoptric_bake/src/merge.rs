@@ -29,6 +29,15 @@ pub struct Merged {
 /// [`BakeError::Incomplete`] when a unit is missing or bad; [`BakeError::Full`] and [`BakeError::Write`] for the output;
 /// those of the store.
 pub fn merge(plan: &Plan, store: &dyn Store, output: &Path) -> Result<Merged, BakeError> {
+    merge_through(plan, store, output, output)
+}
+
+/// The same through a temporary file beside `beside`, which must be on the file system of the output: a program that is killed
+/// while it merges leaves it there, and [`LocalStore::left_over`](Store::left_over) finds it if that is in the store's folder.
+///
+/// # Errors
+/// As for [`merge`].
+pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Path) -> Result<Merged, BakeError> {
     let fail = |error: io::Error| BakeError::write_path(output, error);
     if output.is_dir() {
         return Err(fail(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder; name a file")));
@@ -39,7 +48,7 @@ pub fn merge(plan: &Plan, store: &dyn Store, output: &Path) -> Result<Merged, Ba
         .ok_or_else(|| BakeError::invalid(&place, "identity.units", "no file can be as large as all of them"))?;
     refuse_incomplete(&status(plan, store, Check::Sizes)?, &place)?;
 
-    let mut file = publish::temporary_beside(output).map_err(fail)?;
+    let mut file = publish::temporary_beside(beside).map_err(fail)?;
     let mut writer = BufWriter::new(file.as_file_mut());
     // The head has the hashes of all units, so it is written last.
     writer.seek(SeekFrom::Start(layout.payloads)).map_err(fail)?;

@@ -1,10 +1,11 @@
 //! The command line.
 
 use crate::parse;
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Reflections and refractions of near objects in curved mirrors and glass, by several methods, each measured
 /// against a ray-traced reference.
@@ -56,6 +57,17 @@ pub(crate) enum Command {
         --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a structured NPY array\n\
         (absent values are NaN there). Points with infinitely many paths have no row. Only reflectors and lenses block.")]
     Project(Box<ProjectArgs>),
+    /// Precompute what a method looks up, in units that survive interruptions
+    #[command(after_help = "Examples:\n  \
+        catoptric bake room.toml --method light_field --set preset=full -o room.bake\n  \
+        catoptric render room.toml --method light_field --baked room.bake -o room.png\n\n\
+        Interrupted, it goes on where it was when it is started again. Exit code 75: stopped before the end.\n\
+        On several machines that share a folder:\n  \
+        catoptric bake plan room.toml --method light_field --set preset=full -o room.parts\n  \
+        catoptric bake run room.parts --shard 0/4       one of these for each of 4 machines\n  \
+        catoptric bake status room.parts                exit code 0: complete, 3: not yet\n  \
+        catoptric bake merge room.parts -o room.bake")]
+    Bake(BakeArgs),
     /// List the methods with their settings
     #[command(after_help = "Example:\n  catoptric methods --json")]
     Methods(JsonArgs),
@@ -229,6 +241,137 @@ pub(crate) struct CompareArgs {
     /// A setting of one method, or of every method that has it (repeat)
     #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]
     pub(crate) set: Vec<(String, String)>,
+}
+
+/// All of a bake at once, or one step of it.
+pub(crate) enum BakeArgs {
+    All(Box<BakeAllArgs>),
+    Step(Box<BakeStep>),
+}
+
+// By hand: the options of all at once are required unless a step is named, and that cannot be derived.
+impl FromArgMatches for BakeArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        match matches.subcommand_name() {
+            Some(_) => BakeStep::from_arg_matches(matches).map(|step| Self::Step(Box::new(step))),
+            None => BakeAllArgs::from_arg_matches(matches).map(|args| Self::All(Box::new(args))),
+        }
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Args for BakeArgs {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        let command = BakeStep::augment_subcommands(BakeAllArgs::augment_args(command));
+        command.args_conflicts_with_subcommands(true).subcommand_negates_reqs(true)
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+/// The steps of a bake, one by one.
+#[derive(Subcommand)]
+pub(crate) enum BakeStep {
+    /// Write the plan of a bake into a folder and say what it will take
+    #[command(after_help = "Example:\n  catoptric bake plan room.toml --method light_field -o room.parts")]
+    Plan(BakePlanArgs),
+    /// Make the units of a plan that are missing
+    #[command(after_help = "Examples:\n  catoptric bake run room.parts\n  \
+        catoptric bake run room.parts --shard 2/8 --max-time 50m\n\n\
+        Units that are done are skipped, whoever made them. While it works it prints a JSON line a unit on standard error,\n\
+        or shows a bar where that is a terminal.")]
+    Run(BakeRunArgs),
+    /// Say how far a bake has come; exit code 0: complete, 3: not yet
+    #[command(after_help = "Example:\n  catoptric bake status room.parts --missing")]
+    Status(BakeStatusArgs),
+    /// Merge all units into one file
+    #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
+    Merge(BakeMergeArgs),
+}
+
+/// What is baked.
+#[derive(Args)]
+pub(crate) struct BakeWhatArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// The method; `catoptric methods` says which bake
+    #[arg(long, value_name = "ID")]
+    pub(crate) method: String,
+    /// Settings of the method, over the scene's own (TOML, KEY = VALUE a line)
+    #[arg(long, short = 'c', value_name = "FILE.toml")]
+    pub(crate) config: Option<PathBuf>,
+    /// A setting of the method, over those of the scene and the file (repeat)
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    pub(crate) set: Vec<(String, String)>,
+    /// Highest number of reflections and refractions on a path
+    #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
+    pub(crate) order: u32,
+}
+
+#[derive(Args)]
+pub(crate) struct BakeAllArgs {
+    #[command(flatten)]
+    pub(crate) what: BakeWhatArgs,
+    /// Where the bake goes; units are kept in FILE.parts until all are made
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Stop before the next unit after this time, such as 50m or 1h30m
+    #[arg(long, value_name = "TIME", value_parser = parse::duration)]
+    pub(crate) max_time: Option<Duration>,
+}
+
+#[derive(Args)]
+pub(crate) struct BakePlanArgs {
+    #[command(flatten)]
+    pub(crate) what: BakeWhatArgs,
+    /// The folder that plan and units go to; created if absent
+    #[arg(long, short, value_name = "FOLDER")]
+    pub(crate) output: String,
+}
+
+#[derive(Args)]
+pub(crate) struct BakeRunArgs {
+    /// The folder of the plan
+    #[arg(value_name = "FOLDER")]
+    pub(crate) place: String,
+    /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
+    #[arg(long, value_name = "I/N or auto")]
+    pub(crate) shard: Option<String>,
+    /// Stop before the next unit after this time, such as 50m or 1h30m
+    #[arg(long, value_name = "TIME", value_parser = parse::duration)]
+    pub(crate) max_time: Option<Duration>,
+}
+
+#[derive(Args)]
+pub(crate) struct BakeStatusArgs {
+    /// The folder of the plan
+    #[arg(value_name = "FOLDER")]
+    pub(crate) place: String,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the numbers of the units that are to be made, one a line
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) missing: bool,
+    /// Read all units whole, not their sizes alone
+    #[arg(long)]
+    pub(crate) verify: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct BakeMergeArgs {
+    /// The folder of the plan
+    #[arg(value_name = "FOLDER")]
+    pub(crate) place: String,
+    /// Where the bake goes
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Args)]

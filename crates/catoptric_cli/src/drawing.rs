@@ -1,10 +1,12 @@
 //! Draws the frames of one method and takes their times.
 
 use crate::args::{Backend, DrawArgs, Motion, SceneArgs, ViewArgs};
+use crate::baked::Bakes;
 use crate::failure::Failure;
 use crate::scene_source;
+use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{Job, Quality, ReflectionMethod, Report};
+use catoptric::methods::{Job, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, Projection, Scene, View};
@@ -28,6 +30,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) motion: Motion,
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
+    pub(crate) bakes: Bakes,
     roles: Vec<RoleRule>,
     time: f32,
     view: &'a ViewArgs,
@@ -59,12 +62,7 @@ pub(crate) fn check_backend(args: &DrawArgs) -> Result<(), Failure> {
     if args.backend == Backend::Gpu {
         return Err(Failure::input("--backend gpu: this version has no GPU backend; use cpu or auto"));
     }
-    match args.baked.first() {
-        Some(path) => {
-            Err(Failure::input(format!("--baked {}: the methods of this version take no bakes", path.display())))
-        }
-        None => Ok(()),
-    }
+    Ok(())
 }
 
 impl<'a> Shot<'a> {
@@ -78,22 +76,29 @@ impl<'a> Shot<'a> {
         if view.eye.is_some() && view.eye == view.target {
             return Err(Failure::usage("--eye and --target are the same point"));
         }
+        let bakes = Bakes::open(&draw.baked)?;
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
         let model = scene_source::load(args)?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
         let scene = scene_source::pose(&model, args.time, &roles)?;
-        let setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
+        let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
+        if !draw.baked.is_empty() {
+            setup_ms.push(("bake_open".into(), bakes.open_ms));
+        }
         let quality = Quality { samples: draw.samples, order: draw.order };
-        let shot = Self { model, scene, quality, frames, motion: draw.motion, setup_ms, roles, time: args.time, view };
+        let (motion, time) = (draw.motion, args.time);
+        let shot = Self { model, scene, quality, frames, motion, setup_ms, bakes, roles, time, view };
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
         Ok(shot)
     }
 
     /// Prepares the method and draws all frames.
-    pub(crate) fn draw(&self, method: &mut dyn ReflectionMethod, progress: &dyn Progress) -> Result<Drawing, Failure> {
+    pub(crate) fn draw(&self, chosen: &mut Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        let method = chosen.method.as_mut();
+        self.bakes.give(method, &chosen.settings, &self.scene, self.quality)?;
         let prepared = method.prepare(&self.scene, self.quality, progress)?;
         let mut setup_ms = self.setup_ms.clone();
         setup_ms.extend(prepared.stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));

@@ -3,6 +3,20 @@
 use std::fmt::Display;
 use std::process::ExitCode;
 
+/// What a command has to say in the end.
+pub(crate) struct Output {
+    /// For standard output.
+    pub(crate) text: String,
+    /// The exit code: not 0 where that says something although nothing went wrong.
+    pub(crate) code: u8,
+}
+
+impl From<String> for Output {
+    fn from(text: String) -> Self {
+        Self { text, code: 0 }
+    }
+}
+
 /// Why the program stops.
 pub(crate) enum Failure {
     /// The command line is wrong: exit code 2.

@@ -1,6 +1,7 @@
 //! The program `catoptric`: pictures of reflections by several methods, and how far each is from the ray-traced truth.
 
 mod args;
+mod baked;
 mod commands;
 mod drawing;
 mod failure;
@@ -13,7 +14,7 @@ mod terminal;
 
 use args::{Cli, Command, Global};
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
-use failure::Failure;
+use failure::{Failure, Output};
 use std::io::Write;
 use std::process::ExitCode;
 use terminal::Terminal;
@@ -23,28 +24,30 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let options = matches.subcommand().map(|(_, options)| options.clone()).unwrap_or_default();
     match run(&cli, &options) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => ExitCode::from(code),
         Err(failure) => failure.report(),
     }
 }
 
-fn run(cli: &Cli, options: &ArgMatches) -> Result<(), Failure> {
+/// Does what is asked; gives the exit code.
+fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
     set_threads(&cli.global)?;
     let terminal = Terminal::new(&cli.global);
-    let output = match &cli.command {
-        Command::Render(args) => commands::render::run(args, options, &terminal)?,
-        Command::Compare(args) => commands::compare::run(args, options, &terminal)?,
-        Command::Project(args) => commands::project::run(args, options, &terminal)?,
-        Command::Methods(args) => commands::methods::run(args)?,
-        Command::Info(args) => commands::info::run(args, options)?,
-        Command::Scenes(args) => commands::scenes::run(args)?,
-        Command::Doctor(args) => commands::doctor::run(args)?,
-        Command::Completions(args) => commands::completions(args.shell),
+    let output: Output = match &cli.command {
+        Command::Render(args) => commands::render::run(args, options, &terminal)?.into(),
+        Command::Compare(args) => commands::compare::run(args, options, &terminal)?.into(),
+        Command::Project(args) => commands::project::run(args, options, &terminal)?.into(),
+        Command::Bake(args) => commands::bake::run(args, options, &terminal)?,
+        Command::Methods(args) => commands::methods::run(args)?.into(),
+        Command::Info(args) => commands::info::run(args, options)?.into(),
+        Command::Scenes(args) => commands::scenes::run(args)?.into(),
+        Command::Doctor(args) => commands::doctor::run(args)?.into(),
+        Command::Completions(args) => commands::completions(args.shell).into(),
     };
     // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
-    match std::io::stdout().lock().write_all(output.as_bytes()) {
+    match std::io::stdout().lock().write_all(output.text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(()),
+        _ => Ok(output.code),
     }
 }
 

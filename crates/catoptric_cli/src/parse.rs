@@ -3,6 +3,7 @@
 use catoptric::picture::PictureFormat;
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// The longest side of a picture.
 const MAX_SIDE: u32 = 16_384;
@@ -10,6 +11,8 @@ const MAX_SIDE: u32 = 16_384;
 const MAX_PIXELS: u64 = 1 << 27;
 /// Coordinates and times beyond this are taken for slips.
 const MAX_NUMBER: f32 = 1e9;
+/// Longer times are taken for slips.
+const MAX_SECS: u64 = 366 * 24 * 3600;
 
 pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let side = |part: &str| {
@@ -59,6 +62,29 @@ pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
     if (0.1..=179.0).contains(&degrees) { Ok(degrees) } else { Err("it must be 0.1 to 179 degrees".into()) }
 }
 
+/// A time such as `50m`, `1h30m`, `90s`.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let wrong = || format!("`{text}` is no time; write it as 90s, 50m or 1h30m");
+    let (mut total, mut rest) = (Duration::ZERO, text.trim());
+    if rest.is_empty() {
+        return Err(wrong());
+    }
+    while !rest.is_empty() {
+        let digits = rest.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
+        let count: u64 = rest[..digits].parse().map_err(|_| wrong())?;
+        let unit_secs = match rest.as_bytes()[digits] {
+            b's' => 1,
+            b'm' => 60,
+            b'h' => 3600,
+            _ => return Err(wrong()),
+        };
+        let secs = count.checked_mul(unit_secs).filter(|secs| *secs <= MAX_SECS);
+        total += Duration::from_secs(secs.ok_or_else(|| format!("`{text}` is longer than a year"))?);
+        rest = &rest[digits + 1..];
+    }
+    Ok(total)
+}
+
 pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().into(), value.trim().into())),
@@ -82,6 +108,15 @@ pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn times() {
+        assert_eq!(duration("90s"), Ok(Duration::from_secs(90)));
+        assert_eq!(duration("1h30m"), Ok(Duration::from_secs(5400)));
+        for wrong in ["", "90", "m", "1d", "-5m", "1h30", "99999999999999999999s", "9999999999h", "5µ"] {
+            assert!(duration(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn sizes() {

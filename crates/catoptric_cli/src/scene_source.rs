@@ -30,20 +30,34 @@ pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule]) -> Result<Scene
     })
 }
 
+/// A role as it was given on the command line: `reflector`, `lens` or `diffuse`, and a pattern.
+pub(crate) type RoleWord = (String, String);
+
 /// The roles given on the command line, in the order in which they stand there: later ones win.
-pub(crate) fn roles(args: &SceneArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
-    let mut rules: Vec<(usize, RoleRule)> = Vec::new();
+pub(crate) fn role_words(args: &SceneArgs, options: &ArgMatches) -> Vec<RoleWord> {
+    let mut words: Vec<(usize, RoleWord)> = Vec::new();
     for (name, patterns) in [("reflector", &args.reflector), ("lens", &args.lens), ("diffuse", &args.diffuse)] {
         let places = options.indices_of(name).into_iter().flatten();
-        for (place, pattern) in places.zip(patterns) {
-            let rule = match name {
-                "reflector" => RoleRule::new(pattern, Role::Reflector, None),
-                "lens" => RoleRule::parse_lens(pattern),
-                _ => RoleRule::new(pattern, Role::Diffuse, None),
-            };
-            rules.push((place, rule.map_err(|error| Failure::usage(format!("--{name}: {error}")))?));
-        }
+        words.extend(places.zip(patterns).map(|(place, pattern)| (place, (name.to_owned(), pattern.clone()))));
     }
-    rules.sort_by_key(|(place, _)| *place);
-    Ok(rules.into_iter().map(|(_, rule)| rule).collect())
+    words.sort_by_key(|(place, _)| *place);
+    words.into_iter().map(|(_, word)| word).collect()
+}
+
+/// What the words stand for.
+pub(crate) fn rules(words: &[RoleWord]) -> Result<Vec<RoleRule>, Failure> {
+    let rule = |(name, pattern): &RoleWord| {
+        let rule = match name.as_str() {
+            "reflector" => RoleRule::new(pattern, Role::Reflector, None),
+            "lens" => RoleRule::parse_lens(pattern),
+            _ => RoleRule::new(pattern, Role::Diffuse, None),
+        };
+        rule.map_err(|error| Failure::usage(format!("--{name}: {error}")))
+    };
+    words.iter().map(rule).collect()
+}
+
+/// The roles given on the command line.
+pub(crate) fn roles(args: &SceneArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
+    rules(&role_words(args, options))
 }

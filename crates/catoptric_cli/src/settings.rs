@@ -1,5 +1,6 @@
 //! Settings of methods, from scenes and from the command line.
 
+use crate::baked::Bakes;
 use crate::failure::Failure;
 use catoptric::methods::{self, MethodInfo, ReflectionMethod};
 use catoptric::scene::Model;
@@ -22,11 +23,17 @@ pub(crate) fn value(text: &str) -> Value {
 
 /// The method with this id, with the scene's settings and `given` over them.
 pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, Failure> {
+    choose_baked(id, model, given, &Bakes::default())
+}
+
+/// The same; what neither says is as the method's bake has it.
+pub(crate) fn choose_baked(id: &str, model: &Model, given: &Table, bakes: &Bakes) -> Result<Chosen, Failure> {
     let info = methods::find(id).map_err(Failure::usage)?;
     let mut settings = model.method_settings.get(id).cloned().unwrap_or_default();
     // What is wrong in the scene is the scene's fault, what is wrong on the command line is wrong usage.
     methods::create(id, &settings).map_err(|error| Failure::input(format!("{}: {error}", model.name)))?;
     settings.extend(given.clone());
+    let settings = bakes.settings(info, settings)?;
     let method = methods::create(id, &settings).map_err(Failure::usage)?;
     Ok(Chosen { method, info, settings })
 }

@@ -57,6 +57,18 @@ impl Terminal {
         }
     }
 
+    /// A line for the user on standard error, unless only errors are wanted.
+    pub(crate) fn say(&self, line: &str) {
+        if !self.quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    /// Whether progress is shown as a bar.
+    pub(crate) fn shows_bars(&self) -> bool {
+        self.bars
+    }
+
     /// Prints each warning once.
     pub(crate) fn warn<'a>(&self, warnings: impl IntoIterator<Item = &'a String>) {
         if self.quiet {

@@ -36,14 +36,16 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let mut truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
     let mut methods = Vec::new();
+    let ids: Vec<&str> = selected.methods.iter().map(|wanted| wanted.id.as_str()).collect();
+    shot.bakes.check_methods(&ids)?;
     for wanted in &selected.methods {
-        methods.push((wanted, settings::choose(&wanted.id, &shot.model, &wanted.settings)?));
+        methods.push((wanted, settings::choose_baked(&wanted.id, &shot.model, &wanted.settings, &shot.bakes)?));
     }
     let staging = Staging::new(&args.report)?;
     let folder = staging.path();
 
     terminal.set_subject("reference");
-    let drawing = shot.draw(truth_method.method.as_mut(), terminal)?;
+    let drawing = shot.draw(&mut truth_method, terminal)?;
     let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
     picture::write(&folder.join("reference.png"), &drawing.picture)?;
@@ -114,7 +116,7 @@ fn measure(
     let (drawing, stats) = if is_truth {
         (&truth.drawing, truth.stats.clone())
     } else {
-        drawn = shot.draw(chosen.method.as_mut(), terminal)?;
+        drawn = shot.draw(chosen, terminal)?;
         let stats = Stats::new(shot, chosen, &drawn);
         (&drawn, stats)
     };

@@ -1,5 +1,6 @@
 //! What each command does; each gives the text that goes to standard output.
 
+pub(crate) mod bake;
 pub(crate) mod compare;
 pub(crate) mod doctor;
 pub(crate) mod info;

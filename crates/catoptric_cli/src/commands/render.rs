@@ -18,9 +18,10 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     check_outputs(args)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
-    let mut chosen = settings::choose(&args.method, &shot.model, &given)?;
+    shot.bakes.check_methods(&[&args.method])?;
+    let mut chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
     terminal.set_subject(&args.method);
-    let drawing = shot.draw(chosen.method.as_mut(), terminal)?;
+    let drawing = shot.draw(&mut chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);
     picture::write(&args.output, &drawing.picture)?;
     if let Some(path) = &args.mask {

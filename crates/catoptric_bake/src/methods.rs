@@ -1,0 +1,232 @@
+//! Bakes of catoptric's methods: what they are bakes of, and that they fit what is asked for.
+
+use crate::container::BakedFile;
+use crate::error::BakeError;
+use crate::identity::{Identity, PlannedUnit, SCHEMA};
+use crate::plan::Estimate;
+use crate::run::Work;
+use catoptric::error::RenderError;
+use catoptric::methods::bake::{BakeWork, Baked, UnitMaker};
+use catoptric::methods::{MethodInfo, Quality};
+use catoptric::scene::Scene;
+use std::path::Path;
+
+/// The setting of every bake that is no method's: the highest order of paths.
+const ORDER: &str = "order";
+
+/// What a method bakes for a scene.
+///
+/// ```
+/// use catoptric::methods::{self, Quality};
+/// use catoptric::scene::builtin;
+/// use catoptric_bake::{LocalStore, MethodBake, RunOptions, merge, run};
+///
+/// let scene = builtin::load("sphere_room", &[("tess", "8")]).unwrap().pose(&Default::default()).unwrap();
+/// let settings = toml::from_str("st = 2\nuv = 4").unwrap();
+/// let (light_field, quality) = (methods::find("light_field").unwrap(), Quality { samples: 1, order: 1 });
+/// let bake = MethodBake::new(light_field, &settings, &scene, quality).unwrap();
+///
+/// let folder = tempfile::tempdir().unwrap();
+/// let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
+/// let (units, file) = (bake.units(), folder.path().join("room.bake"));
+/// let plan = bake.plan(serde_json::Value::Null, units.estimate());
+/// plan.publish(&store).unwrap();
+/// run(&plan, &store, &units, &RunOptions::default()).unwrap();
+/// merge(&plan, &store, &file).unwrap();
+///
+/// let mut method = methods::create("light_field", &settings).unwrap();
+/// method.take_bake(std::sync::Arc::new(bake.open(&file).unwrap())).unwrap();
+/// ```
+pub struct MethodBake<'a> {
+    work: Box<dyn BakeWork + 'a>,
+    identity: Identity,
+}
+
+/// Makes the units of a bake.
+pub struct MethodUnits<'a> {
+    maker: Box<dyn UnitMaker + 'a>,
+    bytes: u64,
+}
+
+impl<'a> MethodBake<'a> {
+    /// Of a method with settings and the highest order of paths, for a scene.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] for methods that bake nothing, and
+    /// where there is nothing to be baked.
+    pub fn new(
+        method: &MethodInfo,
+        settings: &toml::Table,
+        scene: &'a Scene,
+        quality: Quality,
+    ) -> Result<Self, RenderError> {
+        let problem = || RenderError::Limit { method: method.id, problem: "it bakes nothing".into() };
+        let work = method.bake.ok_or_else(problem)?(settings, scene, quality)?;
+        let mut hasher = blake3::Hasher::new();
+        work.write_scene(&mut |piece| {
+            hasher.update(piece);
+        });
+        let planned = |unit: catoptric::methods::bake::BakeUnit| PlannedUnit { name: unit.name, bytes: unit.bytes };
+        let identity = Identity {
+            schema: SCHEMA,
+            method: method.id.into(),
+            payload_version: work.payload_version(),
+            settings: serde_json::to_value(work.settings()).unwrap_or_default(),
+            scene_hash: hasher.finalize().to_hex().to_string(),
+            program_version: env!("CARGO_PKG_VERSION").into(),
+            units: work.units().into_iter().map(planned).collect(),
+        };
+        Ok(Self { work, identity })
+    }
+
+    /// What it is a bake of.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// A plan of it.
+    pub fn plan(&self, recipe: serde_json::Value, estimate: Estimate) -> crate::Plan {
+        crate::Plan { identity: self.identity.clone(), recipe, estimate }
+    }
+
+    /// What makes its units; builds what all of them share.
+    pub fn units(&self) -> MethodUnits<'_> {
+        let bytes = self.identity.units.iter().map(|unit| unit.bytes).sum();
+        MethodUnits { maker: self.work.maker(), bytes }
+    }
+
+    /// Opens a baked file, which must be of it; the version of the program that made it does not count, that of its units does.
+    ///
+    /// # Errors
+    /// [`BakeError::OtherBake`] where it is another one; as for [`BakedFile::open`].
+    pub fn open(&self, path: impl AsRef<Path>) -> Result<BakedFile, BakeError> {
+        let file = BakedFile::open(&path)?;
+        self.check(&file, &path.as_ref().display().to_string())?;
+        Ok(file)
+    }
+
+    /// Whether an open file is one of it; `name` is the file's in messages.
+    ///
+    /// # Errors
+    /// [`BakeError::OtherBake`] where it is not.
+    pub fn check(&self, file: &BakedFile, name: &str) -> Result<(), BakeError> {
+        let found = file.identity();
+        let asked = Identity { program_version: found.program_version.clone(), ..self.identity.clone() };
+        match found.difference(&asked) {
+            None => Ok(()),
+            Some(difference) => Err(BakeError::OtherBake { file: name.into(), difference: difference.to_string() }),
+        }
+    }
+}
+
+impl MethodUnits<'_> {
+    /// What all units will take, by making a small part of them.
+    pub fn estimate(&self) -> Estimate {
+        Estimate { core_hours: self.maker.estimate_core_secs() / 3600.0, bytes: self.bytes }
+    }
+}
+
+impl Work for MethodUnits<'_> {
+    fn unit(&self, number: u64) -> Result<Vec<u8>, String> {
+        usize::try_from(number).map(|number| self.maker.make(number)).map_err(|error| error.to_string())
+    }
+}
+
+impl Baked for BakedFile {
+    fn unit_count(&self) -> usize {
+        Self::unit_count(self) as usize
+    }
+
+    fn unit(&self, number: usize) -> &[u8] {
+        if (number as u64) < Self::unit_count(self) { Self::unit(self, number as u64) } else { &[] }
+    }
+}
+
+impl BakedFile {
+    /// The settings that a method must have to look this bake up, where `given` says nothing else: what it was baked with,
+    /// then what is given. A preset that is given counts with all that it says.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] for given settings that are not allowed.
+    pub fn settings_for(&self, method: &MethodInfo, given: &toml::Table) -> Result<toml::Table, RenderError> {
+        let problem = |error: toml::de::Error| RenderError::Setting { method: method.id, problem: error.to_string() };
+        let all = (method.in_force)(given)?;
+        let mut settings: toml::Table = serde_json::from_value(self.identity().settings.clone())
+            .map_err(|error| problem(serde::de::Error::custom(error)))?;
+        settings.remove(ORDER);
+        settings.retain(|key, _| all.contains_key(key));
+        if given.contains_key("preset") {
+            settings.clear();
+        }
+        settings.extend(given.clone());
+        Ok(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{LocalStore, RunOptions, merge, run};
+    use catoptric::methods;
+    use catoptric::scene::builtin;
+
+    fn scene(spec: &str) -> Scene {
+        builtin::parse(spec).unwrap().pose(&Default::default()).unwrap()
+    }
+
+    fn table(text: &str) -> toml::Table {
+        toml::from_str(text).unwrap()
+    }
+
+    fn bake<'a>(settings: &str, scene: &'a Scene, order: u32) -> MethodBake<'a> {
+        let method = methods::find("light_field").unwrap();
+        MethodBake::new(method, &table(settings), scene, Quality { samples: 1, order }).unwrap()
+    }
+
+    #[test]
+    fn files_of_other_scenes_and_settings_are_refused() {
+        const SETTINGS: &str = "st = 2\nuv = 4\nregion_margin = 0.1";
+        let room = scene("sphere_room?tess=8");
+        let made = bake(SETTINGS, &room, 1);
+        let folder = tempfile::tempdir().unwrap();
+        let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
+        let plan = made.plan(serde_json::Value::Null, made.units().estimate());
+        run(&plan, &store, &made.units(), &RunOptions::default()).unwrap();
+        let path = folder.path().join("room.bake");
+        merge(&plan, &store, &path).unwrap();
+        let file = made.open(&path).unwrap();
+        let refused = |settings: &str, scene: &Scene, order| {
+            let error = bake(settings, scene, order).open(&path).unwrap_err().to_string();
+            assert!(error.contains("room.bake"), "{error}");
+            error
+        };
+        assert!(refused("st = 3\nuv = 4\nregion_margin = 0.1", &room, 1).contains("st is 2 in the bake, 3 asked for"));
+        assert!(refused(SETTINGS, &room, 2).contains("order is 1 in the bake, 2 asked for"));
+        assert!(refused(SETTINGS, &scene("sphere_room?tess=9"), 1).contains("the scene's hash"));
+        // How it is looked up is no part of it.
+        let method = methods::find("light_field").unwrap();
+        bake(&format!("{SETTINGS}\ndisparity = 'none'\ntransfer = 'first'"), &room, 1).open(&path).unwrap();
+
+        // What is not given is taken from it.
+        let settings = file.settings_for(method, &table("disparity = 'plane'")).unwrap();
+        let in_force = (method.in_force)(&settings).unwrap();
+        assert_eq!((in_force["st"].as_integer(), in_force["disparity"].as_str()), (Some(2), Some("plane")));
+        bake(&settings.to_string(), &room, 1).open(&path).unwrap();
+        let settings = file.settings_for(method, &table("preset = 'full'")).unwrap();
+        assert!(bake(&settings.to_string(), &room, 1).open(&path).is_err(), "a preset says how many views there are");
+        assert!(file.settings_for(method, &table("sd = 3")).is_err());
+    }
+
+    #[test]
+    fn methods_and_scenes_without_anything_to_bake_say_so() {
+        let room = scene("sphere_room?tess=8");
+        let error = |method: &str, scene: &Scene, order| {
+            let method = methods::find(method).unwrap();
+            let made = MethodBake::new(method, &toml::Table::new(), scene, Quality { samples: 1, order });
+            made.err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        assert!(error("reference", &room, 1).contains("bakes nothing"));
+        assert!(error("light_field", &room, 0).contains("nothing to bake"));
+        assert!(error("light_field", &Scene::default(), 1).contains("nothing to bake"));
+    }
+}

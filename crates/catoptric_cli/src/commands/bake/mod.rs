@@ -1,0 +1,240 @@
+//! `catoptric bake`: long precomputation, whole or step by step.
+
+mod recipe;
+
+use super::pretty;
+use crate::args::{BakeAllArgs, BakeArgs, BakeMergeArgs, BakePlanArgs, BakeRunArgs, BakeStatusArgs, BakeStep};
+use crate::failure::{Failure, Output};
+use crate::terminal::Terminal;
+use catoptric::progress::Progress;
+use catoptric_bake::{
+    Check, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
+    merge_through, status, unit,
+};
+use clap::ArgMatches;
+use recipe::Recipe;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Set when the program is asked to stop.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Exit code of a bake that stopped before its end: try again.
+const STOPPED: u8 = 75;
+/// Exit code of `status` where units are missing.
+const INCOMPLETE: u8 = 3;
+
+pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
+    let step = match args {
+        BakeArgs::All(args) => return all(args, options, terminal),
+        BakeArgs::Step(step) => step.as_ref(),
+    };
+    match step {
+        BakeStep::Plan(args) => {
+            let options = options.subcommand().map_or(options, |(_, options)| options);
+            plan(args, options, terminal)
+        }
+        BakeStep::Run(args) => run_shard(args, terminal),
+        BakeStep::Status(args) => tell_status(args, terminal),
+        BakeStep::Merge(args) => merge_units(args, terminal),
+    }
+}
+
+/// Plan, run and merge on this machine.
+fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
+    check_place(&args.output)?;
+    let recipe = Recipe::new(&args.what, options)?;
+    let ingredients = recipe.ingredients()?;
+    let bake = ingredients.bake()?;
+    let name = args.output.display();
+    if args.output.is_file() && bake.open(&args.output).is_ok_and(|file| file.identity() == bake.identity()) {
+        return Ok(terminal.unless_quiet(format!("{name}: is the bake asked for already\n")).into());
+    }
+    let mut parts = args.output.clone().into_os_string();
+    parts.push(".parts");
+    let store = LocalStore::create_folder(PathBuf::from(parts))?;
+    let units = bake.units();
+    let plan = bake.plan(serde_json::to_value(&recipe)?, units.estimate());
+    plan.publish(&store)?;
+    let before = status(&plan, &store, Check::Sizes)?;
+    terminal.say(&format!("{name}: {}", summary(&plan, &before)));
+    let report = work(&plan, &store, &units, Shard::ALL, args.max_time, terminal)?;
+    if report.left > 0 {
+        return Ok(stopped(&report, &name.to_string(), terminal));
+    }
+    // Through the folder of the parts, so that nothing is left beside it if this is killed.
+    let merged = merge_through(&plan, &store, &store.folder().join(PLAN_NAME), &args.output)?;
+    remove_parts(&plan, &store);
+    let text = format!("{name}: {} units, {}\n", merged.units, size(merged.bytes));
+    Ok(terminal.unless_quiet(text).into())
+}
+
+fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
+    let folder = folder(&args.output)?;
+    let recipe = Recipe::new(&args.what, options)?;
+    let ingredients = recipe.ingredients()?;
+    let bake = ingredients.bake()?;
+    let store = LocalStore::create_folder(folder)?;
+    let plan = bake.plan(serde_json::to_value(&recipe)?, bake.units().estimate());
+    plan.publish(&store)?;
+    let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &store, Check::Sizes)?));
+    Ok(terminal.unless_quiet(text).into())
+}
+
+fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure> {
+    let shard: Shard = match args.shard.as_deref() {
+        None => Shard::ALL,
+        Some("auto") => Shard::from_environment(|name| std::env::var(name).ok())?,
+        Some(text) => text.parse().map_err(Failure::usage)?,
+    };
+    let store = LocalStore::open(folder(&args.place)?)?;
+    let plan = Plan::load(&store)?;
+    let fail = |problem: String| Failure::input(format!("{}: {problem}", store.place(PLAN_NAME)));
+    let recipe: Recipe = serde_json::from_value(plan.recipe.clone())
+        .map_err(|error| fail(format!("recipe: {error}; plan again in another folder")))?;
+    let ingredients = recipe.ingredients()?;
+    let bake = ingredients.bake()?;
+    if let Some(difference) = plan.identity.difference(bake.identity()) {
+        return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
+    }
+    let report = work(&plan, &store, &bake.units(), shard, args.max_time, terminal)?;
+    if report.left > 0 {
+        return Ok(stopped(&report, &args.place, terminal));
+    }
+    let RunReport { made, skipped, replaced, beaten, .. } = report;
+    let text = format!(
+        "{}: shard {shard}: {made} units made, {skipped} were there, {replaced} replaced, {beaten} made by others first\n",
+        args.place
+    );
+    Ok(terminal.unless_quiet(text).into())
+}
+
+fn tell_status(args: &BakeStatusArgs, terminal: &Terminal) -> Result<Output, Failure> {
+    let store = LocalStore::open(folder(&args.place)?)?;
+    let plan = Plan::load(&store)?;
+    let check = if args.verify { Check::Contents } else { Check::Sizes };
+    let found = status(&plan, &store, check)?;
+    let code = if found.is_complete() { 0 } else { INCOMPLETE };
+    let text = if args.json {
+        pretty(&found)?
+    } else if args.missing {
+        found.to_make().iter().map(|number| format!("{number}\n")).collect()
+    } else {
+        let mut text = format!("{}: {} of {} units are done", args.place, found.complete, found.total);
+        for bad in &found.bad {
+            text += &format!("\n  {} {}", bad.file, bad.why);
+        }
+        if !found.left_over.is_empty() {
+            text += &format!("\n  {} temporary files, of runs at work or killed", found.left_over.len());
+        }
+        terminal.unless_quiet(text + "\n")
+    };
+    Ok(Output { text, code })
+}
+
+fn merge_units(args: &BakeMergeArgs, terminal: &Terminal) -> Result<Output, Failure> {
+    let store = LocalStore::open(folder(&args.place)?)?;
+    let plan = Plan::load(&store)?;
+    let merged = merge(&plan, &store, &args.output)?;
+    let text = format!("{}: {} units, {}\n", args.output.display(), merged.units, size(merged.bytes));
+    Ok(terminal.unless_quiet(text).into())
+}
+
+/// Refuses what no file can be called, before any work.
+fn check_place(path: &Path) -> Result<(), Failure> {
+    let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let problem = match () {
+        () if path.is_dir() => "it is a folder; name a file".to_owned(),
+        () if !parent.is_dir() => format!("the folder {} does not exist; create it first", parent.display()),
+        () => return Ok(()),
+    };
+    Err(Failure::input(format!("{}: {problem}", path.display())))
+}
+
+/// The folder that a place is.
+fn folder(place: &str) -> Result<&Path, Failure> {
+    match place.split_once("://") {
+        Some((scheme, _)) => Err(Failure::input(format!(
+            "{place}: this version bakes into folders, not into {scheme}: stores; name a folder that all machines see"
+        ))),
+        None => Ok(Path::new(place)),
+    }
+}
+
+/// Makes units until the shard is done, the time is up or the program is told to stop.
+fn work(
+    plan: &Plan,
+    store: &LocalStore,
+    units: &MethodUnits<'_>,
+    shard: Shard,
+    max_time: Option<Duration>,
+    terminal: &Terminal,
+) -> Result<RunReport, Failure> {
+    // Who asks twice means it: what is published stays.
+    let ask = || {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(STOPPED));
+        }
+    };
+    ctrlc::set_handler(ask).map_err(|error| Failure::input(format!("cannot listen for signals: {error}")))?;
+    let until = max_time.map(|time| Instant::now() + time);
+    terminal.set_subject(&plan.identity.method);
+    terminal.begin("baking", shard.unit_count(plan.identity.unit_count()));
+    let bars = terminal.shows_bars();
+    let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
+        Ok(line) if !bars => terminal.say(&line),
+        _ => terminal.advance(1),
+    };
+    let options = RunOptions { shard, stop: &STOP, until, on_unit: &tell, ..RunOptions::default() };
+    let report = catoptric_bake::run(plan, store, units, &options);
+    terminal.end();
+    Ok(report?)
+}
+
+fn stopped(report: &RunReport, place: &str, terminal: &Terminal) -> Output {
+    let done = report.made + report.skipped + report.replaced + report.beaten;
+    let text = format!("{place}: stopped: {done} of {} units are done; run it again to go on\n", done + report.left);
+    Output { text: terminal.unless_quiet(text), code: STOPPED }
+}
+
+/// How much there is to do.
+fn summary(plan: &Plan, found: &Status) -> String {
+    let Estimate { core_hours, bytes } = plan.estimate;
+    let to_make = found.to_make().len() as f64 / found.total.max(1) as f64;
+    let threads = catoptric::parallel::thread_count();
+    let wall = Duration::from_secs_f64(core_hours * 3600.0 * to_make / threads as f64);
+    let mut text = format!("{} units, {}, about {core_hours:.3} core-hours", found.total, size(bytes));
+    if found.complete > 0 {
+        text += &format!("; {} are done", found.complete);
+    }
+    text + &format!("; {} left on {threads} threads", time(wall))
+}
+
+/// Removes what a finished bake is no longer needed for. What cannot be removed, and what is not ours, stays.
+fn remove_parts(plan: &Plan, store: &LocalStore) {
+    let count = plan.identity.unit_count();
+    let units = (0..count).map(|number| unit::file_name(number, count));
+    let left_over = store.left_over().unwrap_or_default().into_iter().map(|entry| entry.name);
+    for name in units.chain(left_over).chain([PLAN_NAME.to_owned()]) {
+        let _ = fs::remove_file(store.folder().join(name));
+    }
+    let _ = fs::remove_dir(store.folder());
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.2} GB", bytes as f64 / 1e9),
+    }
+}
+
+fn time(duration: Duration) -> String {
+    match duration.as_secs() {
+        0..100 => format!("{:.0} s", duration.as_secs_f64().max(1.0)),
+        100..6000 => format!("{:.0} min", duration.as_secs_f64() / 60.0),
+        secs => format!("{:.1} h", secs as f64 / 3600.0),
+    }
+}

@@ -1,0 +1,94 @@
+//! What a plan says about how its work is made again, on this machine or another.
+
+use crate::args::{BakeWhatArgs, SceneArgs};
+use crate::failure::Failure;
+use crate::scene_source::{self, RoleWord};
+use crate::settings;
+use catoptric::methods::{self, Quality};
+use catoptric::scene::Scene;
+use catoptric_bake::MethodBake;
+use clap::ArgMatches;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use toml::Table;
+
+/// A scene, a method and its settings, as the command line gave them.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Recipe {
+    /// Files by their whole paths: machines that share a bake's folder must see them there, too.
+    scene: String,
+    environment: Option<PathBuf>,
+    roles: Vec<RoleWord>,
+    time: f32,
+    method: String,
+    /// Those given, over the scene's own.
+    settings: Table,
+    order: u32,
+}
+
+/// What a recipe leads to.
+pub(super) struct Ingredients {
+    pub(super) scene: Scene,
+    settings: Table,
+    method: &'static methods::MethodInfo,
+    quality: Quality,
+}
+
+impl Recipe {
+    pub(super) fn new(args: &BakeWhatArgs, options: &ArgMatches) -> Result<Self, Failure> {
+        methods::find(&args.method).map_err(Failure::usage)?;
+        let mut settings = match &args.config {
+            Some(path) => read_settings(path)?,
+            None => Table::new(),
+        };
+        settings.extend(args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))));
+        let scene = match args.scene.scene.starts_with("builtin:") {
+            true => args.scene.scene.clone(),
+            false => whole(Path::new(&args.scene.scene)).to_string_lossy().into_owned(),
+        };
+        Ok(Self {
+            scene,
+            environment: args.scene.environment.as_deref().map(whole),
+            roles: scene_source::role_words(&args.scene, options),
+            time: args.scene.time,
+            method: args.method.clone(),
+            settings,
+            order: args.order,
+        })
+    }
+
+    /// Loads the scene.
+    pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
+        let roles = scene_source::rules(&self.roles)?;
+        let model = scene_source::load(&SceneArgs {
+            scene: self.scene.clone(),
+            environment: self.environment.clone(),
+            reflector: Vec::new(),
+            lens: Vec::new(),
+            diffuse: Vec::new(),
+            time: self.time,
+        })?;
+        let scene = scene_source::pose(&model, self.time, &roles)?;
+        let chosen = settings::choose(&self.method, &model, &self.settings)?;
+        let quality = Quality { samples: 1, order: self.order };
+        Ok(Ingredients { scene, settings: chosen.settings, method: chosen.info, quality })
+    }
+}
+
+impl Ingredients {
+    pub(super) fn bake(&self) -> Result<MethodBake<'_>, Failure> {
+        MethodBake::new(self.method, &self.settings, &self.scene, self.quality)
+            .map_err(|error| Failure::input(format!("{}: {error}", self.scene.name)))
+    }
+}
+
+fn read_settings(path: &Path) -> Result<Table, Failure> {
+    let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| fail(format!("cannot read it: {error}")))?;
+    toml::from_str(&text).map_err(|error| fail(error.to_string().trim().into()))
+}
+
+fn whole(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}

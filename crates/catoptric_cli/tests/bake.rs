@@ -1,0 +1,296 @@
+//! `catoptric bake` as its users meet it: interrupted, killed, on several machines, with files that are not what they should be.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+const SCENE: &str = r#"
+[camera]
+eye = [0, 1, 4]
+target = [0, 0.5, 0]
+[[reflector]]
+name = "ball"
+surface = "sphere"
+center = [0, 0.5, 0]
+radius = 0.8
+[[reflector]]
+name = "wall"
+surface = "plane"
+center = [0, 0, -2]
+normal = [0, 0, 1]
+size = [6, 4]
+[role]
+wall = "diffuse"
+"#;
+
+/// 36 units.
+const WHAT: [&str; 9] =
+    ["scene.toml", "--method", "light_field", "--set", "st=6", "--set", "uv=16", "--set", "capture_samples=4"];
+
+struct Workplace {
+    folder: TempDir,
+}
+
+impl Workplace {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, words: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_catoptric"));
+        command.args(words).current_dir(self.folder.path());
+        command
+    }
+
+    fn run(&self, words: &[&str]) -> Output {
+        self.command(words).output().unwrap()
+    }
+
+    /// Runs the program, which must end with this exit code; gives its standard output.
+    fn ends(&self, code: i32, words: &[&str]) -> String {
+        let output = self.run(words);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {message}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs the program, which must fail; gives its message.
+    fn fails(&self, words: &[&str]) -> String {
+        let output = self.run(words);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {message}");
+        assert!(message.starts_with("error:") && !message.contains("panicked"), "{words:?}: {message}");
+        message
+    }
+
+    fn bake(&self, more: &[&str]) -> Vec<String> {
+        [&["bake"], &WHAT[..], more].concat().into_iter().map(str::to_owned).collect()
+    }
+
+    fn start(&self, words: &[String]) -> Child {
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        self.command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    }
+
+    fn all(&self, output: &str) -> Vec<u8> {
+        let words = self.bake(&["-o", output]);
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        self.ends(0, &words);
+        fs::read(self.path(output)).unwrap()
+    }
+
+    fn plan(&self, folder: &str) {
+        self.ends(0, &[&["bake", "plan"], &WHAT[..], &["-o", folder]].concat());
+    }
+
+    fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// Multiplies by 6364136223846793005 and takes the upper bits (Knuth): the same delays in every run.
+struct Delays(u64);
+
+impl Delays {
+    fn next(&mut self, longest: Duration) -> Duration {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        longest.mul_f64((self.0 >> 40) as f64 / f64::from(1u32 << 24))
+    }
+}
+
+/// Killed at 50 moments, resumed each time; the file is that of an undisturbed bake, bit for bit.
+#[test]
+fn a_bake_that_is_killed_again_and_again_is_the_same() {
+    let place = Workplace::new();
+    let start = Instant::now();
+    let expected = place.all("undisturbed.bake");
+    let longest = start.elapsed();
+    let words = place.bake(&["-o", "room.bake"]);
+    let (mut delays, mut kills, mut within, mut finished) = (Delays(7), 0, 0, 0);
+    while kills < 50 {
+        let mut child = place.start(&words);
+        sleep(delays.next(longest));
+        if child.try_wait().unwrap().is_none() {
+            child.kill().unwrap();
+            kills += 1;
+        }
+        child.wait().unwrap();
+        let units = fs::read_dir(place.path("room.bake.parts")).map_or(0, Iterator::count);
+        within += u32::from((2..37).contains(&units));
+        // It appears whole or not at all.
+        if let Ok(found) = fs::read(place.path("room.bake")) {
+            assert!(found == expected, "after {kills} kills");
+            fs::remove_file(place.path("room.bake")).unwrap();
+            finished += 1;
+        }
+    }
+    assert!(within >= 10, "{within} of {kills} kills left some units made and some not");
+    assert!(finished >= 1, "it gets to its end although it is killed");
+    assert!(place.all("room.bake") == expected);
+    assert_eq!(place.files(), ["room.bake", "scene.toml", "undisturbed.bake"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn asked_to_stop_it_stops_with_75_and_goes_on_later() {
+    let place = Workplace::new();
+    // Long enough to be met at work.
+    let words = |output: &str| -> Vec<String> {
+        let set = ["--set", "uv=48", "--set", "capture_samples=16", "-o", output];
+        place.bake(&set)
+    };
+    let strings = words("room.bake");
+    let mut child = place.start(&strings);
+    let begun = Instant::now();
+    // Some unit is there.
+    while fs::read_dir(place.path("room.bake.parts")).map_or(0, Iterator::count) < 3 {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it does not begin");
+        sleep(Duration::from_millis(2));
+    }
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(75));
+    assert!(!place.path("room.bake").exists());
+    let plan: Value = serde_json::from_slice(&fs::read(place.path("room.bake.parts/plan.json")).unwrap()).unwrap();
+    assert_eq!(plan["identity"]["units"].as_array().unwrap().len(), 36);
+    let again: Vec<&str> = strings.iter().map(String::as_str).collect();
+    place.ends(0, &again);
+    let other = words("other.bake");
+    let other: Vec<&str> = other.iter().map(String::as_str).collect();
+    place.ends(0, &other);
+    assert!(fs::read(place.path("room.bake")).unwrap() == fs::read(place.path("other.bake")).unwrap());
+}
+
+#[test]
+fn shards_on_several_machines_make_the_same_file() {
+    let place = Workplace::new();
+    let expected = place.all("room.bake");
+    place.plan("parts");
+    // Planned again, it is the same plan.
+    place.plan("parts");
+    let status: Value = serde_json::from_str(&place.ends(3, &["bake", "status", "parts", "--json"])).unwrap();
+    assert_eq!((status["total"].as_u64(), status["missing"].as_u64()), (Some(36), Some(36)));
+    place.ends(0, &["bake", "run", "parts", "--shard", "1/3", "--quiet"]);
+    assert_eq!(place.ends(3, &["bake", "status", "parts", "--missing"]).lines().count(), 24);
+    let message = place.fails(&["bake", "merge", "parts", "-o", "merged.bake"]);
+    assert!(message.contains("24") && message.contains("missing"), "{message}");
+    assert!(!place.path("merged.bake").exists());
+    assert_eq!(place.run(&["bake", "run", "parts", "--max-time", "0s"]).status.code(), Some(75));
+    let scheduled = |index: &str| {
+        let mut command = place.command(&["bake", "run", "parts", "--shard", "auto"]);
+        command.env("AWS_BATCH_JOB_ARRAY_INDEX", index).env("AWS_BATCH_JOB_ARRAY_SIZE", "2");
+        command.output().unwrap()
+    };
+    for index in ["0", "1"] {
+        let output = scheduled(index);
+        assert!(output.status.success());
+        // A line a unit, where no one looks on.
+        let lines = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(lines.lines().count(), 18);
+        for line in lines.lines() {
+            let line: Value = serde_json::from_str(line).unwrap();
+            assert!(line["number"].is_u64() && line["total"] == 18, "{line}");
+        }
+    }
+    place.ends(0, &["bake", "status", "parts", "--verify"]);
+    // A unit that is damaged is found, and made again.
+    let unit = place.path("parts/unit-000007.bin");
+    let mut bytes = fs::read(&unit).unwrap();
+    bytes[200] ^= 1;
+    fs::write(&unit, bytes).unwrap();
+    place.ends(0, &["bake", "status", "parts"]);
+    let found = place.ends(3, &["bake", "status", "parts", "--verify"]);
+    assert!(found.contains("unit-000007.bin"), "{found}");
+    assert!(place.fails(&["bake", "merge", "parts", "-o", "merged.bake"]).contains("unit-000007.bin"));
+    assert!(place.ends(0, &["bake", "run", "parts"]).contains("1 replaced"));
+    place.ends(0, &["bake", "merge", "parts", "-o", "merged.bake"]);
+    assert!(fs::read(place.path("merged.bake")).unwrap() == expected);
+
+    // Another scene or other settings are not mixed in.
+    let other = [&["bake", "plan"], &WHAT[..], &["--set", "uv=17", "-o", "parts"]].concat();
+    assert!(place.fails(&other).contains("uv is 16 in the bake, 17 asked for"));
+    fs::write(place.path("scene.toml"), SCENE.replace("0.8", "0.7")).unwrap();
+    assert!(place.fails(&["bake", "run", "parts"]).contains("has changed since"));
+}
+
+#[test]
+fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
+    let place = Workplace::new();
+    let baked = place.all("room.bake");
+    const SMALL: [&str; 8] = ["render", "scene.toml", "--method", "light_field", "--size", "64x48", "--samples", "1"];
+    let set = &WHAT[3..];
+    place.ends(0, &[&SMALL[..], set, &["-o", "captured.png"]].concat());
+    // Settings that are not given are those of the bake.
+    place.ends(0, &[&SMALL[..], &["--baked", "room.bake", "-o", "baked.png"]].concat());
+    assert!(fs::read(place.path("captured.png")).unwrap() == fs::read(place.path("baked.png")).unwrap());
+    let refused = |file: &str, more: &[&str]| {
+        let message = place.fails(&[&SMALL[..], &["--baked", file, "-o", "no.png"], more].concat());
+        assert!(message.contains(file) && !place.path("no.png").exists(), "{message}");
+        message
+    };
+    assert!(refused("room.bake", &["--set", "st=7"]).contains("st is 6 in the bake, 7 asked for"));
+    assert!(refused("room.bake", &["--order", "1"]).contains("order is 2 in the bake, 1 asked for"));
+    refused("absent.bake", &[]);
+    refused("captured.png", &[]);
+    refused("scene.toml", &[]);
+    for (name, change) in [("cut.bake", 0), ("flipped.bake", 1), ("longer.bake", 2)] {
+        let mut bytes = baked.clone();
+        let middle = bytes.len() / 2;
+        match change {
+            0 => bytes.truncate(middle),
+            1 => bytes[middle] ^= 0x10,
+            _ => bytes.push(0),
+        }
+        fs::write(place.path(name), bytes).unwrap();
+        refused(name, &[]);
+    }
+    let message = place.fails(&["render", "scene.toml", "-o", "no.png", "--baked", "room.bake"]);
+    assert!(message.contains("bake of light_field, not of reference"), "{message}");
+    fs::write(place.path("scene.toml"), SCENE.replace("0.8", "0.7")).unwrap();
+    assert!(refused("room.bake", &[]).contains("scene"));
+
+    // A comparison takes bakes, too.
+    fs::write(place.path("scene.toml"), SCENE).unwrap();
+    let compare = ["compare", "scene.toml", "--size", "64x48", "--samples", "1", "--report", "report", "--quiet"];
+    let methods = ["--method", "light_field", "--method", "environment_map", "--baked", "room.bake"];
+    place.ends(0, &[&compare[..], &methods].concat());
+    let report: Value = serde_json::from_slice(&fs::read(place.path("report/report.json")).unwrap()).unwrap();
+    let slabs = report.as_array().unwrap().iter().find(|entry| entry["method"] == "light_field").unwrap();
+    assert_eq!(slabs["settings"]["st"], 6);
+    assert!(slabs["setup_ms"]["bake_load"].is_number() && slabs["setup_ms"]["bake_open"].is_number());
+}
+
+#[test]
+fn what_cannot_be_baked_is_said() {
+    let place = Workplace::new();
+    assert!(place.fails(&["bake", "scene.toml", "--method", "reference", "-o", "x"]).contains("bakes nothing"));
+    let method = ["--method", "light_field"];
+    let nothing = [&["bake", "scene.toml"], &method[..], &["--order", "0", "-o", "x"]].concat();
+    assert!(place.fails(&nothing).contains("nothing to bake"));
+    let elsewhere = [&["bake", "scene.toml"], &method[..], &["-o", "no/where.bake"]].concat();
+    assert!(place.fails(&elsewhere).contains("does not exist"));
+    assert!(place.fails(&["bake", "run", "nowhere"]).contains("nowhere"));
+    assert!(place.fails(&["bake", "status", "s3://bucket/bake"]).contains("folder"));
+    fs::write(place.path("bake.toml"), "st = 3\nuv =").unwrap();
+    let broken = [&["bake", "scene.toml"], &method[..], &["-c", "bake.toml", "-o", "x"]].concat();
+    assert!(place.fails(&broken).contains("bake.toml"));
+    assert_eq!(place.files(), ["bake.toml", "scene.toml"]);
+    place.ends(2, &["bake"]);
+    place.ends(2, &["bake", "run", ".", "--shard", "4/4"]);
+    place.ends(2, &["bake", "run", ".", "--max-time", "soon"]);
+}
