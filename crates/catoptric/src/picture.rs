@@ -157,16 +157,39 @@ pub fn read(path: &Path) -> Result<Framebuffer, SceneError> {
         .map_err(invalid)
 }
 
+/// Reads one channel of an OpenEXR picture, the first of these names that it has: width, height and values, rows from the top.
+///
+/// # Errors
+/// [`SceneError::Read`], and [`SceneError::Invalid`] for other pictures and those without such a channel.
+pub fn read_channel(path: &Path, names: &[&str]) -> Result<(u32, u32, Vec<f32>), SceneError> {
+    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    channel_of(&bytes, names).map_err(|problem| SceneError::invalid(path.display().to_string(), "picture", problem))
+}
+
+fn channel_of(bytes: &[u8], names: &[&str]) -> Result<(u32, u32, Vec<f32>), String> {
+    use openexr::{ReadChannels, ReadLayers};
+    check_exr_size(bytes)?;
+    let image = openexr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(io::Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let layer = &image.layer_data;
+    let channels = &layer.channel_data.list;
+    // Renderers put the layer's name before the channel's, and a point.
+    let is_named = |name: &str, wanted: &str| name.rsplit('.').next() == Some(wanted);
+    let found = names.iter().find_map(|wanted| channels.iter().find(|it| is_named(&it.name.to_string(), wanted)));
+    let channel = found.ok_or_else(|| format!("has no channel named {}", names.join(", ")))?;
+    Ok((layer.size.width() as u32, layer.size.height() as u32, channel.sample_data.values_as_f32().collect()))
+}
+
 fn read_exr(bytes: &[u8]) -> Result<Framebuffer, String> {
     use openexr::{ReadChannels, ReadLayers};
-    // The size is checked first: memory is taken as the header asks for it.
-    let meta = openexr::MetaData::read_from_buffered(io::Cursor::new(bytes), false).map_err(|e| e.to_string())?;
-    for header in &meta.headers {
-        let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
-        if width.max(height) > u64::from(MAX_SIDE) || width * height * 16 > MAX_DECODED_BYTES {
-            return Err(format!("its {width}x{height} pixels are too many; {MAX_SIDE} a side and 4 GiB are allowed"));
-        }
-    }
+    check_exr_size(bytes)?;
     let image = openexr::read()
         .no_deep_data()
         .largest_resolution_level()
@@ -183,6 +206,18 @@ fn read_exr(bytes: &[u8]) -> Result<Framebuffer, String> {
         .from_buffered(io::Cursor::new(bytes))
         .map_err(|error| error.to_string())?;
     Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Memory is taken as headers ask for it.
+fn check_exr_size(bytes: &[u8]) -> Result<(), String> {
+    let meta = openexr::MetaData::read_from_buffered(io::Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+        if width.max(height) > u64::from(MAX_SIDE) || width * height * 16 > MAX_DECODED_BYTES {
+            return Err(format!("its {width}x{height} pixels are too many; {MAX_SIDE} a side and 4 GiB are allowed"));
+        }
+    }
+    Ok(())
 }
 
 fn read_with_image(bytes: &[u8]) -> Result<Framebuffer, String> {

@@ -1,17 +1,21 @@
 //! Light-field slabs against the reference, where they are exact, and as they get finer.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
 use catoptric::methods::bake::Baked;
-use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs};
+use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs, views_manifest};
 use catoptric::methods::reference::specular_mask;
 use catoptric::methods::{self, Quality, ReflectionMethod};
 use catoptric::metrics::{Comparison, PictureError};
+use catoptric::picture;
 use catoptric::progress::Silent;
-use catoptric::scene::{Material, Scene, View};
+use catoptric::scene::{Camera, Material, Projection, Scene, View};
+use catoptric::surface::tracer::Tracer;
 use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
 use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, things_without_size};
-use glam::Vec3;
+use glam::{Affine3A, Mat3, Vec3};
+use std::path::Path;
 use std::sync::Arc;
 
 const QUALITY: Quality = Quality { samples: 4, order: 1 };
@@ -31,6 +35,7 @@ fn error(id: &str, settings: &str, scene: &Scene, view: &View) -> PictureError {
 fn mirror_before_a_wall() -> Scene {
     let mut builder = SceneBuilder::new();
     let wall = builder.checker("wall", 64, [60, 70, 120], [200, 205, 215]);
+    builder.quad("behind", Vec3::new(-20.0, -20.0, -6.0), Vec3::new(40.0, 0.0, 0.0), Vec3::new(0.0, 40.0, 0.0), wall);
     builder.quad("wall", Vec3::new(20.0, -20.0, 4.0), Vec3::new(-40.0, 0.0, 0.0), Vec3::new(0.0, 40.0, 0.0), wall);
     let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
     builder.quad("mirror", Vec3::new(-0.5, -0.5, 0.0), Vec3::X, Vec3::Y, mirror);
@@ -47,9 +52,9 @@ fn a_scene_on_the_focal_plane_needs_no_more_than_four_views() {
     // The plane of views lies at 0.1, the wall at 4.
     let with =
         |st: u32, disparity: &str| format!("st = {st}\nuv = 512\nfocal_distance = 3.9\ndisparity = '{disparity}'");
-    let [few, many] = [2, 9].map(|st| picture("light_field", &with(st, "plane"), &scene, &view));
+    let [few, many] = [2, 5].map(|st| picture("light_field", &with(st, "plane"), &scene, &view));
     let apart = Comparison::new(&few, &many).expect("pictures of one size").whole().expect("pixels");
-    assert!(apart.rmse < 2e-3, "two views a side show what nine show: {apart:?}");
+    assert!(apart.rmse < 2e-3, "two views a side show what five show: {apart:?}");
     let at_infinity = error("light_field", &with(2, "none"), &scene, &view);
     let on_plane = error("light_field", &with(2, "plane"), &scene, &view);
     assert!(on_plane.rmse < 0.25 * at_infinity.rmse, "{on_plane:?}, {at_infinity:?}");
@@ -159,14 +164,15 @@ fn light_field(settings: &str) -> Box<dyn ReflectionMethod> {
 fn baked(settings: &str, scene: &Scene) -> Units {
     let bake = methods::find("light_field").unwrap().bake.expect("it can be baked");
     let work = bake(&toml::from_str(settings).unwrap(), scene, QUALITY).unwrap();
-    let (units, maker) = (work.units(), work.maker());
-    let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(|number| maker.make(number)).collect();
+    let (units, maker) = (work.units(), work.maker().unwrap());
+    let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(|number| maker.make(number).unwrap()).collect();
     made.reverse();
     for (unit, bytes) in units.iter().zip(&made) {
         assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
     }
-    assert!(maker.make(units.len()).is_empty());
-    assert!(maker.estimate_core_secs() > 0.0);
+    assert!(maker.make(units.len()).unwrap().is_empty());
+    // Pictures take no time to make.
+    assert!(maker.estimate_core_secs() > 0.0 || settings.contains("views"));
     Units(made)
 }
 
@@ -222,21 +228,20 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     let settings = "st = 16\nuv = 48";
     let mut method = light_field(settings);
     assert!(method.prepare(&scene, QUALITY, &Silent).unwrap().counts["captured_rays"] > 0);
-    let shown = |method: &mut dyn ReflectionMethod, scene: &Scene| {
-        let truth = picture("reference", "", scene, &view);
-        let mask = specular_mask(scene, &view);
-        let comparison = Comparison::new(&drawn(method, scene, &view, QUALITY), &truth).unwrap();
+    let shown = |method: &mut dyn ReflectionMethod| {
+        let truth = picture("reference", "", &elsewhere, &view);
+        let mask = specular_mask(&elsewhere, &view);
+        let comparison = Comparison::new(&drawn(method, &elsewhere, &view, QUALITY), &truth).unwrap();
         comparison.masked(&mask).unwrap().unwrap().flip_mean
     };
-    let before = shown(&mut *method, &scene);
     assert!(!method.prepare(&elsewhere, QUALITY, &Silent).unwrap().counts.contains_key("captured_rays"));
     let mut anew = light_field(settings);
     anew.prepare(&elsewhere, QUALITY, &Silent).unwrap();
-    let (kept, anew) = (shown(&mut *method, &elsewhere), shown(&mut *anew, &elsewhere));
+    let (kept, anew) = (shown(&mut *method), shown(&mut *anew));
     assert_eq!(kept, anew, "the slabs are the same");
-    // As good as in the middle of the region, and better than an environment map that is taken anew.
+    // Near the region's border, too, they are better than an environment map that is taken anew.
     let map = error("environment_map", "", &elsewhere, &view).flip_mean;
-    assert!(kept < 1.2 * before && kept < 0.7 * map, "{kept}, before it moved {before}, environment map {map}");
+    assert!(kept < 0.6 * map, "{kept}, environment map {map}");
 
     // A bake of a scene without a region is of one moment.
     let still = Scene { region: None, ..scene.clone() };
@@ -246,4 +251,132 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     method.prepare(&still, QUALITY, &Silent).unwrap();
     let error = method.prepare(&moved(&still, by), QUALITY, &Silent).expect_err("it is refused").to_string();
     assert!(error.contains("one moment"), "{error}");
+}
+
+/// An eye in the region sees everything by slabs: nothing of the scene is drawn but the reflector.
+#[test]
+fn an_eye_in_the_region_needs_no_scene() {
+    let mut scene = mirror_before_a_wall();
+    // Pixels as large as those of the slabs' views.
+    let view = scene.default_view(48, 48);
+    scene.region = Some(Aabb { min: Vec3::new(-0.6, -0.6, -0.1), max: Vec3::new(0.6, 0.6, 2.1) });
+    let settings = "st = 8\nuv = 128";
+    let mut method = light_field(&format!("{settings}\nbackground = 'slabs'"));
+    method.prepare(&scene, QUALITY, &Silent).unwrap();
+    let mut shown = Framebuffer::new(48, 48);
+    let mut render = |view: &View| {
+        let job = methods::Job { scene: &scene, view, quality: QUALITY, progress: &Silent };
+        (method.render(&job, &mut shown).unwrap(), shown.clone())
+    };
+    let (report, shown) = render(&view);
+    let reflector = scene.objects[scene.specular_objects()[0] as usize].triangles.len() as u64;
+    assert!(report.counts["triangles_drawn"] <= reflector, "{report:?}");
+    assert!(report.fallbacks.is_empty(), "{report:?}");
+    let truth = picture("reference", "", &scene, &view);
+    let behind: Vec<bool> = specular_mask(&scene, &view).iter().map(|on_mirror| !on_mirror).collect();
+    let off = Comparison::new(&shown, &truth).unwrap().masked(&behind).unwrap().unwrap();
+    assert!(off.flip_mean < 0.1 && off.rmse < 0.1, "{off:?}");
+
+    // From elsewhere the scene is drawn, and that is counted.
+    let mut away = view;
+    away.world_from_view.translation += glam::Vec3A::Z;
+    let (report, _) = render(&away);
+    assert_eq!(report.fallbacks["frames_with_a_drawn_background"], 1);
+}
+
+fn vector(value: &toml::Value) -> Vec3 {
+    let numbers = value.as_array().expect("a list").iter();
+    Vec3::from_slice(&numbers.map(|number| number.as_float().expect("a number") as f32).collect::<Vec<f32>>())
+}
+
+/// Makes the pictures that a manifest asks for, as another renderer would.
+fn make_views(manifest: &toml::Table, empty: &Scene, folder: &Path, fov_deg: f32) {
+    let side = manifest["uv"].as_integer().unwrap() as u32;
+    let tracer = Tracer::build(empty, |_| true);
+    let quality = Quality { samples: 1, order: 0 };
+    let mut reference = prepared("reference", "", empty, quality);
+    for one in manifest["view"].as_array().unwrap() {
+        let [eye, right, down, forward] = ["eye", "right", "down", "forward"].map(|key| vector(&one[key]));
+        let axes = Mat3::from_cols(right, -down, -forward);
+        assert!((axes.determinant() - 1.0).abs() < 1e-5, "a camera that is no mirror image");
+        let camera = Camera {
+            world_from_camera: Affine3A::from_mat3_translation(axes, eye),
+            projection: Projection::Perspective { fov_y: fov_deg.to_radians() },
+            ..Camera::framing(&empty.bounds)
+        };
+        let view = empty.view(&camera, side, side);
+        let shown = drawn(&mut *reference, empty, &view, quality);
+        let mut distances = shown.clone();
+        for (index, pixel) in distances.pixels.iter_mut().enumerate() {
+            let (x, y) = (index as u32 % side, index as u32 / side);
+            let ray = view.rays().ray(x as f32 + 0.5, y as f32 + 0.5);
+            let hit = tracer.first_hit(empty, &ray, 0.0);
+            let distance = hit.map_or(f32::INFINITY, |hit| hit.distance() * ray.direction.dot(forward));
+            *pixel = [distance, 0.0, 0.0, 1.0];
+        }
+        for (key, picture) in [("radiance", &shown), ("distance", &distances)] {
+            let name = manifest[key].as_str().unwrap().replace("{slab}", one["slab"].as_str().unwrap());
+            let name = ["s", "t"].iter().fold(name, |name, part| {
+                name.replace(&format!("{{{part}}}"), &one[*part].as_integer().unwrap().to_string())
+            });
+            picture::write(&folder.join(name), picture).unwrap();
+        }
+    }
+}
+
+#[test]
+fn views_made_elsewhere_show_what_captured_ones_do() {
+    let scene = mirror_before_a_wall();
+    let view = scene.default_view(100, 100);
+    let settings = LightFieldSettings { st: 6, uv: 24, ..LightFieldSettings::default() };
+    let text = views_manifest(&settings, &scene).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("views.toml");
+    std::fs::write(&path, &text).unwrap();
+    let manifest: toml::Table = toml::from_str(&text).unwrap();
+    let fov_deg = text.split("fov_deg = ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let with = |more: &str| format!("st = 6\nuv = 24\nviews = '{}'\n{more}", path.display());
+    let fails = |settings: &str| {
+        let mut method = light_field(settings);
+        method.prepare(&scene, QUALITY, &Silent).expect_err("it is refused").to_string()
+    };
+    let missing = fails(&with(""));
+    assert!(missing.contains("radiance-px-0-0.exr"), "{missing}");
+    // The mirror is not in the pictures.
+    make_views(&manifest, &moved(&scene, Vec3::X * 1e4), folder.path(), fov_deg);
+    let imported = picture("light_field", &with(""), &scene, &view);
+    let captured = picture("light_field", "st = 6\nuv = 24", &scene, &view);
+    let mask = specular_mask(&scene, &view);
+    let apart = Comparison::new(&imported, &captured).unwrap().masked(&mask).unwrap().unwrap();
+    assert!(apart.flip_mean < 0.03, "{apart:?}");
+    let (truth, map) = (picture("reference", "", &scene, &view), picture("environment_map", "", &scene, &view));
+    let error = |shown: &Framebuffer| Comparison::new(shown, &truth).unwrap().masked(&mask).unwrap().unwrap().flip_mean;
+    let [imported_error, captured_error, map_error] = [&imported, &captured, &map].map(error);
+    assert!(imported_error < 1.05 * captured_error, "{imported_error}, captured {captured_error}");
+    assert!(imported_error < 0.85 * map_error, "{imported_error}, environment map {map_error}");
+
+    // Baked, they are the same; the file tells which pictures they are of.
+    let mut method = light_field(&with(""));
+    method.take_bake(Arc::new(baked(&with(""), &scene))).unwrap();
+    method.prepare(&scene, QUALITY, &Silent).unwrap();
+    assert!(drawn(&mut *method, &scene, &view, QUALITY).pixels == imported.pixels);
+
+    // What does not fit is refused by name.
+    let manifest_without = |line: &str| {
+        let kept: Vec<&str> = text.lines().filter(|it| !it.starts_with(line)).collect();
+        std::fs::write(&path, kept.join("\n")).unwrap();
+        fails(&with(""))
+    };
+    assert!(manifest_without("distance").contains("focal_distance"));
+    assert!(manifest_without("uv").contains("uv"));
+    std::fs::write(&path, text.replace("-{t}", "")).unwrap();
+    assert!(fails(&with("")).contains("{t}"));
+    std::fs::write(&path, &text).unwrap();
+    assert!(fails(&with("").replace("st = 6", "st = 7")).contains("set st=6"));
+    let elsewhere = Scene { region: Some(scene.bounds), ..scene.clone() };
+    let error = light_field(&with("")).prepare(&elsewhere, QUALITY, &Silent).expect_err("another region").to_string();
+    assert!(error.contains("region"), "{error}");
+    std::fs::copy(folder.path().join("distance-px-0-0.exr"), folder.path().join("radiance-nz-5-5.exr")).unwrap();
+    std::fs::write(folder.path().join("distance-pz-1-1.exr"), "no picture").unwrap();
+    assert!(fails(&with("")).contains("distance-pz-1-1.exr"));
 }

@@ -28,7 +28,7 @@ const ORDER: &str = "order";
 ///
 /// let folder = tempfile::tempdir().unwrap();
 /// let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
-/// let (units, file) = (bake.units(), folder.path().join("room.bake"));
+/// let (units, file) = (bake.units().unwrap(), folder.path().join("room.bake"));
 /// let plan = bake.plan(serde_json::Value::Null, units.estimate());
 /// plan.publish(&store).unwrap();
 /// run(&plan, &store, &units, &RunOptions::default()).unwrap();
@@ -90,9 +90,12 @@ impl<'a> MethodBake<'a> {
     }
 
     /// What makes its units; builds what all of them share.
-    pub fn units(&self) -> MethodUnits<'_> {
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where what they are made of, such as pictures, is not at hand.
+    pub fn units(&self) -> Result<MethodUnits<'_>, RenderError> {
         let bytes = self.identity.units.iter().map(|unit| unit.bytes).sum();
-        MethodUnits { maker: self.work.maker(), bytes }
+        Ok(MethodUnits { maker: self.work.maker()?, bytes })
     }
 
     /// Opens a baked file, which must be of it; the version of the program that made it does not count, that of its units does.
@@ -128,7 +131,8 @@ impl MethodUnits<'_> {
 
 impl Work for MethodUnits<'_> {
     fn unit(&self, number: u64) -> Result<Vec<u8>, String> {
-        usize::try_from(number).map(|number| self.maker.make(number)).map_err(|error| error.to_string())
+        let number = usize::try_from(number).map_err(|error| error.to_string())?;
+        self.maker.make(number).map_err(|error| error.to_string())
     }
 }
 
@@ -190,8 +194,8 @@ mod tests {
         let made = bake(SETTINGS, &room, 1);
         let folder = tempfile::tempdir().unwrap();
         let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
-        let plan = made.plan(serde_json::Value::Null, made.units().estimate());
-        run(&plan, &store, &made.units(), &RunOptions::default()).unwrap();
+        let plan = made.plan(serde_json::Value::Null, made.units().unwrap().estimate());
+        run(&plan, &store, &made.units().unwrap(), &RunOptions::default()).unwrap();
         let path = folder.path().join("room.bake");
         merge(&plan, &store, &path).unwrap();
         let file = made.open(&path).unwrap();

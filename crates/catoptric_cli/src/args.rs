@@ -290,9 +290,24 @@ pub(crate) enum BakeStep {
     /// Say how far a bake has come; exit code 0: complete, 3: not yet
     #[command(after_help = "Example:\n  catoptric bake status room.parts --missing")]
     Status(BakeStatusArgs),
+    /// Write the cameras of a light field's views, for another renderer to make the pictures
+    #[command(after_help = "Example:\n  \
+        catoptric bake views room.toml --method light_field --set st=16 --set uv=64 -o views/views.toml\n  \
+        (make the pictures)\n  \
+        catoptric bake room.toml --method light_field --set st=16 --set uv=64 --set views=views/views.toml -o room.bake")]
+    Views(BakeViewsArgs),
     /// Merge all units into one file
     #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
     Merge(BakeMergeArgs),
+}
+
+#[derive(Args)]
+pub(crate) struct BakeViewsArgs {
+    #[command(flatten)]
+    pub(crate) what: BakeWhatArgs,
+    /// Where the manifest goes; pictures are looked for beside it
+    #[arg(long, short, value_name = "FILE.toml")]
+    pub(crate) output: PathBuf,
 }
 
 /// What is baked.

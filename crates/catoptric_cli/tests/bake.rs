@@ -276,6 +276,19 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
 }
 
 #[test]
+fn views_made_elsewhere_are_asked_for_by_a_manifest() {
+    let place = Workplace::new();
+    place.ends(0, &[&["bake", "views"], &WHAT[..], &["-o", "views.toml"]].concat());
+    let text = fs::read_to_string(place.path("views.toml")).unwrap();
+    assert_eq!(text.matches("[[view]]").count(), 6 * 36);
+    let bake = [&["bake"], &WHAT[..], &["--set", "views=views.toml", "-o", "room.bake"]].concat();
+    assert!(place.fails(&bake).contains("radiance-px-0-0.exr"));
+    let of_another = ["bake", "views", "scene.toml", "--method", "reference", "-o", "no.toml"];
+    place.ends(2, &of_another);
+    assert_eq!(place.files(), ["scene.toml", "views.toml"]);
+}
+
+#[test]
 fn what_cannot_be_baked_is_said() {
     let place = Workplace::new();
     assert!(place.fails(&["bake", "scene.toml", "--method", "reference", "-o", "x"]).contains("bakes nothing"));

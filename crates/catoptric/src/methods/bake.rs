@@ -25,13 +25,19 @@ pub trait BakeWork: Sync {
     fn units(&self) -> Vec<BakeUnit>;
 
     /// What makes them; builds what all units share.
-    fn maker<'b>(&'b self) -> Box<dyn UnitMaker + 'b>;
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where what they are made of is not at hand.
+    fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError>;
 }
 
 /// Makes the units of a bake, on any thread.
 pub trait UnitMaker: Sync {
     /// The bytes of a unit; empty where there is none of that number.
-    fn make(&self, number: usize) -> Vec<u8>;
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where a file that a setting names cannot be used.
+    fn make(&self, number: usize) -> Result<Vec<u8>, RenderError>;
 
     /// Time that one core takes for all units, about, in seconds: found by making a small part of them.
     fn estimate_core_secs(&self) -> f64;

@@ -9,6 +9,12 @@ use glam::{Vec3, Vec4Swizzles};
 pub(in crate::methods) trait ReflectorLook: Sync {
     /// The radiance of a reflector or lens towards where a ray comes from that meets it; `change` is the ray's a pixel.
     fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3;
+
+    /// The radiance of what lies behind all that is drawn, along a ray from the eye.
+    fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        let _ = change;
+        scene.background(ray.direction)
+    }
 }
 
 /// Light that arrives at a reflector or lens.

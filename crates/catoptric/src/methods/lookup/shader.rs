@@ -26,7 +26,8 @@ impl<L: ReflectorLook> LookShader for LookupShader<'_, L> {
     fn look(&self, fragment: &Fragment<'_>) -> Look {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
-            return Look::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));
+            let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+            return Look::Color(self.reflectors.behind(self.scene, &ray, &change));
         };
         let object = self.scene.triangle_objects[surface.source as usize];
         let material = self.scene.material_of(object);
@@ -40,18 +41,19 @@ impl<L: ReflectorLook> LookShader for LookupShader<'_, L> {
     }
 }
 
-/// Draws a scene whose reflectors and lenses look light up.
+/// Draws the wanted objects of a scene whose reflectors and lenses look light up.
 ///
 /// # Errors
 /// Those of the rasteriser.
 pub(super) fn draw(
     job: &Job<'_>,
     reflectors: &impl ReflectorLook,
+    is_wanted: impl Fn(u32) -> bool,
     target: &mut Framebuffer,
 ) -> Result<Report, RenderError> {
     let mut report = Report::default();
     let mut watch = Stopwatch::new();
-    let list = raster::scene_draw_list(job.scene, job.view, |_| Some(0));
+    let list = raster::scene_draw_list(job.scene, job.view, |object| is_wanted(object).then_some(0));
     report.stages_ms.push(("project", watch.lap_ms()));
     report.counts.insert("vertices_projected", list.vertices.len() as u64);
     let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors };

@@ -3,9 +3,12 @@
 mod recipe;
 
 use super::pretty;
-use crate::args::{BakeAllArgs, BakeArgs, BakeMergeArgs, BakePlanArgs, BakeRunArgs, BakeStatusArgs, BakeStep};
+use crate::args::{
+    BakeAllArgs, BakeArgs, BakeMergeArgs, BakePlanArgs, BakeRunArgs, BakeStatusArgs, BakeStep, BakeViewsArgs,
+};
 use crate::failure::{Failure, Output};
 use crate::terminal::Terminal;
+use catoptric::picture;
 use catoptric::progress::Progress;
 use catoptric_bake::{
     Check, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
@@ -14,6 +17,7 @@ use catoptric_bake::{
 use clap::ArgMatches;
 use recipe::Recipe;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -36,6 +40,10 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
             let options = options.subcommand().map_or(options, |(_, options)| options);
             plan(args, options, terminal)
         }
+        BakeStep::Views(args) => {
+            let options = options.subcommand().map_or(options, |(_, options)| options);
+            views(args, options, terminal)
+        }
         BakeStep::Run(args) => run_shard(args, terminal),
         BakeStep::Status(args) => tell_status(args, terminal),
         BakeStep::Merge(args) => merge_units(args, terminal),
@@ -55,7 +63,7 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
     let mut parts = args.output.clone().into_os_string();
     parts.push(".parts");
     let store = LocalStore::create_folder(PathBuf::from(parts))?;
-    let units = bake.units();
+    let units = bake.units()?;
     let plan = bake.plan(serde_json::to_value(&recipe)?, units.estimate());
     plan.publish(&store)?;
     let before = status(&plan, &store, Check::Sizes)?;
@@ -77,10 +85,19 @@ fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Resul
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
     let store = LocalStore::create_folder(folder)?;
-    let plan = bake.plan(serde_json::to_value(&recipe)?, bake.units().estimate());
+    let plan = bake.plan(serde_json::to_value(&recipe)?, bake.units()?.estimate());
     plan.publish(&store)?;
     let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &store, Check::Sizes)?));
     Ok(terminal.unless_quiet(text).into())
+}
+
+/// The manifest of views that are made elsewhere.
+fn views(args: &BakeViewsArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
+    let ingredients = Recipe::new(&args.what, options)?.ingredients()?;
+    let manifest = ingredients.views_manifest()?;
+    picture::write_file(&args.output, |writer| writer.write_all(manifest.as_bytes()))?;
+    let count = manifest.lines().filter(|line| *line == "[[view]]").count();
+    Ok(terminal.unless_quiet(format!("{}: {count} views\n", args.output.display())).into())
 }
 
 fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure> {
@@ -99,7 +116,7 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     if let Some(difference) = plan.identity.difference(bake.identity()) {
         return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
     }
-    let report = work(&plan, &store, &bake.units(), shard, args.max_time, terminal)?;
+    let report = work(&plan, &store, &bake.units()?, shard, args.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &args.place, terminal));
     }

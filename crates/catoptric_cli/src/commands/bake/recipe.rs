@@ -4,7 +4,8 @@ use crate::args::{BakeWhatArgs, SceneArgs};
 use crate::failure::Failure;
 use crate::scene_source::{self, RoleWord};
 use crate::settings;
-use catoptric::methods::{self, Quality};
+use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest};
+use catoptric::methods::{self, Quality, Settings};
 use catoptric::scene::Scene;
 use catoptric_bake::MethodBake;
 use clap::ArgMatches;
@@ -80,6 +81,17 @@ impl Ingredients {
     pub(super) fn bake(&self) -> Result<MethodBake<'_>, Failure> {
         MethodBake::new(self.method, &self.settings, &self.scene, self.quality)
             .map_err(|error| Failure::input(format!("{}: {error}", self.scene.name)))
+    }
+}
+
+impl Ingredients {
+    /// The manifest of views that another renderer is to make.
+    pub(super) fn views_manifest(&self) -> Result<String, Failure> {
+        if self.method.id != LightFieldSettings::METHOD {
+            return Err(Failure::usage(format!("--method {}: only light_field takes views", self.method.id)));
+        }
+        let settings = LightFieldSettings::from_table(&self.settings)?;
+        views_manifest(&settings, &self.scene).map_err(|error| Failure::input(format!("{}: {error}", self.scene.name)))
     }
 }
 

@@ -65,6 +65,6 @@ impl ReflectionMethod for EnvironmentMap {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         }
-        draw(job, &self.maps, target)
+        draw(job, &self.maps, |_| true, target)
     }
 }

@@ -4,13 +4,16 @@ use super::INFO;
 use super::capture::{Capture, leaves};
 use super::layout::{Layout, SLABS};
 use super::regions::Regions;
-use super::rows::{RowSize, Rows};
+use super::rows::{Row, RowSize, Rows};
 use super::settings::LightFieldSettings;
 use super::slabs::Slabs;
 use super::texels::Levels;
+#[cfg(feature = "files")]
+use super::views::Views;
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
+use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use std::hash::{DefaultHasher, Hasher};
@@ -23,8 +26,23 @@ const PAYLOAD_VERSION: u32 = 1;
 /// The names of slabs.
 const NAMES: [&str; SLABS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
+/// The front of the number that stands for pictures of views, where these are not at hand: they are baked.
+const PICTURES: &str = "pictures:";
+
+/// Where views come from.
+enum Source {
+    /// The scene: they are captured.
+    Scene,
+    /// Pictures, with a number that stands for them.
+    #[cfg(feature = "files")]
+    Pictures(Views, String),
+    /// A bake of the pictures that this number stands for.
+    Baked(String),
+}
+
 /// The slabs about all regions of a scene.
 pub(super) struct SlabsWork<'a> {
+    source: Source,
     scene: &'a Scene,
     settings: LightFieldSettings,
     /// Highest number of specular events on a path from the eye.
@@ -35,13 +53,51 @@ pub(super) struct SlabsWork<'a> {
 
 impl<'a> SlabsWork<'a> {
     /// With settings that are allowed.
-    pub(super) fn new(settings: &LightFieldSettings, scene: &'a Scene, quality: Quality) -> Self {
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where views are given that are not of the scene's region.
+    pub(super) fn new(settings: &LightFieldSettings, scene: &'a Scene, quality: Quality) -> Result<Self, RenderError> {
         let regions = Regions::of(scene, settings.region_margin);
         // Nothing of reflectors is seen at order 0.
         let count = if quality.order == 0 { 0 } else { regions.boxes.len() };
         let layouts = regions.boxes[..count].iter().map(|region| Layout::new(*region, settings.st, settings.uv));
-        let layouts = layouts.collect();
-        Self { scene, settings: settings.clone(), order: quality.order, regions, layouts }
+        let layouts: Vec<Layout> = layouts.collect();
+        let source = if settings.views.is_empty() || count == 0 {
+            Source::Scene
+        } else if settings.views.starts_with(PICTURES) {
+            Source::Baked(settings.views.clone())
+        } else {
+            Self::pictures(settings, &layouts)?
+        };
+        Ok(Self { source, scene, settings: settings.clone(), order: quality.order, regions, layouts })
+    }
+
+    #[cfg(feature = "files")]
+    fn pictures(settings: &LightFieldSettings, layouts: &[Layout]) -> Result<Source, RenderError> {
+        let views = Views::open(std::path::Path::new(&settings.views))?;
+        views.check(settings, layouts)?;
+        let number = format!("{PICTURES}{:016x}", views.fingerprint()?);
+        Ok(Source::Pictures(views, number))
+    }
+
+    #[cfg(not(feature = "files"))]
+    fn pictures(_: &LightFieldSettings, _: &[Layout]) -> Result<Source, RenderError> {
+        Err(RenderError::Setting { method: INFO.id, problem: "views: this program reads no files".into() })
+    }
+
+    /// What the manifest of views must say that are made elsewhere.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where the scene has not just one region.
+    #[cfg(feature = "files")]
+    pub(super) fn manifest(&self) -> Result<String, RenderError> {
+        match &self.layouts[..] {
+            [layout] => super::views::manifest(layout),
+            others => {
+                let problem = format!("views are of one region, the scene has {}; give it a [region]", others.len());
+                Err(RenderError::Setting { method: INFO.id, problem })
+            }
+        }
     }
 
     /// For baking.
@@ -53,7 +109,7 @@ impl<'a> SlabsWork<'a> {
         scene: &'a Scene,
         quality: Quality,
     ) -> Result<Self, RenderError> {
-        let work = Self::new(settings, scene, quality);
+        let work = Self::new(settings, scene, quality)?;
         let problem = match () {
             () if quality.order == 0 => "order 0 shows no reflection: there is nothing to bake",
             () if work.layouts.is_empty() => "the scene has neither a region nor a reflector: there is nothing to bake",
@@ -71,12 +127,23 @@ impl<'a> SlabsWork<'a> {
     }
 
     /// Of every region, captured now.
-    pub(super) fn captured(&self, progress: &dyn Progress) -> Vec<Slabs> {
-        let slabs = |layout: &Layout| {
-            let rows = self.capture(layout).rows(progress);
-            Slabs::new(&self.settings, layout.clone(), Rows::Captured(rows))
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where pictures of views cannot be used.
+    pub(super) fn captured(&self, progress: &dyn Progress) -> Result<Vec<Slabs>, RenderError> {
+        let maker = self.row_maker()?;
+        let slabs = |(region, layout): (usize, &Layout)| {
+            progress.begin("capturing light-field slabs", self.rows_a_region() as u64);
+            let rows = parallel::map_collect(self.rows_a_region(), |row| {
+                let row = maker.row(region * self.rows_a_region() + row);
+                progress.advance(1);
+                row
+            });
+            progress.end();
+            let rows = rows.into_iter().collect::<Result<Vec<Row>, RenderError>>()?;
+            Ok(Slabs::new(&self.settings, layout.clone(), Rows::Captured(rows)))
         };
-        self.layouts.iter().map(slabs).collect()
+        self.layouts.iter().enumerate().map(slabs).collect()
     }
 
     /// Of every region, from a bake.
@@ -105,6 +172,21 @@ impl<'a> SlabsWork<'a> {
         Capture::new(self.scene, layout, self.settings.capture_samples, self.order.saturating_sub(1))
     }
 
+    /// # Errors
+    /// [`RenderError::Setting`] where the pictures of the views are not at hand.
+    fn row_maker(&self) -> Result<RowMaker<'_>, RenderError> {
+        let captures = match &self.source {
+            Source::Scene => self.layouts.iter().map(|layout| self.capture(layout)).collect(),
+            #[cfg(feature = "files")]
+            Source::Pictures(..) => Vec::new(),
+            Source::Baked(number) => {
+                let problem = format!("views = `{number}` are those of a bake: give that, or the pictures' manifest");
+                return Err(RenderError::Setting { method: INFO.id, problem });
+            }
+        };
+        Ok(RowMaker { work: self, captures })
+    }
+
     fn rows_a_region(&self) -> usize {
         SLABS * self.settings.st as usize
     }
@@ -117,16 +199,35 @@ impl BakeWork for SlabsWork<'_> {
 
     fn settings(&self) -> toml::Table {
         let LightFieldSettings { st, uv, capture_samples, region_margin, .. } = self.settings;
-        let counts = [("st", st), ("uv", uv), ("capture_samples", capture_samples), ("order", self.order)];
-        let mut table: toml::Table =
-            counts.into_iter().map(|(name, count)| (name.to_owned(), i64::from(count).into())).collect();
+        let pictures = match &self.source {
+            Source::Scene => None,
+            #[cfg(feature = "files")]
+            Source::Pictures(_, number) => Some(number),
+            Source::Baked(number) => Some(number),
+        };
+        let mut table = toml::Table::new();
+        let mut put = |name: &str, value: toml::Value| table.insert(name.into(), value);
+        put("st", i64::from(st).into());
+        put("uv", i64::from(uv).into());
+        match pictures {
+            Some(number) => drop(put("views", number.as_str().into())),
+            None => {
+                put("capture_samples", i64::from(capture_samples).into());
+                put("order", i64::from(self.order).into());
+            }
+        }
         if self.scene.region.is_none() {
-            table.insert("region_margin".into(), f64::from(region_margin).into());
+            put("region_margin", f64::from(region_margin).into());
         }
         table
     }
 
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8])) {
+        let Source::Scene = self.source else {
+            // Pictures are of places alone.
+            self.layouts.iter().for_each(|layout| sink(format!("{:?}", layout.region).as_bytes()));
+            return;
+        };
         // Reflectors may move within a region that is given.
         let moves = |object: u32| self.scene.region.is_some_and(|region| leaves(self.scene, object, &region));
         self.scene.write_identity(moves, sink);
@@ -143,25 +244,39 @@ impl BakeWork for SlabsWork<'_> {
         (0..self.rows_a_region() * self.layouts.len()).map(unit).collect()
     }
 
-    fn maker<'b>(&'b self) -> Box<dyn UnitMaker + 'b> {
-        let captures = self.layouts.iter().map(|layout| self.capture(layout)).collect();
-        Box::new(RowMaker { captures, rows_a_region: self.rows_a_region() })
+    fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError> {
+        Ok(Box::new(self.row_maker()?))
     }
 }
 
 /// Makes rows of all regions.
 struct RowMaker<'a> {
+    work: &'a SlabsWork<'a>,
+    /// Of every region, where views are captured.
     captures: Vec<Capture<'a>>,
-    rows_a_region: usize,
+}
+
+impl RowMaker<'_> {
+    fn row(&self, number: usize) -> Result<Row, RenderError> {
+        let (region, row) = (number / self.work.rows_a_region(), number % self.work.rows_a_region());
+        match &self.work.source {
+            #[cfg(feature = "files")]
+            Source::Pictures(views, _) => views.row(&self.work.layouts[region], row),
+            _ => Ok(self.captures[region].row(row)),
+        }
+    }
 }
 
 impl UnitMaker for RowMaker<'_> {
-    fn make(&self, number: usize) -> Vec<u8> {
-        let capture = self.captures.get(number / self.rows_a_region);
-        capture.map(|capture| capture.row(number % self.rows_a_region).bytes()).unwrap_or_default()
+    fn make(&self, number: usize) -> Result<Vec<u8>, RenderError> {
+        if number >= self.work.rows_a_region() * self.work.layouts.len() {
+            return Ok(Vec::new());
+        }
+        Ok(self.row(number)?.bytes())
     }
 
     fn estimate_core_secs(&self) -> f64 {
+        // Pictures are read as fast as the disk is.
         self.captures.iter().map(Capture::estimate_core_secs).sum()
     }
 }

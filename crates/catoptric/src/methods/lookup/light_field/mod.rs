@@ -10,8 +10,10 @@ mod rows;
 mod settings;
 mod slabs;
 mod texels;
+#[cfg(feature = "files")]
+mod views;
 
-pub use settings::{Disparity, LightFieldSettings, Preset, Transfer};
+pub use settings::{Background, Disparity, LightFieldSettings, Preset, Transfer};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -24,7 +26,7 @@ use crate::methods::reference::{Beyond, PathModel, PathTracer};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::scene::shade::Encounter;
-use crate::scene::{Ray, RayDifferential, Scene};
+use crate::scene::{Projection, Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
 use bake::SlabsWork;
 use glam::Vec3;
@@ -51,6 +53,17 @@ pub static INFO: MethodInfo = MethodInfo {
         Ok(Box::new(LightField { settings, baked: None, fields: None }))
     },
 };
+
+/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting `views` names
+/// once they are there.
+///
+/// # Errors
+/// [`RenderError::Limit`] where the scene has no region and no reflector, [`RenderError::Setting`] where it has several regions.
+#[cfg(feature = "files")]
+pub fn views_manifest(settings: &LightFieldSettings, scene: &Scene) -> Result<String, RenderError> {
+    let settings = LightFieldSettings { views: String::new(), ..settings.clone() };
+    SlabsWork::for_baking(&settings, scene, Quality { samples: 1, order: 1 })?.manifest()
+}
 
 struct LightField {
     settings: LightFieldSettings,
@@ -93,7 +106,7 @@ impl ReflectionMethod for LightField {
     fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        let work = SlabsWork::new(&self.settings, scene, quality);
+        let work = SlabsWork::new(&self.settings, scene, quality)?;
         let fingerprint = work.fingerprint();
         let slabs = match (self.fields.take(), &self.baked) {
             // What moves, moves within the regions.
@@ -107,7 +120,7 @@ impl ReflectionMethod for LightField {
             }
             (None, Some(baked)) => work.baked(baked)?,
             (_, None) => {
-                let slabs = work.captured(progress);
+                let slabs = work.captured(progress)?;
                 report.counts.insert("captured_rays", slabs.iter().map(Slabs::ray_count).sum());
                 slabs
             }
@@ -147,11 +160,51 @@ impl ReflectionMethod for LightField {
             let problem = "it has not been prepared for the scene".into();
             return Err(RenderError::Limit { method: INFO.id, problem });
         };
-        draw(job, fields, target)
+        // Orthographic views have no eye that could be in a region.
+        let eye = matches!(job.view.projection, Projection::Perspective { .. }).then(|| job.view.eye());
+        let region = eye.and_then(|eye| fields.regions.iter().position(|region| region.slabs.holds(eye)));
+        match (self.settings.background, region) {
+            (Background::Scene, _) => draw(job, &Seen { fields, behind: None }, |_| true, target),
+            (Background::Slabs, Some(region)) => {
+                let seen = Seen { fields, behind: Some(&fields.regions[region].slabs) };
+                let is_wanted = |object: u32| fields.region_of[object as usize] == Some(region as u32);
+                draw(job, &seen, is_wanted, target)
+            }
+            (Background::Slabs, None) => {
+                let mut report = draw(job, &Seen { fields, behind: None }, |_| true, target)?;
+                report.fallbacks.insert("frames_with_a_drawn_background", 1);
+                report.warnings.push(
+                    "light_field: the eye is in no region, so the scene is drawn behind its reflectors; \
+                     give the scene a [region] that holds the eye"
+                        .into(),
+                );
+                Ok(report)
+            }
+        }
     }
 }
 
-impl ReflectorLook for Fields {
+/// All that a view shows.
+struct Seen<'a> {
+    fields: &'a Fields,
+    /// What is seen behind reflectors, in place of the scene.
+    behind: Option<&'a Slabs>,
+}
+
+impl ReflectorLook for Seen<'_> {
+    fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        self.fields.radiance(scene, encounter, ray, change)
+    }
+
+    fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        match self.behind {
+            Some(slabs) => Beyond::radiance(&slabs, scene, ray, Some(change)),
+            None => scene.background(ray.direction),
+        }
+    }
+}
+
+impl Fields {
     fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let region = self.region_of[encounter.point.object as usize];
         let Some(Region { slabs, tracer }) = region.and_then(|region| self.regions.get(region as usize)) else {

@@ -41,6 +41,18 @@ pub enum Transfer {
     Traced,
 }
 
+/// What is seen behind reflectors and lenses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Background {
+    /// The scene, drawn.
+    #[default]
+    Scene,
+    /// What slabs show, where the eye is in their region: then nothing but the region's reflectors is drawn, whatever the
+    /// scene's size (the paper's).
+    Slabs,
+}
+
 /// Settings of the light field.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -57,8 +69,12 @@ pub struct LightFieldSettings {
     pub disparity: Disparity,
     /// How rays get from the eye out of a region.
     pub transfer: Transfer,
+    /// What is seen behind reflectors and lenses.
+    pub background: Background,
     /// The distance of the plane from a slab's st plane, in scene units; 0: by the captured depth, slab by slab.
     pub focal_distance: f32,
+    /// The manifest of views that were made elsewhere (`catoptric bake views` writes it), in place of capturing them; none: empty.
+    pub views: String,
     /// Regions that no one gives are larger than the reflectors in them by this share of their diagonal on each side.
     pub region_margin: f32,
 }
@@ -73,7 +89,9 @@ impl LightFieldSettings {
             capture_samples: 1,
             disparity: Disparity::Depth,
             transfer: Transfer::Traced,
+            background: Background::Scene,
             focal_distance: 0.0,
+            views: String::new(),
             region_margin: 0.0,
         };
         match preset {
@@ -104,7 +122,9 @@ impl Settings for LightFieldSettings {
         ("capture_samples", "rays a pixel of a view when capturing: 1, 4, 9 or 16"),
         ("disparity", "none: all is infinitely far; plane: one focal plane a slab (the paper's); depth: ray by ray"),
         ("transfer", "traced: through all of a region's reflectors and lenses; first: by one bounce (the paper's)"),
+        ("background", "scene: drawn; slabs: looked up like reflections, where the eye is in a region"),
         ("focal_distance", "distance of the focal plane from the views, in scene units; 0: by the captured depth"),
+        ("views", "manifest of views made elsewhere, in place of capturing them (`catoptric bake views` writes one)"),
         ("region_margin", "room about reflectors where the scene gives no region, as a share of their size, 0 to 1"),
     ];
 

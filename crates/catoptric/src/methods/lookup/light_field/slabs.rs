@@ -104,6 +104,12 @@ impl Slabs {
         Self { layout, levels, rows, disparity: settings.disparity, focal }
     }
 
+    /// Whether a point lies in the region: slabs hold all rays from there.
+    pub fn holds(&self, point: Vec3) -> bool {
+        let Aabb { min, max } = self.layout.region;
+        point.cmpge(min).all() && point.cmple(max).all()
+    }
+
     /// Memory of all texels and of their parallax.
     pub fn byte_count(&self) -> u64 {
         (self.row_count() * RowSize::new(&self.layout, &self.levels).bytes()) as u64
