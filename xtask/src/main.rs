@@ -1,6 +1,7 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
 mod cameras;
+mod light_field;
 mod panels;
 mod perturbation;
 mod scaling;
@@ -18,7 +19,8 @@ Commands:
                    (`figure-08`; `figure` for all), those of docs/figures-path-perturbation.md, with their times;
                    with `cameras-14` and the like (`cameras` for all) and with `scaling` those of
                    docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-blend` and
-                   the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md
+                   the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
+                   `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
@@ -26,6 +28,7 @@ fn main() -> Result<()> {
         Some("figures") => match std::env::args().nth(2) {
             Some(name) if name.starts_with("cameras") => cameras::draw(&name),
             Some(name) if name == "scaling" => scaling::draw(),
+            Some(name) if name.starts_with("light_field") => light_field::draw(&name),
             Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(&name),
             Some(name) => perturbation::draw(&name),
             None => figures(),

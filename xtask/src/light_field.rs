@@ -1,0 +1,165 @@
+//! The light field's figures and tables (Yu, Yang, McMillan 2005), for docs/figures-light-field.md.
+
+use crate::panels::{below, beside, cut, save_small};
+use crate::{root, run};
+use anyhow::{Context, Result};
+use image::RgbImage;
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The room of the pictures: a mirror ball among near things.
+const ROOM: &str = "builtin:sphere_room";
+
+/// The paper's sizes.
+const FULL: [&str; 4] = ["--set", "st=32", "--set", "uv=128"];
+
+/// The part of figure 8 that is enlarged.
+const PART: [f32; 4] = [0.3, 0.25, 0.4, 0.5];
+
+/// Eyes of figure 9, about the ball.
+const EYES: [&str; 3] = ["-1.2,1.3,2.6", "0.3,1.3,2.9", "1.7,1.3,2.4"];
+const TARGET: &str = "0,1,0";
+
+/// Methods of table 1.
+const METHODS: [&str; 8] = [
+    "environment_map",
+    "environment_map:parallax=box",
+    "light_field:preset=full",
+    "light_field:preset=faithful",
+    "path_perturbation",
+    "sample_based_camera",
+    "explosion_map",
+    "reflector_search",
+];
+
+/// Reflectors of the table of models, from few triangles to many.
+const TESSELLATIONS: [u32; 4] = [16, 64, 128, 256];
+
+/// Makes what `name` asks for: `light_field-8`, `light_field-9`, `light_field-table`, `light_field-models`, or all.
+pub(crate) fn draw(name: &str) -> Result<()> {
+    let wanted = name.strip_prefix("light_field").unwrap_or_default().trim_start_matches('-');
+    let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
+    let is_wanted = |part: &str| wanted.is_empty() || wanted == part;
+    let baked = scratch.path().join("room.bake");
+    if is_wanted("8") || is_wanted("9") {
+        let mut bake = catoptric(&["bake", ROOM, "--method", "light_field", "--order", "1", "--quiet"]);
+        run(bake.args(FULL).arg("-o").arg(&baked))?;
+    }
+    if is_wanted("8") {
+        disparities(scratch.path(), &baked)?;
+    }
+    if is_wanted("9") {
+        eyes(scratch.path(), &baked)?;
+    }
+    if is_wanted("table") {
+        methods(scratch.path())?;
+    }
+    if is_wanted("models") {
+        models(scratch.path())?;
+    }
+    Ok(())
+}
+
+fn catoptric(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]).args(words);
+    command
+}
+
+fn picture(scratch: &Path, method: &str, more: &[&str], baked: Option<&PathBuf>) -> Result<RgbImage> {
+    let path = scratch.join("picture.png");
+    let mut command = catoptric(&["render", ROOM, "--order", "1", "--size", "480x360", "--samples", "4", "--quiet"]);
+    command.args(["--method", method]).args(more);
+    if let Some(file) = baked {
+        command.arg("--baked").arg(file);
+    }
+    run(command.arg("-o").arg(&path))?;
+    Ok(image::open(&path).with_context(|| format!("cannot read {}", path.display()))?.to_rgb8())
+}
+
+/// Figure 8: no disparity, that of a plane, and that of every ray's depth.
+fn disparities(scratch: &Path, baked: &PathBuf) -> Result<()> {
+    let mut panels = Vec::new();
+    for disparity in ["disparity=none", "disparity=plane", "disparity=depth"] {
+        panels.push(picture(scratch, "light_field", &["--set", disparity], Some(baked))?);
+    }
+    panels.push(picture(scratch, "reference", &[], None)?);
+    let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, PART)).collect();
+    save_small(&below(&[beside(&panels), beside(&parts)]), &root().join("docs/pictures/light_field-8.png"))
+}
+
+/// Figures 9 and 10: what the ball shows while the eye goes about it, by slabs, by an environment map and in truth.
+fn eyes(scratch: &Path, baked: &PathBuf) -> Result<()> {
+    let mut rows = Vec::new();
+    for (method, file) in [("light_field", Some(baked)), ("environment_map", None), ("reference", None)] {
+        let mut panels = Vec::new();
+        for eye in EYES {
+            let view = ["--eye", eye, "--target", TARGET, "--fov", "32"];
+            panels.push(picture(scratch, method, &view, file)?);
+        }
+        rows.push(beside(&panels));
+    }
+    save_small(&below(&rows), &root().join("docs/pictures/light_field-9.png"))
+}
+
+fn measured(scratch: &Path, scene: &str, methods: &[&str]) -> Result<Vec<Value>> {
+    let report = scratch.join("report");
+    let mut command = catoptric(&["compare", scene, "--order", "1", "--size", "480x360", "--samples", "4", "--quiet"]);
+    command.args(["--projection-every", "64", "--method", "reference"]).arg("--report").arg(&report);
+    for method in methods {
+        command.args(["--method", method]);
+    }
+    run(&mut command)?;
+    let path = report.join("report.json");
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let Value::Array(rows) = serde_json::from_str(&text).context("the program's report")? else {
+        return Ok(Vec::new());
+    };
+    Ok(rows)
+}
+
+/// The sum of all numbers of an object.
+fn sum(object: &Value) -> f64 {
+    object.as_object().map_or(0.0, |object| object.values().filter_map(Value::as_f64).sum())
+}
+
+/// Times before the first frame that are the method's own.
+fn preparation_ms(row: &Value) -> f64 {
+    let shared = ["load", "pose"].iter().filter_map(|name| row["setup_ms"][name].as_f64()).sum::<f64>();
+    sum(&row["setup_ms"]) - shared
+}
+
+/// Table 1: every method on the room, with numbers in place of low, moderate and high.
+fn methods(scratch: &Path) -> Result<()> {
+    let mut table = std::io::stdout();
+    writeln!(table, "| method | before the first frame | first frame | frame | MB | FLIP on the ball |")?;
+    writeln!(table, "|---|---|---|---|---|---|")?;
+    let labels = ["reference"].iter().chain(&METHODS);
+    for (label, row) in labels.zip(measured(scratch, ROOM, &METHODS)?) {
+        let flip = row["error"]["reflector"]["flip_mean"].as_f64().unwrap_or_default();
+        let (before, first) = (preparation_ms(&row), sum(&row["first_stages_ms"]));
+        let frame = row["frame_ms"]["median"].as_f64().unwrap_or_default();
+        let megabytes = sum(&row["bytes"]) / 1e6;
+        writeln!(table, "| `{label}` | {before:.0} ms | {first:.0} ms | {frame:.0} ms | {megabytes:.1} | {flip:.3} |")?;
+    }
+    Ok(())
+}
+
+/// The table of models: frames by the reflector's triangles.
+fn models(scratch: &Path) -> Result<()> {
+    let mut table = std::io::stdout();
+    writeln!(table, "| triangles of the ball | frame | FLIP on the ball |")?;
+    writeln!(table, "|---|---|---|")?;
+    for tessellation in TESSELLATIONS {
+        let scene = format!("{ROOM}?tess={tessellation}");
+        let rows = measured(scratch, &scene, &["light_field:st=16,uv=64"])?;
+        let Some(row) = rows.get(1) else { continue };
+        let triangles = row["counts"]["reflector_triangles"].as_u64().unwrap_or_default();
+        let frame = row["frame_ms"]["median"].as_f64().unwrap_or_default();
+        let flip = row["error"]["reflector"]["flip_mean"].as_f64().unwrap_or_default();
+        writeln!(table, "| {triangles} | {frame:.0} ms | {flip:.3} |")?;
+    }
+    Ok(())
+}
