@@ -40,6 +40,20 @@ fn light_field(criterion: &mut Criterion) {
             group.bench_function(format!("{disparity:?}, {label}"), |bencher| {
                 bencher.iter(|| slabs.radiance_batch(black_box(points), directions, &mut radiance));
             });
+            // As pictures are drawn: each ray on its own, with how it changes from pixel to pixel.
+            let pixel = 3.0 / 1024.0;
+            let change = [Vec3::X * pixel, Vec3::Y * pixel];
+            group.bench_function(
+                format!("{disparity:?}, {label}, one by one with footprints, one thread"),
+                |bencher| {
+                    bencher.iter(|| {
+                        for (radiance, (point, direction)) in radiance.iter_mut().zip(points.iter().zip(directions)) {
+                            *radiance =
+                                slabs.radiance(black_box(*point), *direction, change, change).unwrap_or_default();
+                        }
+                    });
+                },
+            );
         }
     }
     group.finish();

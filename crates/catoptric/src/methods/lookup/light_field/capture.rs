@@ -2,7 +2,7 @@
 
 use super::layout::{Layout, SLABS, Slab, along};
 use super::rows::{Row, RowSize};
-use super::texels::{Levels, packed};
+use super::texels::{Levels, packed, stored};
 use crate::clock::Stopwatch;
 use crate::math::Aabb;
 use crate::methods::reference::{PathModel, PathTracer};
@@ -12,24 +12,8 @@ use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
 
-/// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
-/// nearer is out of sight of the next view anyway.
-const MOST_PARALLAX: f32 = 2.0;
-
 /// A share of a region's size that is more than rounding.
 const OUTSIDE: f32 = 1e-3;
-
-/// A parallax as it is stored.
-pub(super) fn stored(parallax: f32) -> i16 {
-    // Casts saturate; what is not a number becomes 0.
-    (parallax * (f32::from(i16::MAX) / MOST_PARALLAX)).round() as i16
-}
-
-/// The parallax that is stored so.
-#[inline(always)] // for the instructions of its caller
-pub(super) fn restored(parallax: i16) -> f32 {
-    f32::from(parallax) * (MOST_PARALLAX / f32::from(i16::MAX))
-}
 
 /// Captures rows of views.
 pub(super) struct Capture<'a> {
@@ -168,19 +152,4 @@ pub(super) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
     let bounds = &scene.objects[object as usize].bounds;
     let rounding = 1e-5 * region.diagonal();
     bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parallax_is_kept_to_a_ten_thousandth() {
-        for parallax in [0.0, 0.1, -1.3, 1.99] {
-            assert!((restored(stored(parallax)) - parallax).abs() < 1e-4);
-        }
-        assert_eq!(restored(stored(9.0)), MOST_PARALLAX);
-        assert_eq!(restored(stored(f32::NAN)), 0.0);
-        assert!(restored(stored(f32::NEG_INFINITY)) < -1.99);
-    }
 }

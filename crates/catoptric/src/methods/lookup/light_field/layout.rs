@@ -1,5 +1,7 @@
 //! Six slabs about a region: which ray is where in which of them (Yu, Yang, McMillan 2005, sections 3 and 5).
 
+#![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+
 use crate::math::Aabb;
 use glam::{Vec2, Vec3};
 
@@ -25,20 +27,26 @@ pub(super) struct Slab {
     plane: f32,
     /// The other two coordinates of the first view.
     low: Vec2,
-    /// Steps from view to view.
+    /// Steps from view to view, one over them, and as shares of the longer.
     pub(super) spacing: Vec2,
+    per_step: Vec2,
+    pub(super) aspect: Vec2,
+    /// The parallax of its focal plane, from view to view along the longer spacing.
+    pub(super) focal: f32,
 }
 
-/// A ray in a slab.
+/// Rays in slabs, side by side, component by component: the compiler makes vector instructions of loops over them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SlabRay {
-    pub(super) slab: usize,
+pub(super) struct SlabRays<const LANES: usize> {
+    /// 1 where a slab holds the ray; else 0, and the rest means nothing, but is finite.
+    pub(super) held: [f32; LANES],
+    pub(super) slab: [u32; LANES],
     /// Where it meets the plane of views, in views from the first.
-    pub(super) st: Vec2,
+    pub(super) st: [[f32; LANES]; 2],
     /// Its direction: steps along the other axes a step along the slab's.
-    pub(super) slope: Vec2,
+    pub(super) slope: [[f32; LANES]; 2],
     /// How far along the axis the plane lies ahead of the point that it was asked for.
-    pub(super) ahead: f32,
+    pub(super) ahead: [f32; LANES],
 }
 
 /// The slabs about a region.
@@ -72,6 +80,35 @@ pub(super) fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
     }
 }
 
+impl<const LANES: usize> Default for SlabRays<LANES> {
+    fn default() -> Self {
+        let (none, two) = ([0.0; LANES], [[0.0; LANES]; 2]);
+        Self { held: none, slab: [0; LANES], st: two, slope: two, ahead: none }
+    }
+}
+
+/// All bits where something holds, or none: what is chosen by them is chosen without a branch.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn bits(holds: bool) -> u32 {
+    u32::from(holds).wrapping_neg()
+}
+
+/// The component of vectors whose bits are set.
+#[inline(always)] // for the instructions of its caller
+fn chosen<const LANES: usize>(axis: &[[u32; LANES]; 3], of: [&[f32; LANES]; 3]) -> [f32; LANES] {
+    let mut value = [0; LANES];
+    for k in 0..3 {
+        for lane in 0..LANES {
+            value[lane] |= of[k][lane].to_bits() & axis[k][lane];
+        }
+    }
+    let mut chosen = [0.0; LANES];
+    for lane in 0..LANES {
+        chosen[lane] = f32::from_bits(value[lane]);
+    }
+    chosen
+}
+
 impl Slab {
     fn new(index: usize, region: &Aabb, st: u32) -> Self {
         let axis = index / 2;
@@ -80,7 +117,8 @@ impl Slab {
         let depth = region.size()[axis];
         let low = across(axis, region.min) - depth;
         let spacing = (across(axis, region.max) + depth - low) / (st - 1) as f32;
-        Self { axis, sign, plane, low, spacing }
+        let aspect = spacing / spacing.max_element();
+        Self { axis, sign, plane, low, spacing, per_step: 1.0 / spacing, aspect, focal: 0.0 }
     }
 
     /// Where a view is, in the world.
@@ -124,15 +162,6 @@ impl Slab {
         let nearest = (eye - region.center()).dot(long) / long.length_squared();
         nearest.clamp(out, entry).max(0.0)
     }
-
-    /// The ray through a point, in views and slopes; its direction must look along the slab's axis.
-    #[inline]
-    fn ray(&self, point: Vec3, direction: Vec3) -> (Vec2, Vec2, f32) {
-        let slope = across(self.axis, direction) / direction[self.axis].abs();
-        let ahead = (self.plane - point[self.axis]) * self.sign;
-        let meets = across(self.axis, point) + slope * ahead;
-        ((meets - self.low) / self.spacing, slope, ahead)
-    }
 }
 
 impl Layout {
@@ -141,24 +170,77 @@ impl Layout {
         Self { region, st, uv, slabs: [0, 1, 2, 3, 4, 5].map(|index| Slab::new(index, &region, st)) }
     }
 
-    /// The ray from a point, where slabs hold it: all from points of the region are held. The largest component of the
+    /// The rays from points, where slabs hold them: all from points of the region are held. The largest component of the
     /// direction chooses the slab (section 5).
-    #[inline]
-    pub(super) fn locate(&self, point: Vec3, direction: Vec3) -> Option<SlabRay> {
-        let size = direction.abs();
-        let axis = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn locate<const LANES: usize>(
+        &self,
+        points: &[[f32; LANES]; 3],
+        directions: &[[f32; LANES]; 3],
+    ) -> SlabRays<LANES> {
+        let mut axis = [[0; LANES]; 3];
+        for lane in 0..LANES {
+            let (x, y, z) = (directions[0][lane].abs(), directions[1][lane].abs(), directions[2][lane].abs());
+            axis[0][lane] = bits(x >= y) & bits(x >= z);
+            axis[1][lane] = !axis[0][lane] & bits(y >= z);
+            axis[2][lane] = !axis[0][lane] & !axis[1][lane];
+        }
+        let along = |of: &[[f32; LANES]; 3], first: usize| {
+            chosen(&axis, [&of[first % 3], &of[(first + 1) % 3], &of[(first + 2) % 3]])
         };
-        let slab = 2 * axis + usize::from(direction[axis] < 0.0);
-        let (st, slope, ahead) = self.slabs[slab].ray(point, direction);
+        let (forward, place) = (along(directions, 0), along(points, 0));
+        let mut rays = SlabRays::default();
+        let mut per_forward = [0.0; LANES];
+        for lane in 0..LANES {
+            rays.slab[lane] = (axis[1][lane] & 2) | (axis[2][lane] & 4) | (bits(forward[lane] < 0.0) & 1);
+        }
+        let (plane, sign) = (self.each(&rays.slab, |slab| slab.plane), self.each(&rays.slab, |slab| slab.sign));
+        let low = [self.each(&rays.slab, |slab| slab.low.x), self.each(&rays.slab, |slab| slab.low.y)];
+        let per_step = [self.each(&rays.slab, |slab| slab.per_step.x), self.each(&rays.slab, |slab| slab.per_step.y)];
+        for lane in 0..LANES {
+            rays.ahead[lane] = (plane[lane] - place[lane]) * sign[lane];
+            per_forward[lane] = 1.0 / forward[lane].abs();
+        }
         let (last, rounding) = ((self.st - 1) as f32, 1e-3);
-        let held = st.min_element() >= -rounding && st.max_element() <= last + rounding;
-        // Also what is not a number.
-        held.then(|| SlabRay { slab, st: st.clamp(Vec2::ZERO, Vec2::splat(last)), slope, ahead })
+        let mut held = [u32::MAX; LANES];
+        for k in 0..2 {
+            // As `across` has them.
+            let (turn, place) = (along(directions, k + 1), along(points, k + 1));
+            for lane in 0..LANES {
+                rays.slope[k][lane] = turn[lane] * per_forward[lane];
+                let meets = place[lane] + rays.slope[k][lane] * rays.ahead[lane];
+                let st = (meets - low[k][lane]) * per_step[k][lane];
+                // Not what is not a number.
+                held[lane] &= bits(st >= -rounding) & bits(st <= last + rounding);
+                rays.st[k][lane] = st.clamp(0.0, last);
+            }
+        }
+        for lane in 0..LANES {
+            let only = |value: f32| f32::from_bits(value.to_bits() & held[lane]);
+            rays.held[lane] = only(1.0);
+            for k in 0..2 {
+                rays.slope[k][lane] = only(rays.slope[k][lane]);
+                rays.st[k][lane] = only(rays.st[k][lane]);
+            }
+        }
+        rays
+    }
+
+    /// A number of each slab of several.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn each<const LANES: usize>(&self, slabs: &[u32; LANES], number: impl Fn(&Slab) -> f32) -> [f32; LANES] {
+        let mut value = [0; LANES];
+        for (slab, of) in self.slabs.iter().enumerate() {
+            let number = number(of).to_bits();
+            for lane in 0..LANES {
+                value[lane] |= number & bits(slabs[lane] == slab as u32);
+            }
+        }
+        let mut each = [0.0; LANES];
+        for lane in 0..LANES {
+            each[lane] = f32::from_bits(value[lane]);
+        }
+        each
     }
 
     /// The step of slopes from pixel to pixel of a view.
@@ -182,6 +264,14 @@ mod tests {
         Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
     }
 
+    /// One ray with its slab, place on the plane of views and slope.
+    fn located(layout: &Layout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
+        let one = |vector: Vec3| vector.to_array().map(|along| [along]);
+        let ray = layout.locate(&one(point), &one(direction));
+        let pair = |of: [[f32; 1]; 2]| Vec2::new(of[0][0], of[1][0]);
+        (ray.held[0] > 0.0).then(|| (layout.slabs[ray.slab[0] as usize], pair(ray.st), pair(ray.slope)))
+    }
+
     /// All rays of a box that is no cube, in ten million tries in release.
     #[test]
     fn every_ray_through_the_region_is_in_a_slab() {
@@ -192,13 +282,12 @@ mod tests {
         for _ in 0..count {
             let point = region.center() + region.size() * 0.5 * vector(&mut random);
             let direction = vector(&mut random);
-            let found = layout.locate(point, direction);
-            let found = found.unwrap_or_else(|| panic!("{point} {direction} is not held"));
-            assert!(found.slope.abs().max_element() <= 1.0);
+            let found = located(&layout, point, direction);
+            let (slab, st, slope) = found.unwrap_or_else(|| panic!("{point} {direction} is not held"));
+            assert!(slope.abs().max_element() <= 1.0 + 1e-6);
             // It is that ray: the point lies on the line through the place of the plane with that slope.
-            let slab = &layout.slabs[found.slab];
-            let on_plane = along(slab.axis, slab.plane, slab.low + slab.spacing * found.st);
-            let back = slab.direction(found.slope);
+            let on_plane = along(slab.axis, slab.plane, slab.low + slab.spacing * st);
+            let back = slab.direction(slope);
             let to_point = point - on_plane;
             let off = to_point - back * (to_point.dot(back) / back.length_squared());
             assert!(off.length() < 1e-4 && back.dot(direction) > 0.0, "{point} {direction}: {off}");
@@ -221,15 +310,14 @@ mod tests {
         for _ in 0..2000 {
             let point = region.center() + region.size() * 0.5 * vector(&mut random);
             let direction = vector(&mut random).normalize();
-            let Some(found) = layout.locate(point, direction) else { panic!("{point} {direction}") };
-            let slab = &layout.slabs[found.slab];
-            let eye = along(slab.axis, slab.plane, slab.low + slab.spacing * found.st);
-            let start = eye - slab.direction(found.slope) * slab.exit(&region, eye, found.slope);
+            let Some((slab, st, slope)) = located(&layout, point, direction) else { panic!("{point} {direction}") };
+            let eye = along(slab.axis, slab.plane, slab.low + slab.spacing * st);
+            let start = eye - slab.direction(slope) * slab.exit(&region, eye, slope);
             // On the region's surface, and not before the point.
             let outside = |place: Vec3| (region.min - place).max(place - region.max).max_element();
             assert!(outside(start).abs() < 1e-4, "{start} is {} outside", outside(start));
             assert!((start - point).dot(direction) > -1e-4);
-            let start = eye - slab.direction(found.slope) * slab.nearest(&region, eye, found.slope);
+            let start = eye - slab.direction(slope) * slab.nearest(&region, eye, slope);
             assert!(outside(start) < 1e-4, "{start} is outside");
             // Nowhere in the region is the ray nearer to the middle.
             let nearer = region.center().distance(point) < region.center().distance(start) - 1e-4;
@@ -240,8 +328,17 @@ mod tests {
     #[test]
     fn rays_that_miss_the_region_or_mean_nothing_are_not_held() {
         let layout = Layout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
-        assert_eq!(layout.locate(Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)), None);
-        assert_eq!(layout.locate(Vec3::NAN, Vec3::X), None);
-        assert_eq!(layout.locate(Vec3::splat(0.5), Vec3::ZERO), None);
+        for (point, direction) in [
+            (Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)),
+            (Vec3::NAN, Vec3::X),
+            (Vec3::new(0.5, f32::NAN, 0.5), Vec3::X),
+            (Vec3::new(0.5, 0.5, f32::NAN), Vec3::X),
+            (Vec3::splat(0.5), Vec3::ZERO),
+            (Vec3::splat(0.5), Vec3::new(1.0, f32::NAN, 0.0)),
+            (Vec3::splat(0.5), Vec3::new(1.0, 0.0, f32::NAN)),
+            (Vec3::splat(0.5), Vec3::INFINITY),
+        ] {
+            assert_eq!(located(&layout, point, direction), None, "{point} {direction}");
+        }
     }
 }

@@ -4,6 +4,8 @@
 
 mod bake;
 mod capture;
+mod depth;
+mod fetch;
 mod layout;
 mod regions;
 mod rows;

@@ -11,12 +11,12 @@ pub(super) struct Row {
     /// View after view, level after level, row after row: [`packed`](super::texels::packed) radiance.
     pub(super) texels: Vec<u32>,
     /// View after view, row after row: how far what a pixel shows is shifted in the next view, as
-    /// [`stored`](super::capture::stored).
+    /// [`stored`](super::texels::stored).
     pub(super) parallax: Vec<i16>,
 }
 
 /// The same, wherever it is kept.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RowView<'a> {
     pub(super) texels: &'a [u32],
     pub(super) parallax: &'a [i16],
@@ -103,12 +103,10 @@ impl Rows {
         match self {
             Self::Captured(rows) => rows[number].view(),
             // It was whole when it was opened.
-            Self::Baked { units, first, size } => split(units.unit(first + number), *size).unwrap_or(EMPTY),
+            Self::Baked { units, first, size } => split(units.unit(first + number), *size).unwrap_or_default(),
         }
     }
 }
-
-const EMPTY: RowView<'static> = RowView { texels: &[], parallax: &[] };
 
 /// The parts of a baked row; none where they do not lie in memory as numbers must.
 #[inline(always)] // for the instructions of its caller

@@ -1,10 +1,11 @@
 //! Slabs as they are looked up (Yu, Yang, McMillan 2005, section 6).
 
-use super::capture::{Capture, restored};
-use super::layout::{Layout, SLABS, STEEPEST, SlabRay, across};
+use super::capture::Capture;
+use super::fetch::{Fetch, Nearby, restored_sum, sharp_rays};
+use super::layout::{Layout, SLABS, Slab, SlabRays, across};
 use super::rows::{RowSize, RowView, Rows};
 use super::settings::{Disparity, LightFieldSettings};
-use super::texels::{Levels, unpacked};
+use super::texels::restored;
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::Settings;
@@ -18,15 +19,6 @@ const MOST_PROBES: f32 = 8.0;
 
 /// Rays that a thread looks up at once.
 const RAYS_AT_ONCE: usize = 4096;
-
-/// Steps by which a view finds what a ray meets, where depth is known.
-const DEPTH_STEPS: u32 = 4;
-
-/// What lies before the plane of views has a parallax below 0 and is nearer than all beyond it: more than any parallax.
-const BEFORE: f32 = 100.0;
-
-/// A view knows what a ray meets if its pixel there shows what lies on the ray, up to so many pixels.
-const AGREES_PX: f32 = 1.0;
 
 /// Light that arrives at a region by all rays: six slabs about it.
 ///
@@ -46,23 +38,8 @@ const AGREES_PX: f32 = 1.0;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Slabs {
-    pub(super) layout: Layout,
-    levels: Levels,
+    fetch: Fetch,
     rows: Rows,
-    disparity: Disparity,
-    /// The parallax of each slab's focal plane, from view to view along the longer spacing.
-    focal: [f32; SLABS],
-}
-
-/// One of the four views about a ray.
-#[derive(Clone, Copy, Debug, Default)]
-struct Nearby {
-    s: u32,
-    t: u32,
-    /// Its share in the blend.
-    share: f32,
-    /// How much the slope changes from the ray to the view's pixel with the parallax.
-    shift: Vec2,
 }
 
 impl Slabs {
@@ -91,43 +68,40 @@ impl Slabs {
         Ok(Self::new(settings, layout, Rows::Captured(rows)))
     }
 
-    pub(super) fn new(settings: &LightFieldSettings, layout: Layout, rows: Rows) -> Self {
-        let levels = Levels::new(layout.uv);
-        let focal = [0, 1, 2, 3, 4, 5].map(|slab: usize| {
-            let longer = layout.slabs[slab].spacing.max_element();
-            match settings.disparity {
+    pub(super) fn new(settings: &LightFieldSettings, mut layout: Layout, rows: Rows) -> Self {
+        let st = layout.st as usize;
+        for (number, slab) in layout.slabs.iter_mut().enumerate() {
+            slab.focal = match settings.disparity {
                 Disparity::None => 0.0,
-                _ if settings.focal_distance > 0.0 => longer / settings.focal_distance,
-                _ => middle_parallax((0..layout.st as usize).map(|row| rows.row(slab * layout.st as usize + row))),
-            }
-        });
-        Self { layout, levels, rows, disparity: settings.disparity, focal }
+                _ if settings.focal_distance > 0.0 => slab.spacing.max_element() / settings.focal_distance,
+                _ => middle_parallax((0..st).map(|row| rows.row(number * st + row))),
+            };
+        }
+        Self { fetch: Fetch::new(layout, settings.disparity), rows }
     }
 
     /// Whether a point lies in the region: slabs hold all rays from there.
     pub fn holds(&self, point: Vec3) -> bool {
-        let Aabb { min, max } = self.layout.region;
+        let Aabb { min, max } = self.fetch.layout.region;
         point.cmpge(min).all() && point.cmple(max).all()
     }
 
     /// Memory of all texels and of their parallax.
     pub fn byte_count(&self) -> u64 {
-        (self.row_count() * RowSize::new(&self.layout, &self.levels).bytes()) as u64
+        (self.row_count() * self.row_size().bytes()) as u64
     }
 
     /// Rays that were captured.
     pub fn ray_count(&self) -> u64 {
-        (self.row_count() * RowSize::new(&self.layout, &self.levels).parallax) as u64
+        (self.row_count() * self.row_size().parallax) as u64
     }
 
     fn row_count(&self) -> usize {
-        SLABS * self.layout.st as usize
+        SLABS * self.fetch.layout.st as usize
     }
 
-    /// The row of views that a view is in.
-    #[inline(always)] // for the instructions of its caller
-    fn row_of(&self, slab: usize, view: &Nearby) -> RowView<'_> {
-        self.rows.row(slab * self.layout.st as usize + view.t as usize)
+    fn row_size(&self) -> RowSize {
+        RowSize::new(&self.fetch.layout, &self.fetch.levels)
     }
 
     /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and of the
@@ -139,202 +113,129 @@ impl Slabs {
         point_change: [Vec3; 2],
         direction_change: [Vec3; 2],
     ) -> Option<Vec3> {
-        let ray = self.layout.locate(point, direction)?;
-        Some(blended(self, &ray, direction, point_change, direction_change))
+        blended(self, point, direction, point_change, direction_change)
     }
 
     /// How far from a point of the region what a ray in a unit direction meets lies; infinite where that is not known.
     pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
-        let Some(ray) = self.layout.locate(point, direction) else { return f32::INFINITY };
-        let views = self.views(&ray);
-        let (parallax, shares) = self.parallax(&ray, &views);
-        let total: f32 = shares.iter().sum();
-        let mean = (0..4).map(|k| parallax[k] * shares[k]).sum::<f32>() / total;
-        let slab = &self.layout.slabs[ray.slab];
-        let beyond = slab.spacing.max_element() / mean;
-        let distance = (ray.ahead + beyond) / direction[slab.axis].abs();
+        let Some(look_up) = LookUp::new(self, point, direction) else { return f32::INFINITY };
+        let beyond = look_up.slab.spacing.max_element() / look_up.parallax();
+        let distance = (look_up.ray.ahead[0] + beyond) / direction[look_up.slab.axis].abs();
         if distance > 0.0 { distance } else { f32::INFINITY }
     }
 
     /// The radiance along many sharp rays, from points in unit directions; black where no slab holds one.
     pub fn radiance_batch(&self, points: &[Vec3], directions: &[Vec3], radiance: &mut [Vec3]) {
-        let sharp = [Vec3::ZERO; 2];
+        let rows: Vec<RowView<'_>> = (0..self.row_count()).map(|number| self.rows.row(number)).collect();
         parallel::for_each_chunk_mut(radiance, RAYS_AT_ONCE, |chunk, radiance| {
             let first = chunk * RAYS_AT_ONCE;
             let points = points.get(first..).unwrap_or_default();
             let directions = directions.get(first..).unwrap_or_default();
-            for (radiance, (point, direction)) in radiance.iter_mut().zip(points.iter().zip(directions)) {
-                *radiance = self.radiance(*point, *direction, sharp, sharp).unwrap_or_default();
-            }
+            sharp_rays(&self.fetch, &rows, points, directions, radiance);
         });
     }
+}
 
-    /// The four views about a ray (equation 5).
+/// One ray in a slab.
+struct LookUp<'a> {
+    fetch: &'a Fetch,
+    slab: &'a Slab,
+    ray: SlabRays<1>,
+    views: [Nearby<1>; 4],
+    /// The sum of the views' shares.
+    total: f32,
+    /// The number of the first of the two rows that the views are in, and both.
+    first: u32,
+    rows: [RowView<'a>; 2],
+}
+
+impl<'a> LookUp<'a> {
+    /// None where no slab holds the ray.
     #[inline(always)] // for the instructions of its caller
-    fn views(&self, ray: &SlabRay) -> [Nearby; 4] {
-        let slab = &self.layout.slabs[ray.slab];
-        let low = ray.st.floor().min(Vec2::splat((self.layout.st - 2) as f32));
-        let at = ray.st - low;
-        let aspect = slab.spacing / slab.spacing.max_element();
-        [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| {
-            let weights = Vec2::ONE - (at - corner).abs();
-            let view = low + corner;
-            Nearby { s: view.x as u32, t: view.y as u32, share: weights.x * weights.y, shift: (at - corner) * aspect }
-        })
+    fn new(slabs: &'a Slabs, point: Vec3, direction: Vec3) -> Option<Self> {
+        let fetch = &slabs.fetch;
+        let one = |vector: Vec3| [[vector.x], [vector.y], [vector.z]];
+        let ray = fetch.layout.locate(&one(point), &one(direction));
+        if ray.held[0] == 0.0 {
+            return None;
+        }
+        let mut views = fetch.views(&ray);
+        let first = views[0].row[0];
+        let rows = [slabs.rows.row(first as usize), slabs.rows.row(first as usize + 1)];
+        fetch.find(|row| rows[(row - first) as usize & 1], &ray, &mut views);
+        let total = views[0].share[0] + views[1].share[0] + views[2].share[0] + views[3].share[0];
+        Some(Self { fetch, slab: &fetch.layout.slabs[ray.slab[0] as usize], ray, views, total, first, rows })
     }
 
-    /// The parallax by which each view finds what the ray meets, and the views' shares (equation 6 with a parallax for
-    /// each view).
+    /// The mean parallax, by the views' shares.
     #[inline(always)] // for the instructions of its caller
-    fn parallax(&self, ray: &SlabRay, views: &[Nearby; 4]) -> ([f32; 4], [f32; 4]) {
-        let focal = self.focal[ray.slab];
-        let (mut parallax, mut shares) = ([focal; 4], views.map(|view| view.share));
-        if self.disparity != Disparity::Depth {
-            return (parallax, shares);
-        }
-        let pixel = self.layout.pixel();
-        let mut agrees = [0.0f32; 4];
-        for k in 0..4 {
-            let view = &views[k];
-            let mut found = focal;
-            let mut off = 0.0;
-            for _ in 0..DEPTH_STEPS {
-                let seen = self.parallax_at(ray.slab, view, ray.slope + view.shift * found);
-                off = (view.shift * (seen - found)).length() / pixel;
-                found = seen;
-                if off < 0.25 * AGREES_PX {
-                    break;
-                }
-            }
-            let slope = ray.slope + view.shift * found;
-            let seen = slope.abs().max_element() <= STEEPEST;
-            parallax[k] = found;
-            agrees[k] = if seen && off < AGREES_PX { 1.0 } else { 0.0 };
-        }
-        // Of several things on the ray the nearest hides the others.
-        let nearness = |parallax: f32| if parallax < 0.0 { BEFORE + parallax } else { parallax };
-        let mut nearest: Option<f32> = None;
-        for k in 0..4 {
-            let nearer = nearest.is_none_or(|nearest| nearness(parallax[k]) > nearness(nearest));
-            if agrees[k] > 0.0 && shares[k] > 0.0 && nearer {
-                nearest = Some(parallax[k]);
-            }
-        }
-        let Some(nearest) = nearest else { return (parallax, shares) };
-        for k in 0..4 {
-            let apart = (parallax[k] - nearest).abs() / pixel;
-            shares[k] *= agrees[k] * (2.0 * AGREES_PX - apart).clamp(0.0, 1.0);
-        }
-        (parallax, shares)
+    fn parallax(&self) -> f32 {
+        self.views.iter().map(|view| view.parallax[0] * view.share[0]).sum::<f32>() / self.total
     }
 
-    /// The parallax of the pixel of a view nearest to a slope.
+    /// How the slope at which a view sees what the ray meets changes from pixel to pixel of the picture.
     #[inline(always)] // for the instructions of its caller
-    fn parallax_at(&self, slab: usize, view: &Nearby, slope: Vec2) -> f32 {
-        let side = self.layout.uv as usize;
-        let at = ((slope + STEEPEST) / self.layout.pixel()).round().clamp(Vec2::ZERO, Vec2::splat(side as f32 - 1.0));
-        let row = self.row_of(slab, view);
-        restored(row.parallax[(view.s as usize * side + at.y as usize) * side + at.x as usize])
-    }
-
-    /// How the slope at which a view sees what a ray meets changes from pixel to pixel of the picture.
-    #[inline(always)] // for the instructions of its caller
-    fn footprint(
-        &self,
-        ray: &SlabRay,
-        direction: Vec3,
-        parallax: f32,
-        point_change: [Vec3; 2],
-        direction_change: [Vec3; 2],
-    ) -> [Vec2; 2] {
-        let slab = &self.layout.slabs[ray.slab];
-        let (axis, longer) = (slab.axis, slab.spacing.max_element());
+    fn footprint(&self, direction: Vec3, point_change: [Vec3; 2], direction_change: [Vec3; 2]) -> [Vec2; 2] {
+        let (axis, sign) = (self.slab.axis, self.slab.sign);
+        let ray_slope = Vec2::new(self.ray.slope[0][0], self.ray.slope[1][0]);
         let forward = direction[axis].abs();
+        // What is seen lies where the shares say, `longer / parallax` beyond the plane, and is met further aside by both.
+        let parallax = self.parallax() / self.slab.spacing.max_element();
         [0, 1].map(|k: usize| {
             let turn = direction_change[k];
-            let slope = (across(axis, turn) - ray.slope * (turn[axis] * slab.sign)) / forward;
-            let moved = across(axis, point_change[k]) - ray.slope * (point_change[k][axis] * slab.sign);
-            // What lies `longer / parallax` beyond the plane is met further aside by both.
-            slope + (moved + slope * ray.ahead) * (parallax / longer)
+            let slope = (across(axis, turn) - ray_slope * (turn[axis] * sign)) / forward;
+            let moved = across(axis, point_change[k]) - ray_slope * (point_change[k][axis] * sign);
+            slope + (moved + slope * self.ray.ahead[0]) * parallax
         })
     }
 
-    /// A view's radiance about a slope, over a footprint.
+    /// The blend of the four views, over a footprint.
     #[inline(always)] // for the instructions of its caller
-    fn filtered(&self, slab: usize, view: &Nearby, slope: Vec2, footprint: [Vec2; 2]) -> Vec3 {
-        let [x2, y2] = footprint.map(Vec2::length_squared);
+    fn filtered(&self, footprint: [Vec2; 2]) -> Vec3 {
+        let [x2, y2] = [footprint[0].length_squared(), footprint[1].length_squared()];
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint[0]) } else { (y2, x2, footprint[1]) };
-        let row = self.row_of(slab, view);
-        let view = &row.texels[(view.s * self.levels.count) as usize..((view.s + 1) * self.levels.count) as usize];
-        let pixel = self.layout.pixel();
-        let major = major2.sqrt();
+        let (pixel, major) = (self.fetch.layout.pixel(), major2.sqrt());
         // Also what is not a number.
         let probes = if major > pixel && major.is_finite() {
             (major / minor2.sqrt().max(pixel)).clamp(1.0, MOST_PROBES).ceil()
         } else {
             1.0
         };
-        let level = (major / (probes * pixel)).max(1.0).log2().min((self.levels.levels.len() - 1) as f32);
-        let mut sum = Vec3::ZERO;
-        for probe in 0..probes as u32 {
-            sum += self.leveled(view, slope + axis * ((probe as f32 + 0.5) / probes - 0.5), level);
+        let wide = major / (probes * pixel);
+        let coarsest = (self.fetch.levels.levels.len() - 1) as f32;
+        let level = if wide > 1.0 { wide.log2().min(coarsest) } else { 0.0 };
+        // Between the two levels about that.
+        let (fine, coarse) = (1.0 - level.fract(), level.fract());
+        let mut sum = [[0.0]; 3];
+        for view in self.views.iter().filter(|view| view.share[0] > 0.0) {
+            let slope = view.slope(&self.ray);
+            let weight = view.share[0] / (self.total * probes);
+            for probe in 0..probes as u32 {
+                let aside = axis * ((probe as f32 + 0.5) / probes - 0.5);
+                let slope = [[slope[0][0] + aside.x], [slope[1][0] + aside.y]];
+                let row = |row: u32| self.rows[(row - self.first) as usize & 1];
+                self.fetch.add(row, view, &slope, level as usize, &[weight * fine], &mut sum);
+                if coarse > 0.0 {
+                    self.fetch.add(row, view, &slope, level as usize + 1, &[weight * coarse], &mut sum);
+                }
+            }
         }
-        sum / probes
-    }
-
-    /// Between the two levels of a view about a level.
-    #[inline(always)] // for the instructions of its caller
-    fn leveled(&self, view: &[u32], slope: Vec2, level: f32) -> Vec3 {
-        let index = level as usize;
-        let blend = level - index as f32;
-        let fine = self.bilinear(view, slope, index);
-        if blend <= 0.0 {
-            return fine;
-        }
-        fine.lerp(self.bilinear(view, slope, (index + 1).min(self.levels.levels.len() - 1)), blend)
-    }
-
-    #[inline(always)] // for the instructions of its caller
-    fn bilinear(&self, view: &[u32], slope: Vec2, level: usize) -> Vec3 {
-        let (first, side) = self.levels.levels[level];
-        // In pixels of the finest level from its first corner, then of this one.
-        let place = (slope + STEEPEST) / self.layout.pixel() + 0.5;
-        let at = place / (1u32 << level) as f32 - 0.5;
-        let at = at.clamp(Vec2::ZERO, Vec2::splat((side - 1) as f32));
-        let low = at.floor();
-        let blend = at - low;
-        let (x, y) = (low.x as u32, low.y as u32);
-        let (right, down) = ((x + 1).min(side - 1), (y + 1).min(side - 1));
-        let texel = |x: u32, y: u32| unpacked(view[(first + y * side + x) as usize]);
-        let upper = texel(x, y).lerp(texel(right, y), blend.x);
-        let lower = texel(x, down).lerp(texel(right, down), blend.x);
-        upper.lerp(lower, blend.y)
+        let [[r], [g], [b]] = restored_sum(sum);
+        Vec3::new(r, g, b)
     }
 }
 
-/// The blend of the four views about a ray.
+/// The radiance along a ray; none where no slab holds it.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn blended(
     slabs: &Slabs,
-    ray: &SlabRay,
+    point: Vec3,
     direction: Vec3,
     point_change: [Vec3; 2],
     direction_change: [Vec3; 2],
-) -> Vec3 {
-    let views = slabs.views(ray);
-    let (parallax, shares) = slabs.parallax(ray, &views);
-    // What is seen lies where the weights say; the footprint is taken there.
-    let total: f32 = shares.iter().sum();
-    let mean = (0..4).map(|k| parallax[k] * shares[k]).sum::<f32>() / total;
-    let footprint = slabs.footprint(ray, direction, mean, point_change, direction_change);
-    let mut sum = Vec3::ZERO;
-    for k in 0..4 {
-        if shares[k] > 0.0 {
-            let slope = ray.slope + views[k].shift * parallax[k];
-            sum += slabs.filtered(ray.slab, &views[k], slope, footprint) * (shares[k] / total);
-        }
-    }
-    sum
+) -> Option<Vec3> {
+    let look_up = LookUp::new(slabs, point, direction)?;
+    Some(look_up.filtered(look_up.footprint(direction, point_change, direction_change)))
 }
 
 /// The parallax in the middle of those of a slab's pixels: of its 5th and 95th hundredth, so that a few pixels that see
@@ -357,4 +258,130 @@ fn middle_parallax<'a>(rows: impl Iterator<Item = RowView<'a>>) -> f32 {
         restored((found.unwrap_or(1 << 15) as i32 - (1 << 15)) as i16)
     };
     0.5 * (at(0.05) + at(0.95))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::Row;
+    use super::super::texels::{Levels, packed, stored, unpacked};
+    use super::*;
+    use crate::math::random::Stream;
+    use crate::methods::bake::Baked;
+    use std::sync::Arc;
+
+    const ST: u32 = 4;
+    const UV: u32 = 9;
+
+    struct Units(Vec<Vec<u8>>);
+
+    impl Baked for Units {
+        fn unit_count(&self) -> usize {
+            self.0.len()
+        }
+
+        fn unit(&self, number: usize) -> &[u8] {
+            self.0.get(number).map(Vec::as_slice).unwrap_or_default()
+        }
+    }
+
+    fn layout() -> Layout {
+        Layout::new(Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) }, ST, UV)
+    }
+
+    fn vector(random: &mut Stream) -> Vec3 {
+        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
+    }
+
+    /// Any light, and parallaxes that differ little.
+    fn rows(random: &mut Stream) -> Vec<Row> {
+        let row = |_| {
+            let mut row = Row::default();
+            for _ in 0..ST {
+                row.texels.extend((0..UV * UV).map(|_| packed(vector(random).abs())));
+                Levels::new(UV).append(&mut row.texels);
+                row.parallax.extend((0..UV * UV).map(|_| stored(random.next_between(0.2, 0.4))));
+            }
+            row
+        };
+        (0..SLABS as u32 * ST).map(row).collect()
+    }
+
+    /// Rays from points of the region, and some that nothing holds.
+    fn rays(random: &mut Stream) -> (Vec<Vec3>, Vec<Vec3>) {
+        let region = layout().region;
+        let place = |random: &mut Stream| region.center() + region.size() * 0.5 * vector(random);
+        let mut rays: Vec<(Vec3, Vec3)> = (0..500).map(|_| (place(random), vector(random).normalize())).collect();
+        for k in (0..500).step_by(7) {
+            rays[k] = match k % 4 {
+                0 => (Vec3::splat(50.0), rays[k].1),
+                1 => (Vec3::new(0.0, f32::NAN, 0.0), rays[k].1),
+                2 => (rays[k].0, Vec3::new(f32::NAN, 1.0, f32::INFINITY)),
+                _ => (rays[k].0, Vec3::ZERO),
+            };
+        }
+        rays.into_iter().unzip()
+    }
+
+    #[test]
+    fn many_rays_see_what_each_sees() {
+        let mut random = Stream::new(21);
+        let (rows, (points, directions)) = (rows(&mut random), rays(&mut random));
+        let units: Arc<dyn Baked> = Arc::new(Units(rows.iter().map(Row::bytes).collect()));
+        for disparity in [Disparity::None, Disparity::Plane, Disparity::Depth] {
+            let settings = LightFieldSettings { disparity, ..LightFieldSettings::default() };
+            let baked = Rows::baked(&units, 0, &layout(), &Levels::new(UV)).unwrap();
+            for rows in [Rows::Captured(rows.clone()), baked] {
+                let slabs = Slabs::new(&settings, layout(), rows);
+                let one = |k: usize| {
+                    let sharp = [Vec3::ZERO; 2];
+                    slabs.radiance(points[k], directions[k], sharp, sharp)
+                };
+                for count in [0, 1, 8, 31, 32, 33, 500] {
+                    let mut found = vec![Vec3::NAN; count];
+                    slabs.radiance_batch(&points, &directions, &mut found);
+                    for (k, found) in found.into_iter().enumerate() {
+                        let expected = one(k).unwrap_or_default();
+                        assert!(found.distance(expected) < 1e-5, "{disparity:?}, ray {k}: {found}, {expected}");
+                        assert_eq!(one(k).is_some(), k % 7 != 0);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The blend of the paper, written down as it is.
+    #[test]
+    fn views_are_blended_linearly_along_four_axes() {
+        let mut random = Stream::new(22);
+        let rows = rows(&mut random);
+        let (region, count) = (layout().region, Levels::new(UV).count);
+        let settings = LightFieldSettings { disparity: Disparity::Plane, ..LightFieldSettings::default() };
+        let slabs = Slabs::new(&settings, layout(), Rows::Captured(rows.clone()));
+        for _ in 0..500 {
+            let (point, direction) = (region.center() + region.size() * 0.5 * vector(&mut random), vector(&mut random));
+            let axis = direction.abs().max_position();
+            let number = 2 * axis + usize::from(direction[axis] < 0.0);
+            let slab = &slabs.fetch.layout.slabs[number];
+            let slope = across(axis, direction / direction[axis].abs());
+            let face = if slab.sign > 0.0 { region.max } else { region.min };
+            let on_plane = across(axis, point) + slope * (face - point)[axis].abs();
+            let st = (on_plane - across(axis, slab.eye(0, 0))) / slab.spacing;
+            let mut sum = Vec3::ZERO;
+            for (s, t) in (0..ST).flat_map(|t| (0..ST).map(move |s| (s, t))) {
+                let off = st - Vec2::new(s as f32, t as f32);
+                let share = (1.0 - off.abs()).max(Vec2::ZERO);
+                let there = slope + off * slab.spacing / slab.spacing.max_element() * slab.focal;
+                let uv = (there + 1.0625) / (2.0 * 1.0625) * (UV - 1) as f32;
+                let uv = uv.clamp(Vec2::ZERO, Vec2::splat((UV - 1) as f32));
+                for (u, v) in (0..UV).flat_map(|v| (0..UV).map(move |u| (u, v))) {
+                    let weight = (1.0 - (uv - Vec2::new(u as f32, v as f32)).abs()).max(Vec2::ZERO);
+                    let texel = rows[number * ST as usize + t as usize].texels[(s * count + v * UV + u) as usize];
+                    sum += unpacked(texel) * (share.x * share.y * weight.x * weight.y);
+                }
+            }
+            let sharp = [Vec3::ZERO; 2];
+            let found = slabs.radiance(point, direction, sharp, sharp).unwrap();
+            assert!(found.distance(sum) < 1e-4, "{point} {direction}: {found}, {sum}");
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! Radiance in four bytes, and views at all resolutions.
+//! Radiance in four bytes, parallax in two, and views at all resolutions.
 
 use glam::Vec3;
 
@@ -8,6 +8,10 @@ const BIAS: i32 = 15;
 
 /// The greatest radiance that can be stored.
 const LARGEST: f32 = (511.0 / 512.0) * 65536.0;
+
+/// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
+/// nearer is out of sight of the next view anyway.
+const MOST_PARALLAX: f32 = 2.0;
 
 /// Radiance as three mantissas of nine bits with one exponent: an error of 1/512 of the largest component, or of 2^-25, at the
 /// most.
@@ -25,12 +29,32 @@ pub(super) fn packed(radiance: Vec3) -> u32 {
     r | g << 9 | b << 18 | (exponent as u32) << 27
 }
 
-/// The radiance of a packed number.
+/// Where the mantissas of packed numbers are, and what they are larger by, left there.
+pub(super) const MASKS: [u32; 3] = [511, 511 << 9, 511 << 18];
+pub(super) const SHIFTED: [f32; 3] = [1.0, 1.0 / 512.0, 1.0 / 262_144.0];
+
+/// What a packed number's mantissas are to be multiplied with.
 #[inline(always)] // for the instructions of its caller
+pub(super) fn scale(bits: u32) -> f32 {
+    f32::from_bits(((bits >> 27) + (127 - BIAS - MANTISSA_BITS) as u32) << 23)
+}
+
+/// The radiance of a packed number.
 pub(super) fn unpacked(bits: u32) -> Vec3 {
-    let scale = f32::from_bits(((bits >> 27) + (127 - BIAS - MANTISSA_BITS) as u32) << 23);
-    let mantissa = |shift: u32| ((bits >> shift) & 511) as f32;
-    Vec3::new(mantissa(0), mantissa(9), mantissa(18)) * scale
+    let mantissa = |component: usize| (bits & MASKS[component]) as f32 * SHIFTED[component];
+    Vec3::new(mantissa(0), mantissa(1), mantissa(2)) * scale(bits)
+}
+
+/// A parallax as it is stored.
+pub(super) fn stored(parallax: f32) -> i16 {
+    // Casts saturate; what is not a number becomes 0.
+    (parallax * (f32::from(i16::MAX) / MOST_PARALLAX)).round() as i16
+}
+
+/// The parallax that is stored so.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn restored(parallax: i16) -> f32 {
+    f32::from(parallax) * (MOST_PARALLAX / f32::from(i16::MAX))
 }
 
 /// Where the levels of a view are: the first of each, from the finest, and its pixels a side.
@@ -109,5 +133,15 @@ mod tests {
         assert_eq!(view.len(), levels.count as usize);
         assert!((unpacked(view[84]).x - 31.5).abs() < 0.1);
         assert_eq!(Levels::new(5).levels, [(0, 5), (25, 2), (29, 1)]);
+    }
+
+    #[test]
+    fn parallax_is_kept_to_a_ten_thousandth() {
+        for parallax in [0.0, 0.1, -1.3, 1.99] {
+            assert!((restored(stored(parallax)) - parallax).abs() < 1e-4);
+        }
+        assert_eq!(restored(stored(9.0)), MOST_PARALLAX);
+        assert_eq!(restored(stored(f32::NAN)), 0.0);
+        assert!(restored(stored(f32::NEG_INFINITY)) < -1.99);
     }
 }

@@ -1,11 +1,10 @@
 //! Views made elsewhere: a folder of pictures, by any renderer or camera, and a manifest that says where they belong.
 
 use super::INFO;
-use super::capture::stored;
 use super::layout::{Layout, SLABS, STEEPEST, along};
 use super::rows::{Row, RowSize};
 use super::settings::{Disparity, LightFieldSettings};
-use super::texels::{Levels, packed};
+use super::texels::{Levels, packed, stored};
 use crate::error::{RenderError, SceneError};
 use crate::math::Aabb;
 use crate::picture;

@@ -1,0 +1,238 @@
+//! Rays side by side: what the four views about each show (Yu, Yang, McMillan 2005, section 6).
+
+#![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+
+use super::layout::{Layout, STEEPEST, SlabRays};
+use super::rows::RowView;
+use super::settings::Disparity;
+use super::texels::{Levels, MASKS, SHIFTED, scale};
+use glam::Vec3;
+
+/// Rays side by side. Loops over so many stay loops, and the compiler makes vector instructions of them; loops over eight are
+/// unrolled first, become a tangle, and take twice as long.
+const AT_ONCE: usize = 32;
+
+/// A number of each ray.
+pub(super) type Lane<const LANES: usize> = [f32; LANES];
+
+/// How rays look up what slabs hold, in rows that are given by number, slab after slab.
+#[derive(Clone, Debug)]
+pub(super) struct Fetch {
+    pub(super) layout: Layout,
+    pub(super) levels: Levels,
+    pub(super) disparity: Disparity,
+}
+
+/// One of the four views about each ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearby<const LANES: usize> {
+    /// The number of its row, and its own in that.
+    pub(super) row: [u32; LANES],
+    pub(super) view: [u32; LANES],
+    /// Its share in the blend.
+    pub(super) share: Lane<LANES>,
+    /// How much the slope changes from the ray to the view's pixel with the parallax.
+    pub(super) shift: [Lane<LANES>; 2],
+    /// The parallax of what the ray meets.
+    pub(super) parallax: Lane<LANES>,
+}
+
+impl<const LANES: usize> Nearby<LANES> {
+    /// The slope at which it sees what the ray meets.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn slope(&self, rays: &SlabRays<LANES>) -> [Lane<LANES>; 2] {
+        let mut slope = rays.slope;
+        for k in 0..2 {
+            for lane in 0..LANES {
+                slope[k][lane] += self.shift[k][lane] * self.parallax[lane];
+            }
+        }
+        slope
+    }
+}
+
+impl Fetch {
+    pub(super) fn new(layout: Layout, disparity: Disparity) -> Self {
+        Self { levels: Levels::new(layout.uv), layout, disparity }
+    }
+
+    /// The four views about rays (equation 5), with the parallax of the slabs' focal planes.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn views<const LANES: usize>(&self, rays: &SlabRays<LANES>) -> [Nearby<LANES>; 4] {
+        let (st, most) = (self.layout.st, (self.layout.st - 2) as f32);
+        let mut at = rays.st;
+        let mut low = [[0; LANES]; 2];
+        for k in 0..2 {
+            for lane in 0..LANES {
+                let floor = at[k][lane].floor().min(most);
+                at[k][lane] -= floor;
+                low[k][lane] = whole(floor);
+            }
+        }
+        let aspect =
+            [self.layout.each(&rays.slab, |slab| slab.aspect.x), self.layout.each(&rays.slab, |slab| slab.aspect.y)];
+        let mut views = [Nearby {
+            row: [0; LANES],
+            view: low[0],
+            share: [0.0; LANES],
+            shift: [[0.0; LANES]; 2],
+            parallax: self.layout.each(&rays.slab, |slab| slab.focal),
+        }; 4];
+        for (number, view) in views.iter_mut().enumerate() {
+            let (right, down) = (number & 1, number >> 1);
+            for lane in 0..LANES {
+                let (x, y) = (at[0][lane] - right as f32, at[1][lane] - down as f32);
+                view.row[lane] = rays.slab[lane] * st + low[1][lane] + down as u32;
+                view.view[lane] += right as u32;
+                view.share[lane] = (1.0 - x.abs()) * (1.0 - y.abs());
+                view.shift[0][lane] = x * aspect[0][lane];
+                view.shift[1][lane] = y * aspect[1][lane];
+            }
+        }
+        views
+    }
+
+    /// The radiance along sharp rays; black where no slab holds one.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn sharp<'a, const LANES: usize>(
+        &self,
+        row: impl Fn(u32) -> RowView<'a>,
+        points: &[Lane<LANES>; 3],
+        directions: &[Lane<LANES>; 3],
+    ) -> [Lane<LANES>; 3] {
+        let rays = self.layout.locate(points, directions);
+        let mut views = self.views(&rays);
+        self.find(&row, &rays, &mut views);
+        let mut scale = [0.0; LANES];
+        for lane in 0..LANES {
+            let total = views[0].share[lane] + views[1].share[lane] + views[2].share[lane] + views[3].share[lane];
+            scale[lane] = rays.held[lane] / total;
+        }
+        let mut sum = [[0.0; LANES]; 3];
+        for view in &views {
+            let mut weight = view.share;
+            for lane in 0..LANES {
+                weight[lane] *= scale[lane];
+            }
+            self.add(&row, view, &view.slope(&rays), 0, &weight, &mut sum);
+        }
+        restored_sum(sum)
+    }
+
+    /// Adds what a view shows at slopes, bilinear in a level, by weights, to a sum for [`restored_sum`].
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn add<'a, const LANES: usize>(
+        &self,
+        row: impl Fn(u32) -> RowView<'a>,
+        view: &Nearby<LANES>,
+        slope: &[Lane<LANES>; 2],
+        level: usize,
+        weight: &Lane<LANES>,
+        sum: &mut [Lane<LANES>; 3],
+    ) {
+        let Some(&(first, side)) = self.levels.levels.get(level) else { return };
+        // The coarsest level has one pixel a side.
+        let (right, down) = if side > 1 { (1, side as usize) } else { (0, 0) };
+        let last = (side - 1) as f32;
+        let most_low = side.saturating_sub(2) as f32;
+        // In pixels of the finest level from its first corner, then of this one.
+        let shrunk = 1.0 / (1u32 << level) as f32;
+        let per_pixel = shrunk / self.layout.pixel();
+        let offset = STEEPEST * per_pixel + 0.5 * shrunk - 0.5;
+        let mut blend = *slope;
+        let mut texel = [0; LANES];
+        for lane in 0..LANES {
+            let mut low = [0.0; 2];
+            for k in 0..2 {
+                let at = (slope[k][lane] * per_pixel + offset).clamp(0.0, last);
+                low[k] = at.floor().min(most_low);
+                blend[k][lane] = at - low[k];
+            }
+            texel[lane] = view.view[lane] * self.levels.count + first + whole(low[1]) * side + whole(low[0]);
+        }
+        let mut texels = [[0; LANES]; 4];
+        for lane in 0..LANES {
+            let low = texel[lane] as usize;
+            let Some(window) = row(view.row[lane]).texels.get(low..low + down + right + 1) else { continue };
+            texels[0][lane] = window[0];
+            texels[1][lane] = window[right];
+            texels[2][lane] = window[down];
+            texels[3][lane] = window[down + right];
+        }
+        for (corner, texels) in texels.iter().enumerate() {
+            let mut factor = [0.0; LANES];
+            for lane in 0..LANES {
+                let (x, y) = (blend[0][lane], blend[1][lane]);
+                let across = if corner & 1 == 0 { 1.0 - x } else { x };
+                let along = if corner & 2 == 0 { 1.0 - y } else { y };
+                factor[lane] = weight[lane] * across * along * scale(texels[lane]);
+            }
+            for (sum, mask) in sum.iter_mut().zip(MASKS) {
+                for lane in 0..LANES {
+                    sum[lane] += (texels[lane] & mask) as i32 as f32 * factor[lane];
+                }
+            }
+        }
+    }
+}
+
+/// The radiance of a sum of mantissas that were left where they are in packed numbers.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn restored_sum<const LANES: usize>(mut sum: [Lane<LANES>; 3]) -> [Lane<LANES>; 3] {
+    for (sum, shifted) in sum.iter_mut().zip(SHIFTED) {
+        for sum in sum {
+            *sum *= shifted;
+        }
+    }
+    sum
+}
+
+/// A whole number from 0 on: a cast of what can have a fraction takes several instructions.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn whole(number: f32) -> u32 {
+    // From 2^23 on the lowest bits of the mantissa count ones.
+    const ONES: f32 = 8_388_608.0;
+    (number + ONES).to_bits() & 0x007F_FFFF
+}
+
+/// The radiance along many sharp rays.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+pub(super) fn sharp_rays(
+    fetch: &Fetch,
+    rows: &[RowView<'_>],
+    points: &[Vec3],
+    directions: &[Vec3],
+    radiance: &mut [Vec3],
+) {
+    let row = |number: u32| rows.get(number as usize).copied().unwrap_or_default();
+    let count = points.len().min(directions.len()).min(radiance.len());
+    let (points, last_points) = points[..count].as_chunks::<AT_ONCE>();
+    let (directions, last_directions) = directions[..count].as_chunks::<AT_ONCE>();
+    let (radiance, last_radiance) = radiance[..count].as_chunks_mut::<AT_ONCE>();
+    for (radiance, (points, directions)) in radiance.iter_mut().zip(points.iter().zip(directions)) {
+        let [r, g, b] = fetch.sharp(row, &side_by_side(points), &side_by_side(directions));
+        for (lane, radiance) in radiance.iter_mut().enumerate() {
+            *radiance = Vec3::new(r[lane], g[lane], b[lane]);
+        }
+    }
+    if !last_radiance.is_empty() {
+        let (mut points, mut directions) = ([Vec3::ZERO; AT_ONCE], [Vec3::ZERO; AT_ONCE]);
+        let mut radiance = [Vec3::ZERO; AT_ONCE];
+        points[..last_points.len()].copy_from_slice(last_points);
+        directions[..last_directions.len()].copy_from_slice(last_directions);
+        sharp_rays(fetch, rows, &points, &directions, &mut radiance);
+        last_radiance.copy_from_slice(&radiance[..last_radiance.len()]);
+    }
+}
+
+/// Vectors component by component.
+#[inline(always)] // for the instructions of its caller
+fn side_by_side<const LANES: usize>(vectors: &[Vec3; LANES]) -> [Lane<LANES>; 3] {
+    let mut lanes = [[0.0; LANES]; 3];
+    for (lane, vector) in vectors.iter().enumerate() {
+        lanes[0][lane] = vector.x;
+        lanes[1][lane] = vector.y;
+        lanes[2][lane] = vector.z;
+    }
+    lanes
+}
