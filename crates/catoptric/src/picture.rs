@@ -184,7 +184,13 @@ fn channel_of(bytes: &[u8], names: &[&str]) -> Result<(u32, u32, Vec<f32>), Stri
     let is_named = |name: &str, wanted: &str| name.rsplit('.').next() == Some(wanted);
     let found = names.iter().find_map(|wanted| channels.iter().find(|it| is_named(&it.name.to_string(), wanted)));
     let channel = found.ok_or_else(|| format!("has no channel named {}", names.join(", ")))?;
-    Ok((layer.size.width() as u32, layer.size.height() as u32, channel.sample_data.values_as_f32().collect()))
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+    // Channels may have fewer values than the picture has pixels.
+    if values.len() != width * height {
+        return Err(format!("its channel {} is subsampled; write it with a value a pixel", channel.name));
+    }
+    Ok((width as u32, height as u32, values))
 }
 
 fn read_exr(bytes: &[u8]) -> Result<Framebuffer, String> {

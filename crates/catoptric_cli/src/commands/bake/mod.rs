@@ -35,15 +35,10 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
         BakeArgs::All(args) => return all(args, options, terminal),
         BakeArgs::Step(step) => step.as_ref(),
     };
+    let options = options.subcommand().map_or(options, |(_, options)| options);
     match step {
-        BakeStep::Plan(args) => {
-            let options = options.subcommand().map_or(options, |(_, options)| options);
-            plan(args, options, terminal)
-        }
-        BakeStep::Views(args) => {
-            let options = options.subcommand().map_or(options, |(_, options)| options);
-            views(args, options, terminal)
-        }
+        BakeStep::Plan(args) => plan(args, options, terminal),
+        BakeStep::Views(args) => views(args, options, terminal),
         BakeStep::Run(args) => run_shard(args, terminal),
         BakeStep::Status(args) => tell_status(args, terminal),
         BakeStep::Merge(args) => merge_units(args, terminal),

@@ -82,9 +82,7 @@ impl Ingredients {
         MethodBake::new(self.method, &self.settings, &self.scene, self.quality)
             .map_err(|error| Failure::input(format!("{}: {error}", self.scene.name)))
     }
-}
 
-impl Ingredients {
     /// The manifest of views that another renderer is to make.
     pub(super) fn views_manifest(&self) -> Result<String, Failure> {
         if self.method.id != LightFieldSettings::METHOD {

@@ -13,7 +13,6 @@ use super::views::Views;
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
-use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use std::hash::{DefaultHasher, Hasher};
@@ -133,15 +132,9 @@ impl<'a> SlabsWork<'a> {
     pub(super) fn captured(&self, progress: &dyn Progress) -> Result<Vec<Slabs>, RenderError> {
         let maker = self.row_maker()?;
         let slabs = |(region, layout): (usize, &Layout)| {
-            progress.begin("capturing light-field slabs", self.rows_a_region() as u64);
-            let rows = parallel::map_collect(self.rows_a_region(), |row| {
-                let row = maker.row(region * self.rows_a_region() + row);
-                progress.advance(1);
-                row
-            });
-            progress.end();
-            let rows = rows.into_iter().collect::<Result<Vec<Row>, RenderError>>()?;
-            Ok(Slabs::new(&self.settings, layout.clone(), Rows::Captured(rows)))
+            let first = region * self.rows_a_region();
+            let rows = Rows::captured(layout, progress, |row| maker.row(first + row))?;
+            Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
         self.layouts.iter().enumerate().map(slabs).collect()
     }

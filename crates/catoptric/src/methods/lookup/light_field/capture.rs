@@ -6,8 +6,6 @@ use super::texels::{Levels, packed, stored};
 use crate::clock::Stopwatch;
 use crate::math::Aabb;
 use crate::methods::reference::{PathModel, PathTracer};
-use crate::parallel;
-use crate::progress::Progress;
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
@@ -53,19 +51,6 @@ impl<'a> Capture<'a> {
 
     fn paths(&self) -> PathTracer<'_> {
         PathTracer::new(self.scene, &self.tracer, PathModel::Tree, self.order)
-    }
-
-    /// All rows, slab after slab.
-    pub(super) fn rows(&self, progress: &dyn Progress) -> Vec<Row> {
-        let count = SLABS * self.layout.st as usize;
-        progress.begin("capturing light-field slabs", count as u64);
-        let rows = parallel::map_collect(count, |number| {
-            let row = self.row(number);
-            progress.advance(1);
-            row
-        });
-        progress.end();
-        rows
     }
 
     /// One row: that of a number, slab after slab.

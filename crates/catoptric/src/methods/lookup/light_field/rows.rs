@@ -2,7 +2,10 @@
 
 use super::layout::{Layout, SLABS};
 use super::texels::Levels;
+use crate::error::RenderError;
 use crate::methods::bake::Baked;
+use crate::parallel;
+use crate::progress::Progress;
 use std::sync::Arc;
 
 /// One row of a slab's views.
@@ -84,6 +87,26 @@ impl std::fmt::Debug for Rows {
 }
 
 impl Rows {
+    /// Those that `row` makes by their numbers.
+    ///
+    /// # Errors
+    /// The first of `row`'s, in order.
+    pub(super) fn captured(
+        layout: &Layout,
+        progress: &dyn Progress,
+        row: impl Fn(usize) -> Result<Row, RenderError> + Sync + Send,
+    ) -> Result<Self, RenderError> {
+        let count = SLABS * layout.st as usize;
+        progress.begin("capturing light-field slabs", count as u64);
+        let rows = parallel::map_collect(count, |number| {
+            let row = row(number);
+            progress.advance(1);
+            row
+        });
+        progress.end();
+        rows.into_iter().collect::<Result<_, _>>().map(Self::Captured)
+    }
+
     /// Those of a bake, from a unit on; none where it has not so many, or of another size.
     pub(super) fn baked(units: &Arc<dyn Baked>, first: usize, layout: &Layout, levels: &Levels) -> Option<Self> {
         let size = RowSize::new(layout, levels);

@@ -64,8 +64,9 @@ impl Slabs {
             return Err(RenderError::Limit { method, problem });
         }
         let layout = Layout::new(region, settings.st, settings.uv);
-        let rows = Capture::new(scene, &layout, settings.capture_samples, order).rows(progress);
-        Ok(Self::new(settings, layout, Rows::Captured(rows)))
+        let capture = Capture::new(scene, &layout, settings.capture_samples, order);
+        let rows = Rows::captured(&layout, progress, |number| Ok(capture.row(number)))?;
+        Ok(Self::new(settings, layout, rows))
     }
 
     pub(super) fn new(settings: &LightFieldSettings, mut layout: Layout, rows: Rows) -> Self {
