@@ -7,7 +7,6 @@ use super::regions::Regions;
 use super::rows::{Row, RowSize, Rows};
 use super::settings::LightFieldSettings;
 use super::slabs::Slabs;
-use super::texels::Levels;
 #[cfg(feature = "files")]
 use super::views::Views;
 use crate::error::RenderError;
@@ -18,9 +17,9 @@ use crate::scene::Scene;
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 
-/// The layout of a unit's bytes: texels of a row of views, then their parallaxes. Also how they are captured: it changes with
+/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured: it changes with
 /// what they hold.
-const PAYLOAD_VERSION: u32 = 1;
+const PAYLOAD_VERSION: u32 = 2;
 
 /// The names of slabs.
 const NAMES: [&str; SLABS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
@@ -133,7 +132,7 @@ impl<'a> SlabsWork<'a> {
         let maker = self.row_maker()?;
         let slabs = |(region, layout): (usize, &Layout)| {
             let first = region * self.rows_a_region();
-            let rows = Rows::captured(layout, progress, |row| maker.row(first + row))?;
+            let rows = Rows::captured(layout, self.settings.compression, progress, |row| maker.row(first + row))?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
         self.layouts.iter().enumerate().map(slabs).collect()
@@ -155,7 +154,7 @@ impl<'a> SlabsWork<'a> {
         }
         let slabs = |(number, layout): (usize, &Layout)| {
             let first = number * self.rows_a_region();
-            let rows = Rows::baked(units, first, layout, &Levels::new(layout.uv)).ok_or_else(wrong)?;
+            let rows = Rows::baked(units, first, layout, self.settings.compression).ok_or_else(wrong)?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
         self.layouts.iter().enumerate().map(slabs).collect()
@@ -191,7 +190,7 @@ impl BakeWork for SlabsWork<'_> {
     }
 
     fn settings(&self) -> toml::Table {
-        let LightFieldSettings { st, uv, capture_samples, region_margin, .. } = self.settings;
+        let LightFieldSettings { st, uv, capture_samples, compression, region_margin, .. } = self.settings;
         let pictures = match &self.source {
             Source::Scene => None,
             #[cfg(feature = "files")]
@@ -202,6 +201,9 @@ impl BakeWork for SlabsWork<'_> {
         let mut put = |name: &str, value: toml::Value| table.insert(name.into(), value);
         put("st", i64::from(st).into());
         put("uv", i64::from(uv).into());
+        if let Ok(name) = toml::Value::try_from(compression) {
+            put("compression", name);
+        }
         match pictures {
             Some(number) => drop(put("views", number.as_str().into())),
             None => {
@@ -230,8 +232,7 @@ impl BakeWork for SlabsWork<'_> {
         let unit = |number: usize| {
             let (region, row) = (number / self.rows_a_region(), number % self.rows_a_region());
             let st = self.settings.st as usize;
-            let layout = &self.layouts[region];
-            let bytes = RowSize::new(layout, &Levels::new(layout.uv)).bytes() as u64;
+            let bytes = RowSize::new(&self.layouts[region], self.settings.compression).baked_bytes() as u64;
             BakeUnit { name: format!("region {region}, slab {}, row {}", NAMES[row / st], row % st), bytes }
         };
         (0..self.rows_a_region() * self.layouts.len()).map(unit).collect()
@@ -265,7 +266,8 @@ impl UnitMaker for RowMaker<'_> {
         if number >= self.work.rows_a_region() * self.work.layouts.len() {
             return Ok(Vec::new());
         }
-        Ok(self.row(number)?.bytes())
+        let layout = &self.work.layouts[number / self.work.rows_a_region()];
+        Ok(self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression)))
     }
 
     fn estimate_core_secs(&self) -> f64 {

@@ -1,7 +1,7 @@
 //! What slabs hold, traced view by view.
 
 use super::layout::{Layout, SLABS, Slab, along};
-use super::rows::{Row, RowSize};
+use super::rows::Row;
 use super::texels::{Levels, packed, stored};
 use crate::clock::Stopwatch;
 use crate::math::Aabb;
@@ -55,10 +55,10 @@ impl<'a> Capture<'a> {
 
     /// One row: that of a number, slab after slab.
     pub(super) fn row(&self, number: usize) -> Row {
-        let (st, size) = (self.layout.st, RowSize::new(&self.layout, &self.levels));
+        let st = self.layout.st;
         let (slab, t) = (number / st as usize, (number % st as usize) as u32);
         let mut paths = self.paths();
-        let mut row = Row { texels: Vec::with_capacity(size.texels), parallax: Vec::with_capacity(size.parallax) };
+        let mut row = Row::with_room_for(&self.layout);
         for s in 0..st {
             self.view(&mut paths, slab, s, t, &mut row);
             self.levels.append(&mut row.texels);

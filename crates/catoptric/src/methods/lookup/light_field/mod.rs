@@ -3,6 +3,7 @@
 //! See this folder's `README.md`.
 
 mod bake;
+mod blocks;
 mod capture;
 mod depth;
 mod fetch;
@@ -11,11 +12,13 @@ mod regions;
 mod rows;
 mod settings;
 mod slabs;
+mod stored;
 mod texels;
+mod transfer;
 #[cfg(feature = "files")]
 mod views;
 
-pub use settings::{Background, Disparity, LightFieldSettings, Preset, Transfer};
+pub use settings::{Background, Compression, Disparity, LightFieldSettings, Preset, Transfer};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -28,12 +31,14 @@ use crate::methods::reference::{Beyond, PathModel, PathTracer};
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
 use crate::progress::Progress;
 use crate::scene::shade::Encounter;
-use crate::scene::{Projection, Ray, RayDifferential, Scene};
+use crate::scene::{Projection, Ray, RayDifferential, Role, Scene};
 use crate::surface::tracer::Tracer;
 use bake::SlabsWork;
 use glam::Vec3;
 pub use slabs::Slabs;
 use std::sync::Arc;
+use stored::stored_radiance;
+use transfer::RayTransfer;
 
 /// What light fields are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -90,8 +95,17 @@ struct Fields {
 /// A region with what is in it.
 struct Region {
     slabs: Slabs,
-    /// Its reflectors and lenses, where paths among them are traced.
-    tracer: Option<Tracer>,
+    inside: Inside,
+}
+
+/// How rays get from a region's surfaces out of it.
+enum Inside {
+    /// By one event.
+    First,
+    /// By paths that are traced among its reflectors and lenses.
+    Traced(Tracer),
+    /// By rays that were traced and kept.
+    Stored(RayTransfer),
 }
 
 impl ReflectionMethod for LightField {
@@ -130,11 +144,35 @@ impl ReflectionMethod for LightField {
         report.stages_ms.push((if self.baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
         let region_of = work.regions.region_of;
         let region = |(number, slabs): (usize, Slabs)| {
-            let inside = |object: u32| region_of[object as usize] == Some(number as u32);
-            let traced = self.settings.transfer == Transfer::Traced;
-            Region { slabs, tracer: traced.then(|| Tracer::build(scene, inside)) }
+            let is_inside = |object: u32| region_of[object as usize] == Some(number as u32);
+            let inside = match self.settings.transfer {
+                Transfer::First => Inside::First,
+                Transfer::Traced => Inside::Traced(Tracer::build(scene, is_inside)),
+                Transfer::Stored => {
+                    let tracer = Tracer::build(scene, is_inside);
+                    let is_lens = |object: &u32| scene.material_of(*object).role == Role::Lens && is_inside(*object);
+                    let has_lenses = scene.specular_objects().iter().any(is_lens);
+                    let sizes = [self.settings.transfer_st, self.settings.transfer_uv];
+                    let bounds = &work.regions.boxes[number];
+                    let order = quality.order;
+                    Inside::Stored(RayTransfer::capture(scene, &tracer, bounds, sizes, order, has_lenses, progress))
+                }
+            };
+            Region { slabs, inside }
         };
         let regions: Vec<Region> = slabs.into_iter().enumerate().map(region).collect();
+        let stored: Vec<&RayTransfer> = regions
+            .iter()
+            .filter_map(|region| match &region.inside {
+                Inside::Stored(transfer) => Some(transfer),
+                _ => None,
+            })
+            .collect();
+        if !stored.is_empty() {
+            report.stages_ms.push(("ray_transfer", watch.lap_ms()));
+            report.bytes.insert("ray_transfer", stored.iter().map(|transfer| transfer.byte_count()).sum());
+            report.counts.insert("transferred_rays", stored.iter().map(|transfer| transfer.ray_count()).sum());
+        }
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
         let maps = EnvironmentMapSettings::default();
@@ -209,16 +247,14 @@ impl ReflectorLook for Seen<'_> {
 impl Fields {
     fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let region = self.region_of[encounter.point.object as usize];
-        let Some(Region { slabs, tracer }) = region.and_then(|region| self.regions.get(region as usize)) else {
+        let Some(Region { slabs, inside }) = region.and_then(|region| self.regions.get(region as usize)) else {
             return self.maps.radiance(scene, encounter, ray, change);
         };
-        match tracer {
-            None => reflector_radiance(Some(slabs), scene, encounter, ray, change),
-            Some(tracer) => PathTracer::with_beyond(scene, tracer, PathModel::Tree, self.order, slabs).radiance_from(
-                *ray,
-                Some(*change),
-                encounter,
-            ),
+        match inside {
+            Inside::First => reflector_radiance(Some(slabs), scene, encounter, ray, change),
+            Inside::Stored(transfer) => stored_radiance(slabs, transfer, scene, encounter, ray, change),
+            Inside::Traced(tracer) => PathTracer::with_beyond(scene, tracer, PathModel::Tree, self.order, slabs)
+                .radiance_from(*ray, Some(*change), encounter),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Rows of views: captured here, or baked and in a file.
 
+use super::blocks::{byte_count, compress, decompress};
 use super::layout::{Layout, SLABS};
+use super::settings::Compression;
 use super::texels::Levels;
 use crate::error::RenderError;
 use crate::methods::bake::Baked;
@@ -25,38 +27,86 @@ pub(super) struct RowView<'a> {
     pub(super) parallax: &'a [i16],
 }
 
-/// How many of each a row has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a row has, and how it is baked.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct RowSize {
-    pub(super) texels: usize,
-    pub(super) parallax: usize,
+    compression: Compression,
+    /// Pixels a side of a view.
+    side: u32,
+    levels: Levels,
+    texels: usize,
+    parallax: usize,
+    /// Bytes of the texels as they are baked.
+    light_bytes: usize,
 }
 
 impl RowSize {
-    pub(super) fn new(layout: &Layout, levels: &Levels) -> Self {
-        let (st, uv) = (layout.st as usize, layout.uv as usize);
-        Self { texels: st * levels.count as usize, parallax: st * uv * uv }
+    pub(super) fn new(layout: &Layout, compression: Compression) -> Self {
+        let (st, uv, levels) = (layout.st as usize, layout.uv as usize, Levels::new(layout.uv));
+        let texels = st * levels.count as usize;
+        let light_bytes = byte_count(compression, layout.uv).map_or(4 * texels, |view| st * view);
+        Self { compression, side: layout.uv, levels, texels, parallax: st * uv * uv, light_bytes }
+    }
+
+    /// Rays of a row.
+    pub(super) fn rays(&self) -> usize {
+        self.parallax
     }
 
     /// Bytes of a row as it is baked.
-    pub(super) fn bytes(self) -> usize {
+    pub(super) fn baked_bytes(&self) -> usize {
+        self.light_bytes + 2 * self.parallax
+    }
+
+    /// Bytes of a row as it is looked up.
+    pub(super) fn bytes(&self) -> usize {
         4 * self.texels + 2 * self.parallax
     }
 }
 
 impl Row {
-    /// As it is baked: texels, then parallaxes, the lowest byte of each first.
-    pub(super) fn bytes(&self) -> Vec<u8> {
-        let texels = self.texels.iter().flat_map(|texel| texel.to_le_bytes());
-        texels.chain(self.parallax.iter().flat_map(|parallax| parallax.to_le_bytes())).collect()
+    /// An empty one.
+    pub(super) fn with_room_for(layout: &Layout) -> Self {
+        let RowSize { texels, parallax, .. } = RowSize::new(layout, Compression::None);
+        Self { texels: Vec::with_capacity(texels), parallax: Vec::with_capacity(parallax) }
     }
 
-    fn from_bytes(bytes: &[u8], size: RowSize) -> Self {
-        let (texels, parallax) = bytes.split_at(4 * size.texels);
-        let (texels, parallax) = (texels.as_chunks::<4>().0, parallax.as_chunks::<2>().0);
-        Self {
-            texels: texels.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect(),
-            parallax: parallax.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect(),
+    /// As it is baked: texels, or blocks of the finest levels, then parallaxes, the lowest byte of each first.
+    pub(super) fn baked(&self, size: &RowSize) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(size.baked_bytes());
+        match size.compression {
+            Compression::None => bytes.extend(self.texels.iter().flat_map(|texel| texel.to_le_bytes())),
+            compression => {
+                for view in self.texels.chunks(size.levels.count as usize) {
+                    compress(compression, size.side, view, &mut bytes);
+                }
+            }
+        }
+        bytes.extend(self.parallax.iter().flat_map(|parallax| parallax.to_le_bytes()));
+        bytes
+    }
+
+    fn from_baked(bytes: &[u8], size: &RowSize) -> Self {
+        let (light, parallax) = bytes.split_at(size.light_bytes);
+        let parallax = parallax.as_chunks::<2>().0.iter().map(|bytes| i16::from_le_bytes(*bytes)).collect();
+        let mut texels = Vec::with_capacity(size.texels);
+        match byte_count(size.compression, size.side) {
+            None => texels.extend(light.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes))),
+            Some(bytes_a_view) => {
+                for blocks in light.chunks_exact(bytes_a_view) {
+                    decompress(size.compression, size.side, blocks, &mut texels);
+                    size.levels.append(&mut texels);
+                }
+            }
+        }
+        Self { texels, parallax }
+    }
+
+    /// What is left of it after it was baked.
+    fn after_baking(self, size: &RowSize) -> Self {
+        match size.compression {
+            Compression::None => self,
+            _ => Self::from_baked(&self.baked(size), size),
         }
     }
 
@@ -68,12 +118,14 @@ impl Row {
 /// All rows of the slabs about a region, slab after slab.
 #[derive(Clone)]
 pub(super) enum Rows {
+    /// In memory: captured, or decompressed.
     Captured(Vec<Row>),
     /// From a unit of a bake on, where they lie in memory as they are used.
     Baked {
         units: Arc<dyn Baked>,
         first: usize,
-        size: RowSize,
+        /// Of a row.
+        texels: usize,
     },
 }
 
@@ -87,19 +139,20 @@ impl std::fmt::Debug for Rows {
 }
 
 impl Rows {
-    /// Those that `row` makes by their numbers.
+    /// Those that `row` makes by their numbers, as they would be after baking.
     ///
     /// # Errors
     /// The first of `row`'s, in order.
     pub(super) fn captured(
         layout: &Layout,
+        compression: Compression,
         progress: &dyn Progress,
         row: impl Fn(usize) -> Result<Row, RenderError> + Sync + Send,
     ) -> Result<Self, RenderError> {
-        let count = SLABS * layout.st as usize;
+        let (count, size) = (SLABS * layout.st as usize, RowSize::new(layout, compression));
         progress.begin("capturing light-field slabs", count as u64);
         let rows = parallel::map_collect(count, |number| {
-            let row = row(number);
+            let row = row(number).map(|row| row.after_baking(&size));
             progress.advance(1);
             row
         });
@@ -108,17 +161,25 @@ impl Rows {
     }
 
     /// Those of a bake, from a unit on; none where it has not so many, or of another size.
-    pub(super) fn baked(units: &Arc<dyn Baked>, first: usize, layout: &Layout, levels: &Levels) -> Option<Self> {
-        let size = RowSize::new(layout, levels);
+    pub(super) fn baked(
+        units: &Arc<dyn Baked>,
+        first: usize,
+        layout: &Layout,
+        compression: Compression,
+    ) -> Option<Self> {
+        let size = RowSize::new(layout, compression);
         let numbers = first..first + SLABS * layout.st as usize;
-        if numbers.end > units.unit_count() || numbers.clone().any(|unit| units.unit(unit).len() != size.bytes()) {
+        let fits = |unit: usize| units.unit(unit).len() == size.baked_bytes();
+        if numbers.end > units.unit_count() || !numbers.clone().all(fits) {
             return None;
         }
-        let mut all = numbers.clone().map(|unit| units.unit(unit));
-        if cfg!(target_endian = "little") && all.all(|bytes| split(bytes, size).is_some()) {
-            return Some(Self::Baked { units: units.clone(), first, size });
+        let lies_as_numbers_must = |unit: usize| split(units.unit(unit), size.texels).is_some();
+        let as_it_is = compression == Compression::None && cfg!(target_endian = "little");
+        if as_it_is && numbers.clone().all(lies_as_numbers_must) {
+            return Some(Self::Baked { units: units.clone(), first, texels: size.texels });
         }
-        Some(Self::Captured(numbers.map(|unit| Row::from_bytes(units.unit(unit), size)).collect()))
+        let row = |number: usize| Row::from_baked(units.unit(first + number), &size);
+        Some(Self::Captured(parallel::map_collect(numbers.len(), row)))
     }
 
     #[inline(always)] // for the instructions of its caller
@@ -126,15 +187,15 @@ impl Rows {
         match self {
             Self::Captured(rows) => rows[number].view(),
             // It was whole when it was opened.
-            Self::Baked { units, first, size } => split(units.unit(first + number), *size).unwrap_or_default(),
+            Self::Baked { units, first, texels } => split(units.unit(first + number), *texels).unwrap_or_default(),
         }
     }
 }
 
 /// The parts of a baked row; none where they do not lie in memory as numbers must.
 #[inline(always)] // for the instructions of its caller
-fn split(bytes: &[u8], size: RowSize) -> Option<RowView<'_>> {
-    let (texels, parallax) = bytes.split_at_checked(4 * size.texels)?;
+fn split(bytes: &[u8], texels: usize) -> Option<RowView<'_>> {
+    let (texels, parallax) = bytes.split_at_checked(4 * texels)?;
     Some(RowView { texels: bytemuck::try_cast_slice(texels).ok()?, parallax: bytemuck::try_cast_slice(parallax).ok()? })
 }
 
@@ -142,6 +203,7 @@ fn split(bytes: &[u8], size: RowSize) -> Option<RowView<'_>> {
 mod tests {
     use super::*;
     use crate::math::Aabb;
+    use crate::progress::Silent;
     use glam::Vec3;
 
     /// Bytes from an odd or an even place on.
@@ -162,7 +224,7 @@ mod tests {
         }
     }
 
-    fn row(seed: u32, size: RowSize) -> Row {
+    fn row(seed: u32, size: &RowSize) -> Row {
         Row {
             texels: (0..size.texels as u32).map(|k| (k + 7 * seed).wrapping_mul(0x9E37_79B9)).collect(),
             parallax: (0..size.parallax as i32).map(|k| (k * 31 - 5000 * seed as i32) as i16).collect(),
@@ -172,21 +234,28 @@ mod tests {
     #[test]
     fn baked_rows_are_those_that_were_captured() {
         let layout = Layout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 3, 5);
-        let levels = Levels::new(5);
-        let size = RowSize::new(&layout, &levels);
-        let rows: Vec<Row> = (0..2 * 18).map(|seed| row(seed, size)).collect();
-        // Where numbers may lie, and where they may not.
-        for from in [0, 1] {
-            let mut bytes = vec![0; from];
-            bytes.extend(rows.iter().flat_map(Row::bytes));
-            let units: Arc<dyn Baked> = Arc::new(Units { bytes, from, length: size.bytes() });
-            let second = Rows::baked(&units, 18, &layout, &levels).unwrap();
-            for number in 0..18 {
-                let (found, expected) = (second.row(number), &rows[18 + number]);
-                assert_eq!((found.texels, found.parallax), (&expected.texels[..], &expected.parallax[..]));
+        for compression in [Compression::None, Compression::Bc1, Compression::Bc6h, Compression::Bc7] {
+            let size = RowSize::new(&layout, compression);
+            let rows: Vec<Row> = (0..2 * 18).map(|seed| row(seed, &size)).collect();
+            let captured =
+                Rows::captured(&layout, compression, &Silent, |number| Ok(rows[18 + number].clone())).unwrap();
+            // Where numbers may lie, and where they may not.
+            for from in [0, 1] {
+                let mut bytes = vec![0; from];
+                bytes.extend(rows.iter().flat_map(|row| row.baked(&size)));
+                let units: Arc<dyn Baked> = Arc::new(Units { bytes, from, length: size.baked_bytes() });
+                let second = Rows::baked(&units, 18, &layout, compression).unwrap();
+                for number in 0..18 {
+                    let (found, expected) = (second.row(number), captured.row(number));
+                    assert_eq!((found.texels, found.parallax), (expected.texels, expected.parallax));
+                    assert_eq!(expected.parallax, &rows[18 + number].parallax[..], "parallax is not compressed");
+                    let same = expected.texels == &rows[18 + number].texels[..];
+                    assert_eq!(same, compression == Compression::None, "noise does not fit into blocks");
+                }
+                assert!(Rows::baked(&units, 19, &layout, compression).is_none(), "one is missing");
+                let other = Layout::new(layout.region, 3, 6);
+                assert!(Rows::baked(&units, 0, &other, compression).is_none(), "of another size");
             }
-            assert!(Rows::baked(&units, 19, &layout, &levels).is_none(), "one is missing");
-            assert!(Rows::baked(&units, 0, &layout, &Levels::new(6)).is_none(), "of another size");
         }
     }
 }

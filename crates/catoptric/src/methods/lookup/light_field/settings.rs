@@ -39,6 +39,9 @@ pub enum Transfer {
     /// Exactly: paths among the region's reflectors and lenses are traced, up to the order, until they leave it.
     #[default]
     Traced,
+    /// By rays that were traced, and kept in a light field of their own: with one way after the first surface, and blended
+    /// (Heidrich, Lensch, Cohen, Seidel 1999).
+    Stored,
 }
 
 /// What is seen behind reflectors and lenses.
@@ -53,6 +56,21 @@ pub enum Background {
     Slabs,
 }
 
+/// How views are kept: in a baked file, and with the errors that this makes also where they are captured in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Compression {
+    /// Radiance with a shared exponent, four bytes a pixel and all levels: mapped into memory as it is.
+    #[default]
+    None,
+    /// Blocks of 4 x 4 pixels in 8 bytes, radiance up to 64 (the paper's).
+    Bc1,
+    /// Blocks of 4 x 4 pixels in 16 bytes, of any radiance.
+    Bc6h,
+    /// Blocks of 4 x 4 pixels in 16 bytes, radiance up to 64, with less error in each.
+    Bc7,
+}
+
 /// Settings of the light field.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -65,10 +83,16 @@ pub struct LightFieldSettings {
     pub uv: u32,
     /// Rays a pixel of a view when capturing, a square number.
     pub capture_samples: u32,
+    /// How views are kept.
+    pub compression: Compression,
     /// What the four views about a ray are taken to see by it.
     pub disparity: Disparity,
     /// How rays get from the eye out of a region.
     pub transfer: Transfer,
+    /// Views a side of the light field of kept rays.
+    pub transfer_st: u32,
+    /// Pixels a side of each of those.
+    pub transfer_uv: u32,
     /// What is seen behind reflectors and lenses.
     pub background: Background,
     /// The distance of the plane from a slab's st plane, in scene units; 0: by the captured depth, slab by slab.
@@ -87,8 +111,11 @@ impl LightFieldSettings {
             st: 16,
             uv: 64,
             capture_samples: 1,
+            compression: Compression::None,
             disparity: Disparity::Depth,
             transfer: Transfer::Traced,
+            transfer_st: 16,
+            transfer_uv: 64,
             background: Background::Scene,
             focal_distance: 0.0,
             views: String::new(),
@@ -120,8 +147,17 @@ impl Settings for LightFieldSettings {
         ("st", "views a side of a slab, 2 to 256"),
         ("uv", "pixels a side of a view, 4 to 1024"),
         ("capture_samples", "rays a pixel of a view when capturing: 1, 4, 9 or 16"),
+        (
+            "compression",
+            "none: 4 bytes a pixel; bc1 (the paper's): 0.5, bc6h and bc7: 1; decompressed when they are loaded",
+        ),
         ("disparity", "none: all is infinitely far; plane: one focal plane a slab (the paper's); depth: ray by ray"),
-        ("transfer", "traced: through all of a region's reflectors and lenses; first: by one bounce (the paper's)"),
+        (
+            "transfer",
+            "traced: through all of a region's reflectors and lenses; first: by one bounce (the paper's); stored: by a table of rays",
+        ),
+        ("transfer_st", "views a side of that table of rays (transfer = stored), 2 to 64"),
+        ("transfer_uv", "pixels a side of each of its views, 4 to 256"),
         ("background", "scene: drawn; slabs: looked up like reflections, where the eye is in a region"),
         ("focal_distance", "distance of the focal plane from the views, in scene units; 0: by the captured depth"),
         ("views", "manifest of views made elsewhere, in place of capturing them (`catoptric bake views` writes one)"),
@@ -141,6 +177,12 @@ impl Settings for LightFieldSettings {
         }
         if ![1, 4, 9, 16].contains(&self.capture_samples) {
             return Err(format!("capture_samples = {} is none of 1, 4, 9, 16", self.capture_samples));
+        }
+        if !(2..=64).contains(&self.transfer_st) {
+            return Err(format!("transfer_st = {} is outside 2 to 64", self.transfer_st));
+        }
+        if !(4..=256).contains(&self.transfer_uv) {
+            return Err(format!("transfer_uv = {} is outside 4 to 256", self.transfer_uv));
         }
         if !(self.focal_distance.is_finite() && self.focal_distance >= 0.0) {
             return Err(format!("focal_distance = {} must be 0 or more", self.focal_distance));

@@ -4,7 +4,7 @@ use super::capture::Capture;
 use super::fetch::{Fetch, Nearby, restored_sum, sharp_rays};
 use super::layout::{Layout, SLABS, Slab, SlabRays, across};
 use super::rows::{RowSize, RowView, Rows};
-use super::settings::{Disparity, LightFieldSettings};
+use super::settings::{Compression, Disparity, LightFieldSettings};
 use super::texels::restored;
 use crate::error::RenderError;
 use crate::math::Aabb;
@@ -65,7 +65,7 @@ impl Slabs {
         }
         let layout = Layout::new(region, settings.st, settings.uv);
         let capture = Capture::new(scene, &layout, settings.capture_samples, order);
-        let rows = Rows::captured(&layout, progress, |number| Ok(capture.row(number)))?;
+        let rows = Rows::captured(&layout, settings.compression, progress, |number| Ok(capture.row(number)))?;
         Ok(Self::new(settings, layout, rows))
     }
 
@@ -94,7 +94,7 @@ impl Slabs {
 
     /// Rays that were captured.
     pub fn ray_count(&self) -> u64 {
-        (self.row_count() * self.row_size().parallax) as u64
+        (self.row_count() * self.row_size().rays()) as u64
     }
 
     fn row_count(&self) -> usize {
@@ -102,7 +102,8 @@ impl Slabs {
     }
 
     fn row_size(&self) -> RowSize {
-        RowSize::new(&self.fetch.layout, &self.fetch.levels)
+        // As they are looked up.
+        RowSize::new(&self.fetch.layout, Compression::None)
     }
 
     /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and of the
@@ -327,10 +328,11 @@ mod tests {
     fn many_rays_see_what_each_sees() {
         let mut random = Stream::new(21);
         let (rows, (points, directions)) = (rows(&mut random), rays(&mut random));
-        let units: Arc<dyn Baked> = Arc::new(Units(rows.iter().map(Row::bytes).collect()));
+        let size = RowSize::new(&layout(), Compression::None);
+        let units: Arc<dyn Baked> = Arc::new(Units(rows.iter().map(|row| row.baked(&size)).collect()));
         for disparity in [Disparity::None, Disparity::Plane, Disparity::Depth] {
             let settings = LightFieldSettings { disparity, ..LightFieldSettings::default() };
-            let baked = Rows::baked(&units, 0, &layout(), &Levels::new(UV)).unwrap();
+            let baked = Rows::baked(&units, 0, &layout(), Compression::None).unwrap();
             for rows in [Rows::Captured(rows.clone()), baked] {
                 let slabs = Slabs::new(&settings, layout(), rows);
                 let one = |k: usize| {

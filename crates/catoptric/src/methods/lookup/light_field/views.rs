@@ -2,7 +2,7 @@
 
 use super::INFO;
 use super::layout::{Layout, SLABS, STEEPEST, along};
-use super::rows::{Row, RowSize};
+use super::rows::Row;
 use super::settings::{Disparity, LightFieldSettings};
 use super::texels::{Levels, packed, stored};
 use crate::error::{RenderError, SceneError};
@@ -126,9 +126,8 @@ impl Views {
     /// A row of views: that of a number, slab after slab.
     pub(super) fn row(&self, layout: &Layout, number: usize) -> Result<Row, RenderError> {
         let levels = Levels::new(layout.uv);
-        let size = RowSize::new(layout, &levels);
         let (slab, t) = (number / layout.st as usize, (number % layout.st as usize) as u32);
-        let mut row = Row { texels: Vec::with_capacity(size.texels), parallax: Vec::with_capacity(size.parallax) };
+        let mut row = Row::with_room_for(layout);
         let longer = layout.slabs[slab].spacing.max_element();
         for s in 0..layout.st {
             let radiance = self.file(&self.manifest.radiance, slab, s, t);
