@@ -1,5 +1,6 @@
 //! The light field's figures and tables (Yu, Yang, McMillan 2005), for docs/figures-light-field.md.
 
+use crate::light_field_library::{coordinates, scenes, slab_choice};
 use crate::panels::{below, beside, cut, save_small};
 use crate::{root, run};
 use anyhow::{Context, Result};
@@ -23,11 +24,12 @@ const EYES: [&str; 3] = ["-1.2,1.3,2.6", "0.3,1.3,2.9", "1.7,1.3,2.4"];
 const TARGET: &str = "0,1,0";
 
 /// Methods of table 1.
-const METHODS: [&str; 8] = [
+const METHODS: [&str; 9] = [
     "environment_map",
     "environment_map:parallax=box",
     "light_field:preset=full",
     "light_field:preset=faithful",
+    "light_field:preset=faithful,transfer=stored",
     "path_perturbation",
     "sample_based_camera",
     "explosion_map",
@@ -37,7 +39,7 @@ const METHODS: [&str; 8] = [
 /// Reflectors of the table of models, from few triangles to many.
 const TESSELLATIONS: [u32; 4] = [16, 64, 128, 256];
 
-/// Makes what `name` asks for: `light_field-8`, `light_field-9`, `light_field-table`, `light_field-models`, or all.
+/// Makes what `name` asks for: `light_field-5`, `-7`, `-8`, `-9`, `-table`, `-models`, `-scenes`, or all.
 pub(crate) fn draw(name: &str) -> Result<()> {
     let wanted = name.strip_prefix("light_field").unwrap_or_default().trim_start_matches('-');
     let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
@@ -52,6 +54,15 @@ pub(crate) fn draw(name: &str) -> Result<()> {
     }
     if is_wanted("9") {
         eyes(scratch.path(), &baked)?;
+    }
+    if is_wanted("5") {
+        coordinates()?;
+    }
+    if is_wanted("7") {
+        slab_choice()?;
+    }
+    if is_wanted("scenes") {
+        scenes()?;
     }
     if is_wanted("table") {
         methods(scratch.path())?;

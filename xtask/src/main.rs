@@ -2,6 +2,7 @@
 
 mod cameras;
 mod light_field;
+mod light_field_library;
 mod panels;
 mod perturbation;
 mod scaling;

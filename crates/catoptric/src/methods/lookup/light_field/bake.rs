@@ -272,6 +272,6 @@ impl UnitMaker for RowMaker<'_> {
 
     fn estimate_core_secs(&self) -> f64 {
         // Pictures are read as fast as the disk is.
-        self.captures.iter().map(Capture::estimate_core_secs).sum()
+        self.captures.iter().map(|capture| capture.estimate_core_secs(self.work.settings.compression)).sum()
     }
 }

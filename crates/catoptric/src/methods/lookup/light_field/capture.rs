@@ -1,7 +1,9 @@
 //! What slabs hold, traced view by view.
 
+use super::blocks::compress;
 use super::layout::{Layout, SLABS, Slab, along};
 use super::rows::Row;
+use super::settings::Compression;
 use super::texels::{Levels, packed, stored};
 use crate::clock::Stopwatch;
 use crate::math::Aabb;
@@ -38,13 +40,16 @@ impl<'a> Capture<'a> {
         Self { scene, tracer, leaving, layout, levels, samples: samples.isqrt(), order }
     }
 
-    /// Time that one core takes for all rows, about, in seconds: that of one view of each slab, times the number of views.
-    pub(super) fn estimate_core_secs(&self) -> f64 {
+    /// Time that one core takes for all rows, about, in seconds: that of one view of each slab and of its compression, times the
+    /// number of views.
+    pub(super) fn estimate_core_secs(&self, compression: Compression) -> f64 {
         let mut watch = Stopwatch::new();
         let mut paths = self.paths();
         let middle = self.layout.st / 2;
         for slab in 0..SLABS {
-            self.view(&mut paths, slab, middle, middle, &mut Row::default());
+            let mut row = Row::default();
+            self.view(&mut paths, slab, middle, middle, &mut row);
+            compress(compression, self.layout.uv, &row.texels, &mut Vec::new());
         }
         watch.lap_ms() * 1e-3 * f64::from(self.layout.st * self.layout.st)
     }

@@ -253,6 +253,11 @@ impl Layout {
     pub(super) fn slope_of(&self, u: f32, v: f32) -> Vec2 {
         Vec2::new(u, v) * self.pixel() - STEEPEST
     }
+
+    /// The pixel of a slope.
+    pub(super) fn place_of(&self, slope: Vec2) -> Vec2 {
+        (slope + STEEPEST) / self.pixel()
+    }
 }
 
 #[cfg(test)]

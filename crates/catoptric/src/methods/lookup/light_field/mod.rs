@@ -35,7 +35,7 @@ use crate::scene::{Projection, Ray, RayDifferential, Role, Scene};
 use crate::surface::tracer::Tracer;
 use bake::SlabsWork;
 use glam::Vec3;
-pub use slabs::Slabs;
+pub use slabs::{SlabCoordinates, Slabs};
 use std::sync::Arc;
 use stored::stored_radiance;
 use transfer::RayTransfer;

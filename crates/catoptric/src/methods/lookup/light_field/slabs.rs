@@ -118,6 +118,19 @@ impl Slabs {
         blended(self, point, direction, point_change, direction_change)
     }
 
+    /// Where a ray from a point of the region lies in the slabs (Yu, Yang, McMillan 2005, equation 1, without disparity); none
+    /// where no slab holds it.
+    pub fn coordinates(&self, point: Vec3, direction: Vec3) -> Option<SlabCoordinates> {
+        let layout = &self.fetch.layout;
+        let ray = layout.locate(&one(point), &one(direction));
+        let slope = Vec2::new(ray.slope[0][0], ray.slope[1][0]);
+        (ray.held[0] > 0.0).then(|| SlabCoordinates {
+            slab: ray.slab[0],
+            view: Vec2::new(ray.st[0][0], ray.st[1][0]),
+            pixel: layout.place_of(slope),
+        })
+    }
+
     /// How far from a point of the region what a ray in a unit direction meets lies; infinite where that is not known.
     pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
         let Some(look_up) = LookUp::new(self, point, direction) else { return f32::INFINITY };
@@ -138,6 +151,23 @@ impl Slabs {
     }
 }
 
+/// Where a ray lies in the slabs about a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlabCoordinates {
+    /// The slab: 0 to 5 are +x, -x, +y, -y, +z, -z.
+    pub slab: u32,
+    /// The paper's s' and t': views from the first, 0 to `st - 1`.
+    pub view: Vec2,
+    /// The paper's u' and v': pixels of each view from the middle of the first, 0 to `uv - 1`.
+    pub pixel: Vec2,
+}
+
+/// A vector as the only one of several side by side.
+#[inline(always)] // for the instructions of its caller
+fn one(vector: Vec3) -> [[f32; 1]; 3] {
+    [[vector.x], [vector.y], [vector.z]]
+}
+
 /// One ray in a slab.
 struct LookUp<'a> {
     fetch: &'a Fetch,
@@ -156,7 +186,6 @@ impl<'a> LookUp<'a> {
     #[inline(always)] // for the instructions of its caller
     fn new(slabs: &'a Slabs, point: Vec3, direction: Vec3) -> Option<Self> {
         let fetch = &slabs.fetch;
-        let one = |vector: Vec3| [[vector.x], [vector.y], [vector.z]];
         let ray = fetch.layout.locate(&one(point), &one(direction));
         if ray.held[0] == 0.0 {
             return None;
@@ -385,6 +414,10 @@ mod tests {
             let sharp = [Vec3::ZERO; 2];
             let found = slabs.radiance(point, direction, sharp, sharp).unwrap();
             assert!(found.distance(sum) < 1e-4, "{point} {direction}: {found}, {sum}");
+            let uv = (slope + 1.0625) / (2.0 * 1.0625) * (UV - 1) as f32;
+            let found = slabs.coordinates(point, direction).unwrap();
+            assert_eq!(found.slab as usize, number);
+            assert!(found.view.distance(st) < 1e-4 && found.pixel.distance(uv) < 1e-4, "{found:?}");
         }
     }
 }
