@@ -100,12 +100,58 @@ fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
     }
 }
 
+/// Kept rays lead through glass where one bounce does not, and away from mirrors nearly as the law has them; what surfaces
+/// reflect and what they scatter is weighed as it is.
+#[test]
+fn stored_transfer_needs_no_tracing_and_gets_better_with_more_rays() {
+    let quality = Quality { samples: 4, order: 2 };
+    for (name, against, most) in [("glass_sphere", "first", 0.8), ("sphere_room?blend=both", "traced", 1.5)] {
+        let scene = scene(name);
+        let view = scene.default_view(160, 120);
+        let shown =
+            |id: &str, settings: &str| drawn(&mut *prepared(id, settings, &scene, quality), &scene, &view, quality);
+        let (truth, mask) = (shown("reference", ""), specular_mask(&scene, &view));
+        let error = |transfer: &str| {
+            let picture = shown("light_field", &format!("st = 16\nuv = 48\n{transfer}"));
+            let comparison = Comparison::new(&picture, &truth).expect("pictures of one size");
+            comparison.masked(&mask).expect("a mask of their size").expect("reflectors are seen").flip_mean
+        };
+        let stored = |st: u32, uv: u32| error(&format!("transfer = 'stored'\ntransfer_st = {st}\ntransfer_uv = {uv}"));
+        let (few, many, other) = (stored(8, 24), stored(16, 64), error(&format!("transfer = '{against}'")));
+        assert!(many < 0.9 * few, "{name}: more rays are nearer: {few}, {many}");
+        assert!(many < most * other, "{name}: {many}, {against} {other}");
+    }
+}
+
+#[test]
+fn compressed_views_differ_little_and_a_bake_of_them_is_smaller() {
+    let scene = scene("sphere_room");
+    let view = scene.default_view(120, 90);
+    let with = |compression: &str| format!("st = 8\nuv = 32\ncompression = '{compression}'");
+    let plain = picture("light_field", &with("none"), &scene, &view);
+    let bytes = |units: &Units| units.0.iter().map(Vec::len).sum::<usize>() as f64;
+    let size = bytes(&baked(&with("none"), &scene));
+    for (compression, most_flip, most_share) in [("bc1", 0.09, 0.36), ("bc6h", 0.03, 0.42), ("bc7", 0.04, 0.42)] {
+        let captured = picture("light_field", &with(compression), &scene, &view);
+        let apart = Comparison::new(&captured, &plain).unwrap().masked(&specular_mask(&scene, &view)).unwrap().unwrap();
+        assert!(apart.flip_mean > 0.0 && apart.flip_mean < most_flip, "{compression}: {apart:?}");
+        let units = baked(&with(compression), &scene);
+        assert!(bytes(&units) < most_share * size, "{compression}: {} of {size} bytes", bytes(&units));
+        let mut method = light_field(&with(compression));
+        method.take_bake(Arc::new(units)).unwrap();
+        method.prepare(&scene, QUALITY, &Silent).unwrap();
+        assert!(drawn(&mut *method, &scene, &view, QUALITY).pixels == captured.pixels, "{compression}");
+    }
+}
+
 #[test]
 fn eyes_anywhere_and_things_without_size_are_survived() {
-    let (scene, eyes) = eyes_within_and_on_a_sphere();
-    survives_with("light_field", "st = 3\nuv = 8", &scene, &eyes, 2);
-    let (scene, eyes) = things_without_size();
-    survives_with("light_field", "st = 3\nuv = 8", &scene, &eyes, 2);
+    for settings in ["st = 3\nuv = 8", "st = 3\nuv = 8\ntransfer = 'stored'\ntransfer_st = 3\ntransfer_uv = 8"] {
+        let (scene, eyes) = eyes_within_and_on_a_sphere();
+        survives_with("light_field", settings, &scene, &eyes, 2);
+        let (scene, eyes) = things_without_size();
+        survives_with("light_field", settings, &scene, &eyes, 2);
+    }
 }
 
 #[test]

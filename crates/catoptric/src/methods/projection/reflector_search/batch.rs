@@ -2,7 +2,7 @@
 
 use super::cell::{Ends, FAR, STEPS};
 use super::image::Place;
-use super::search::{OUTSIDE, ReflectorSearch, TILT};
+use super::search::{BEHIND, OUTSIDE, ReflectorSearch, TILT};
 use super::starts::Starts;
 use crate::methods::projection::virtual_objects::Reflector;
 use glam::{Vec2, Vec3};
@@ -77,7 +77,8 @@ fn dot(a: &Lane3, b: &Lane3) -> Lane {
     product
 }
 
-/// The images of those points whose search ends within a whole cell after few steps, on the side of it that is seen.
+/// The images of those points whose search ends within a whole cell after few steps, on the side of it that is seen; not finite
+/// for those that lie far behind the reflector.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn in_whole_cells(search: &ReflectorSearch, starts: &Starts, eye: Vec3, eight: [Vec3; LANES]) -> [Option<Vec3>; LANES] {
     let mut points: Lane3 = [[0.0; LANES]; 3];
@@ -198,15 +199,35 @@ impl Corners {
                 front[lane] += normal[axis][lane] * (eye[axis] - position[axis][lane]);
             }
         }
+        let behind = self.behind(points);
         let mut images = [None; LANES];
         for (lane, image) in images.iter_mut().enumerate() {
             let inside = (zero[0][lane] - 0.5).abs().max((zero[1][lane] - 0.5).abs()) <= 0.5 + OUTSIDE;
             let allowed = TILT + bend[lane];
-            if inside && tilt[lane] <= allowed * allowed && front[lane] >= 0.0 {
+            if behind[lane] {
+                *image = Some(Vec3::NAN);
+            } else if inside && tilt[lane] <= allowed * allowed && front[lane] >= 0.0 {
                 let along = |axis: usize| points[axis][lane] - normal[axis][lane] * (2.0 * height[lane]);
                 *image = Some(Vec3::new(along(0), along(1), along(2)));
             }
         }
         images
+    }
+
+    /// Which points lie far below the tangent planes at the low corners, as the search of one point asks at its start.
+    #[inline(always)] // for the instructions of its caller
+    fn behind(&self, points: &Lane3) -> [bool; LANES] {
+        let mut from = *points;
+        for (from, position) in from.iter_mut().zip(&self.ends[0].position) {
+            for (from, position) in from.iter_mut().zip(position) {
+                *from -= position;
+            }
+        }
+        let (height, squared) = (dot(&self.ends[0].normal, &from), dot(&from, &from));
+        let mut behind = [false; LANES];
+        for lane in 0..LANES {
+            behind[lane] = height[lane] < BEHIND * squared[lane].sqrt();
+        }
+        behind
     }
 }

@@ -38,7 +38,7 @@ const MOST_HALVINGS_OF_ONE: u32 = 6;
 
 /// A point lower than this (a sine) below the tangent plane of the best place is hidden by the reflector: nothing is to
 /// be gained by climbing. Above the sine of twice [`TILT_AT_END`], by what a cell may bend.
-const BEHIND: f32 = -0.5;
+pub(super) const BEHIND: f32 = -0.5;
 
 /// Zeros this far outside a cell still belong to it: rounding must not lose those between two cells.
 pub(super) const OUTSIDE: f32 = 0.1;
@@ -172,6 +172,9 @@ impl ReflectorSearch {
     /// The cell nearest to where the normal is the half vector, from a first guess.
     #[inline]
     fn refined(&self, reflector: &Reflector<'_>, start: Cell, point: Vec3, most_cells: u32) -> Option<Cell> {
+        if self.single && lies_behind(&start, point) {
+            return None;
+        }
         let mut now = start;
         for _ in 0..most_cells {
             if is_inside(&now) {
