@@ -192,9 +192,14 @@ impl EdgeRule {
     ) -> Option<&'a Projection> {
         let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
         let other = fitting.min_by(|x, y| self.mismatch(one, x, step).total_cmp(&self.mismatch(one, y, step)))?;
-        let size = (one.predicted(step) - one.image_px).length().max(other.image_px.distance(one.image_px));
+        let distance = other.image_px.distance(one.image_px);
+        let size = (one.predicted(step) - one.image_px).length().max(distance);
         let allowed = self.allowed_mismatch(size) + uncertainty(one, other);
-        (self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
+        // Beside a fold everything is expected to move far, and what lies there is not what ended in the fold: that would have
+        // to come back as far.
+        let back = self.expected(other, one, -step).distance(other.image_px);
+        let jumps = distance > self.way_step_px() && distance > JUMP * back;
+        (!jumps && self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
     }
 
     /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.

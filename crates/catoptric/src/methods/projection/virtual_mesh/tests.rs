@@ -335,6 +335,37 @@ fn both_sheets_of_a_fold_are_drawn_up_to_the_fold() {
     assert!(mesh.unfinished == 0 && pieces.len() < 4000, "{} pieces", pieces.len());
 }
 
+/// Two sheets that merge in a fold at x = 0, and beyond it one that has nothing to do with them and the focal index of one of
+/// them, where that seems to move to.
+fn folded_beside_another(p: Vec2) -> Vec<Sheet> {
+    if p.x <= 0.0 {
+        return vec![(Vec2::new(0.7 + 0.01 * p.x, p.y), [Vec2::new(0.01, 0.0), Vec2::Y], 0)];
+    }
+    let root = p.x.sqrt();
+    let sheet = |side: f32, focal_index| {
+        (Vec2::new(2.0 + side * root, p.y), [Vec2::new(0.5 * side / root, 0.0), Vec2::Y], focal_index)
+    };
+    vec![sheet(1.0, 0), sheet(-1.0, 1)]
+}
+
+#[test]
+fn what_ends_in_a_fold_is_not_torn_to_what_begins_beyond() {
+    let welded = grid(Vec2::new(-0.75, 0.5), Vec2::new(0.75, 2.0), 3);
+    let mesh = mesh_of(&Formula(folded_beside_another), &welded);
+    let pieces = pieces(&mesh, &welded);
+    let (mut folded, mut beside) = (0.0, 0.0);
+    for piece in &pieces {
+        let [low, high] =
+            [f32::min, f32::max].map(|of| piece.drawn.iter().map(|place| place.x).fold(piece.drawn[0].x, of));
+        // The sheets reach from 113 to 287 pixels, the other one lies about 70.
+        assert!(low > 100.0 || high < 80.0, "torn: {:?}", piece.drawn);
+        *if low > 100.0 { &mut folded } else { &mut beside } += area(piece.drawn).abs();
+    }
+    let expected = 2.0 * 0.75f32.sqrt() * 1.5 * SCALE * SCALE;
+    assert!((folded / expected - 1.0).abs() < 0.02, "{folded} of {expected} pixels are drawn");
+    assert!(beside > 0.0);
+}
+
 fn corners_agree_on_sheets(all: &[Piece]) -> bool {
     let mut places: HashMap<([i32; 2], bool), Vec2> = HashMap::new();
     let corners = all.iter().flat_map(|piece| piece.source.into_iter().zip(piece.drawn));
