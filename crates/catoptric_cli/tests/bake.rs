@@ -1,13 +1,14 @@
 //! `catoptric bake` as its users meet it: interrupted, killed, on several machines, with files that are not what they should be.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
+mod workplace;
+
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-use tempfile::TempDir;
+use workplace::Workplace;
 
 const SCENE: &str = r#"
 [camera]
@@ -32,46 +33,9 @@ wall = "diffuse"
 const WHAT: [&str; 9] =
     ["scene.toml", "--method", "light_field", "--set", "st=6", "--set", "uv=16", "--set", "capture_samples=4"];
 
-struct Workplace {
-    folder: TempDir,
-}
-
 impl Workplace {
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
-        Self { folder }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn command(&self, words: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_catoptric"));
-        command.args(words).current_dir(self.folder.path());
-        command
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        self.command(words).output().unwrap()
-    }
-
-    /// Runs the program, which must end with this exit code; gives its standard output.
-    fn ends(&self, code: i32, words: &[&str]) -> String {
-        let output = self.run(words);
-        let message = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {message}");
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs the program, which must fail; gives its message.
-    fn fails(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{words:?}: {message}");
-        assert!(message.starts_with("error:") && !message.contains("panicked"), "{words:?}: {message}");
-        message
+        Self::with_scene(SCENE)
     }
 
     fn bake(&self, more: &[&str]) -> Vec<String> {
@@ -92,15 +56,6 @@ impl Workplace {
 
     fn plan(&self, folder: &str) {
         self.ends(0, &[&["bake", "plan"], &WHAT[..], &["-o", folder]].concat());
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> = fs::read_dir(self.folder.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        names.sort();
-        names
     }
 }
 
@@ -187,7 +142,7 @@ fn shards_on_several_machines_make_the_same_file() {
     assert_eq!((status["total"].as_u64(), status["missing"].as_u64()), (Some(36), Some(36)));
     place.ends(0, &["bake", "run", "parts", "--shard", "1/3", "--quiet"]);
     assert_eq!(place.ends(3, &["bake", "status", "parts", "--missing"]).lines().count(), 24);
-    let message = place.fails(&["bake", "merge", "parts", "-o", "merged.bake"]);
+    let message = place.fails(1, &["bake", "merge", "parts", "-o", "merged.bake"]);
     assert!(message.contains("24") && message.contains("missing"), "{message}");
     assert!(!place.path("merged.bake").exists());
     assert_eq!(place.run(&["bake", "run", "parts", "--max-time", "0s"]).status.code(), Some(75));
@@ -216,16 +171,16 @@ fn shards_on_several_machines_make_the_same_file() {
     place.ends(0, &["bake", "status", "parts"]);
     let found = place.ends(3, &["bake", "status", "parts", "--verify"]);
     assert!(found.contains("unit-000007.bin"), "{found}");
-    assert!(place.fails(&["bake", "merge", "parts", "-o", "merged.bake"]).contains("unit-000007.bin"));
+    assert!(place.fails(1, &["bake", "merge", "parts", "-o", "merged.bake"]).contains("unit-000007.bin"));
     assert!(place.ends(0, &["bake", "run", "parts"]).contains("1 replaced"));
     place.ends(0, &["bake", "merge", "parts", "-o", "merged.bake"]);
     assert!(fs::read(place.path("merged.bake")).unwrap() == expected);
 
     // Another scene or other settings are not mixed in.
     let other = [&["bake", "plan"], &WHAT[..], &["--set", "uv=17", "-o", "parts"]].concat();
-    assert!(place.fails(&other).contains("uv is 16 in the bake, 17 asked for"));
+    assert!(place.fails(1, &other).contains("uv is 16 in the bake, 17 asked for"));
     fs::write(place.path("scene.toml"), SCENE.replace("0.8", "0.7")).unwrap();
-    assert!(place.fails(&["bake", "run", "parts"]).contains("has changed since"));
+    assert!(place.fails(1, &["bake", "run", "parts"]).contains("has changed since"));
 }
 
 #[test]
@@ -239,7 +194,7 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
     place.ends(0, &[&SMALL[..], &["--baked", "room.bake", "-o", "baked.png"]].concat());
     assert!(fs::read(place.path("captured.png")).unwrap() == fs::read(place.path("baked.png")).unwrap());
     let refused = |file: &str, more: &[&str]| {
-        let message = place.fails(&[&SMALL[..], &["--baked", file, "-o", "no.png"], more].concat());
+        let message = place.fails(1, &[&SMALL[..], &["--baked", file, "-o", "no.png"], more].concat());
         assert!(message.contains(file) && !place.path("no.png").exists(), "{message}");
         message
     };
@@ -259,7 +214,7 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
         fs::write(place.path(name), bytes).unwrap();
         refused(name, &[]);
     }
-    let message = place.fails(&["render", "scene.toml", "-o", "no.png", "--baked", "room.bake"]);
+    let message = place.fails(1, &["render", "scene.toml", "-o", "no.png", "--baked", "room.bake"]);
     assert!(message.contains("bake of light_field, not of reference"), "{message}");
     fs::write(place.path("scene.toml"), SCENE.replace("0.8", "0.7")).unwrap();
     assert!(refused("room.bake", &[]).contains("scene"));
@@ -282,7 +237,7 @@ fn views_made_elsewhere_are_asked_for_by_a_manifest() {
     let text = fs::read_to_string(place.path("views.toml")).unwrap();
     assert_eq!(text.matches("[[view]]").count(), 6 * 36);
     let bake = [&["bake"], &WHAT[..], &["--set", "views=views.toml", "-o", "room.bake"]].concat();
-    assert!(place.fails(&bake).contains("radiance-px-0-0.exr"));
+    assert!(place.fails(1, &bake).contains("radiance-px-0-0.exr"));
     let of_another = ["bake", "views", "scene.toml", "--method", "reference", "-o", "no.toml"];
     place.ends(2, &of_another);
     assert_eq!(place.files(), ["scene.toml", "views.toml"]);
@@ -291,17 +246,17 @@ fn views_made_elsewhere_are_asked_for_by_a_manifest() {
 #[test]
 fn what_cannot_be_baked_is_said() {
     let place = Workplace::new();
-    assert!(place.fails(&["bake", "scene.toml", "--method", "reference", "-o", "x"]).contains("bakes nothing"));
+    assert!(place.fails(1, &["bake", "scene.toml", "--method", "reference", "-o", "x"]).contains("bakes nothing"));
     let method = ["--method", "light_field"];
     let nothing = [&["bake", "scene.toml"], &method[..], &["--order", "0", "-o", "x"]].concat();
-    assert!(place.fails(&nothing).contains("nothing to bake"));
+    assert!(place.fails(1, &nothing).contains("nothing to bake"));
     let elsewhere = [&["bake", "scene.toml"], &method[..], &["-o", "no/where.bake"]].concat();
-    assert!(place.fails(&elsewhere).contains("does not exist"));
-    assert!(place.fails(&["bake", "run", "nowhere"]).contains("nowhere"));
-    assert!(place.fails(&["bake", "status", "s3://bucket/bake"]).contains("folder"));
+    assert!(place.fails(1, &elsewhere).contains("does not exist"));
+    assert!(place.fails(1, &["bake", "run", "nowhere"]).contains("nowhere"));
+    assert!(place.fails(1, &["bake", "status", "s3://bucket/bake"]).contains("folder"));
     fs::write(place.path("bake.toml"), "st = 3\nuv =").unwrap();
     let broken = [&["bake", "scene.toml"], &method[..], &["-c", "bake.toml", "-o", "x"]].concat();
-    assert!(place.fails(&broken).contains("bake.toml"));
+    assert!(place.fails(1, &broken).contains("bake.toml"));
     assert_eq!(place.files(), ["bake.toml", "scene.toml"]);
     place.ends(2, &["bake"]);
     place.ends(2, &["bake", "run", ".", "--shard", "4/4"]);

@@ -1,16 +1,12 @@
 //! The program as its users meet it: exit codes, messages, files and numbers.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
+mod workplace;
+
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
+use workplace::{Workplace, files};
 
-/// A folder with a scene: a mirror ball over an unlit floor and a lit wall, seen by a camera of its own.
-struct Workplace {
-    folder: TempDir,
-}
-
+/// A mirror ball over an unlit floor and a lit wall, seen by a camera of its own.
 const SCENE: &str = r#"
 [camera]
 eye = [0, 1, 4]
@@ -35,34 +31,11 @@ const SMALL: [&str; 4] = ["--size", "64x48", "--samples", "2"];
 
 impl Workplace {
     fn new() -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
-        Self { folder }
+        Self::with_scene(SCENE)
     }
 
-    fn path(&self, name: &str) -> std::path::PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        Command::new(env!("CARGO_BIN_EXE_catoptric")).args(words).current_dir(self.folder.path()).output().unwrap()
-    }
-
-    /// Runs the program, which must succeed, and gives its standard output.
     fn ok(&self, words: &[&str]) -> String {
-        let output = self.run(words);
-        assert!(output.status.success(), "{words:?}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    /// Runs the program, which must end with this exit code and nothing on standard output, and gives its message.
-    fn fails(&self, code: i32, words: &[&str]) -> String {
-        let output = self.run(words);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{words:?}: {message}");
-        assert!(output.stdout.is_empty(), "{words:?}");
-        assert!(message.starts_with("error:") && !message.contains("panicked"), "{words:?}: {message}");
-        message
+        self.ends(0, words)
     }
 
     fn render(&self, more: &[&str]) -> String {
@@ -75,20 +48,9 @@ impl Workplace {
         message
     }
 
-    fn files(&self) -> Vec<String> {
-        files(self.folder.path())
-    }
-
     fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&std::fs::read(self.path(name)).unwrap()).unwrap()
     }
-}
-
-fn files(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! `catoptric project` as its users meet it: tables in, tables out, messages.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
+mod workplace;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::process::{Command, Output};
-use tempfile::TempDir;
+use workplace::Workplace;
 
 /// Two mirrors that face each other across the z axis, and a glass ball that no path of theirs needs.
 const SCENE: &str = r#"
@@ -34,51 +35,46 @@ size = [8, 3]
 wall = "diffuse"
 "#;
 
-struct Workplace {
-    folder: TempDir,
+/// A workplace with a table of points.
+struct Place {
+    workplace: Workplace,
 }
 
-impl Workplace {
+impl Place {
     fn new(points: &str) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
-        std::fs::write(folder.path().join("in.csv"), points).unwrap();
-        Self { folder }
+        let workplace = Workplace::with_scene(SCENE);
+        std::fs::write(workplace.path("in.csv"), points).unwrap();
+        Self { workplace }
     }
 
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.workplace.path(name)
     }
 
     fn read(&self, name: &str) -> String {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
-    fn run(&self, more: &[&str]) -> Output {
+    /// What the program is asked for: `more`, and what that does not say.
+    fn words<'a>(more: &[&'a str]) -> Vec<&'a str> {
         let words = ["project", "scene.toml", "--points", "in.csv", "-o", "out.csv", "--method", "planar_mirror"];
         // Later words stand for earlier ones.
         let mut all: Vec<&str> = Vec::new();
         for pair in words[2..].chunks(2).filter(|pair| !more.contains(&pair[0])) {
             all.extend(pair);
         }
-        let words = [&words[..2], &all, more].concat();
-        Command::new(env!("CARGO_BIN_EXE_catoptric")).args(&words).current_dir(self.folder.path()).output().unwrap()
+        [&words[..2], &all, more].concat()
     }
 
     fn ok(&self, more: &[&str]) -> String {
-        let output = self.run(more);
-        assert!(output.status.success(), "{more:?}: {}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
+        self.workplace.ends(0, &Self::words(more))
     }
 
     /// Runs the program, which must end with this exit code and write nothing, and gives its message.
     fn fails(&self, code: i32, more: &[&str]) -> String {
-        let output = self.run(more);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(code), "{more:?}: {message}");
-        assert!(message.starts_with("error:") && !message.contains("panicked"), "{more:?}: {message}");
-        let mut left: Vec<_> = std::fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-        left.retain(|name| name.to_string_lossy().starts_with("out") || name.to_string_lossy().starts_with('.'));
+        let message = self.workplace.fails(code, &Self::words(more));
+        let mut left = self.workplace.files();
+        left.retain(|name| name.starts_with("out") || name.starts_with('.'));
         assert!(left.is_empty(), "{more:?} left {left:?}");
         message
     }
@@ -100,7 +96,7 @@ const EYE: [&str; 2] = ["--eye", "-1,1.25,2"];
 
 #[test]
 fn reflections_are_where_the_mirrored_points_are_seen() {
-    let place = Workplace::new("name,z,x,y\nfirst,0,1,2\n\nbelow,0,1,-1\nthird, -1.5 ,0.25,1e0\n");
+    let place = Place::new("name,z,x,y\nfirst,0,1,2\n\nbelow,0,1,-1\nthird, -1.5 ,0.25,1e0\n");
     let said =
         place.ok(&[&EYE[..], &["--order", "2", "--size", "400x300", "--target", "0,0,0", "--jacobian"]].concat());
     assert!(said.contains("3 points, 8 reflections, 1 points without any, 0 points"), "{said}");
@@ -138,7 +134,7 @@ fn reflections_are_where_the_mirrored_points_are_seen() {
 
 #[test]
 fn pictures_are_those_of_the_camera() {
-    let place = Workplace::new("x,y,z\n0.5,1,0\n");
+    let place = Place::new("x,y,z\n0.5,1,0\n");
     place.ok(&["--size", "640x480"]);
     let (_, rows) = place.table();
     // The eye (0, 1, 4) sees the bounce (0.25, 0, 2) at an angle to the axis towards (0, 0.5, 0).
@@ -158,7 +154,7 @@ fn pictures_are_those_of_the_camera() {
 
 #[test]
 fn limits_and_visibility() {
-    let place = Workplace::new("x,y,z\n1,2,0\n");
+    let place = Place::new("x,y,z\n1,2,0\n");
     let names = |more: &[&str]| -> Vec<String> {
         place.ok(&[&EYE[..], more].concat());
         place.table().1.into_iter().map(|row| row[2].clone()).collect()
@@ -179,7 +175,7 @@ fn limits_and_visibility() {
 
 #[test]
 fn negative_numbers_stand_with_and_without_an_equals_sign() {
-    let place = Workplace::new("x,y,z\n-1,2,-0.5\n");
+    let place = Place::new("x,y,z\n-1,2,-0.5\n");
     place.ok(&EYE);
     let apart = place.read("out.csv");
     place.ok(&["--eye=-1,1.25,2"]);
@@ -202,7 +198,7 @@ fn many_points_keep_their_order_on_any_number_of_threads() {
         )
         .unwrap();
     }
-    let place = Workplace::new(&points);
+    let place = Place::new(&points);
     place.ok(&[&EYE[..], &["--threads", "1"]].concat());
     let one = place.read("out.csv");
     place.ok(&[&EYE[..], &["--threads", "3"]].concat());
@@ -215,7 +211,7 @@ fn many_points_keep_their_order_on_any_number_of_threads() {
 #[test]
 fn arrays_say_the_same_as_text() {
     let points = [[1.0f64, 2.0, 0.0], [0.25, 1.125, -0.75], [0.0, -5.0, 0.0]];
-    let place = Workplace::new("x,y,z\n1,2,0\n0.25,1.125,-0.75\n0,-5,0\n");
+    let place = Place::new("x,y,z\n1,2,0\n0.25,1.125,-0.75\n0,-5,0\n");
     let options = [&EYE[..], &["--order", "2", "--jacobian"]].concat();
     place.ok(&options);
     let (header, rows) = place.table();
@@ -310,17 +306,17 @@ fn wrong_tables_are_named_with_line_and_field() {
         ("x,y,z\n1,2\n", "line 2: z: the row has no such cell"),
         ("x,y,z\n1,,3\n", "line 2: y: `` is not a number"),
     ] {
-        let message = Workplace::new(points).fails(1, &EYE);
+        let message = Place::new(points).fails(1, &EYE);
         assert!(message.contains("in.csv: ") && message.contains(named), "{points:?} should say {named}: {message}");
     }
-    let place = Workplace::new("x,y,z\n");
+    let place = Place::new("x,y,z\n");
     assert!(place.ok(&EYE).contains("0 points, 0 reflections"));
     assert_eq!(place.table().1.len(), 0);
 }
 
 #[test]
 fn wrong_usage_ends_with_2_and_wrong_input_with_1() {
-    let place = Workplace::new("x,y,z\n1,2,0\n");
+    let place = Place::new("x,y,z\n1,2,0\n");
     for (words, named) in [
         (&["--order", "0"][..], "1..=4"),
         (&["--order", "5"], "1..=4"),
@@ -360,7 +356,7 @@ fn the_exact_search_finds_reflections_in_a_ball() {
     let scene = "[camera]\neye = [0, 0, 3]\ntarget = [0, 0, 0]\n[[reflector]]\nname = \"ball\"\n\
                  surface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
     // Eye and point as far from the centre: the bounce is on the line that halves the angle between them.
-    let place = Workplace::new("x,y,z\n0,3,0\n3,0,0\n0,0.5,0\n");
+    let place = Place::new("x,y,z\n0,3,0\n3,0,0\n0,0.5,0\n");
     std::fs::write(place.path("scene.toml"), scene).unwrap();
     let more = ["--method", "exact", "--eye", "0,0,3", "--target", "0,0,0", "--order", "2", "--size", "200x200"];
     let said = place.ok(&[&more[..], &["--jacobian"]].concat());
