@@ -111,14 +111,12 @@ struct Hall {
 
 impl Hall {
     fn new(triangles: u32) -> Result<Self> {
-        let mut model = builtin::parse(&format!("large_room?triangles={triangles}"))?;
-        let scene = model.pose(&PoseOptions::default())?;
-        let eye = scene.default_view(640, 480).eye();
+        let mut scene = posed(&format!("large_room?triangles={triangles}"))?;
+        let view = scene.default_view(640, 480);
         let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
         let room = Vec3::splat(0.1);
-        model.region = Some(Aabb { min: ball.min.min(eye - room), max: ball.max.max(eye + room) });
-        let scene = model.pose(&PoseOptions::default())?;
-        let view = scene.default_view(640, 480);
+        let eye = view.eye();
+        scene.region = Some(Aabb { min: ball.min.min(eye - room), max: ball.max.max(eye + room) });
         let mut ways = Vec::new();
         for (method, settings) in WAYS {
             let mut method = methods::create(method, &settings.parse()?)?;

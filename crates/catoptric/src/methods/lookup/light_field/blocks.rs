@@ -7,6 +7,7 @@ use block_compression::encode::{compress_rgba8, compress_rgba16};
 use block_compression::half::f16;
 use block_compression::{BC6HSettings, BC7Settings, CompressionVariant};
 use glam::Vec3;
+use std::sync::LazyLock;
 
 /// The radiance that eight bits a component reach.
 const BRIGHTEST: f32 = 64.0;
@@ -14,49 +15,13 @@ const BRIGHTEST: f32 = 64.0;
 /// How steeply eight bits rise in the dark, where the eye sees small steps.
 const GAMMA: f32 = 2.2;
 
-/// A kind of blocks.
-#[derive(Clone, Copy)]
-enum Format {
-    Bits8(CompressionVariant),
-    Half(CompressionVariant),
-}
-
-impl Format {
-    fn of(compression: Compression) -> Option<Self> {
-        match compression {
-            Compression::None => None,
-            Compression::Bc1 => Some(Self::Bits8(CompressionVariant::BC1)),
-            Compression::Bc7 => Some(Self::Bits8(CompressionVariant::BC7(BC7Settings::opaque_very_fast()))),
-            Compression::Bc6h => Some(Self::Half(CompressionVariant::BC6H(BC6HSettings::fast()))),
-        }
-    }
-
-    /// The radiance of a block, row by row.
-    fn decoded(self, block: &[u8]) -> [Vec3; 16] {
-        let mut pixels = [Vec3::ZERO; 16];
-        match self {
-            Self::Bits8(variant) => {
-                let mut bits = [0; 64];
-                match variant {
-                    CompressionVariant::BC1 => decode_block_bc1(block, &mut bits, 16),
-                    _ => decode_block_bc7(block, &mut bits, 16),
-                }
-                let bits = bits.as_chunks::<4>().0;
-                pixels.iter_mut().zip(bits).for_each(|(pixel, bits)| *pixel = from_bits8(*bits));
-            }
-            Self::Half(_) => {
-                let mut halves = [f16::ZERO; 48];
-                decode_block_bc6h(block, &mut halves, 12, false);
-                let halves = halves.as_chunks::<3>().0;
-                pixels.iter_mut().zip(halves).for_each(|(pixel, half)| *pixel = Vec3::from(half.map(f16::to_f32)));
-            }
-        }
-        pixels
-    }
-
-    fn byte_count(self, side: u32) -> usize {
-        let (Self::Bits8(variant) | Self::Half(variant)) = self;
-        variant.blocks_byte_size(padded(side), padded(side))
+/// The kind of blocks; none where views are not compressed.
+fn variant(compression: Compression) -> Option<CompressionVariant> {
+    match compression {
+        Compression::None => None,
+        Compression::Bc1 => Some(CompressionVariant::BC1),
+        Compression::Bc6h => Some(CompressionVariant::BC6H(BC6HSettings::fast())),
+        Compression::Bc7 => Some(CompressionVariant::BC7(BC7Settings::opaque_very_fast())),
     }
 }
 
@@ -67,44 +32,40 @@ fn padded(side: u32) -> u32 {
 
 /// Bytes of a view of `side` pixels a side; none where views are not compressed.
 pub(super) fn byte_count(compression: Compression, side: u32) -> Option<usize> {
-    Format::of(compression).map(|format| format.byte_count(side))
+    variant(compression).map(|variant| variant.blocks_byte_size(padded(side), padded(side)))
 }
 
 /// Appends the blocks of a view: `side` pixels a side of packed radiance, row by row. Appends nothing where views are not
 /// compressed.
 pub(super) fn compress(compression: Compression, side: u32, view: &[u32], bytes: &mut Vec<u8>) {
-    let Some(format) = Format::of(compression) else { return };
+    let Some(variant) = variant(compression) else { return };
     let (wide, last) = (padded(side), side - 1);
     // Blocks that reach over the view repeat its last pixels.
     let places = (0..wide * wide).map(|pixel| (pixel % wide).min(last) + (pixel / wide).min(last) * side);
     let radiance = places.map(|place| unpacked(view[place as usize]));
     let start = bytes.len();
-    bytes.resize(start + format.byte_count(side), 0);
+    bytes.resize(start + variant.blocks_byte_size(wide, wide), 0);
     let blocks = &mut bytes[start..];
-    match format {
-        Format::Bits8(variant) => {
-            let pixels: Vec<u8> = radiance.flat_map(bits8).collect();
-            compress_rgba8(variant, &pixels, blocks, wide, wide, 4 * wide);
-        }
-        Format::Half(variant) => {
-            let half = |radiance: Vec3| radiance.extend(1.0).to_array().map(f16::from_f32);
-            let pixels: Vec<f16> = radiance.flat_map(half).collect();
-            compress_rgba16(variant, &pixels, blocks, wide, wide, 4 * wide);
-        }
+    if compression == Compression::Bc6h {
+        let half = |radiance: Vec3| radiance.extend(1.0).to_array().map(f16::from_f32);
+        let pixels: Vec<f16> = radiance.flat_map(half).collect();
+        compress_rgba16(variant, &pixels, blocks, wide, wide, 4 * wide);
+    } else {
+        let pixels: Vec<u8> = radiance.flat_map(bits8).collect();
+        compress_rgba8(variant, &pixels, blocks, wide, wide, 4 * wide);
     }
 }
 
 /// Appends the packed radiance of a view's blocks, of which there must be as many as [`byte_count`] says. Appends nothing
 /// where views are not compressed.
 pub(super) fn decompress(compression: Compression, side: u32, blocks: &[u8], texels: &mut Vec<u32>) {
-    let Some(format) = Format::of(compression) else { return };
+    let Some(bytes) = byte_count(compression, 4) else { return };
     let (first, across) = (texels.len(), padded(side) as usize / 4);
     let side = side as usize;
     texels.resize(first + side * side, 0);
     let view = &mut texels[first..];
-    let bytes = format.byte_count(4);
     for (number, block) in blocks.chunks_exact(bytes).enumerate() {
-        let pixels = format.decoded(block);
+        let pixels = decoded(compression, block);
         let (left, top) = (number % across * 4, number / across * 4);
         for y in top..(top + 4).min(side) {
             let (from, count) = (4 * (y - top), (side - left).min(4));
@@ -112,6 +73,25 @@ pub(super) fn decompress(compression: Compression, side: u32, blocks: &[u8], tex
             row.iter_mut().zip(&pixels[from..]).for_each(|(texel, pixel)| *texel = packed(*pixel));
         }
     }
+}
+
+/// The radiance of a block, row by row.
+fn decoded(compression: Compression, block: &[u8]) -> [Vec3; 16] {
+    let mut pixels = [Vec3::ZERO; 16];
+    let (mut bits, mut halves) = ([0; 64], [f16::ZERO; 48]);
+    match compression {
+        Compression::None => return pixels,
+        Compression::Bc1 => decode_block_bc1(block, &mut bits, 16),
+        Compression::Bc7 => decode_block_bc7(block, &mut bits, 16),
+        Compression::Bc6h => {
+            decode_block_bc6h(block, &mut halves, 12, false);
+            let halves = halves.as_chunks::<3>().0;
+            pixels.iter_mut().zip(halves).for_each(|(pixel, half)| *pixel = Vec3::from(half.map(f16::to_f32)));
+            return pixels;
+        }
+    }
+    pixels.iter_mut().zip(bits.as_chunks::<4>().0).for_each(|(pixel, bits)| *pixel = from_bits8(*bits));
+    pixels
 }
 
 /// Radiance from 0 to [`BRIGHTEST`] in eight bits a component: compressed as x / (1 + x) (Reinhard, Stark, Shirley, Ferwerda
@@ -125,11 +105,16 @@ fn bits8(radiance: Vec3) -> [u8; 4] {
     [r, g, b, 255]
 }
 
-fn from_bits8([r, g, b, _]: [u8; 4]) -> Vec3 {
-    Vec3::from([r, g, b].map(|bits| {
-        let share = (f32::from(bits) / 255.0).powf(GAMMA);
+/// The radiance of all eight bits: powers are slow, and pixels many.
+static RADIANCE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|bits| {
+        let share = (bits as f32 / 255.0).powf(GAMMA);
         share / (1.0 + 1.0 / BRIGHTEST - share)
-    }))
+    })
+});
+
+fn from_bits8([r, g, b, _]: [u8; 4]) -> Vec3 {
+    Vec3::from([r, g, b].map(|bits| RADIANCE[usize::from(bits)]))
 }
 
 #[cfg(test)]
