@@ -223,6 +223,21 @@ fn baked(settings: &str, scene: &Scene) -> Units {
 }
 
 #[test]
+fn what_no_machine_could_hold_is_refused_before_it_is_begun() {
+    let scene = mirror_before_a_wall();
+    let quality = Quality { samples: 1, order: 1 };
+    for settings in ["st=256,uv=1024", "st=2,uv=4,transfer=stored,transfer_st=64,transfer_uv=256"] {
+        let refused = light_field(settings).prepare(&scene, quality, &Silent).unwrap_err().to_string();
+        assert!(refused.contains("GiB of memory") && refused.contains("smaller"), "{refused}");
+    }
+    // Nothing is held where nothing is seen.
+    let quality = Quality { order: 0, ..quality };
+    light_field("st=256,uv=1024,transfer=stored,transfer_st=64,transfer_uv=256")
+        .prepare(&scene, quality, &Silent)
+        .unwrap();
+}
+
+#[test]
 fn baked_slabs_draw_what_captured_ones_do() {
     const SETTINGS: &str = "st = 4\nuv = 12";
     let scene = scene("two_spheres");

@@ -182,10 +182,11 @@ pub trait ReflectionMethod: Send {
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 8] = [
+    static ALL: [&MethodInfo; 9] = [
         &reference::INFO,
         &lookup::environment_map::INFO,
         &lookup::light_field::INFO,
+        &lookup::layered_environment_map::INFO,
         &projection::planar_mirror::INFO,
         &projection::path_perturbation::INFO,
         &projection::sample_based_camera::INFO,

@@ -152,6 +152,13 @@ impl Interface {
         found
     }
 
+    /// Whether a path that does not branch goes on by reflection: by the larger Fresnel coefficient (Hakura, Snyder 2001, section 3),
+    /// or because nothing is refracted.
+    #[inline]
+    pub fn prefers_reflection(&self) -> bool {
+        self.reflectance > 0.5 || self.transmitted == Vec3::ZERO
+    }
+
     /// What waits for the next surface, given the light that the surface scatters itself (before its share is taken).
     #[inline]
     pub fn deferred(&self, own: Vec3) -> Option<Deferred> {

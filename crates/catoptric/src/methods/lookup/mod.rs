@@ -1,6 +1,11 @@
 //! Methods that look up the radiance of reflected rays.
 
+mod cube;
 pub mod environment_map;
+mod greedy;
+pub mod layered_environment_map;
 pub mod light_field;
 pub(super) mod reflector;
+mod regions;
 mod shader;
+mod surround;

@@ -192,7 +192,7 @@ impl<'a, B: Beyond> PathTracer<'a, B> {
         let mut segment = Segment { deferred: None, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
-                reflects = interface.reflectance > 0.5;
+                reflects = interface.prefers_reflection();
                 refracts &= !reflects;
             }
             segment.split = true;

@@ -1,23 +1,11 @@
 //! Radiance from all directions about a point, on the faces of a cube, with mip levels.
 
+use crate::methods::lookup::cube::{FACES, Probes, locate};
 use crate::scene::{Projection, View};
-use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec3A};
-
-/// Right, up and back (against the line of sight) of the six faces: +x, -x, +y, -y, +z, -z.
-const FACES: [[Vec3A; 3]; 6] = [
-    [Vec3A::NEG_Z, Vec3A::Y, Vec3A::NEG_X],
-    [Vec3A::Z, Vec3A::Y, Vec3A::X],
-    [Vec3A::X, Vec3A::NEG_Z, Vec3A::NEG_Y],
-    [Vec3A::X, Vec3A::Z, Vec3A::Y],
-    [Vec3A::X, Vec3A::Y, Vec3A::NEG_Z],
-    [Vec3A::NEG_X, Vec3A::Y, Vec3A::Z],
-];
+use glam::{Affine3A, Mat3A, Vec2, Vec3};
 
 /// Texels added around each face of the finest level, so that blending across edges has both sides.
 const BORDER: u32 = 1;
-
-/// The largest ratio of a footprint's axes that is resolved by several look-ups.
-const MAX_ANISOTROPY: f32 = 8.0;
 
 /// One face at one resolution; rows from the top, linear radiance.
 #[derive(Clone, Debug)]
@@ -68,18 +56,9 @@ impl CubeMap {
     /// The radiance from a direction of unit length, blurred over a footprint: the changes of the direction from pixel
     /// to pixel. Long footprints take up to eight look-ups along their longer axis.
     pub(super) fn filtered(&self, direction: Vec3, changes: [Vec3; 2]) -> Vec3 {
-        let [x2, y2] = changes.map(Vec3::length_squared);
-        let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, changes[0]) } else { (y2, x2, changes[1]) };
-        let probes = (major2 / minor2.max(1e-20)).sqrt().clamp(1.0, MAX_ANISOTROPY).ceil();
-        if !(probes > 1.0 && major2.is_finite()) {
-            return self.radiance(direction, major2.sqrt());
-        }
-        let spread = major2.sqrt() / probes;
-        let mut sum = Vec3::ZERO;
-        for probe in 0..probes as u32 {
-            sum += self.radiance(direction + axis * ((probe as f32 + 0.5) / probes - 0.5), spread);
-        }
-        sum / probes
+        let probes = Probes::of(changes);
+        let radiance = |at| self.radiance(direction + at, probes.spread);
+        probes.offsets().map(radiance).sum::<Vec3>() / probes.count as f32
     }
 
     /// The radiance from a direction (any length above 0), blurred over `spread` (radians).
@@ -98,26 +77,6 @@ impl CubeMap {
         let coarse = levels[(index + 1).min(levels.len() - 1)].bilinear(at);
         fine + (coarse - fine) * blend
     }
-}
-
-/// The face that a direction meets, where on it (-1..1, x right, y down), and the squared secant to its middle.
-fn locate(direction: Vec3) -> (usize, Vec2, f32) {
-    let size = direction.abs();
-    let axis = if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    };
-    let face = axis * 2 + usize::from(direction[axis] < 0.0);
-    let [right, up, back] = FACES[face].map(Vec3::from);
-    let depth = -direction.dot(back);
-    if !(depth > 0.0 && direction.is_finite()) {
-        return (4, Vec2::ZERO, 1.0); // the direction of a vanished vector is as good as any
-    }
-    let at = Vec2::new(direction.dot(right), -direction.dot(up)) / depth;
-    (face, at, 1.0 + at.length_squared())
 }
 
 impl Face {

@@ -1,13 +1,14 @@
 //! Maps of reflectors: captured, and looked up.
 
 use super::cube_map::CubeMap;
-use super::parallax::Surround;
+use super::parallax::surround_of;
 use super::settings::{EnvironmentMapSettings, Source};
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::math::Aabb;
 use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
 use crate::methods::lookup::shader::LookupShader;
+use crate::methods::lookup::surround::Surround;
 use crate::progress::Progress;
 use crate::raster;
 use crate::scene::shade::Encounter;
@@ -103,7 +104,7 @@ impl ReflectorMaps {
         object: u32,
     ) -> Result<ReflectorMap, RenderError> {
         let center = scene.objects[object as usize].bounds.center();
-        let surround = Surround::new(settings, &diffuse_bounds(scene));
+        let surround = surround_of(settings, &diffuse_bounds(scene));
         let cube = match settings.source {
             Source::Environment => None,
             Source::Capture => {

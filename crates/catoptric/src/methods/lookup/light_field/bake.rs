@@ -3,22 +3,23 @@
 use super::INFO;
 use super::capture::{Capture, leaves};
 use super::layout::{Layout, SLABS};
-use super::regions::Regions;
+use super::memory::fit_into_memory;
 use super::rows::{Row, RowSize, Rows};
-use super::settings::LightFieldSettings;
+use super::settings::{Compression, LightFieldSettings};
 use super::slabs::Slabs;
 #[cfg(feature = "files")]
 use super::views::Views;
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
+use crate::methods::lookup::regions::Regions;
 use crate::progress::Progress;
 use crate::scene::Scene;
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 
-/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured: it changes with
-/// what they hold.
+/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured: it
+/// changes with what they hold.
 const PAYLOAD_VERSION: u32 = 2;
 
 /// The names of slabs.
@@ -128,7 +129,9 @@ impl<'a> SlabsWork<'a> {
     ///
     /// # Errors
     /// [`RenderError::Setting`] where pictures of views cannot be used.
+    /// [`RenderError::Limit`] where they would not fit into memory.
     pub(super) fn captured(&self, progress: &dyn Progress) -> Result<Vec<Slabs>, RenderError> {
+        self.fit_into_memory("bake them without compression: such files need no memory")?;
         let maker = self.row_maker()?;
         let slabs = |(region, layout): (usize, &Layout)| {
             let first = region * self.rows_a_region();
@@ -141,7 +144,7 @@ impl<'a> SlabsWork<'a> {
     /// Of every region, from a bake.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where it is one of other regions or sizes.
+    /// [`RenderError::Limit`] where it is one of other regions or sizes, or would not fit into memory when decompressed.
     pub(super) fn baked(&self, units: &Arc<dyn Baked>) -> Result<Vec<Slabs>, RenderError> {
         let wrong = || {
             let (found, wanted) = (units.unit_count(), self.units().len());
@@ -152,12 +155,28 @@ impl<'a> SlabsWork<'a> {
         if units.unit_count() != self.rows_a_region() * self.layouts.len() {
             return Err(wrong());
         }
+        if self.settings.compression != Compression::None {
+            self.fit_into_memory("bake them without compression: such files are not decompressed")?;
+        }
         let slabs = |(number, layout): (usize, &Layout)| {
             let first = number * self.rows_a_region();
             let rows = Rows::baked(units, first, layout, self.settings.compression).ok_or_else(wrong)?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
         self.layouts.iter().enumerate().map(slabs).collect()
+    }
+
+    /// # Errors
+    /// [`RenderError::Limit`] where they do not.
+    fn fit_into_memory(&self, remedy: &str) -> Result<(), RenderError> {
+        let row = |layout: &Layout| RowSize::new(layout, self.settings.compression).bytes() as u64;
+        let bytes = self.layouts.iter().map(row).sum::<u64>() * self.rows_a_region() as u64;
+        let LightFieldSettings { st, uv, .. } = self.settings;
+        fit_into_memory(
+            &format!("slabs of st = {st} and uv = {uv} about {} regions", self.layouts.len()),
+            bytes,
+            remedy,
+        )
     }
 
     fn capture(&self, layout: &Layout) -> Capture<'a> {
@@ -177,6 +196,11 @@ impl<'a> SlabsWork<'a> {
             }
         };
         Ok(RowMaker { work: self, captures })
+    }
+
+    /// Regions that have slabs.
+    pub(super) fn region_count(&self) -> usize {
+        self.layouts.len()
     }
 
     fn rows_a_region(&self) -> usize {

@@ -7,6 +7,7 @@ use super::settings::Compression;
 use super::texels::{Levels, packed, stored};
 use crate::clock::Stopwatch;
 use crate::math::Aabb;
+use crate::methods::lookup::regions::is_within;
 use crate::methods::reference::{PathModel, PathTracer};
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::Tracer;
@@ -135,11 +136,4 @@ impl Capture<'_> {
 /// Whether slabs about a region hold no light of an object, because it is a reflector or lens in there.
 pub(super) fn leaves(scene: &Scene, object: u32, region: &Aabb) -> bool {
     scene.role_of(object).is_specular() && is_within(scene, object, region)
-}
-
-/// Whether an object lies in a region.
-pub(super) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
-    let bounds = &scene.objects[object as usize].bounds;
-    let rounding = 1e-5 * region.diagonal();
-    bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
 }

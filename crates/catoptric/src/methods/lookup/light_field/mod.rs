@@ -8,7 +8,7 @@ mod capture;
 mod depth;
 mod fetch;
 mod layout;
-mod regions;
+mod memory;
 mod rows;
 mod settings;
 mod slabs;
@@ -35,6 +35,7 @@ use crate::scene::{Projection, Ray, RayDifferential, Role, Scene};
 use crate::surface::tracer::Tracer;
 use bake::SlabsWork;
 use glam::Vec3;
+use memory::fit_into_memory;
 pub use slabs::{SlabCoordinates, Slabs};
 use std::sync::Arc;
 use stored::stored_radiance;
@@ -123,6 +124,11 @@ impl ReflectionMethod for LightField {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
         let work = SlabsWork::new(&self.settings, scene, quality)?;
+        if self.settings.transfer == Transfer::Stored {
+            let (st, uv) = (self.settings.transfer_st, self.settings.transfer_uv);
+            let bytes = RayTransfer::most_bytes([st, uv]) * work.region_count() as u64;
+            fit_into_memory(&format!("rays of transfer_st = {st} and transfer_uv = {uv}"), bytes, "transfer = traced")?;
+        }
         let fingerprint = work.fingerprint();
         let slabs = match (self.fields.take(), &self.baked) {
             // What moves, moves within the regions.

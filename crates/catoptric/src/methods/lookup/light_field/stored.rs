@@ -1,7 +1,8 @@
 //! What reflectors and lenses show by a ray-transfer light field.
 
 use super::slabs::Slabs;
-use super::transfer::{First, RayTransfer};
+use super::transfer::RayTransfer;
+use crate::methods::lookup::greedy::First;
 use crate::methods::reference::Beyond;
 use crate::optics::Interface;
 use crate::scene::shade::Encounter;

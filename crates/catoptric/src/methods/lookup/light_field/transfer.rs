@@ -4,11 +4,10 @@
 use super::layout::{across, along};
 use super::texels::{packed, unpacked};
 use crate::math::Aabb;
-use crate::optics::{Interface, transmittance};
+use crate::methods::lookup::greedy::{First, GreedyPaths};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::scene::shade::Encounter;
-use crate::scene::{Ray, Role, Scene};
+use crate::scene::{Ray, Scene};
 use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
 
@@ -22,19 +21,15 @@ const HALF_ST: f32 = 2.0;
 /// The same of the plane through the middle, where the rays' pixels are.
 const HALF_UV: f32 = 1.0;
 
+/// Places of the region are at least half a width before the plane of views; nearer ones are none of it.
+const LEAST_AHEAD: f32 = 0.25;
+
 /// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much less would
 /// tear what is seen near the rim of a ball, where neighbours are 30 degrees apart.
 const APART: f32 = 0.3;
 
 /// Positions are kept from -1 to 1 in widths of the cube, directions as they are.
 const UNIT: f32 = i16::MAX as f32;
-
-/// The way of light at the first surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum First {
-    Reflected,
-    Refracted,
-}
 
 /// Where a ray leaves, and what light from there is multiplied with on the way, but for the first surface.
 #[derive(Clone, Copy, Debug)]
@@ -74,14 +69,8 @@ pub(super) struct RayTransfer {
     half_uv: f32,
     /// Of every ray the one that is reflected first and, where there are lenses, the one that is refracted.
     ways: usize,
-    entries: Vec<Entry>,
-}
-
-/// Traces the rays of a region.
-struct Maker<'a> {
-    scene: &'a Scene,
-    tracer: &'a Tracer,
-    order: u32,
+    /// Of every row of views of every frame: view after view, row after row of pixels, way after way.
+    rows: Vec<Vec<Entry>>,
 }
 
 impl RayTransfer {
@@ -96,11 +85,11 @@ impl RayTransfer {
         has_lenses: bool,
         progress: &dyn Progress,
     ) -> Self {
-        let maker = Maker { scene, tracer, order };
+        let paths = GreedyPaths { scene, tracer, order };
         let half_uv = HALF_UV + 2.0 * HALF_ST / (st - 1) as f32;
         let (center, width) = (region.center(), region.size().max_element());
         let ways = if has_lenses { 2 } else { 1 };
-        let mut transfer = Self { center, width, st, uv, half_uv, ways, entries: Vec::new() };
+        let mut transfer = Self { center, width, st, uv, half_uv, ways, rows: Vec::new() };
         let rows = FRAMES * st as usize;
         progress.begin("tracing a ray-transfer light field", rows as u64);
         let rows = parallel::map_collect(rows, |row| {
@@ -109,24 +98,30 @@ impl RayTransfer {
             for (s, v) in (0..st).flat_map(|s| (0..uv).map(move |v| (s, v))) {
                 for u in 0..uv {
                     let ray = transfer.entering(frame, Vec2::new(s as f32, t as f32), Vec2::new(u as f32, v as f32));
-                    transfer.push(&maker, &ray, &mut entries);
+                    transfer.push(&paths, &ray, &mut entries);
                 }
             }
             progress.advance(1);
             entries
         });
         progress.end();
-        transfer.entries = rows.concat();
+        transfer.rows = rows;
         transfer
+    }
+
+    /// Memory of one with these sizes whose region has lenses.
+    pub(super) fn most_bytes([st, uv]: [u32; 2]) -> u64 {
+        let side = |count: u32| u64::from(count) * u64::from(count);
+        2 * FRAMES as u64 * side(st) * side(uv) * size_of::<Entry>() as u64
     }
 
     /// Rays that are kept.
     pub(super) fn ray_count(&self) -> u64 {
-        self.entries.len() as u64
+        self.rows.iter().map(Vec::len).sum::<usize>() as u64
     }
 
     pub(super) fn byte_count(&self) -> u64 {
-        size_of_val(self.entries.as_slice()) as u64
+        self.ray_count() * size_of::<Entry>() as u64
     }
 
     /// The place of a view, and that of a pixel on the plane through the middle.
@@ -147,15 +142,16 @@ impl RayTransfer {
     }
 
     /// Appends what becomes of a ray.
-    fn push(&self, maker: &Maker<'_>, ray: &Ray, entries: &mut Vec<Entry>) {
-        let Some(hit) = maker.tracer.first_hit(maker.scene, ray, 0.0) else {
+    fn push(&self, paths: &GreedyPaths<'_>, ray: &Ray, entries: &mut Vec<Entry>) {
+        let Some(hit) = paths.tracer.first_hit(paths.scene, ray, 0.0) else {
             entries.resize(entries.len() + self.ways, Entry::without_ray(MISSED));
             return;
         };
-        let encounter = maker.tracer.encounter(maker.scene, ray, &hit, None);
-        for first in [First::Reflected, First::Refracted].into_iter().take(self.ways) {
-            let leaving = maker.leaving(ray.direction, encounter, first);
-            entries.push(leaving.map_or(Entry::without_ray(0), |leaving| self.entry(&leaving)));
+        let encounter = paths.tracer.encounter(paths.scene, ray, &hit, None);
+        for first in First::BOTH.into_iter().take(self.ways) {
+            let path = paths.follow(ray.direction, encounter, first);
+            let entry = |ray| self.entry(&Leaving { ray, share: path.share });
+            entries.push(path.leaving.map_or(Entry::without_ray(0), entry));
         }
     }
 
@@ -212,19 +208,13 @@ impl RayTransfer {
     #[inline]
     fn near(&self, position: Vec3, towards: Vec3, way: usize, near: &mut [(f32, Entry); 16]) -> Option<()> {
         let size = towards.abs();
-        let axis = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
+        let axis = size.max_position();
         let sign = towards[axis].signum();
         let place = (position - self.center) / self.width;
         let (aside, ahead) = (across(axis, place), 1.0 - place[axis] * sign);
         let meets = aside + across(axis, towards) * (ahead / size[axis]);
         let st = (meets + HALF_ST) * ((self.st - 1) as f32 / (2.0 * HALF_ST));
-        if !(st.is_finite() && ahead > 0.25) {
+        if !(st.is_finite() && ahead > LEAST_AHEAD) {
             return None;
         }
         let frame = 2 * axis + usize::from(sign < 0.0);
@@ -244,10 +234,10 @@ impl RayTransfer {
             let [s, t] = (low + corner).to_array().map(|value| value as usize);
             let [u, v] = first.to_array().map(|value| value as usize);
             let (st, side) = (self.st as usize, self.uv as usize);
-            let start = (((frame * st + t) * st + s) * side + v) * side + u;
+            let (row, start) = (&self.rows[frame * st + t], (s * side + v) * side + u);
             for (pixel, offset) in [0, 1, side, side + 1].into_iter().enumerate() {
                 let corner = Vec2::new((pixel & 1) as f32, (pixel >> 1) as f32);
-                let entry = self.entries[(start + offset) * self.ways + way];
+                let entry = row[(start + offset) * self.ways + way];
                 near[4 * view + pixel] = (weight * share_of(uv - first, corner), entry);
             }
         }
@@ -267,50 +257,11 @@ fn vector(kept: [i16; 3]) -> Vec3 {
     Vec3::from(kept.map(f32::from)) / UNIT
 }
 
-impl Maker<'_> {
-    /// The ray that leaves in the end for one that meets a surface: by `first` there, then always the way on which more light goes
-    /// (Hakura, Snyder 2001, section 3). None where its light ends in the region, or after more events than are allowed.
-    fn leaving(&self, mut incoming: Vec3, mut encounter: Encounter, first: First) -> Option<Leaving> {
-        let (scene, tracer) = (self.scene, self.tracer);
-        let (mut way, mut share) = (first, Vec3::ONE);
-        for event in 1..=self.order {
-            let point = &encounter.point;
-            let interface = Interface::of(scene, scene.material_of(point.object), point, incoming);
-            if event > 1 {
-                way = match interface.transmitted.max_element() > interface.reflected.max_element() {
-                    true => First::Refracted,
-                    false => First::Reflected,
-                };
-                share *= match way {
-                    First::Reflected => interface.reflected,
-                    First::Refracted => interface.transmitted,
-                };
-            }
-            if share.max_element() <= 0.0 {
-                return None;
-            }
-            let direction = match way {
-                First::Reflected => interface.facing.reflected(incoming),
-                First::Refracted => interface.facing.refracted(incoming, interface.eta)?,
-            };
-            let ray = Ray { origin: tracer.departure(point, direction), direction };
-            let Some(hit) = tracer.first_hit(scene, &ray, 0.0) else { return Some(Leaving { ray, share }) };
-            encounter = tracer.encounter(scene, &ray, &hit, None);
-            let material = scene.material_of(encounter.point.object);
-            if material.role == Role::Lens && direction.dot(encounter.point.geometric_normal) > 0.0 {
-                share *= transmittance(material.absorption, hit.distance());
-            }
-            incoming = direction;
-        }
-        None
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Stream;
-    use crate::methods::lookup::light_field::regions::Regions;
+    use crate::methods::lookup::regions::Regions;
     use crate::optics::{fresnel_dielectric, reflect, refract};
     use crate::progress::Silent;
     use crate::scene::Material;

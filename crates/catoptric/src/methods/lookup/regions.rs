@@ -1,6 +1,5 @@
-//! Where reflectors are: the boxes that slabs stand about.
+//! Where reflectors are: boxes about those that belong together.
 
-use super::capture::is_within;
 use crate::math::Aabb;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -40,6 +39,13 @@ impl Regions {
         }
         Self { boxes, region_of }
     }
+}
+
+/// Whether an object lies in a region.
+pub(super) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
+    let bounds = &scene.objects[object as usize].bounds;
+    let rounding = 1e-5 * region.diagonal();
+    bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
 }
 
 /// How far positions of an object may be off by rounding.

@@ -1,0 +1,45 @@
+//! Groups of reflectors and lenses whose paths are traced together, alone.
+
+use crate::math::Aabb;
+use crate::methods::lookup::regions::Regions;
+use crate::scene::Scene;
+use crate::surface::tracer::Tracer;
+use glam::Vec3;
+
+/// Reflectors and lenses that are traced without the rest of the scene.
+pub(super) struct LensGroup {
+    pub(super) objects: Vec<u32>,
+    /// Around them.
+    pub(super) bounds: Aabb,
+    /// Of the objects alone.
+    pub(super) tracer: Tracer,
+}
+
+impl LensGroup {
+    /// All groups of a scene: what is in its region is one, and so are others whose boxes overlap.
+    pub(super) fn all(scene: &Scene) -> Vec<Self> {
+        let regions = Regions::of(scene, 0.0);
+        let specular = scene.specular_objects();
+        let mut members = vec![Vec::new(); regions.boxes.len()];
+        for &object in &specular {
+            match regions.region_of[object as usize] {
+                Some(region) => members[region as usize].push(object),
+                None => members.push(vec![object]),
+            }
+        }
+        let members = members.into_iter().filter(|objects| !objects.is_empty());
+        members.map(|objects| Self::new(scene, objects)).collect()
+    }
+
+    fn new(scene: &Scene, objects: Vec<u32>) -> Self {
+        let bounds = objects.iter().map(|object| scene.objects[*object as usize].bounds);
+        let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
+        let tracer = Tracer::build(scene, |object| objects.contains(&object));
+        Self { objects, bounds, tracer }
+    }
+
+    /// The middle of the shells about it.
+    pub(super) fn center(&self) -> Vec3 {
+        self.bounds.center()
+    }
+}

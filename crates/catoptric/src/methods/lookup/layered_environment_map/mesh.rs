@@ -1,0 +1,316 @@
+//! The adaptive mesh: reflectors and lenses as triangles that are divided until rays through their corners leave alike
+//! (Hakura, Snyder 2001, section 5).
+
+use super::visible::VisibleTriangles;
+use super::welds::Welds;
+use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
+use crate::parallel;
+use crate::raster::LayerSurface;
+use crate::scene::shade::{Barycentrics, Encounter};
+use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Role, Scene, View};
+use glam::{Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Divisions of a triangle, one after the other; more are only asked for where it reaches behind the eye.
+const MOST_LEVELS: u32 = 12;
+
+/// Vertices that a thread traces at once.
+const VERTICES_AT_ONCE: usize = 128;
+
+/// A triangle of the mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Leaf {
+    /// Vertices of the mesh.
+    pub(super) vertices: [u32; 3],
+    /// The triangle of the scene that it is a part of.
+    pub(super) source: u32,
+    /// Where in that its corners are.
+    pub(super) corners: [Vec2; 3],
+    level: u32,
+}
+
+/// What the mesh is refined by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Criteria {
+    /// Edges that are no longer than this, in pixels, are not divided.
+    pub(super) tau_px: f32,
+    /// Directions are alike whose angle has at least this cosine.
+    pub(super) least_cosine: f32,
+}
+
+impl Criteria {
+    /// Whether rays take different ways, or leave in different directions.
+    pub(super) fn differ(&self, a: &GreedyPath, b: &GreedyPath) -> bool {
+        !same_way(a, b)
+            || match (&a.leaving, &b.leaving) {
+                (Some(a), Some(b)) => a.direction.dot(b.direction) < self.least_cosine,
+                _ => false,
+            }
+    }
+}
+
+/// Whether paths have the same events and an end of the same kind.
+pub(super) fn same_way(a: &GreedyPath, b: &GreedyPath) -> bool {
+    (a.events, a.refractions, a.leaving.is_some()) == (b.events, b.refractions, b.leaving.is_some())
+}
+
+/// The mesh of one view.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AdaptiveMesh {
+    pub(super) points: Vec<PicturePoint>,
+    /// Of every vertex the paths by reflection and by refraction.
+    pub(super) paths: Vec<[GreedyPath; 2]>,
+    pub(super) leaves: Vec<Leaf>,
+    /// Rays that were traced.
+    pub(super) ray_count: u64,
+}
+
+/// A vertex before it is traced.
+#[derive(Clone, Copy)]
+struct Vertex {
+    /// The same for all vertices at this place.
+    place: u32,
+    source: u32,
+    at: Vec2,
+}
+
+/// The paths among the group of an object, if it is in one.
+pub(super) type PathsOf<'r, 'a> = dyn Fn(u32) -> Option<GreedyPaths<'a>> + Sync + 'r;
+
+/// Refines the mesh of a view.
+struct Refiner<'r, 'a> {
+    scene: &'r Scene,
+    view: &'r View,
+    transform: PictureTransform,
+    paths: &'r PathsOf<'r, 'a>,
+    criteria: Criteria,
+    visible: &'r VisibleTriangles,
+    vertices: Vec<Vertex>,
+    mesh: AdaptiveMesh,
+    /// Vertices between two vertices.
+    between: HashMap<[u32; 2], u32>,
+    /// Places between two places.
+    middles: HashMap<[u32; 2], u32>,
+    places: u32,
+}
+
+/// The mesh of what is seen of the reflectors and lenses with paths.
+pub(super) fn refined(
+    scene: &Scene,
+    view: &View,
+    welds: &Welds,
+    paths: &PathsOf<'_, '_>,
+    criteria: Criteria,
+    visible: &VisibleTriangles,
+) -> AdaptiveMesh {
+    let mut refiner = Refiner {
+        scene,
+        view,
+        transform: view.picture_from_world(),
+        paths,
+        criteria,
+        visible,
+        vertices: Vec::new(),
+        mesh: AdaptiveMesh::default(),
+        between: HashMap::new(),
+        middles: HashMap::new(),
+        places: 2 * welds.places,
+    };
+    let mut active = refiner.start(welds);
+    refiner.trace();
+    let mut leaves = Vec::new();
+    while !active.is_empty() {
+        let cuts = parallel::map_collect(active.len(), |index| refiner.cuts(&active[index]));
+        let mut next = Vec::new();
+        for (leaf, cuts) in active.iter().zip(cuts) {
+            match cuts {
+                [false, false, false] => leaves.push(*leaf),
+                cuts => refiner.divide(leaf, cuts, &mut next),
+            }
+        }
+        refiner.trace();
+        active = next;
+    }
+    // Edges that a neighbour has divided are divided here too. That divides no other edge.
+    while let Some(leaf) = leaves.pop() {
+        match refiner.divided(&leaf) {
+            [false, false, false] => refiner.mesh.leaves.push(leaf),
+            cuts => refiner.divide(&leaf, cuts, &mut leaves),
+        }
+    }
+    refiner.trace();
+    refiner.mesh
+}
+
+impl Refiner<'_, '_> {
+    /// The triangles that are seen, as they are.
+    fn start(&mut self, welds: &Welds) -> Vec<Leaf> {
+        let mut known: HashMap<u32, u32> = HashMap::new();
+        let (scene, mut leaves) = (self.scene, Vec::new());
+        for (index, object) in scene.objects.iter().enumerate() {
+            if (self.paths)(index as u32).is_none() {
+                continue;
+            }
+            for triangle in object.triangles.clone().filter(|triangle| self.visible.shows(*triangle)) {
+                let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+                let side = self.side(triangle);
+                let vertices = std::array::from_fn(|corner| {
+                    let vertex = scene.triangles[triangle as usize][corner];
+                    let weld = welds.of(vertex);
+                    *known.entry(2 * weld.vertex + side).or_insert_with(|| {
+                        let place = 2 * weld.place + side;
+                        self.vertices.push(Vertex { place, source: triangle, at: corners[corner] });
+                        self.vertices.len() as u32 - 1
+                    })
+                });
+                leaves.push(Leaf { vertices, source: triangle, corners, level: 0 });
+            }
+        }
+        leaves
+    }
+
+    /// 0 where the outer side of a triangle is seen, else 1.
+    fn side(&self, triangle: u32) -> u32 {
+        let at = Barycentrics { value: Vec2::splat(1.0 / 3.0), ..Barycentrics::default() };
+        let point = self.scene.surface_point(triangle, &at);
+        u32::from(self.ray_to(point.position).direction.dot(point.geometric_normal) > 0.0)
+    }
+
+    /// The ray from the eye to a place.
+    fn ray_to(&self, position: Vec3) -> Ray {
+        match self.view.projection {
+            Projection::Perspective { .. } => {
+                let eye = self.view.eye();
+                Ray { origin: eye, direction: (position - eye).try_normalize().unwrap_or(Vec3::NEG_Z) }
+            }
+            Projection::Orthographic { .. } => {
+                let direction = -Vec3::from(self.view.world_from_view.matrix3.z_axis);
+                Ray { origin: position - direction * (position - self.view.eye()).dot(direction), direction }
+            }
+        }
+    }
+
+    /// Traces all vertices that have no paths yet.
+    fn trace(&mut self) {
+        let first = self.mesh.paths.len();
+        let waiting = &self.vertices[first..];
+        let chunk = |number: usize| {
+            let start = number * VERTICES_AT_ONCE;
+            let vertices = &waiting[start..(start + VERTICES_AT_ONCE).min(waiting.len())];
+            vertices.iter().map(|vertex| self.traced(vertex)).collect::<Vec<_>>()
+        };
+        for (point, paths) in parallel::map_collect(waiting.len().div_ceil(VERTICES_AT_ONCE), chunk).concat() {
+            self.mesh.ray_count += paths.iter().map(|path| u64::from(path.events)).sum::<u64>();
+            self.mesh.points.push(point);
+            self.mesh.paths.push(paths);
+        }
+    }
+
+    fn traced(&self, vertex: &Vertex) -> (PicturePoint, [GreedyPath; 2]) {
+        let scene = self.scene;
+        let position = scene.position_on(vertex.source, vertex.at);
+        let point = self.transform.apply(position);
+        let object = scene.triangle_objects[vertex.source as usize];
+        let Some(paths) = (self.paths)(object) else { return (point, Default::default()) };
+        let ray = self.ray_to(position);
+        let at = Barycentrics { value: vertex.at, ..Barycentrics::default() };
+        let surface = LayerSurface { source: vertex.source, barycentrics: at, ..LayerSurface::default() };
+        let encounter = Encounter { point: scene.drawn_point(&surface, &ray), ..Encounter::default() };
+        let has_second = scene.role_of(object) == Role::Lens;
+        let path = |first: First| match first {
+            First::Refracted if !has_second => GreedyPath::default(),
+            first => paths.follow(ray.direction, encounter, first),
+        };
+        (point, First::BOTH.map(path))
+    }
+
+    /// Which edges of a triangle are to be divided, because rays through its corners leave differently and the edges are long;
+    /// edge k is from corner k to the next.
+    fn cuts(&self, leaf: &Leaf) -> [bool; 3] {
+        let [a, b, c] = leaf.vertices.map(|vertex| &self.mesh.paths[vertex as usize]);
+        let differ =
+            |a: &[GreedyPath; 2], b: &[GreedyPath; 2]| a.iter().zip(b).any(|(a, b)| self.criteria.differ(a, b));
+        if leaf.level >= MOST_LEVELS || !(differ(a, b) || differ(b, c) || differ(c, a)) {
+            return [false; 3];
+        }
+        let corners = leaf.vertices.map(|vertex| self.mesh.points[vertex as usize]);
+        let long = self.long_edges(corners);
+        if long == [false; 3] || !self.visible.shows_part(leaf.source, corners, self.view.near) {
+            return [false; 3];
+        }
+        long
+    }
+
+    fn long_edges(&self, corners: [PicturePoint; 3]) -> [bool; 3] {
+        std::array::from_fn(|edge| {
+            let (a, b) = (corners[edge], corners[(edge + 1) % 3]);
+            let near = self.view.near;
+            match (a.depth < near, b.depth < near) {
+                (true, true) => false,
+                (false, false) => (a.xy / a.w).distance(b.xy / b.w) > self.criteria.tau_px,
+                _ => true,
+            }
+        })
+    }
+
+    /// Which edges have been divided.
+    fn divided(&self, leaf: &Leaf) -> [bool; 3] {
+        let places = leaf.vertices.map(|vertex| self.vertices[vertex as usize].place);
+        std::array::from_fn(|edge| self.middles.contains_key(&ordered(places[edge], places[(edge + 1) % 3])))
+    }
+
+    /// The vertex in the middle of an edge, which may be new.
+    fn middle(&mut self, leaf: &Leaf, edge: usize) -> (u32, Vec2) {
+        let next = (edge + 1) % 3;
+        let [a, b] = [leaf.vertices[edge], leaf.vertices[next]];
+        let at = (leaf.corners[edge] + leaf.corners[next]) * 0.5;
+        let (vertices, middles, places) = (&mut self.vertices, &mut self.middles, &mut self.places);
+        let vertex = *self.between.entry(ordered(a, b)).or_insert_with(|| {
+            let ends = ordered(vertices[a as usize].place, vertices[b as usize].place);
+            let place = *middles.entry(ends).or_insert_with(|| {
+                *places += 1;
+                *places - 1
+            });
+            vertices.push(Vertex { place, source: leaf.source, at });
+            vertices.len() as u32 - 1
+        });
+        (vertex, at)
+    }
+
+    /// Appends the parts of a triangle some of whose edges are divided: four, three or two.
+    fn divide(&mut self, leaf: &Leaf, cuts: [bool; 3], parts: &mut Vec<Leaf>) {
+        let mut put = |corners: [(u32, Vec2); 3]| {
+            let (vertices, level) = (corners.map(|(vertex, _)| vertex), leaf.level + 1);
+            parts.push(Leaf { vertices, source: leaf.source, corners: corners.map(|(_, at)| at), level });
+        };
+        let corner = |corner: usize| (leaf.vertices[corner % 3], leaf.corners[corner % 3]);
+        match cuts.iter().filter(|cut| **cut).count() {
+            3 => {
+                let middles: [_; 3] = std::array::from_fn(|edge| self.middle(leaf, edge));
+                for edge in 0..3 {
+                    put([corner(edge), middles[edge], middles[(edge + 2) % 3]]);
+                }
+                put(middles);
+            }
+            2 => {
+                // The corner between the divided edges is cut off; what is left has four corners.
+                let whole = cuts.iter().position(|cut| !cut).unwrap_or(0);
+                let (after, before) = (self.middle(leaf, (whole + 1) % 3), self.middle(leaf, (whole + 2) % 3));
+                put([corner(whole + 2), before, after]);
+                put([corner(whole), corner(whole + 1), after]);
+                put([corner(whole), after, before]);
+            }
+            1 => {
+                let edge = cuts.iter().position(|cut| *cut).unwrap_or(0);
+                let middle = self.middle(leaf, edge);
+                put([corner(edge), middle, corner(edge + 2)]);
+                put([middle, corner(edge + 1), corner(edge + 2)]);
+            }
+            _ => parts.push(*leaf),
+        }
+    }
+}
+
+fn ordered(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}

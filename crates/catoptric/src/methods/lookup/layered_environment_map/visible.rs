@@ -1,0 +1,97 @@
+//! Which triangles a picture shows, and where.
+
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::raster::{self, DrawList, Fragment, FragmentShader, LayerSurface, RasterReport};
+use crate::scene::{PicturePoint, Scene, View};
+use glam::{Vec2, Vec3};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+/// The triangles that a picture shows.
+pub(super) struct VisibleTriangles {
+    width: u32,
+    height: u32,
+    /// Of every pixel one that it shows; none: [`NOTHING`].
+    pixels: Vec<AtomicU32>,
+    /// Of every triangle of the scene.
+    is_seen: Vec<AtomicBool>,
+}
+
+const NOTHING: u32 = u32::MAX;
+
+/// Writes numbers of triangles. Every pixel is one thread's, and what is written of triangles is the same whoever does it: so results
+/// do not depend on the number of threads.
+struct Recorder<'a> {
+    scene: &'a Scene,
+    found: &'a VisibleTriangles,
+}
+
+impl FragmentShader for Recorder<'_> {
+    #[inline]
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        if let Some(surface) = fragment.chain.first() {
+            let VisibleTriangles { width, height, pixels, is_seen } = self.found;
+            let (x, y) = ((fragment.position.x as u32).min(width - 1), (fragment.position.y as u32).min(height - 1));
+            pixels[(y * width + x) as usize].store(surface.source, Ordering::Relaxed);
+            is_seen[surface.source as usize].store(true, Ordering::Relaxed);
+        }
+        Vec3::ZERO
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface)
+    }
+}
+
+impl VisibleTriangles {
+    /// Of a list whose sources are the scene's triangles.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(super) fn of(
+        scene: &Scene,
+        view: &View,
+        samples: u32,
+        list: &[DrawList],
+    ) -> Result<(Self, RasterReport), RenderError> {
+        let (width, height) = (view.width, view.height);
+        let pixels = (0..width as usize * height as usize).map(|_| AtomicU32::new(NOTHING)).collect();
+        let is_seen = (0..scene.triangles.len()).map(|_| AtomicBool::new(false)).collect();
+        let found = Self { width, height, pixels, is_seen };
+        let report = raster::draw(
+            view,
+            samples,
+            list,
+            &Recorder { scene, found: &found },
+            &mut Framebuffer::new(width, height),
+        )?;
+        Ok((found, report))
+    }
+
+    /// Whether a triangle is seen.
+    pub(super) fn shows(&self, triangle: u32) -> bool {
+        self.is_seen[triangle as usize].load(Ordering::Relaxed)
+    }
+
+    /// Whether a part of a triangle may be seen: a pixel of the box about it shows the triangle, or one of its corners lies
+    /// before the near plane.
+    pub(super) fn shows_part(&self, triangle: u32, corners: [PicturePoint; 3], near: f32) -> bool {
+        if corners.iter().any(|corner| corner.depth < near) {
+            return true;
+        }
+        let places = corners.map(|corner| corner.xy / corner.w);
+        let low = places[0].min(places[1]).min(places[2]);
+        let high = places[0].max(places[1]).max(places[2]);
+        if !(low.is_finite() && high.is_finite()) {
+            return false;
+        }
+        // Casts saturate at 0.
+        let (x0, y0) = ((low.x - 1.0) as usize, (low.y - 1.0) as usize);
+        let within = |place: f32, size: u32| ((place + 2.0) as usize).min(size as usize);
+        let (x1, y1) = (within(high.x, self.width), within(high.y, self.height));
+        (y0..y1).any(|y| {
+            let row = &self.pixels[y * self.width as usize..][..self.width as usize];
+            row[x0.min(x1)..x1].iter().any(|shown| shown.load(Ordering::Relaxed) == triangle)
+        })
+    }
+}
