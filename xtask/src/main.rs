@@ -1,6 +1,7 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
 mod cameras;
+mod layered;
 mod light_field;
 mod light_field_library;
 mod panels;
@@ -21,7 +22,8 @@ Commands:
                    with `cameras-14` and the like (`cameras` for all) and with `scaling` those of
                    docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-blend` and
                    the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
-                   `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md
+                   `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md; with
+                   `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
@@ -29,6 +31,7 @@ fn main() -> Result<()> {
         Some("figures") => match std::env::args().nth(2) {
             Some(name) if name.starts_with("cameras") => cameras::draw(&name),
             Some(name) if name == "scaling" => scaling::draw(),
+            Some(name) if name.starts_with("layered") => layered::draw(&name),
             Some(name) if name.starts_with("light_field") => light_field::draw(&name),
             Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(&name),
             Some(name) => perturbation::draw(&name),

@@ -226,15 +226,14 @@ fn baked(settings: &str, scene: &Scene) -> Units {
 fn what_no_machine_could_hold_is_refused_before_it_is_begun() {
     let scene = mirror_before_a_wall();
     let quality = Quality { samples: 1, order: 1 };
-    for settings in ["st=256,uv=1024", "st=2,uv=4,transfer=stored,transfer_st=64,transfer_uv=256"] {
+    const LARGE_TRANSFER: &str = "transfer = 'stored'\ntransfer_st = 64\ntransfer_uv = 256";
+    for settings in ["st = 256\nuv = 1024", &format!("st = 2\nuv = 4\n{LARGE_TRANSFER}")] {
         let refused = light_field(settings).prepare(&scene, quality, &Silent).unwrap_err().to_string();
         assert!(refused.contains("GiB of memory") && refused.contains("smaller"), "{refused}");
     }
     // Nothing is held where nothing is seen.
     let quality = Quality { order: 0, ..quality };
-    light_field("st=256,uv=1024,transfer=stored,transfer_st=64,transfer_uv=256")
-        .prepare(&scene, quality, &Silent)
-        .unwrap();
+    light_field(&format!("st = 256\nuv = 1024\n{LARGE_TRANSFER}")).prepare(&scene, quality, &Silent).unwrap();
 }
 
 #[test]

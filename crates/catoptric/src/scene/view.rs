@@ -86,6 +86,19 @@ pub struct RayDifferential {
 }
 
 impl RayDifferential {
+    /// The changes for a share of a pixel.
+    #[inline(always)]
+    #[must_use]
+    pub fn scaled(&self, share: f32) -> Self {
+        let Self { origin_dx, origin_dy, direction_dx, direction_dy } = *self;
+        Self {
+            origin_dx: origin_dx * share,
+            origin_dy: origin_dy * share,
+            direction_dx: direction_dx * share,
+            direction_dy: direction_dy * share,
+        }
+    }
+
     /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
     #[inline]
     pub fn transferred(&self, ray: &Ray, distance: f32, normal: Vec3) -> [Vec3; 2] {

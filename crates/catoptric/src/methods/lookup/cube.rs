@@ -12,10 +12,8 @@ pub(super) const FACES: [[Vec3A; 3]; 6] = [
     [Vec3A::NEG_X, Vec3A::Y, Vec3A::Z],
 ];
 
-/// The largest ratio of a footprint's axes that is resolved by several look-ups.
-const MAX_ANISOTROPY: f32 = 8.0;
-
 /// The face that a direction meets, where on it (-1..1, x right, y down), and the squared secant to its middle.
+#[inline(always)] // for the instructions of its caller
 pub(super) fn locate(direction: Vec3) -> (usize, Vec2, f32) {
     let size = direction.abs();
     let axis = size.max_position();
@@ -32,7 +30,7 @@ pub(super) fn locate(direction: Vec3) -> (usize, Vec2, f32) {
 /// The look-ups of a footprint, side by side along its longer axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Probes {
-    /// How many: 1 to 8.
+    /// How many.
     pub(super) count: u32,
     /// Of what width each one is.
     pub(super) spread: f32,
@@ -40,12 +38,12 @@ pub(super) struct Probes {
 }
 
 impl Probes {
-    /// Of a footprint whose place changes by this from pixel to pixel.
-    #[inline]
-    pub(super) fn of(changes: [Vec3; 2]) -> Self {
+    /// Of a footprint whose place changes by this from pixel to pixel: as many as its axes' ratio, and no more than `most`.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn of(changes: [Vec3; 2], most: f32) -> Self {
         let [x2, y2] = changes.map(Vec3::length_squared);
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, changes[0]) } else { (y2, x2, changes[1]) };
-        let count = (major2 / minor2.max(1e-20)).sqrt().clamp(1.0, MAX_ANISOTROPY).ceil();
+        let count = (major2 / minor2.max(1e-20)).sqrt().clamp(1.0, most).ceil();
         if !(count > 1.0 && major2.is_finite()) {
             return Self { count: 1, spread: major2.sqrt(), axis: Vec3::ZERO };
         }
@@ -53,7 +51,7 @@ impl Probes {
     }
 
     /// Where they are, from the footprint's middle.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn offsets(self) -> impl Iterator<Item = Vec3> {
         let step = 1.0 / self.count as f32;
         (0..self.count).map(move |probe| self.axis * ((probe as f32 + 0.5) * step - 0.5))

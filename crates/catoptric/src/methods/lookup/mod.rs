@@ -5,6 +5,7 @@ pub mod environment_map;
 mod greedy;
 pub mod layered_environment_map;
 pub mod light_field;
+mod memory;
 pub(super) mod reflector;
 mod regions;
 mod shader;

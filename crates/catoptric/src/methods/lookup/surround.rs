@@ -20,6 +20,7 @@ impl Surround {
     /// The direction of the map (about `center`) that a ray from `position` reads.
     ///
     /// A position outside the shape is met by growing the shape to hold it.
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn direction(&self, center: Vec3, position: Vec3, direction: Vec3) -> Vec3 {
         let distance = self.distance(center, position, direction);
         if !distance.is_finite() {
@@ -33,17 +34,8 @@ impl Surround {
         if found.length_squared() > 0.0 { found } else { direction }
     }
 
-    /// Its kind.
-    pub(super) fn name(&self) -> &'static str {
-        match self {
-            Self::Infinite => "infinite",
-            Self::Box(_) => "box",
-            Self::Sphere(_) => "sphere",
-            Self::Cylinder { .. } => "cylinder",
-        }
-    }
-
     /// How far a ray of unit direction from `position` goes until it meets the shape; infinite where it never does.
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn distance(&self, center: Vec3, position: Vec3, direction: Vec3) -> f32 {
         match *self {
             Self::Infinite => f32::INFINITY,

@@ -97,13 +97,8 @@ impl<'a, B: Beyond> PathTracer<'a, B> {
     #[inline(always)]
     pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
         let (ray, change) = if self.tracer.needs_differentials() {
-            let (ray, mut change) = view.ray_with_differential(x_px, y_px);
-            for part in
-                [&mut change.origin_dx, &mut change.origin_dy, &mut change.direction_dx, &mut change.direction_dy]
-            {
-                *part *= footprint_scale;
-            }
-            (ray, Some(change))
+            let (ray, change) = view.ray_with_differential(x_px, y_px);
+            (ray, Some(change.scaled(footprint_scale)))
         } else {
             (view.ray(x_px, y_px), None)
         };

@@ -5,6 +5,7 @@
 //! a mild brightness a face so that boxes read as solid.
 
 mod cars;
+mod colonnade;
 mod glass;
 mod halls;
 mod kit;
@@ -70,6 +71,7 @@ pub fn all() -> &'static [BuiltinInfo] {
         shells::TORUS,
         cars::CAR,
         halls::LARGE_ROOM,
+        colonnade::COLONNADE,
     ]
 }
 

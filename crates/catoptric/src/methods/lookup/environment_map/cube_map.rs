@@ -7,6 +7,9 @@ use glam::{Affine3A, Mat3A, Vec2, Vec3};
 /// Texels added around each face of the finest level, so that blending across edges has both sides.
 const BORDER: u32 = 1;
 
+/// The largest ratio of a footprint's axes that is resolved by several look-ups.
+const MAX_ANISOTROPY: f32 = 8.0;
+
 /// One face at one resolution; rows from the top, linear radiance.
 #[derive(Clone, Debug)]
 struct Face {
@@ -56,7 +59,7 @@ impl CubeMap {
     /// The radiance from a direction of unit length, blurred over a footprint: the changes of the direction from pixel
     /// to pixel. Long footprints take up to eight look-ups along their longer axis.
     pub(super) fn filtered(&self, direction: Vec3, changes: [Vec3; 2]) -> Vec3 {
-        let probes = Probes::of(changes);
+        let probes = Probes::of(changes, MAX_ANISOTROPY);
         let radiance = |at| self.radiance(direction + at, probes.spread);
         probes.offsets().map(radiance).sum::<Vec3>() / probes.count as f32
     }
@@ -65,7 +68,7 @@ impl CubeMap {
     pub(super) fn radiance(&self, direction: Vec3, spread: f32) -> Vec3 {
         let (face, at, secant2) = locate(direction);
         // A texel in the middle of a face spans 2 / size radians; its solid angle falls with the cube of the cosine.
-        let texels = spread * self.size as f32 * 0.5 * secant2.powf(0.75);
+        let texels = spread * self.size as f32 * 0.5 * (secant2 * secant2.sqrt()).sqrt();
         let levels = &self.faces[face];
         let level = if texels > 1.0 { texels.log2().min((levels.len() - 1) as f32) } else { 0.0 };
         let index = level as usize;

@@ -1,6 +1,7 @@
 //! Which things around a group of reflectors and lenses share a layer, and what stands in for it.
 
-use super::settings::Shells;
+use super::merging::merged_by_shape;
+use super::settings::{Clustering, Shells};
 use super::shell::Shell;
 use glam::Vec3;
 
@@ -26,33 +27,36 @@ pub(super) struct Stratum {
 
 /// The layers about a group, the nearest first; at most `count`.
 ///
-/// Meetings are clustered by their distances to the centre (Linde, Buzo, Gray 1980), those of all viewpoints together, and each
-/// thing goes whole to the cluster that has the most of its meetings (Hakura, Snyder 2001, section 4.2). Of several meetings of a ray
-/// with a layer the first one counts for where its shell is. Things that no ray meets (`others`, with their distances) go to
-/// the nearest layer.
-pub(super) fn strata(meetings: &[Meeting], others: &[(u32, f32)], count: u32, shells: Shells) -> Vec<Stratum> {
-    let distances: Vec<f32> = meetings.iter().map(|meeting| meeting.position.length()).collect();
-    let centers = clusters(&distances, count as usize);
-    if centers.is_empty() {
-        return Vec::new();
-    }
+/// Each thing goes whole to one layer. Of several meetings of a ray with a layer the first one counts for where its shell is
+/// (Hakura, Snyder 2001, section 4.2). Things that no ray meets (`others`, with their distances) go to the nearest layer.
+pub(super) fn strata(
+    meetings: &[Meeting],
+    others: &[(u32, f32)],
+    count: u32,
+    shells: Shells,
+    clustering: Clustering,
+) -> Vec<Stratum> {
     let most = meetings.iter().map(|meeting| meeting.object).max().map_or(0, |object| object as usize + 1);
-    let mut votes = vec![vec![0u32; centers.len()]; most];
-    for (meeting, distance) in meetings.iter().zip(&distances) {
-        votes[meeting.object as usize][nearest(&centers, *distance)] += 1;
-    }
-    let mut objects = vec![Vec::new(); centers.len()];
-    let mut layer_of = vec![usize::MAX; most];
-    for (object, votes) in votes.iter().enumerate() {
-        // Of equals the nearer one.
-        let winner = (0..votes.len()).rev().max_by_key(|layer| votes[*layer]).unwrap_or(0);
-        if votes[winner] > 0 {
-            objects[winner].push(object as u32);
-            layer_of[object] = winner;
+    let layer_of = match clustering {
+        Clustering::Distance => layers_by_distance(meetings, most, count as usize),
+        Clustering::Shape => {
+            let mut points = vec![Vec::new(); most];
+            meetings.iter().for_each(|meeting| points[meeting.object as usize].push(meeting.position));
+            let (objects, points): (Vec<usize>, Vec<Vec<Vec3>>) =
+                points.into_iter().enumerate().filter(|(_, points)| !points.is_empty()).unzip();
+            let mut layer_of = vec![usize::MAX; most];
+            let clusters = merged_by_shape(&points, count as usize, shells);
+            objects.into_iter().zip(clusters).for_each(|(object, cluster)| layer_of[object] = cluster);
+            layer_of
         }
+    };
+    let layers = layer_of.iter().filter(|layer| **layer != usize::MAX).max().map_or(0, |layer| layer + 1);
+    let mut objects = vec![Vec::new(); layers];
+    for (object, layer) in layer_of.iter().enumerate().filter(|(_, layer)| **layer != usize::MAX) {
+        objects[*layer].push(object as u32);
     }
-    let mut points = vec![Vec::new(); centers.len()];
-    let mut last_ray = vec![u32::MAX; centers.len()];
+    let mut points = vec![Vec::new(); layers];
+    let mut last_ray = vec![u32::MAX; layers];
     for meeting in meetings {
         let layer = layer_of[meeting.object as usize];
         if last_ray[layer] != meeting.ray {
@@ -77,6 +81,22 @@ pub(super) fn strata(meetings: &[Meeting], others: &[(u32, f32)], count: u32, sh
     strata.into_iter().map(|(_, stratum)| stratum).collect()
 }
 
+/// The number of each object's layer, of `objects` that may be met; none: [`usize::MAX`].
+///
+/// Meetings are clustered by their distances to the centre (Linde, Buzo, Gray 1980), those of all viewpoints together, and each
+/// thing goes to the cluster that has the most of its meetings (Hakura, Snyder 2001, section 4.2).
+fn layers_by_distance(meetings: &[Meeting], objects: usize, count: usize) -> Vec<usize> {
+    let distances: Vec<f32> = meetings.iter().map(|meeting| meeting.position.length()).collect();
+    let centers = clusters(&distances, count);
+    let mut votes = vec![vec![0u32; centers.len()]; objects];
+    for (meeting, distance) in meetings.iter().zip(&distances) {
+        votes[meeting.object as usize][nearest(&centers, *distance)] += 1;
+    }
+    // Of equals the nearer one.
+    let winner = |votes: &Vec<u32>| (0..votes.len()).rev().max_by_key(|layer| votes[*layer]);
+    votes.iter().map(|votes| winner(votes).filter(|layer| votes[*layer] > 0).unwrap_or(usize::MAX)).collect()
+}
+
 /// The number of the center that is nearest to a distance, of ascending ones.
 fn nearest(centers: &[f32], distance: f32) -> usize {
     let above = centers.partition_point(|center| *center < distance);
@@ -88,27 +108,44 @@ fn nearest(centers: &[f32], distance: f32) -> usize {
     }
 }
 
-/// The middles of at most `count` clusters of distances, ascending: started evenly among the sorted distances, then moved to the
-/// means of those nearest to them until none changes its cluster.
+/// The middles of at most `count` clusters of distances, ascending. From one cluster on, the one with the largest error is divided and all
+/// are moved to the means of the distances that are nearest to them, until none changes its cluster.
 fn clusters(distances: &[f32], count: usize) -> Vec<f32> {
     let mut sorted: Vec<f32> = distances.iter().copied().filter(|distance| distance.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);
-    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return Vec::new() };
-    // Evenly in distance and not in number: what is met often would have all clusters to itself.
-    let start = |number: usize| first + (last - first) * (number as f32 + 0.5) / count as f32;
-    let mut centers: Vec<f32> = (0..count).map(start).collect();
-    centers.dedup();
+    let Some(first) = sorted.first() else { return Vec::new() };
+    let mut centers = settled(&sorted, vec![*first]);
+    while centers.len() < count {
+        let error = |own: &[f32], center: f32| own.iter().map(|value| f64::from(value - center).powi(2)).sum::<f64>();
+        let errors = members(&sorted, &centers).into_iter().zip(&centers).map(|(own, center)| error(own, *center));
+        let worst = errors.enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((worst, _)) = worst.filter(|(_, error)| *error > 0.0) else { break };
+        let own = members(&sorted, &centers)[worst];
+        let mut divided = centers.clone();
+        divided.splice(worst..=worst, [own[0], own[own.len() - 1]]);
+        centers = settled(&sorted, divided);
+    }
+    centers
+}
+
+/// Of ascending distances those that are nearest to each of ascending centers.
+fn members<'a>(sorted: &'a [f32], centers: &[f32]) -> Vec<&'a [f32]> {
+    let mut rest = sorted;
+    let own = |(number, center): (usize, &f32)| {
+        let edge = centers.get(number + 1).map_or(f32::INFINITY, |above| 0.5 * (center + above));
+        let own;
+        (own, rest) = rest.split_at(rest.partition_point(|distance| *distance <= edge));
+        own
+    };
+    centers.iter().enumerate().map(own).collect()
+}
+
+/// Centers moved to the means of what is nearest to them, until they stay. Those that nothing is nearest to are left out.
+fn settled(sorted: &[f32], mut centers: Vec<f32>) -> Vec<f32> {
     for _ in 0..MOST_STEPS {
-        let mut next = Vec::with_capacity(centers.len());
-        let mut rest = &sorted[..];
-        for (number, center) in centers.iter().enumerate() {
-            let edge = centers.get(number + 1).map_or(f32::INFINITY, |above| 0.5 * (center + above));
-            let (own, others) = rest.split_at(rest.partition_point(|distance| *distance <= edge));
-            rest = others;
-            if !own.is_empty() {
-                next.push((own.iter().map(|value| f64::from(*value)).sum::<f64>() / own.len() as f64) as f32);
-            }
-        }
+        let own = members(sorted, &centers).into_iter().filter(|own| !own.is_empty());
+        let mean = |own: &[f32]| (own.iter().map(|value| f64::from(*value)).sum::<f64>() / own.len() as f64) as f32;
+        let next: Vec<f32> = own.map(mean).collect();
         if next == centers {
             break;
         }
@@ -144,7 +181,7 @@ mod tests {
             meet(8, 1.5);
             meet(3, if ray < 30 { 4.0 } else { 10.0 });
         }
-        let found = strata(&meetings, &[(9, 11.0), (5, 0.0)], 2, Shells::Sphere);
+        let found = strata(&meetings, &[(9, 11.0), (5, 0.0)], 2, Shells::Sphere, Clustering::Distance);
         assert_eq!(found.len(), 2);
         assert_eq!((&found[0].objects[..], &found[1].objects[..]), (&[7, 8, 5][..], &[3, 9][..]));
         let radius = found[0].shell.distance(Vec3::ZERO, Vec3::X);

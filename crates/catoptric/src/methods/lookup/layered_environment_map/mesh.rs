@@ -1,15 +1,20 @@
 //! The adaptive mesh: reflectors and lenses as triangles that are divided until rays through their corners leave alike
 //! (Hakura, Snyder 2001, section 5).
 
+use super::settings::LayeredEnvironmentMapSettings;
 use super::visible::VisibleTriangles;
 use super::welds::Welds;
+use crate::error::RenderError;
 use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
 use crate::parallel;
-use crate::raster::LayerSurface;
+use crate::raster::{self, DrawList, DrawTriangle, LayerSurface};
 use crate::scene::shade::{Barycentrics, Encounter};
 use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Role, Scene, View};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
+
+/// The group of triangles that are no part of the mesh.
+pub(super) const NO_LEAF: u32 = u32::MAX;
 
 /// Divisions of a triangle, one after the other; more are only asked for where it reaches behind the eye.
 const MOST_LEVELS: u32 = 12;
@@ -23,7 +28,7 @@ pub(super) struct Leaf {
     /// Vertices of the mesh.
     pub(super) vertices: [u32; 3],
     /// The triangle of the scene that it is a part of.
-    pub(super) source: u32,
+    source: u32,
     /// Where in that its corners are.
     pub(super) corners: [Vec2; 3],
     level: u32,
@@ -39,6 +44,11 @@ pub(super) struct Criteria {
 }
 
 impl Criteria {
+    /// Those of settings.
+    pub(super) fn of(settings: &LayeredEnvironmentMapSettings) -> Self {
+        Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cos() }
+    }
+
     /// Whether rays take different ways, or leave in different directions.
     pub(super) fn differ(&self, a: &GreedyPath, b: &GreedyPath) -> bool {
         !same_way(a, b)
@@ -94,8 +104,60 @@ struct Refiner<'r, 'a> {
     places: u32,
 }
 
+/// The wanted objects of a scene as lists to be drawn, those that are seen of its reflectors and lenses with paths as the adaptive
+/// mesh: then the group of each triangle is that of its leaf, and else [`NO_LEAF`].
+///
+/// # Errors
+/// Those of the rasteriser.
+pub(super) fn drawn(
+    scene: &Scene,
+    view: &View,
+    samples: u32,
+    welds: &Welds,
+    paths: &PathsOf<'_, '_>,
+    criteria: Criteria,
+    is_wanted: impl Fn(u32) -> bool,
+) -> Result<(Vec<DrawList>, AdaptiveMesh), RenderError> {
+    let mut list = raster::scene_draw_list(scene, view, |object| is_wanted(object).then_some(NO_LEAF));
+    let lists = std::slice::from_ref(&list);
+    let visible = VisibleTriangles::of(scene, view, samples, lists)?;
+    let mesh = refined(scene, view, welds, paths, criteria, &visible);
+    // What is in the mesh is drawn as that alone; other triangles of lenses are not seen, but for rounding.
+    list.triangles.retain(|triangle| {
+        let object = scene.triangle_objects[triangle.source as usize];
+        paths(object).is_none() || !visible.shows(triangle.source)
+    });
+    let leaves = mesh.draw_list(scene);
+    Ok((vec![list, leaves], mesh))
+}
+
+impl AdaptiveMesh {
+    /// Whether paths of a triangle's corners take the same ways.
+    fn is_blended(&self, leaf: &Leaf) -> bool {
+        let [a, b, c] = leaf.vertices.map(|vertex| &self.paths[vertex as usize]);
+        (0..2).all(|way| same_way(&a[way], &b[way]) && same_way(&b[way], &c[way]))
+    }
+
+    /// As a list to be drawn.
+    fn draw_list(&self, scene: &Scene) -> DrawList {
+        let triangle = |(number, leaf): (usize, &Leaf)| {
+            let object = scene.triangle_objects[leaf.source as usize];
+            let alpha_tested = scene.is_alpha_tested(object);
+            // Where paths are blended, what a pixel shows is shaded once, whatever the number of triangles in it.
+            let patch = if self.is_blended(leaf) { object + 1 } else { 0 };
+            DrawTriangle { vertices: leaf.vertices, source: leaf.source, group: number as u32, patch, alpha_tested }
+        };
+        DrawList {
+            vertices: self.points.clone(),
+            triangles: self.leaves.iter().enumerate().map(triangle).collect(),
+            corners: self.leaves.iter().map(|leaf| leaf.corners).collect(),
+            ..DrawList::default()
+        }
+    }
+}
+
 /// The mesh of what is seen of the reflectors and lenses with paths.
-pub(super) fn refined(
+fn refined(
     scene: &Scene,
     view: &View,
     welds: &Welds,
@@ -313,4 +375,75 @@ impl Refiner<'_, '_> {
 
 fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::methods::lookup::layered_environment_map::known::Known;
+    use crate::scene::builtin;
+
+    fn scene(spec: &str) -> Scene {
+        builtin::parse(spec).unwrap().pose(&Default::default()).unwrap()
+    }
+
+    fn mesh_of(scene: &Scene, tau: f32) -> AdaptiveMesh {
+        let settings = LayeredEnvironmentMapSettings { tau, ..LayeredEnvironmentMapSettings::default() };
+        let known = Known::new(&settings, scene, 4);
+        let view = scene.default_view(200, 150);
+        let paths = |object: u32| known.paths(scene, object);
+        drawn(scene, &view, 1, &known.welds, &paths, Criteria::of(&settings), |_| true).unwrap().1
+    }
+
+    #[test]
+    fn there_are_no_t_junctions() {
+        let scene = scene("colonnade?tess=12");
+        let mesh = mesh_of(&scene, 2.0);
+        assert!(mesh.leaves.len() > 2000, "it was refined: {}", mesh.leaves.len());
+        // In space, to a millionth: no triangle has a vertex in the middle of an edge.
+        let key = |source: u32, at: Vec2| (scene.position_on(source, at) * 1e5).round().as_ivec3();
+        let vertices: std::collections::HashSet<_> =
+            mesh.leaves.iter().flat_map(|leaf| leaf.corners.map(|at| key(leaf.source, at))).collect();
+        let edges = mesh.leaves.iter().flat_map(|leaf| (0..3).map(move |edge| (leaf, edge)));
+        let divided = edges.filter(|(leaf, edge)| {
+            let [from, to] = [leaf.corners[*edge], leaf.corners[(edge + 1) % 3]];
+            let [start, middle, end] = [from, (from + to) * 0.5, to].map(|at| key(leaf.source, at));
+            middle != start && middle != end && vertices.contains(&middle)
+        });
+        let divided = divided.count();
+        assert_eq!(divided, 0, "edges whose middle is a vertex");
+    }
+
+    #[test]
+    fn parts_cover_their_triangles_and_smaller_edges_cost_more_rays() {
+        let scene = scene("colonnade?tess=12");
+        let (coarse, fine) = (mesh_of(&scene, 8.0), mesh_of(&scene, 2.0));
+        assert!(fine.ray_count > coarse.ray_count && fine.leaves.len() > coarse.leaves.len());
+        let mut areas: HashMap<u32, f32> = HashMap::new();
+        for leaf in &fine.leaves {
+            let [a, b, c] = leaf.corners;
+            *areas.entry(leaf.source).or_default() += (b - a).perp_dot(c - a).abs();
+        }
+        // In barycentric coordinates a whole triangle has twice the area one half.
+        assert!(areas.values().all(|area| (area - 1.0).abs() < 1e-4));
+        // Corners that are alike are not divided: all that is long differs.
+        let settings = LayeredEnvironmentMapSettings { tau: 2.0, ..LayeredEnvironmentMapSettings::default() };
+        let criteria = Criteria::of(&settings);
+        let small = |leaf: &&Leaf| {
+            let corners = leaf.vertices.map(|vertex| mesh_place(&fine, vertex));
+            (0..3).all(|edge| corners[edge].distance(corners[(edge + 1) % 3]) <= 2.0 + 1e-3)
+        };
+        let alike = |leaf: &&Leaf| {
+            let [a, b, c] = leaf.vertices.map(|vertex| &fine.paths[vertex as usize]);
+            let alike = |a: &[GreedyPath; 2], b: &[GreedyPath; 2]| a.iter().zip(b).all(|(a, b)| !criteria.differ(a, b));
+            alike(a, b) && alike(b, c) && alike(c, a)
+        };
+        let good = fine.leaves.iter().filter(|leaf| small(leaf) || alike(leaf)).count();
+        // Others are what neighbours cut, or hidden.
+        assert!(good * 100 > fine.leaves.len() * 97, "{good} of {}", fine.leaves.len());
+    }
+
+    fn mesh_place(mesh: &AdaptiveMesh, vertex: u32) -> Vec2 {
+        mesh.points[vertex as usize].xy / mesh.points[vertex as usize].w
+    }
 }

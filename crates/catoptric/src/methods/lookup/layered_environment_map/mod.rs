@@ -3,11 +3,19 @@
 //!
 //! See this folder's `README.md`.
 
+mod bake;
+mod blend;
 mod capture;
+mod group_layers;
 mod groups;
+mod infer;
+mod known;
 mod layers;
+mod least_squares;
 mod maps;
+mod merging;
 mod mesh;
+mod observations;
 mod settings;
 mod shader;
 mod shell;
@@ -17,28 +25,25 @@ mod viewpoints;
 mod visible;
 mod welds;
 
-pub use settings::{LayeredEnvironmentMapSettings, Shells, Transfer};
+pub use settings::{Clustering, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::lookup::greedy::{First, GreedyPaths};
+use crate::methods::bake::Baked;
 use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
-use crate::parallel;
 use crate::progress::Progress;
-use crate::raster::{self, DrawList, DrawTriangle};
-use crate::scene::{Role, Scene};
-use crate::surface::tracer::Tracer;
-use glam::Vec2;
-use groups::LensGroup;
-use layers::{Meeting, Stratum, strata};
+use crate::raster;
+use crate::scene::Scene;
+use bake::LayersWork;
+use infer::Inference;
+use known::Known;
 use maps::LayeredMap;
-use mesh::{AdaptiveMesh, Criteria, refined};
-use shader::{LensShader, NO_LEAF};
+use mesh::{AdaptiveMesh, Criteria, NO_LEAF};
+use shader::LensShader;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
-use surroundings::{Strata, Surroundings};
-use visible::VisibleTriangles;
-use welds::Welds;
 
 /// What layered environment maps are.
 pub static INFO: MethodInfo = MethodInfo {
@@ -50,36 +55,35 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "what is around a group of reflectors lies on a few simple shells; two paths a pixel",
     cpu: true,
     gpu: false,
-    bake: None,
+    bake: Some(|table, scene, quality| {
+        let settings = LayeredEnvironmentMapSettings::from_table(table)?;
+        Ok(Box::new(LayersWork::new(&settings, scene, quality)?))
+    }),
     settings: LayeredEnvironmentMapSettings::describe,
     in_force: LayeredEnvironmentMapSettings::in_force,
     create: |table| {
         let settings = LayeredEnvironmentMapSettings::from_table(table)?;
-        Ok(Box::new(LayeredEnvironmentMap { settings, prepared: None }))
+        Ok(Box::new(LayeredEnvironmentMap { settings, baked: None, prepared: None }))
     },
 };
 
-/// Viewpoints on the circle that layers are made for.
-const VIEWPOINTS: u32 = 45;
-
-/// Pixels a side of the pictures from viewpoints that say where layers are.
-const CLUSTER_SIZE: u32 = 40;
+/// Viewpoints of a group whose layers are kept in memory: those of the last views.
+const MOST_KEPT: usize = 8;
 
 struct LayeredEnvironmentMap {
     settings: LayeredEnvironmentMapSettings,
+    /// What layers are taken from in place of inferring them.
+    baked: Option<Arc<dyn Baked>>,
     prepared: Option<Prepared>,
 }
 
-/// What depends on the scene alone.
+/// What depends on the scene, and on the views so far.
 struct Prepared {
-    groups: Vec<LensGroup>,
-    /// Of every object its group's number.
-    group_of: Vec<Option<u32>>,
-    /// Of every group.
-    maps: Vec<LayeredMap>,
-    welds: Welds,
-    /// Highest number of specular events of a path.
-    order: u32,
+    known: Known,
+    /// Of every group the layers as they are seen from the middle of the shells; none where all are baked.
+    projected: Vec<LayeredMap>,
+    /// Of every group the layers of viewpoints.
+    of_viewpoints: Vec<BTreeMap<u32, LayeredMap>>,
 }
 
 impl ReflectionMethod for LayeredEnvironmentMap {
@@ -87,161 +91,153 @@ impl ReflectionMethod for LayeredEnvironmentMap {
         &INFO
     }
 
+    fn take_bake(&mut self, baked: Arc<dyn Baked>) -> Result<(), RenderError> {
+        (self.baked, self.prepared) = (Some(baked), None);
+        Ok(())
+    }
+
     fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        let groups = LensGroup::all(scene);
-        let mut group_of = vec![None; scene.objects.len()];
-        for (number, group) in groups.iter().enumerate() {
-            group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
-        }
-        report.stages_ms.push(("bvh", watch.lap_ms()));
-        let mut maps = Vec::with_capacity(groups.len());
-        if quality.order > 0 && !groups.is_empty() {
-            let everything = Tracer::build(scene, |_| true);
-            for group in &groups {
-                maps.push(self.map(scene, &everything, group, quality.order, progress));
+        let known = Known::new(&self.settings, scene, quality.order);
+        let viewpoints = if self.settings.textures == Textures::Inferred { MOST_KEPT + 1 } else { 1 };
+        known.check_memory(self.settings.size, viewpoints)?;
+        report.stages_ms.push(("layers", watch.lap_ms()));
+        let is_baked = self.baked.is_some() && self.settings.textures == Textures::Inferred;
+        let projected = match &self.baked {
+            Some(baked) if is_baked => {
+                bake::check(&known, &self.settings, &**baked)?;
+                Vec::new()
             }
-        }
-        report.stages_ms.push(("capture", watch.lap_ms()));
+            _ => known.projected(&self.settings, scene, progress),
+        };
+        report.stages_ms.push((if is_baked { "bake_load" } else { "capture" }, watch.lap_ms()));
+        let groups = &known.groups;
         report.counts.insert("lens_groups", groups.len() as u64);
-        report.counts.insert("layers", maps.iter().map(|map| map.layers.len() as u64).sum());
-        report.bytes.insert("layers", maps.iter().map(LayeredMap::byte_count).sum());
-        let welds = Welds::new(scene);
-        self.prepared = Some(Prepared { groups, group_of, maps, welds, order: quality.order });
+        report.counts.insert("layers", groups.iter().map(|group| group.strata.len() as u64).sum());
+        for stratum in groups.iter().flat_map(|group| &group.strata) {
+            *report.counts.entry(stratum.shell.name()).or_default() += 1;
+        }
+        report.bytes.insert("layers", projected.iter().map(LayeredMap::byte_count).sum());
+        let of_viewpoints = vec![BTreeMap::new(); groups.len()];
+        self.prepared = Some(Prepared { known, projected, of_viewpoints });
         Ok(report)
     }
 
+    fn prepare_view(&mut self, job: &Job<'_>) -> Result<Report, RenderError> {
+        let Self { settings, baked, prepared } = self;
+        Prepared::of(prepared, job.scene)?.prepare_view(settings, baked.as_deref(), job)
+    }
+
     fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        let prepared = self.prepared.as_ref().filter(|known| known.group_of.len() == job.scene.objects.len());
-        let Some(prepared) = prepared else {
-            let problem = "it has not been prepared for the scene".into();
-            return Err(RenderError::Limit { method: INFO.id, problem });
-        };
-        prepared.draw(&self.settings, job, target)
+        let mut report = self.prepare_view(job)?;
+        Prepared::of(&mut self.prepared, job.scene)?.draw(&self.settings, job, target, &mut report)?;
+        Ok(report)
     }
-}
-
-impl LayeredEnvironmentMap {
-    /// The layers about a group, captured from its centre.
-    fn map(
-        &self,
-        scene: &Scene,
-        everything: &Tracer,
-        group: &LensGroup,
-        order: u32,
-        progress: &dyn Progress,
-    ) -> LayeredMap {
-        let LayeredEnvironmentMapSettings { layers, shells, size, capture_samples, .. } = self.settings;
-        let around = Surroundings::new(scene, group);
-        let found = group_strata(scene, group, &around, order, layers, shells);
-        let strata = Strata::new(&around, everything, &found, order - 1);
-        let rows: u32 = found.iter().map(|stratum| capture::layout_of(stratum, size).faces() * size).sum();
-        progress.begin("capturing layers", u64::from(rows));
-        let layer = |(number, stratum): (usize, &Stratum)| {
-            capture::projected(&strata, number, stratum, group.center(), size, capture_samples, progress)
-        };
-        let layers = found.iter().enumerate().map(layer).collect();
-        progress.end();
-        LayeredMap { center: group.center(), layers }
-    }
-}
-
-/// The layers about a group: of what rays through it meet that come from all viewpoints.
-fn group_strata(
-    scene: &Scene,
-    group: &LensGroup,
-    around: &Surroundings<'_>,
-    order: u32,
-    layers: u32,
-    shells: Shells,
-) -> Vec<Stratum> {
-    let paths = GreedyPaths { scene, tracer: &group.tracer, order };
-    let eyes = viewpoints::circle(scene, group, VIEWPOINTS);
-    let rays_a_view = 2 * CLUSTER_SIZE * CLUSTER_SIZE;
-    let meetings = parallel::map_collect(eyes.len(), |number| {
-        let view = viewpoints::picture_of(scene, group, eyes[number], CLUSTER_SIZE);
-        let mut meetings: Vec<Meeting> = Vec::new();
-        let mut ray_number = number as u32 * rays_a_view;
-        for pixel in 0..CLUSTER_SIZE * CLUSTER_SIZE {
-            let ray = view.ray((pixel % CLUSTER_SIZE) as f32 + 0.5, (pixel / CLUSTER_SIZE) as f32 + 0.5);
-            let Some(hit) = group.tracer.first_hit(scene, &ray, 0.0) else { continue };
-            let encounter = group.tracer.encounter(scene, &ray, &hit, None);
-            let is_lens = scene.role_of(encounter.point.object) == Role::Lens;
-            for first in First::BOTH.into_iter().take(if is_lens { 2 } else { 1 }) {
-                if let Some(leaving) = paths.follow(ray.direction, encounter, first).leaving {
-                    around.meet(ray_number, &leaving, &mut meetings);
-                    ray_number += 1;
-                }
-            }
-        }
-        meetings
-    })
-    .concat();
-    let met: std::collections::HashSet<u32> = meetings.iter().map(|meeting| meeting.object).collect();
-    let others =
-        (0..scene.objects.len() as u32).filter(|object| !met.contains(object) && !group.objects.contains(object));
-    let distance = |object: u32| (object, scene.objects[object as usize].bounds.center().distance(group.center()));
-    let others: Vec<(u32, f32)> = others.map(distance).collect();
-    strata(&meetings, &others, layers, shells)
 }
 
 impl Prepared {
+    /// # Errors
+    /// [`RenderError::Limit`] where there is none for the scene.
+    fn of<'a>(prepared: &'a mut Option<Self>, scene: &Scene) -> Result<&'a mut Self, RenderError> {
+        let problem =
+            || RenderError::Limit { method: INFO.id, problem: "it has not been prepared for the scene".into() };
+        prepared.as_mut().filter(|prepared| prepared.known.fit(scene)).ok_or_else(problem)
+    }
+
+    /// Infers the layers of the viewpoints about a view, or takes them from a bake.
+    fn prepare_view(
+        &mut self,
+        settings: &LayeredEnvironmentMapSettings,
+        baked: Option<&dyn Baked>,
+        job: &Job<'_>,
+    ) -> Result<Report, RenderError> {
+        let mut report = Report::default();
+        if settings.textures == Textures::Projected {
+            return Ok(report);
+        }
+        let mut watch = Stopwatch::new();
+        let Self { known, projected, of_viewpoints } = self;
+        let (mut inferred, mut worst) = (0, 0.0f64);
+        for (group, kept) in of_viewpoints.iter_mut().enumerate() {
+            let viewpoints: Vec<u32> =
+                known.shares(group, job.scene, job.view).into_iter().map(|(viewpoint, _)| viewpoint).collect();
+            for &viewpoint in &viewpoints {
+                if kept.contains_key(&viewpoint) {
+                    continue;
+                }
+                let map = match baked {
+                    Some(baked) => bake::baked_map(known, settings.size, baked, group, viewpoint),
+                    None => {
+                        let inference = Inference { scene: job.scene, settings, known };
+                        inferred += 1;
+                        let (map, residuals) = inference.infer(group, &projected[group], viewpoint, job.progress)?;
+                        worst = residuals.iter().fold(worst, |worst: f64, residual| worst.max(residual.after));
+                        bake::rounded(map)
+                    }
+                };
+                // Those that are furthest away in number go first: views move on a way.
+                while kept.len() >= MOST_KEPT {
+                    let others = kept.keys().filter(|number| !viewpoints.contains(number));
+                    let furthest = others.max_by_key(|number| number.abs_diff(viewpoint)).copied();
+                    furthest.and_then(|number| kept.remove(&number));
+                }
+                kept.insert(viewpoint, map);
+            }
+        }
+        if inferred > 0 {
+            report.counts.insert("viewpoints_inferred", inferred);
+            // What pictures of the worst layer are still off by, the root of the mean square in millionths of the radiance 1.
+            report.counts.insert("worst_residual_millionths", (worst * 1e6).round() as u64);
+            report.stages_ms.push(("infer", watch.lap_ms()));
+        }
+        Ok(report)
+    }
+
     fn draw(
         &self,
         settings: &LayeredEnvironmentMapSettings,
         job: &Job<'_>,
         target: &mut Framebuffer,
-    ) -> Result<Report, RenderError> {
+        report: &mut Report,
+    ) -> Result<(), RenderError> {
         let (scene, view, samples) = (job.scene, job.view, job.quality.samples);
-        let mut report = Report::default();
         let mut watch = Stopwatch::new();
-        let group = |object: u32| self.group_of[object as usize].filter(|_| self.order > 0);
-        let paths = |object: u32| {
-            let tracer = &self.groups[group(object)? as usize].tracer;
-            Some(GreedyPaths { scene, tracer, order: self.order })
-        };
-        let lenses = |object: u32| Some((paths(object)?, self.maps.get(group(object)? as usize)?));
-        let mut lists = vec![raster::scene_draw_list(scene, view, |_| Some(NO_LEAF))];
-        let mesh = match settings.transfer {
-            Transfer::Exact => AdaptiveMesh::default(),
+        let paths = |object: u32| self.known.paths(scene, object);
+        let (lists, mesh) = match settings.transfer {
+            Transfer::Exact => (vec![raster::scene_draw_list(scene, view, |_| Some(NO_LEAF))], AdaptiveMesh::default()),
             Transfer::Adaptive => {
-                let (visible, _) = VisibleTriangles::of(scene, view, samples, &lists)?;
-                report.stages_ms.push(("visible", watch.lap_ms()));
-                let least_cosine = settings.angle_deg.to_radians().cos();
-                let criteria = Criteria { tau_px: settings.tau, least_cosine };
-                let mesh = refined(scene, view, &self.welds, &paths, criteria, &visible);
-                // What is in the mesh is drawn as that alone; other triangles of lenses are not seen, but for rounding.
-                lists[0].triangles.retain(|triangle| {
-                    paths(scene.triangle_objects[triangle.source as usize]).is_none() || !visible.shows(triangle.source)
-                });
-                lists.push(draw_list(&mesh, scene));
-                report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
-                mesh
+                mesh::drawn(scene, view, samples, &self.known.welds, &paths, Criteria::of(settings), |_| true)?
             }
         };
+        report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
+        let groups = 0..self.known.groups.len();
+        let maps: Vec<Vec<(&LayeredMap, f32)>> = groups.map(|group| self.maps_of(settings, group, job)).collect();
+        let lenses = |object: u32| Some((paths(object)?, maps[self.known.group_of(object)?].as_slice()));
         let ray_count = AtomicU64::new(0);
-        let shader = LensShader { scene, rays: view.rays(), lenses: &lenses, mesh: &mesh, ray_count: &ray_count };
+        let (rays, edges) = (view.rays(), settings.edges);
+        let shader = LensShader { scene, rays, lenses: &lenses, mesh: &mesh, edges, ray_count: &ray_count };
         report.add_raster(&raster::draw(view, samples, &lists, &shader, target)?);
         report.counts.insert("mesh_vertices", mesh.points.len() as u64);
         report.counts.insert("mesh_triangles", mesh.leaves.len() as u64);
         report.counts.insert("rays_traced", mesh.ray_count + ray_count.into_inner());
-        Ok(report)
+        Ok(())
     }
-}
 
-/// The mesh as triangles to be drawn.
-fn draw_list(mesh: &AdaptiveMesh, scene: &Scene) -> DrawList {
-    let triangle = |(number, leaf): (usize, &mesh::Leaf)| {
-        let object = scene.triangle_objects[leaf.source as usize];
-        let alpha_tested = scene.is_alpha_tested(object);
-        DrawTriangle { vertices: leaf.vertices, source: leaf.source, group: number as u32, patch: 0, alpha_tested }
-    };
-    let corners = |leaf: &mesh::Leaf| -> [Vec2; 3] { leaf.corners };
-    DrawList {
-        vertices: mesh.points.clone(),
-        triangles: mesh.leaves.iter().enumerate().map(triangle).collect(),
-        corners: mesh.leaves.iter().map(corners).collect(),
-        ..DrawList::default()
+    /// What a group's rays look up.
+    fn maps_of(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        group: usize,
+        job: &Job<'_>,
+    ) -> Vec<(&LayeredMap, f32)> {
+        match settings.textures {
+            Textures::Projected => vec![(&self.projected[group], 1.0)],
+            Textures::Inferred => {
+                let shares = self.known.shares(group, job.scene, job.view).into_iter();
+                let maps = &self.of_viewpoints[group];
+                shares.filter_map(|(viewpoint, share)| Some((maps.get(&viewpoint)?, share))).collect()
+            }
+        }
     }
 }

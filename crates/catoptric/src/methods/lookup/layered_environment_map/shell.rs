@@ -4,7 +4,7 @@ use super::settings::Shells;
 use crate::math::Aabb;
 use crate::methods::lookup::surround::Surround;
 use crate::scene::{Ray, RayDifferential};
-use glam::{Mat3, Vec2, Vec3};
+use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 
 /// What stands in for a layer, about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,8 +29,8 @@ pub(super) struct Quad {
 /// A layer's points are no wider apart than this for a quad to stand in for them: the cosine of the angle to their middle.
 const QUAD_CONE: f32 = 0.5;
 
-/// A quad takes the place of shells that are not worse than this share of its error: it needs a sixth of their texels.
-const QUAD_ADVANTAGE: f32 = 1.1;
+/// A quad takes the place of a shell that is better by no more than this (a share of the distance): it needs a sixth of its texels.
+const QUAD_ADVANTAGE: f32 = 0.01;
 
 /// How much of a quad's size is added around it.
 const QUAD_MARGIN: f32 = 0.05;
@@ -57,7 +57,7 @@ impl Shell {
         let around = [Shells::Sphere, Shells::Box, Shells::Cylinder].into_iter().filter_map(of_kind);
         let best = around.min_by(|a, b| error(a).total_cmp(&error(b)));
         let best = best.unwrap_or(Self::Around(Surround::Infinite));
-        of_kind(Shells::Quad).filter(|quad| error(quad) <= QUAD_ADVANTAGE * error(&best)).unwrap_or(best)
+        of_kind(Shells::Quad).filter(|quad| error(quad) <= error(&best) + QUAD_ADVANTAGE).unwrap_or(best)
     }
 
     /// Whether it is looked up by directions: else by places of a square.
@@ -66,7 +66,7 @@ impl Shell {
     }
 
     /// Where a ray looks it up; its origin is from the centre.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn place(&self, origin: Vec3, direction: Vec3) -> Vec3 {
         match self {
             Self::Around(surround) => surround.direction(Vec3::ZERO, origin, direction).normalize_or(direction),
@@ -75,7 +75,7 @@ impl Shell {
     }
 
     /// Where a ray (from the centre) looks it up, and how that changes from pixel to pixel.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn footprint(&self, ray: &Ray, change: &RayDifferential) -> (Vec3, [Vec3; 2]) {
         let place = self.place(ray.origin, ray.direction);
         let beside = |moved: Vec3, turned: Vec3| {
@@ -112,11 +112,14 @@ impl Shell {
         (squares.sum::<f64>() / points.len().max(1) as f64).sqrt() as f32
     }
 
-    /// Its kind.
+    /// Its kind, in reports.
     pub(super) fn name(&self) -> &'static str {
         match self {
-            Self::Around(surround) => surround.name(),
-            Self::Quad(_) => "quad",
+            Self::Around(Surround::Infinite) => "infinite_shells",
+            Self::Around(Surround::Box(_)) => "box_shells",
+            Self::Around(Surround::Sphere(_)) => "sphere_shells",
+            Self::Around(Surround::Cylinder { .. }) => "cylinder_shells",
+            Self::Quad(_) => "quads",
         }
     }
 }
@@ -173,19 +176,26 @@ fn cylinder(points: &[Vec3]) -> Surround {
 }
 
 impl Quad {
-    /// Across the direction to the points' middle, and as wide as they are seen from the centre. None where they are all around
+    /// In the plane that comes nearest to the points, and as wide as they are seen from the centre. None where they are all around
     /// it.
     fn fit(points: &[Vec3]) -> Option<Self> {
-        let sum: glam::DVec3 = points.iter().map(|point| point.as_dvec3()).sum();
-        let middle = (sum / points.len().max(1) as f64).as_vec3();
-        let normal = middle.try_normalize()?;
+        // The plane n . p = 1: what it is off by is relative to its own distance.
+        let sum: DVec3 = points.iter().map(|point| point.as_dvec3()).sum();
+        let spread = points.iter().map(|point| point.as_dvec3()).fold(DMat3::ZERO, |spread, point| {
+            spread + DMat3::from_cols(point * point.x, point * point.y, point * point.z)
+        });
+        let plane = spread.inverse() * sum;
+        let [towards, normal] = [sum, plane].map(|vector| vector.as_vec3().try_normalize());
+        let towards = towards?;
+        // Points of one plane with the centre have no such plane: then across the direction to their middle.
+        let normal = normal.filter(|normal| normal.dot(towards) > QUAD_CONE).unwrap_or(towards);
         if !points.iter().all(|point| point.dot(normal) > QUAD_CONE * point.length()) {
             return None;
         }
         let aside = if normal.y.abs() < 0.9 { Vec3::Y } else { Vec3::X };
         let right = aside.cross(normal).normalize();
         let axes = Mat3::from_cols(right, normal.cross(right), normal);
-        let depth = middle.length();
+        let depth = sum.as_vec3().dot(normal) / points.len() as f32;
         // From the centre, points are seen at these places of the plane.
         let seen = |point: &Vec3| {
             let place = axes.transpose() * *point;
@@ -238,9 +248,9 @@ mod tests {
         for shape in shapes {
             let points = points(&shape);
             let found = Shell::fit(Shells::Auto, &points);
-            assert_eq!(found.name(), shape.name());
+            assert_eq!(found.name(), Shell::Around(shape).name());
             assert!(found.relative_error(&points) < 0.01, "{found:?} for {shape:?}");
-            let wrong = if shape.name() == "sphere" { Shells::Box } else { Shells::Sphere };
+            let wrong = if matches!(shape, Surround::Sphere(_)) { Shells::Box } else { Shells::Sphere };
             assert!(Shell::fit(wrong, &points).relative_error(&points) > 0.1);
         }
     }

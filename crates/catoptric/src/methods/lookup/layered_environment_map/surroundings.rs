@@ -14,7 +14,7 @@ const MOST_SURFACES: usize = 64;
 /// How much further than a surface that was met the next one is looked for, as a share of its distance.
 const FURTHER: f32 = 1e-5;
 
-/// The first of the surfaces along a ray, by their hits, that a ray meets from the front, or that is `wanted`.
+/// The surfaces along a ray, one behind the other.
 fn hits<'a>(scene: &'a Scene, tracer: &'a Tracer, ray: Ray) -> impl Iterator<Item = (Encounter, Hit)> + 'a {
     let mut near = 0.0;
     std::iter::from_fn(move || {
@@ -64,6 +64,8 @@ pub(super) struct Strata<'a> {
     layers: Vec<Tracer>,
     /// Events on the paths from them.
     order: u32,
+    /// Whether they are seen through the things of other layers.
+    continued: bool,
 }
 
 impl<'a> Strata<'a> {
@@ -72,10 +74,16 @@ impl<'a> Strata<'a> {
         everything: &'a Tracer,
         strata: &[Stratum],
         order: u32,
+        continued: bool,
     ) -> Self {
         let scene = surroundings.scene;
         let layers = strata.iter().map(|stratum| Tracer::build(scene, |object| stratum.objects.contains(&object)));
-        Self { scene, everything, surroundings, layers: layers.collect(), order }
+        Self { scene, everything, surroundings, layers: layers.collect(), order, continued }
+    }
+
+    /// How many layers there are.
+    pub(super) fn layer_count(&self) -> usize {
+        self.layers.len()
     }
 
     /// What a ray that leaves the group sees of a layer: radiance with 1, or nothing where it meets none of the layer's things
@@ -87,7 +95,7 @@ impl<'a> Strata<'a> {
             first.is_some_and(|first| first.distance() == hit.distance())
         };
         let mut hits = hits(scene, &self.layers[layer], *ray);
-        let found = hits.find(|(encounter, hit)| faces(encounter, ray) || stops(hit));
+        let found = hits.find(|(encounter, hit)| (self.continued && faces(encounter, ray)) || stops(hit));
         let Some((_, hit)) = found else { return Vec4::ZERO };
         let encounter = self.layers[layer].encounter(scene, ray, &hit, change);
         let mut paths = PathTracer::new(scene, self.everything, PathModel::Tree, self.order);

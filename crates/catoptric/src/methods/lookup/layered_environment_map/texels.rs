@@ -3,8 +3,12 @@
 //! [`Layout::taps`] is the only place that says which texels count how much: look-ups sum over it, and inference has its
 //! matrix from it.
 
+use super::least_squares::Equations;
 use crate::methods::lookup::cube::{Probes, direction_of, locate};
 use glam::{Vec2, Vec3, Vec4};
+
+/// The largest ratio of a footprint's axes that is resolved by several look-ups: there are many layers to look up.
+const MAX_ANISOTROPY: f32 = 4.0;
 
 /// The order of a texture's texels: level after level from the finest, face after face, row after row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,11 +49,6 @@ impl Layout {
         self.count as usize
     }
 
-    /// Texels a side of the finest level.
-    pub(super) fn size(&self) -> u32 {
-        self.size
-    }
-
     /// Faces of a level.
     pub(super) fn faces(&self) -> u32 {
         self.faces
@@ -66,7 +65,7 @@ impl Layout {
     fn taps_of_probe(&self, place: Vec3, spread: f32, weight: f32, tap: &mut impl FnMut(u32, f32)) {
         let (face, at, secant2) = if self.faces == 6 { locate(place) } else { (0, place.truncate(), 1.0) };
         // A texel in the middle of a face spans 2 / size; its solid angle falls with the cube of the cosine.
-        let texels = spread * self.size as f32 * 0.5 * secant2.powf(0.75);
+        let texels = spread * self.size as f32 * 0.5 * (secant2 * secant2.sqrt()).sqrt();
         let last = self.levels.len() - 1;
         let level = if texels > 1.0 { texels.log2().min(last as f32) } else { 0.0 };
         let index = level as usize;
@@ -124,10 +123,27 @@ impl Layout {
     /// The texels that a look-up over a footprint reads, with their weights. Changes are those of the place from pixel to pixel.
     #[inline(always)]
     pub(super) fn taps(&self, place: Vec3, changes: [Vec3; 2], tap: &mut impl FnMut(u32, f32)) {
-        let probes = Probes::of(changes);
+        let probes = Probes::of(changes, MAX_ANISOTROPY);
         let weight = 1.0 / probes.count as f32;
         for offset in probes.offsets() {
             self.taps_of_probe(place + offset, probes.spread, weight, tap);
+        }
+    }
+
+    /// Appends equations that say that the texels of coarser levels are the means of those that they cover.
+    pub(super) fn couple(&self, confidence: f32, equations: &mut Equations) {
+        for level in 1..self.levels.len() {
+            let side = self.size >> level;
+            for index in 0..self.faces * side * side {
+                let (row, x) = (index / side, index % side);
+                let corner = self.levels[level - 1] + 4 * row * side + 2 * x;
+                equations.push(confidence, Vec4::ZERO, |tap| {
+                    tap(self.levels[level] + index, 1.0);
+                    for finer in [corner, corner + 1, corner + 2 * side, corner + 2 * side + 1] {
+                        tap(finer, -0.25);
+                    }
+                });
+            }
         }
     }
 
@@ -156,7 +172,7 @@ pub(super) struct Texture {
 
 impl Texture {
     /// The mean over a footprint.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(super) fn fetch(&self, place: Vec3, changes: [Vec3; 2]) -> Vec4 {
         let mut sum = Vec4::ZERO;
         self.layout.taps(place, changes, &mut |texel, weight| sum += self.texels[texel as usize] * weight);
@@ -200,7 +216,7 @@ mod tests {
         let found = square.fetch(Vec3::new(0.3, -0.2, 0.0), [Vec3::ZERO; 2]);
         assert!((found - Vec4::new(0.3, -0.2, 1.0, 1.0)).length() < 1e-5, "{found}");
         assert_eq!(square.fetch(Vec3::new(1.2, 0.0, 0.0), [Vec3::ZERO; 2]), Vec4::ZERO, "nothing is beyond a square");
-        assert_eq!(square.fetch(Vec3::new(f32::INFINITY, f32::NAN, 0.0), [Vec3::ZERO; 2]).is_finite(), true);
+        assert!(square.fetch(Vec3::new(f32::INFINITY, f32::NAN, 0.0), [Vec3::ZERO; 2]).is_finite());
     }
 
     #[test]

@@ -2,9 +2,10 @@
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::raster::{self, DrawList, Fragment, FragmentShader, LayerSurface, RasterReport};
+use crate::raster::{self, DrawList, Fragment, FragmentShader, LayerSurface};
 use crate::scene::{PicturePoint, Scene, View};
 use glam::{Vec2, Vec3};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 /// The triangles that a picture shows.
@@ -44,28 +45,18 @@ impl FragmentShader for Recorder<'_> {
 }
 
 impl VisibleTriangles {
-    /// Of a list whose sources are the scene's triangles.
+    /// Of lists whose sources are the scene's triangles.
     ///
     /// # Errors
     /// Those of the rasteriser.
-    pub(super) fn of(
-        scene: &Scene,
-        view: &View,
-        samples: u32,
-        list: &[DrawList],
-    ) -> Result<(Self, RasterReport), RenderError> {
+    pub(super) fn of(scene: &Scene, view: &View, samples: u32, lists: &[DrawList]) -> Result<Self, RenderError> {
         let (width, height) = (view.width, view.height);
         let pixels = (0..width as usize * height as usize).map(|_| AtomicU32::new(NOTHING)).collect();
         let is_seen = (0..scene.triangles.len()).map(|_| AtomicBool::new(false)).collect();
         let found = Self { width, height, pixels, is_seen };
-        let report = raster::draw(
-            view,
-            samples,
-            list,
-            &Recorder { scene, found: &found },
-            &mut Framebuffer::new(width, height),
-        )?;
-        Ok((found, report))
+        let mut picture = Framebuffer::new(width, height);
+        raster::draw(view, samples, lists, &Recorder { scene, found: &found }, &mut picture)?;
+        Ok(found)
     }
 
     /// Whether a triangle is seen.
@@ -93,5 +84,51 @@ impl VisibleTriangles {
             let row = &self.pixels[y * self.width as usize..][..self.width as usize];
             row[x0.min(x1)..x1].iter().any(|shown| shown.load(Ordering::Relaxed) == triangle)
         })
+    }
+}
+
+/// The surfaces that the pixels of a picture show, with one sample each.
+pub(super) struct SeenSurfaces {
+    width: u32,
+    pixels: Vec<OnceLock<LayerSurface>>,
+}
+
+struct Keeper<'a> {
+    scene: &'a Scene,
+    found: &'a SeenSurfaces,
+}
+
+impl FragmentShader for Keeper<'_> {
+    #[inline]
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        if let Some(surface) = fragment.chain.first() {
+            let place = fragment.position.as_uvec2();
+            // With one sample a pixel has one fragment.
+            self.found.pixels[(place.y * self.found.width + place.x) as usize].get_or_init(|| *surface);
+        }
+        Vec3::ZERO
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface)
+    }
+}
+
+impl SeenSurfaces {
+    /// Of lists whose sources are the scene's triangles.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(super) fn of(scene: &Scene, view: &View, lists: &[DrawList]) -> Result<Self, RenderError> {
+        let pixels = (0..view.width as usize * view.height as usize).map(|_| OnceLock::new()).collect();
+        let found = Self { width: view.width, pixels };
+        let mut picture = Framebuffer::new(view.width, view.height);
+        raster::draw(view, 1, lists, &Keeper { scene, found: &found }, &mut picture)?;
+        Ok(found)
+    }
+
+    /// What a pixel shows.
+    pub(super) fn at(&self, x: u32, y: u32) -> Option<&LayerSurface> {
+        self.pixels[(y * self.width + x) as usize].get()
     }
 }

@@ -3,7 +3,6 @@
 use super::INFO;
 use super::capture::{Capture, leaves};
 use super::layout::{Layout, SLABS};
-use super::memory::fit_into_memory;
 use super::rows::{Row, RowSize, Rows};
 use super::settings::{Compression, LightFieldSettings};
 use super::slabs::Slabs;
@@ -12,6 +11,7 @@ use super::views::Views;
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
+use crate::methods::lookup::memory::fit_into_memory;
 use crate::methods::lookup::regions::Regions;
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -173,6 +173,7 @@ impl<'a> SlabsWork<'a> {
         let bytes = self.layouts.iter().map(row).sum::<u64>() * self.rows_a_region() as u64;
         let LightFieldSettings { st, uv, .. } = self.settings;
         fit_into_memory(
+            INFO.id,
             &format!("slabs of st = {st} and uv = {uv} about {} regions", self.layouts.len()),
             bytes,
             remedy,

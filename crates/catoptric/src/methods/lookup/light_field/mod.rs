@@ -8,7 +8,6 @@ mod capture;
 mod depth;
 mod fetch;
 mod layout;
-mod memory;
 mod rows;
 mod settings;
 mod slabs;
@@ -25,6 +24,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
+use crate::methods::lookup::memory::fit_into_memory;
 use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
 use crate::methods::lookup::shader::draw;
 use crate::methods::reference::{Beyond, PathModel, PathTracer};
@@ -35,7 +35,6 @@ use crate::scene::{Projection, Ray, RayDifferential, Role, Scene};
 use crate::surface::tracer::Tracer;
 use bake::SlabsWork;
 use glam::Vec3;
-use memory::fit_into_memory;
 pub use slabs::{SlabCoordinates, Slabs};
 use std::sync::Arc;
 use stored::stored_radiance;
@@ -127,7 +126,12 @@ impl ReflectionMethod for LightField {
         if self.settings.transfer == Transfer::Stored {
             let (st, uv) = (self.settings.transfer_st, self.settings.transfer_uv);
             let bytes = RayTransfer::most_bytes([st, uv]) * work.region_count() as u64;
-            fit_into_memory(&format!("rays of transfer_st = {st} and transfer_uv = {uv}"), bytes, "transfer = traced")?;
+            fit_into_memory(
+                INFO.id,
+                &format!("rays of transfer_st = {st} and transfer_uv = {uv}"),
+                bytes,
+                "transfer = traced",
+            )?;
         }
         let fingerprint = work.fingerprint();
         let slabs = match (self.fields.take(), &self.baked) {

@@ -1,6 +1,5 @@
 //! What is too large to be held in memory.
 
-use super::INFO;
 use crate::error::RenderError;
 
 /// Tables that are larger are refused: machines that have so much memory are rare, and all others would stand still.
@@ -9,12 +8,12 @@ const MOST_BYTES: u64 = 16 << 30;
 /// # Errors
 /// [`RenderError::Limit`] where a table is larger than most machines' memory; `remedy` is what can be done but choose smaller
 /// sizes.
-pub(super) fn fit_into_memory(table: &str, bytes: u64, remedy: &str) -> Result<(), RenderError> {
+pub(super) fn fit_into_memory(method: &'static str, table: &str, bytes: u64, remedy: &str) -> Result<(), RenderError> {
     if bytes <= MOST_BYTES {
         return Ok(());
     }
     let [needed, most] = [bytes, MOST_BYTES].map(|bytes| bytes as f64 / f64::from(1 << 30));
     let problem =
         format!("{table} take {needed:.1} GiB of memory, and {most:.0} is the most; choose smaller ones, or {remedy}");
-    Err(RenderError::Limit { method: INFO.id, problem })
+    Err(RenderError::Limit { method, problem })
 }

@@ -1,0 +1,101 @@
+//! What is known of a group of reflectors and lenses, and of the layers about it.
+
+use super::capture::{layout_of, projected};
+use super::groups::LensGroup;
+use super::layers::{Meeting, Stratum, strata};
+use super::maps::LayeredMap;
+use super::settings::LayeredEnvironmentMapSettings;
+use super::surroundings::{Strata, Surroundings};
+use super::viewpoints::{Viewspace, picture_of};
+use crate::methods::lookup::greedy::{First, GreedyPaths};
+use crate::parallel;
+use crate::progress::Progress;
+use crate::scene::{Role, Scene};
+use crate::surface::tracer::Tracer;
+use std::collections::HashSet;
+
+/// Viewpoints of a row that say where layers are, at most.
+const MOST_CLUSTERED: u32 = 45;
+
+/// Pixels a side of the pictures from them.
+const CLUSTER_SIZE: u32 = 40;
+
+/// A group with its layers.
+pub(super) struct GroupLayers {
+    pub(super) group: LensGroup,
+    pub(super) viewspace: Viewspace,
+    /// What is in the layers, and their shells; the nearest first.
+    pub(super) strata: Vec<Stratum>,
+}
+
+impl GroupLayers {
+    /// Of a group, with paths of up to `order` events.
+    pub(super) fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, group: LensGroup, order: u32) -> Self {
+        let viewspace = Viewspace::new(settings, scene, &group);
+        let around = Surroundings::new(scene, &group);
+        let strata = group_strata(settings, scene, &group, &around, &viewspace, order);
+        Self { group, viewspace, strata }
+    }
+
+    /// The layers as they are seen from the middle of the shells; `everything` is the hierarchy of all objects.
+    pub(super) fn projected(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        everything: &Tracer,
+        order: u32,
+        progress: &dyn Progress,
+    ) -> LayeredMap {
+        let LayeredEnvironmentMapSettings { size, capture_samples, .. } = *settings;
+        let around = Surroundings::new(scene, &self.group);
+        let apart = Strata::new(&around, everything, &self.strata, order.saturating_sub(1), settings.continued);
+        let rows: u32 = self.strata.iter().map(|stratum| layout_of(stratum, size).faces() * size).sum();
+        progress.begin("capturing layers", u64::from(rows));
+        let center = self.group.center();
+        let layer = |(number, stratum): (usize, &Stratum)| {
+            projected(&apart, number, stratum, center, size, capture_samples, progress)
+        };
+        let layers = self.strata.iter().enumerate().map(layer).collect();
+        progress.end();
+        LayeredMap { center, layers }
+    }
+}
+
+/// The layers about a group: of what rays through it meet that come from all viewpoints.
+fn group_strata(
+    settings: &LayeredEnvironmentMapSettings,
+    scene: &Scene,
+    group: &LensGroup,
+    around: &Surroundings<'_>,
+    viewspace: &Viewspace,
+    order: u32,
+) -> Vec<Stratum> {
+    let paths = GreedyPaths { scene, tracer: &group.tracer, order };
+    let step = viewspace.len().div_ceil(MOST_CLUSTERED);
+    let rays_a_view = 2 * CLUSTER_SIZE * CLUSTER_SIZE;
+    let meetings = parallel::map_collect(viewspace.len().div_ceil(step) as usize, |number| {
+        let eye = viewspace.eye(number as u32 * step, 0.0);
+        let view = picture_of(scene, group, eye, CLUSTER_SIZE);
+        let mut meetings: Vec<Meeting> = Vec::new();
+        let mut ray_number = number as u32 * rays_a_view;
+        for pixel in 0..CLUSTER_SIZE * CLUSTER_SIZE {
+            let ray = view.ray((pixel % CLUSTER_SIZE) as f32 + 0.5, (pixel / CLUSTER_SIZE) as f32 + 0.5);
+            let Some(hit) = group.tracer.first_hit(scene, &ray, 0.0) else { continue };
+            let encounter = group.tracer.encounter(scene, &ray, &hit, None);
+            let is_lens = scene.role_of(encounter.point.object) == Role::Lens;
+            for first in First::BOTH.into_iter().take(if is_lens { 2 } else { 1 }) {
+                if let Some(leaving) = paths.follow(ray.direction, encounter, first).leaving {
+                    around.meet(ray_number, &leaving, &mut meetings);
+                    ray_number += 1;
+                }
+            }
+        }
+        meetings
+    })
+    .concat();
+    let met: HashSet<u32> = meetings.iter().map(|meeting| meeting.object).collect();
+    let is_other = |object: &u32| !met.contains(object) && !group.objects.contains(object);
+    let distance = |object: u32| (object, scene.objects[object as usize].bounds.center().distance(group.center()));
+    let others: Vec<(u32, f32)> = (0..scene.objects.len() as u32).filter(is_other).map(distance).collect();
+    strata(&meetings, &others, settings.layers, settings.shells, settings.clustering)
+}

@@ -1,0 +1,153 @@
+//! What a picture from a viewpoint shows of the layers about a group: the right-hand sides of inference.
+
+use super::group_layers::GroupLayers;
+use super::mesh::AdaptiveMesh;
+use super::surroundings::Strata;
+use super::visible::SeenSurfaces;
+use crate::methods::lookup::greedy::{First, GreedyPaths};
+use crate::parallel;
+use crate::scene::{Ray, RayDifferential, Role, Scene, View};
+use glam::{Vec3, Vec4};
+
+/// Rays of a pixel whose directions are this far apart or further, in degrees, count nothing (Hakura, Snyder 2001, section 4.3).
+const LEAST_CONFIDENT_DEG: f32 = 5.0;
+
+/// What a pixel shows by one of its two paths.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Observation {
+    /// The ray that leaves as the renderer has it, from the group's centre.
+    pub(super) ray: Ray,
+    pub(super) change: RayDifferential,
+    /// From 0 to 1: less where the rays of a pixel go apart.
+    pub(super) confidence: f32,
+}
+
+/// What a picture shows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Observations {
+    pub(super) list: Vec<Observation>,
+    /// Observation after observation, of every layer what is seen: radiance times opacity, and opacity.
+    seen: Vec<Vec4>,
+    layers: usize,
+}
+
+impl Observations {
+    /// Of an observation what is seen of a layer.
+    pub(super) fn seen(&self, observation: usize, layer: usize) -> Vec4 {
+        self.seen[observation * self.layers + layer]
+    }
+}
+
+#[cfg(test)]
+impl Observations {
+    /// Has a layer show something else.
+    pub(super) fn show(&mut self, layer: usize, look: impl Fn(&Ray, &RayDifferential) -> Vec4) {
+        for (number, observation) in self.list.iter().enumerate() {
+            self.seen[number * self.layers + layer] = look(&observation.ray, &observation.change);
+        }
+    }
+}
+
+/// What makes a picture of a group.
+pub(super) struct Observer<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) known: &'a GroupLayers,
+    pub(super) paths: GreedyPaths<'a>,
+    pub(super) strata: &'a Strata<'a>,
+    /// Rays a pixel, a square number.
+    pub(super) samples: u32,
+}
+
+impl Observer<'_> {
+    /// The observations of a picture whose adaptive mesh was seen like this.
+    pub(super) fn observe(&self, view: &View, mesh: &AdaptiveMesh, seen: &SeenSurfaces) -> Observations {
+        let layers = self.strata.layer_count();
+        let rows = parallel::map_collect(view.height as usize, |y| {
+            let mut found = Observations { layers, ..Observations::default() };
+            for x in 0..view.width {
+                let surface = seen.at(x, y as u32);
+                let Some(blend) = surface.and_then(|surface| mesh.blend(surface)) else { continue };
+                for first in First::BOTH {
+                    // Where paths take different ways, rays of a pixel go apart: that would count nothing.
+                    let Some((path, change)) = blend.path(first as usize) else { continue };
+                    if let Some(leaving) = path.leaving {
+                        let ray = Ray { origin: leaving.origin - self.known.group.center(), ..leaving };
+                        self.pixel(view, x, y as u32, first, Observation { ray, change, confidence: 0.0 }, &mut found);
+                    }
+                }
+            }
+            found
+        });
+        let mut all = Observations { layers, ..Observations::default() };
+        for row in rows {
+            all.list.extend(row.list);
+            all.seen.extend(row.seen);
+        }
+        all
+    }
+
+    /// Appends what a pixel shows, where its rays leave in about one direction.
+    fn pixel(&self, view: &View, x: u32, y: u32, first: First, observation: Observation, found: &mut Observations) {
+        let layers = found.layers;
+        let count = self.samples.isqrt();
+        let mut directions: Vec<Vec3> = Vec::with_capacity((count * count) as usize);
+        // Textures are seen as blurred as a ray's share of the pixel is wide.
+        let change = observation.change.scaled(1.0 / count as f32);
+        let start = found.seen.len();
+        found.seen.resize(start + layers, Vec4::ZERO);
+        for sample in 0..count * count {
+            let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
+            let ray = view.ray(at(x, sample % count), at(y, sample / count));
+            let Some(leaving) = self.leaving(&ray, first) else { continue };
+            for layer in 0..layers {
+                found.seen[start + layer] += self.strata.seen(layer, &leaving, Some(&change));
+            }
+            directions.push(leaving.direction);
+        }
+        let confidence = confidence(&directions);
+        if confidence <= 0.0 {
+            found.seen.truncate(start);
+            return;
+        }
+        found.seen[start..].iter_mut().for_each(|seen| *seen /= directions.len() as f32);
+        found.list.push(Observation { confidence, ..observation });
+    }
+
+    fn leaving(&self, ray: &Ray, first: First) -> Option<Ray> {
+        let (scene, tracer) = (self.scene, &self.known.group.tracer);
+        let hit = tracer.first_hit(scene, ray, 0.0)?;
+        let encounter = tracer.encounter(scene, ray, &hit, None);
+        if first == First::Refracted && scene.role_of(encounter.point.object) != Role::Lens {
+            return None;
+        }
+        self.paths.follow(ray.direction, encounter, first).leaving
+    }
+}
+
+/// By the largest angle between directions: 1 where they are one, 0 from the threshold on, or where there are none.
+fn confidence(directions: &[Vec3]) -> f32 {
+    if directions.is_empty() {
+        return 0.0;
+    }
+    let pairs = directions.iter().enumerate().flat_map(|(index, a)| directions[..index].iter().map(move |b| (a, b)));
+    // The chord is exact for small angles, where the cosine is not.
+    let chord = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    let angle = 2.0 * (0.5 * chord).min(1.0).asin();
+    let share = (angle / LEAST_CONFIDENT_DEG.to_radians()).min(1.0);
+    1.0 - share * share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn confidence_falls_with_the_square_of_the_largest_angle() {
+        let turned = |degrees: f32| Vec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0);
+        assert_eq!(confidence(&[]), 0.0);
+        assert_eq!(confidence(&[Vec3::X, Vec3::X]), 1.0);
+        let found = confidence(&[turned(0.0), turned(2.5), turned(1.0)]);
+        assert!((found - 0.75).abs() < 1e-4, "{found}");
+        assert_eq!(confidence(&[turned(0.0), turned(5.1)]), 0.0);
+    }
+}

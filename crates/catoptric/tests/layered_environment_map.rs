@@ -1,0 +1,143 @@
+//! Layered environment maps against the reference, and against their own parts.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::bake::Baked;
+use catoptric::methods::reference::specular_mask;
+use catoptric::methods::{self, Job, Quality, ReflectionMethod, Report};
+use catoptric::metrics::Comparison;
+use catoptric::progress::Silent;
+use catoptric::scene::{Camera, Scene, View};
+use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
+use catoptric_testkit::scenes::{eyes_within_and_on_a_sphere, things_without_size};
+use glam::{Quat, Vec3};
+use std::sync::Arc;
+
+const ID: &str = "layered_environment_map";
+const QUALITY: Quality = Quality { samples: 4, order: 4 };
+const SMALL: &str = "size = 64\npicture_size = 128\ncapture_samples = 4\nviewpoint_count = 12";
+
+/// A picture with what the method says of it.
+fn picture(id: &str, settings: &str, scene: &Scene, view: &View) -> (Framebuffer, Report) {
+    let mut method = prepared(id, settings, scene, QUALITY);
+    let mut target = Framebuffer::new(view.width, view.height);
+    let report = method.render(&Job { scene, view, quality: QUALITY, progress: &Silent }, &mut target).unwrap();
+    assert!(target.pixels.iter().flatten().all(|value| value.is_finite()));
+    (target, report)
+}
+
+/// FLIP over reflectors and lenses, against the same model fully traced.
+fn flip(settings: &str, scene: &Scene, view: &View) -> f64 {
+    let (truth, _) = picture("reference", "paths = 'two_path'", scene, view);
+    let comparison = Comparison::new(&picture(ID, settings, scene, view).0, &truth).unwrap();
+    comparison.masked(&specular_mask(scene, view)).unwrap().unwrap().flip_mean
+}
+
+#[test]
+fn an_adaptive_mesh_shows_what_tracing_every_fragment_does_with_a_tenth_of_the_rays() {
+    let scene = scene("colonnade?tess=24");
+    let view = scene.default_view(320, 240);
+    let (exact, every) = picture(ID, &format!("{SMALL}\ntransfer = 'exact'"), &scene, &view);
+    let mask = specular_mask(&scene, &view);
+    let off = |settings: &str| {
+        let (found, report) = picture(ID, &format!("{SMALL}\n{settings}"), &scene, &view);
+        let comparison = Comparison::new(&found, &exact).unwrap();
+        (comparison.masked(&mask).unwrap().unwrap().flip_mean, report.counts["rays_traced"])
+    };
+    let [(fine, more), (coarse, fewer)] = ["tau = 1", "tau = 6"].map(off);
+    assert!(fine < coarse && fewer < more, "{fine} with {more} rays, {coarse} with {fewer}");
+    // Footprints are blurred by one and not by the other.
+    assert!(fine < 0.08, "{fine}");
+    let (_, truth) = picture("reference", "paths = 'two_path'", &scene, &view);
+    let (all, rays) = (truth.counts["rays_traced"], off("tau = 5").1);
+    assert!(10 * rays < all && rays < every.counts["rays_traced"], "{rays} of {all}");
+}
+
+#[test]
+fn inferred_textures_beat_projected_ones_and_layers_beat_one_layer() {
+    let scene = scene("sphere_room");
+    let view = scene.default_view(160, 120);
+    let with = |settings: &str| flip(&format!("{SMALL}\n{settings}"), &scene, &view);
+    let projected = with("");
+    let inferred = with("textures = 'inferred'\nneighbours = 0");
+    let single = with("textures = 'inferred'\nneighbours = 0\nlayers = 1");
+    assert!(inferred < 0.8 * projected, "{inferred}, {projected}");
+    assert!(inferred < single, "{inferred}, {single}");
+    let mapped = {
+        let (truth, _) = picture("reference", "", &scene, &view);
+        let comparison = Comparison::new(&picture("environment_map", "", &scene, &view).0, &truth).unwrap();
+        comparison.masked(&specular_mask(&scene, &view)).unwrap().unwrap().flip_mean
+    };
+    assert!(projected < 0.6 * mapped, "{projected}, {mapped}");
+}
+
+#[test]
+fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
+    // From between two viewpoints, each of which was inferred alone.
+    let scene = scene("sphere_room");
+    let camera = scene.default_view(4, 3);
+    let turn = Quat::from_rotation_y((0.5f32 * 30.0).to_radians());
+    let center = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
+    let eye = center + turn * (camera.eye() - center);
+    let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 40.0), 120, 90);
+    let with = |settings: &str| flip(&format!("{SMALL}\ntextures = 'inferred'\n{settings}"), &scene, &view);
+    let complete = with("");
+    let bare = with("continued = false\nneighbours = 0\ndirect = false");
+    assert!(complete < bare, "{complete}, {bare}");
+}
+
+/// Units in memory.
+struct Units(Vec<Vec<u8>>);
+
+impl Baked for Units {
+    fn unit_count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn unit(&self, number: usize) -> &[u8] {
+        self.0.get(number).map(Vec::as_slice).unwrap_or_default()
+    }
+}
+
+#[test]
+fn baked_layers_draw_what_inferred_ones_do() {
+    const SETTINGS: &str =
+        "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
+    let scene = scene("two_spheres?tess=12");
+    let view = scene.default_view(80, 60);
+    let (inferred, report) = picture(ID, SETTINGS, &scene, &view);
+    assert!(report.counts["viewpoints_inferred"] >= 2, "{report:?}");
+    let bake = methods::find(ID).unwrap().bake.unwrap();
+    let work = bake(&toml::from_str(SETTINGS).unwrap(), &scene, QUALITY).unwrap();
+    let (units, maker) = (work.units(), work.maker().unwrap());
+    assert!(maker.estimate_core_secs() > 0.0);
+    let made: Vec<Vec<u8>> = (0..units.len()).map(|number| maker.make(number).unwrap()).collect();
+    assert!(maker.make(units.len()).unwrap().is_empty());
+    for (unit, bytes) in units.iter().zip(&made) {
+        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
+    }
+    let method = |settings: &str, made: &[Vec<u8>]| -> Result<Box<dyn ReflectionMethod>, String> {
+        let mut method = methods::create(ID, &toml::from_str(settings).unwrap()).unwrap();
+        method.take_bake(Arc::new(Units(made.to_vec()))).unwrap();
+        method.prepare(&scene, QUALITY, &Silent).map_err(|error| error.to_string())?;
+        Ok(method)
+    };
+    let mut baked = method(SETTINGS, &made).unwrap();
+    assert!(drawn(&mut *baked, &scene, &view, QUALITY).pixels == inferred.pixels);
+    for (settings, made) in [(SETTINGS.replace("size = 16", "size = 32"), &made[..]), (SETTINGS.into(), &made[1..])] {
+        let refused = method(&settings, made).err().expect("it is of another size");
+        assert!(refused.contains("units"), "{refused}");
+    }
+}
+
+#[test]
+fn eyes_anywhere_and_things_without_size_are_survived() {
+    const SETTINGS: &str = "size = 8\npicture_size = 16\ncapture_samples = 1\nviewpoint_count = 2";
+    for textures in ["projected", "inferred"] {
+        let settings = format!("{SETTINGS}\ntextures = '{textures}'");
+        let (scene, eyes) = eyes_within_and_on_a_sphere();
+        survives_with(ID, &settings, &scene, &eyes, 3);
+        let (scene, eyes) = things_without_size();
+        survives_with(ID, &settings, &scene, &eyes, 3);
+    }
+}

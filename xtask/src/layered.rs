@@ -1,0 +1,207 @@
+//! Figures and tables of layered environment maps, in `builtin:colonnade`: a glass pot and a mirror cup in a ring of columns.
+
+use crate::panels::{beside_of_width, save_small};
+use crate::root;
+use anyhow::{Context, Result, bail};
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::reference::specular_mask;
+use catoptric::methods::{self, Job, Quality, ReflectionMethod, Report};
+use catoptric::metrics::Comparison;
+use catoptric::progress::Silent;
+use catoptric::scene::{Camera, PoseOptions, Scene, View, builtin};
+use glam::{Quat, Vec3};
+use image::RgbImage;
+use std::io::Write;
+use std::time::Instant;
+
+const SCENE: &str = "colonnade";
+
+/// Enough events for glass that is seen through glass.
+const QUALITY: Quality = Quality { samples: 8, order: 6 };
+
+const TRUTH: (&str, &str) = ("reference", "paths = \"two_path\"");
+
+/// Of the paper's sizes.
+const INFERRED: &str = "textures = \"inferred\"";
+
+/// Frames of which the median is told.
+const FRAMES: usize = 5;
+
+fn posed() -> Result<Scene> {
+    Ok(builtin::parse(SCENE)?.pose(&PoseOptions::default())?)
+}
+
+/// The first camera, turned about the pot and lifted.
+fn view(scene: &Scene, [width, height]: [u32; 2], turn_deg: f32, lift: f32) -> Result<View> {
+    let first = scene.camera(None)?;
+    let pot = scene.specular_objects().into_iter().map(|object| &scene.objects[object as usize]);
+    let center = pot.clone().find(|object| object.name == "pot").context("the scene has a pot")?.bounds.center();
+    let arm = Vec3::from(first.world_from_camera.translation) - center;
+    let eye = center + Quat::from_rotation_y(turn_deg.to_radians()) * arm + Vec3::Y * lift;
+    Ok(scene.view(&Camera::look_at("", eye, center, Vec3::Y, 30.0), width, height))
+}
+
+struct Drawn {
+    picture: Framebuffer,
+    report: Report,
+    method: Box<dyn ReflectionMethod>,
+}
+
+fn draw_with(scene: &Scene, view: &View, (id, settings): (&str, &str)) -> Result<Drawn> {
+    let mut method = methods::create(id, &settings.parse()?)?;
+    method.prepare(scene, QUALITY, &Silent)?;
+    let mut picture = Framebuffer::new(view.width, view.height);
+    let report = method.render(&Job { scene, view, quality: QUALITY, progress: &Silent }, &mut picture)?;
+    Ok(Drawn { picture, report, method })
+}
+
+fn image_of(picture: &Framebuffer) -> Result<RgbImage> {
+    let image = RgbImage::from_raw(picture.width, picture.height, picture.to_srgb8());
+    image.context("a picture has as many pixels as its view")
+}
+
+/// FLIP over the pot and the cup.
+fn flip(scene: &Scene, view: &View, found: &Framebuffer, truth: &Framebuffer) -> Result<f64> {
+    let comparison = Comparison::new(found, truth)?.masked(&specular_mask(scene, view))?;
+    Ok(comparison.context("the pot is seen")?.flip_mean)
+}
+
+/// The table of errors: on a viewpoint, between two, and above them.
+fn table() -> Result<()> {
+    let scene = posed()?;
+    let layered = "layered_environment_map";
+    let set = |settings: &str| format!("{INFERRED}\n{settings}");
+    let ways: [(&str, &str, String); 11] = [
+        ("environment map", "environment_map", String::new()),
+        ("environment map, box", "environment_map", "parallax = \"box\"".into()),
+        ("light field", "light_field", String::new()),
+        ("layers, projected", layered, String::new()),
+        ("layers by distance, projected", layered, "clustering = \"distance\"".into()),
+        ("one layer, projected", layered, "layers = 1".into()),
+        ("layers, inferred", layered, set("")),
+        ("layers by distance, inferred", layered, set("clustering = \"distance\"")),
+        ("layers of 512, inferred", layered, set("size = 512\npicture_size = 512")),
+        ("one layer, inferred", layered, set("layers = 1")),
+        (
+            "layers, inferred, nothing against disocclusion",
+            layered,
+            set("continued = false\nneighbours = 0\ndirect = false"),
+        ),
+    ];
+    let views = [("on a viewpoint", 0.0, 0.0), ("between", 4.0, 0.0), ("above", 4.0, 0.8)];
+    let mut out = std::io::stdout();
+    write!(out, "| FLIP, order {} |", QUALITY.order)?;
+    for (name, ..) in views {
+        write!(out, " {name} |")?;
+    }
+    writeln!(out, "\n|---|---|---|---|")?;
+    let mut frames = Vec::new();
+    for (_, turn, lift) in views {
+        let view = view(&scene, [480, 360], turn, lift)?;
+        let truth = draw_with(&scene, &view, TRUTH)?.picture;
+        frames.push((view, truth));
+    }
+    for (name, id, settings) in ways {
+        let mut method = methods::create(id, &settings.parse()?)?;
+        method.prepare(&scene, QUALITY, &Silent)?;
+        write!(out, "| {name} |")?;
+        for (view, truth) in &frames {
+            let mut picture = Framebuffer::new(view.width, view.height);
+            method.render(&Job { scene: &scene, view, quality: QUALITY, progress: &Silent }, &mut picture)?;
+            write!(out, " {:.3} |", flip(&scene, view, &picture, truth)?)?;
+            out.flush()?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+/// The table of times and rays: a frame by the reference with two paths, and by layers with two sizes of the smallest
+/// triangles. They take turns, so that what else the machine does slows them alike.
+fn performance() -> Result<()> {
+    let scene = posed()?;
+    let view = view(&scene, [1280, 720], 4.0, 0.0)?;
+    let layered = |settings: &str| ("layered_environment_map", format!("{INFERRED}\n{settings}"));
+    let ways = [
+        (TRUTH.0, TRUTH.1.to_string()),
+        layered("tau = 3"),
+        layered("tau = 5"),
+        layered("tau = 3\nedges = \"nearest\""),
+    ];
+    let mut frames = Vec::new();
+    for (id, settings) in &ways {
+        frames.push((draw_with(&scene, &view, (id, settings))?, Vec::new()));
+    }
+    for _ in 0..FRAMES {
+        for (drawn, times_ms) in &mut frames {
+            let start = Instant::now();
+            let job = Job { scene: &scene, view: &view, quality: QUALITY, progress: &Silent };
+            drawn.report = drawn.method.render(&job, &mut drawn.picture)?;
+            times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    let truth = &frames[0].0.picture;
+    let rays = frames[0].0.report.counts["rays_traced"];
+    let median = |times_ms: &[f64]| {
+        let mut sorted = times_ms.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted[sorted.len() / 2]
+    };
+    let mut out = std::io::stdout();
+    writeln!(
+        out,
+        "| | frame | time reduction | rays | ray reduction | triangles | FLIP |\n|---|---|---|---|---|---|---|"
+    )?;
+    for ((id, settings), (drawn, times_ms)) in ways.iter().zip(&frames) {
+        let (time, own) = (median(times_ms), drawn.report.counts["rays_traced"]);
+        let name = format!("`{id}` {}", settings.replace('\n', ", ").replace('"', ""));
+        let triangles = drawn.report.counts.get("mesh_triangles").map_or(String::new(), u64::to_string);
+        let reduction = [median(&frames[0].1) / time, rays as f64 / own as f64];
+        let flip = flip(&scene, &view, &drawn.picture, truth)?;
+        writeln!(
+            out,
+            "| {name} | {time:.0} ms | {:.1} | {own} | {:.1} | {triangles} | {flip:.3} |",
+            reduction[0], reduction[1]
+        )?;
+        let stages: Vec<String> = drawn.report.stages_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
+        writeln!(std::io::stderr(), "{name}: {}", stages.join(", "))?;
+    }
+    Ok(())
+}
+
+/// Pictures in a row.
+fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
+    let scene = posed()?;
+    let view = view(&scene, [480, 360], turn, lift)?;
+    let image = |way: &(&str, &str)| image_of(&draw_with(&scene, &view, *way)?.picture);
+    let panels = ways.iter().map(image).collect::<Result<Vec<_>>>()?;
+    save_small(&beside_of_width(&panels, 400), &root().join(format!("docs/pictures/{name}.png")))
+}
+
+/// Draws the figures and tables whose names begin so; `layered` is all of them.
+pub(crate) fn draw(name: &str) -> Result<()> {
+    const LAYERED: &str = "layered_environment_map";
+    const ONE: &str = "textures = \"inferred\"\nlayers = 1";
+    const BARE: &str = "textures = \"inferred\"\ncontinued = false\nneighbours = 0\ndirect = false";
+    let all: [(&str, &dyn Fn() -> Result<()>); 7] = [
+        ("layered-table", &table),
+        ("layered-performance", &performance),
+        ("layered-2", &|| row("layered-2", 0.0, 0.0, &[("reference", ""), TRUTH])),
+        ("layered-8a", &|| row("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, ONE)])),
+        ("layered-8b", &|| row("layered-8b", 4.0, 0.8, &[TRUTH, (LAYERED, INFERRED), (LAYERED, ONE)])),
+        ("layered-9", &|| row("layered-9", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, BARE)])),
+        ("layered-10", &|| {
+            let [slow, fast] = [3, 5].map(|tau| format!("{INFERRED}\ntau = {tau}"));
+            row("layered-10", 4.0, 0.0, &[TRUTH, (LAYERED, &slow), (LAYERED, &fast)])
+        }),
+    ];
+    let mut found = false;
+    for (_, make) in all.iter().filter(|(known, _)| known.starts_with(name)) {
+        make()?;
+        found = true;
+    }
+    if !found {
+        bail!("there is no figure `{name}`; there are {}", all.map(|(name, _)| name).join(", "));
+    }
+    Ok(())
+}
