@@ -183,10 +183,13 @@ mod tests {
             }
             let layout = &truth.texture.layout;
             layout.fill_coarser(&mut truth.texture.texels);
-            let systems: Vec<Equations> = [256, 64, 32, 16]
-                .into_iter()
-                .map(|size| {
-                    let view = picture_of(&scene, &known.groups[0].group, known.groups[0].viewspace.eye(0, 0.0), size);
+            // From all around, so that pictures tell texels apart.
+            let pictures =
+                [0, 11, 22, 33].into_iter().flat_map(|viewpoint| [128, 64, 32, 16].map(|size| (viewpoint, size)));
+            let systems: Vec<Equations> = pictures
+                .map(|(viewpoint, size)| {
+                    let eye = known.groups[0].viewspace.eye(viewpoint, 0.0);
+                    let view = picture_of(&scene, &known.groups[0].group, eye, size);
                     let mut observations =
                         inference.with_observer(0, |observer| inference.observations(observer, &view)).unwrap();
                     observations.show(number, |ray, change| truth.seen(ray, change));
@@ -197,8 +200,8 @@ mod tests {
             let read = equations.squares(layout.texel_count());
             layout.couple(COUPLING, &mut equations);
             let nothing = vec![Vec4::ZERO; layout.texel_count()];
-            let stop = Stop { most_steps: 3000, gradient: 1e-7 };
-            let (found, residual) = solve(&equations, &nothing, 1e-6, stop);
+            let stop = Stop { most_steps: 3000, gradient: 1e-8 };
+            let (found, residual) = solve(&equations, &nothing, 1e-8, stop);
             let (mut checked, mut worst) = (0, 0.0f32);
             for ((found, truth), read) in found.iter().zip(&truth.texture.texels).zip(&read) {
                 if *read > 0.5 {

@@ -39,8 +39,7 @@ const QUAD_MARGIN: f32 = 0.05;
 const FIT_STEPS: usize = 8;
 
 impl Shell {
-    /// The one of a kind, or of all the one with the least error, that is nearest to a layer's points. They are from the centre; each
-    /// has the unit direction of a ray that met it, which says how far a quad reaches.
+    /// The one of a kind, or of all kinds the one with the least error, that is nearest to a layer's points (from the centre).
     pub(super) fn fit(kind: Shells, points: &[Vec3]) -> Self {
         let of_kind = |kind: Shells| match kind {
             Shells::Sphere => Some(Self::Around(sphere(points))),
