@@ -71,21 +71,25 @@ fn table() -> Result<()> {
     let scene = posed()?;
     let layered = "layered_environment_map";
     let set = |settings: &str| format!("{INFERRED}\n{settings}");
-    let ways: [(&str, &str, String); 11] = [
+    let bare = "depth = false";
+    let large = "size = 512\npicture_size = 512";
+    let ways: [(&str, &str, String); 13] = [
         ("environment map", "environment_map", String::new()),
         ("environment map, box", "environment_map", "parallax = \"box\"".into()),
         ("light field", "light_field", String::new()),
         ("layers, projected", layered, String::new()),
-        ("layers by distance, projected", layered, "clustering = \"distance\"".into()),
-        ("one layer, projected", layered, "layers = 1".into()),
+        ("layers of 512, projected", layered, large.into()),
+        ("layers on their shells, projected", layered, bare.into()),
+        ("one layer on its shell, projected", layered, format!("{bare}\nlayers = 1")),
         ("layers, inferred", layered, set("")),
-        ("layers by distance, inferred", layered, set("clustering = \"distance\"")),
-        ("layers of 512, inferred", layered, set("size = 512\npicture_size = 512")),
-        ("one layer, inferred", layered, set("layers = 1")),
+        ("layers of 512, inferred", layered, set(large)),
+        ("layers on their shells, inferred", layered, set(bare)),
+        ("layers by distance on their shells, inferred", layered, set("depth = false\nclustering = \"distance\"")),
+        ("one layer on its shell, inferred", layered, set("depth = false\nlayers = 1")),
         (
-            "layers, inferred, nothing against disocclusion",
+            "layers on their shells, inferred, nothing against disocclusion",
             layered,
-            set("continued = false\nneighbours = 0\ndirect = false"),
+            set("depth = false\ncontinued = false\nneighbours = 0\ndirect = false"),
         ),
     ];
     let views = [("on a viewpoint", 0.0, 0.0), ("between", 4.0, 0.0), ("above", 4.0, 0.8)];
@@ -127,6 +131,7 @@ fn performance() -> Result<()> {
         layered("tau = 3"),
         layered("tau = 5"),
         layered("tau = 3\nedges = \"nearest\""),
+        layered("tau = 3\nedges = \"nearest\"\ndepth = false"),
     ];
     let mut frames = Vec::new();
     for (id, settings) in &ways {
@@ -169,6 +174,51 @@ fn performance() -> Result<()> {
     Ok(())
 }
 
+/// How much more than the reference's the pictures change from frame to frame, on a walk around the pot.
+fn popping() -> Result<()> {
+    const STEPS: u32 = 120;
+    let scene = posed()?;
+    let ways = [
+        TRUTH,
+        ("layered_environment_map", ""),
+        ("layered_environment_map", "textures = \"inferred\"\nsize = 128\npicture_size = 192"),
+    ];
+    let create = |(id, settings): (&str, &str)| -> Result<_> {
+        let mut method = methods::create(id, &settings.parse()?)?;
+        method.prepare(&scene, QUALITY, &Silent)?;
+        Ok(method)
+    };
+    let mut methods = ways.into_iter().map(create).collect::<Result<Vec<_>>>()?;
+    let mut last: Option<Vec<Framebuffer>> = None;
+    // Of every method what the step adds to the reference's, on an average and at most.
+    let mut excess = vec![(0.0f64, f64::NEG_INFINITY); methods.len()];
+    let mut out = std::io::stdout();
+    for step in 0..=STEPS {
+        let view = view(&scene, [160, 120], 360.0 * step as f32 / STEPS as f32, 0.0)?;
+        let draw = |method: &mut Box<dyn ReflectionMethod>| -> Result<_> {
+            let mut picture = Framebuffer::new(view.width, view.height);
+            method.render(&Job { scene: &scene, view: &view, quality: QUALITY, progress: &Silent }, &mut picture)?;
+            Ok(picture)
+        };
+        let pictures = methods.iter_mut().map(draw).collect::<Result<Vec<_>>>()?;
+        if let Some(last) = &last {
+            let changes = pictures.iter().zip(last).map(|(found, last)| flip(&scene, &view, found, last));
+            let changes = changes.collect::<Result<Vec<_>>>()?;
+            for ((sum, most), change) in excess.iter_mut().zip(&changes) {
+                *sum += change - changes[0];
+                *most = most.max(change - changes[0]);
+            }
+        }
+        last = Some(pictures);
+    }
+    writeln!(out, "| frame to frame FLIP above the reference's own | mean | most |\n|---|---|---|")?;
+    for ((id, settings), (sum, most)) in ways.iter().zip(&excess).skip(1) {
+        let settings = settings.replace('\n', ", ").replace('"', "");
+        writeln!(out, "| `{id}` {settings} | {:.4} | {most:.4} |", sum / f64::from(STEPS))?;
+    }
+    Ok(())
+}
+
 /// Pictures in a row.
 fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
     let scene = posed()?;
@@ -181,15 +231,21 @@ fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
 /// Draws the figures and tables whose names begin so; `layered` is all of them.
 pub(crate) fn draw(name: &str) -> Result<()> {
     const LAYERED: &str = "layered_environment_map";
-    const ONE: &str = "textures = \"inferred\"\nlayers = 1";
-    const BARE: &str = "textures = \"inferred\"\ncontinued = false\nneighbours = 0\ndirect = false";
-    let all: [(&str, &dyn Fn() -> Result<()>); 7] = [
+    const ONE: &str = "textures = \"inferred\"\ndepth = false\nlayers = 1";
+    const SHELLS: &str = "textures = \"inferred\"\ndepth = false";
+    const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = false";
+    let all: [(&str, &dyn Fn() -> Result<()>); 8] = [
         ("layered-table", &table),
         ("layered-performance", &performance),
+        ("layered-popping", &popping),
         ("layered-2", &|| row("layered-2", 0.0, 0.0, &[("reference", ""), TRUTH])),
-        ("layered-8a", &|| row("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, ONE)])),
-        ("layered-8b", &|| row("layered-8b", 4.0, 0.8, &[TRUTH, (LAYERED, INFERRED), (LAYERED, ONE)])),
-        ("layered-9", &|| row("layered-9", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, BARE)])),
+        ("layered-8a", &|| {
+            row("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)])
+        }),
+        ("layered-8b", &|| {
+            row("layered-8b", 4.0, 0.8, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)])
+        }),
+        ("layered-9", &|| row("layered-9", 4.0, 0.0, &[TRUTH, (LAYERED, SHELLS), (LAYERED, BARE)])),
         ("layered-10", &|| {
             let [slow, fast] = [3, 5].map(|tau| format!("{INFERRED}\ntau = {tau}"));
             row("layered-10", 4.0, 0.0, &[TRUTH, (LAYERED, &slow), (LAYERED, &fast)])

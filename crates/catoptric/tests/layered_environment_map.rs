@@ -58,7 +58,8 @@ fn an_adaptive_mesh_shows_what_tracing_every_fragment_does_with_a_tenth_of_the_r
 fn inferred_textures_beat_projected_ones_and_layers_beat_one_layer() {
     let scene = scene("sphere_room");
     let view = scene.default_view(160, 120);
-    const SIZES: &str = "size = 128\npicture_size = 192\nviewpoint_count = 12";
+    // All on its shell, as in the paper.
+    const SIZES: &str = "depth = false\nsize = 128\npicture_size = 192\nviewpoint_count = 12";
     let with = |settings: &str| flip(&format!("{SIZES}\n{settings}"), &scene, &view);
     let projected = with("");
     let inferred = with("textures = 'inferred'\nneighbours = 0");
@@ -74,6 +75,20 @@ fn inferred_textures_beat_projected_ones_and_layers_beat_one_layer() {
 }
 
 #[test]
+fn things_are_where_they_are_when_texels_know_how_far_away_they_are() {
+    // A pot and a cup between near things, from a viewpoint and from above.
+    let scene = scene("colonnade?tess=24");
+    let camera = scene.default_view(4, 3);
+    let lens = scene.specular_objects().into_iter().map(|object| scene.objects[object as usize].bounds.center());
+    let center = lens.reduce(|a, b| 0.5 * (a + b)).unwrap();
+    for eye in [camera.eye(), camera.eye() + 0.8 * Vec3::Y] {
+        let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 30.0), 160, 120);
+        let [deep, flat] = [true, false].map(|depth| flip(&format!("size = 128\ndepth = {depth}"), &scene, &view));
+        assert!(deep < 0.8 * flat, "{eye}: {deep}, {flat}");
+    }
+}
+
+#[test]
 fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
     // From between two viewpoints, each of which was inferred alone.
     let scene = scene("sphere_room");
@@ -86,6 +101,9 @@ fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
     let complete = with("");
     let bare = with("continued = false\nneighbours = 0\ndirect = false");
     assert!(complete < bare, "{complete}, {bare}");
+    let flat = with("depth = false");
+    let bare = with("depth = false\ncontinued = false\nneighbours = 0\ndirect = false");
+    assert!(flat < bare, "{flat}, {bare}");
 }
 
 /// Units in memory.

@@ -21,6 +21,7 @@ mod tile;
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub(crate) use samples::PATTERNS;
 pub use samples::{SAMPLE_COUNTS, sample_positions};
+pub(crate) use scene_list::shade_looks;
 pub use scene_list::{Look, LookShader, SceneShader, scene_draw_list};
 
 use crate::clock::Stopwatch;

@@ -160,7 +160,7 @@ impl<S: LookShader> FragmentShader for S {
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_looks(self.scene(), batch, colors, |fragment| self.look(fragment));
+        shade_looks(self.scene(), batch, colors, |_, fragment| self.look(fragment));
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
@@ -168,13 +168,18 @@ impl<S: LookShader> FragmentShader for S {
     }
 }
 
-/// The colours of a batch, with all scattering points worked out together.
-#[inline(always)]
-fn shade_looks(scene: &Scene, batch: &FragmentBatch<'_>, colors: &mut [Vec3], look: impl Fn(&Fragment<'_>) -> Look) {
+/// The colours of a batch, with all scattering points worked out together; `look` is told which fragment it is.
+#[inline(always)] // for the instructions of its caller
+pub(crate) fn shade_looks(
+    scene: &Scene,
+    batch: &FragmentBatch<'_>,
+    colors: &mut [Vec3],
+    mut look: impl FnMut(usize, &Fragment<'_>) -> Look,
+) {
     let mut queries = Vec::with_capacity(batch.len());
     let mut targets = Vec::with_capacity(batch.len());
     for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
-        match look(&fragment) {
+        match look(index, &fragment) {
             Look::Color(found) => *color = found,
             Look::Scattered { query, throughput, added } => {
                 queries.push(query);

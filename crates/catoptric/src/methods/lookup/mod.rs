@@ -3,6 +3,7 @@
 mod cube;
 pub mod environment_map;
 mod greedy;
+mod lanes;
 pub mod layered_environment_map;
 pub mod light_field;
 mod memory;

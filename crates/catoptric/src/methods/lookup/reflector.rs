@@ -1,7 +1,7 @@
 //! What a reflector or lens shows by the first bounce alone: light is looked up along the rays that leave it.
 
-use crate::optics::{fresnel_dielectric, mirror_tint, reflect, reflected_change, refract, refracted_change};
-use crate::scene::shade::Encounter;
+use crate::optics::{Interface, fresnel_dielectric, mirror_tint, reflect, reflected_change, refract, refracted_change};
+use crate::scene::shade::{Encounter, SurfacePoint};
 use crate::scene::{Ray, RayDifferential, Role, Scene};
 use glam::{Vec3, Vec4Swizzles};
 
@@ -24,6 +24,42 @@ pub(super) trait ArrivingLight {
 
     /// How far away what such a ray meets is taken to be; infinite where nothing is known.
     fn distance(&self, position: Vec3, direction: Vec3) -> f32;
+}
+
+/// What a reflector or lens makes of light by the two ways from it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FirstSurface {
+    /// What it scatters itself, with its share.
+    pub(super) own: Vec3,
+    /// What light that arrives by each way is multiplied with.
+    pub(super) shares: [Vec3; 2],
+}
+
+impl FirstSurface {
+    /// At a point that is met in a unit direction. Where a mirror's share depends on how far away what it shows is, that is asked for;
+    /// none: nothing is shown.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn of(
+        scene: &Scene,
+        point: &SurfacePoint,
+        direction: Vec3,
+        distance: impl FnOnce() -> Option<f32>,
+    ) -> Self {
+        let interface = Interface::of(scene, scene.material_of(point.object), point, direction);
+        let own = match interface.scattered {
+            0.0 => Vec3::ZERO,
+            _ => scene.own_radiance(point, -direction),
+        };
+        let mut found = Self { own: own * interface.scattered, shares: [interface.reflected, interface.transmitted] };
+        if interface.reflected != Vec3::ZERO
+            && let Some(deferred) = interface.deferred(own)
+            && let Some(distance) = distance()
+        {
+            let (settled, weight) = deferred.settled(distance);
+            (found.own, found.shares[0]) = (settled, interface.reflected * weight);
+        }
+        found
+    }
 }
 
 /// What a reflector or lens shows where a ray meets it: light that is looked up, and what it scatters itself. Black is

@@ -1,7 +1,10 @@
 //! Simple shapes that a surround is taken to have, and where rays meet them.
 
+#![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+
+use super::lanes::{Lane, Lanes, one, vector};
 use crate::math::Aabb;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 /// The shape of a surround.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,55 +25,112 @@ impl Surround {
     /// A position outside the shape is met by growing the shape to hold it.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn direction(&self, center: Vec3, position: Vec3, direction: Vec3) -> Vec3 {
-        let distance = self.distance(center, position, direction);
-        if !distance.is_finite() {
-            return direction;
+        vector(&self.directions(center, &one(position), &one(direction)), 0)
+    }
+
+    /// Of several rays side by side.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn directions<const LANES: usize>(
+        &self,
+        center: Vec3,
+        positions: &Lanes<LANES>,
+        directions: &Lanes<LANES>,
+    ) -> Lanes<LANES> {
+        let distances = self.distances(center, positions, directions);
+        let mut found = *directions;
+        let center = center.to_array();
+        let mut is_far = [false; LANES];
+        for lane in 0..LANES {
+            let mut length2 = 0.0;
+            for axis in 0..3 {
+                let along = positions[axis][lane] - center[axis] + directions[axis][lane] * distances[lane];
+                length2 += along * along;
+            }
+            // On the shape's own centre every direction is as good as the ray's.
+            is_far[lane] = !(length2 > 0.0 && distances[lane] < f32::INFINITY);
         }
-        let found = match self {
-            Self::Sphere(_) | Self::Cylinder { .. } => (position - center) + direction * distance,
-            _ => position + direction * distance - center,
-        };
-        // On the shape's own centre every direction is as good as the ray's.
-        if found.length_squared() > 0.0 { found } else { direction }
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let along = positions[axis][lane] - center[axis] + directions[axis][lane] * distances[lane];
+                found[axis][lane] = if is_far[lane] { directions[axis][lane] } else { along };
+            }
+        }
+        found
     }
 
     /// How far a ray of unit direction from `position` goes until it meets the shape; infinite where it never does.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn distance(&self, center: Vec3, position: Vec3, direction: Vec3) -> f32 {
+        self.distances(center, &one(position), &one(direction))[0]
+    }
+
+    /// Of several rays side by side.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn distances<const LANES: usize>(
+        &self,
+        center: Vec3,
+        positions: &Lanes<LANES>,
+        directions: &Lanes<LANES>,
+    ) -> Lane<LANES> {
+        let mut distances = [f32::INFINITY; LANES];
         match *self {
-            Self::Infinite => f32::INFINITY,
+            Self::Infinite => {}
             Self::Box(bounds) => {
-                let bounds = bounds.with(position);
-                let exit = Vec3::select(direction.cmpgt(Vec3::ZERO), bounds.max, bounds.min);
-                // A component of zero never leaves; its quotient is infinite or not a number, and is left out.
-                let distances = ((exit - position) / direction).to_array();
-                distances.into_iter().filter(|t| t.is_finite()).fold(f32::INFINITY, f32::min)
+                let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        let (position, direction) = (positions[axis][lane], directions[axis][lane]);
+                        let (above, below) = (max[axis].max(position), min[axis].min(position));
+                        let exit = if direction > 0.0 { above } else { below };
+                        distances[lane] = sooner(distances[lane], (exit - position) / direction);
+                    }
+                }
             }
             Self::Sphere(radius) => {
-                let offset = position - center;
-                let along = offset.dot(direction);
-                let beyond = (radius * radius).max(offset.length_squared()) - offset.length_squared();
-                (along * along + beyond).sqrt() - along
+                let offset = relative(positions, center);
+                for lane in 0..LANES {
+                    let (o, d) = (vector(&offset, lane), vector(directions, lane));
+                    let along = o.dot(d);
+                    let beyond = (radius * radius).max(o.dot(o)) - o.dot(o);
+                    distances[lane] = (along * along + beyond).sqrt() - along;
+                }
             }
             Self::Cylinder { radius, bottom, top } => {
-                let offset = position - center;
-                let (aside, across) = (Vec2::new(offset.x, offset.z), Vec2::new(direction.x, direction.z));
-                let along = aside.dot(across);
-                let beyond = (radius * radius - aside.length_squared()).max(0.0);
-                let side =
-                    ((along * along + across.length_squared() * beyond).sqrt() - along) / across.length_squared();
-                let end = if direction.y > 0.0 { top.max(offset.y) } else { bottom.min(offset.y) };
-                // A component of zero never leaves; its quotient is infinite or not a number, and is left out.
-                let distances = [side, (end - offset.y) / direction.y];
-                distances.into_iter().filter(|t| t.is_finite()).fold(f32::INFINITY, f32::min)
+                let offset = relative(positions, center);
+                for lane in 0..LANES {
+                    let (o, d) = (vector(&offset, lane), vector(directions, lane));
+                    let along = o.x * d.x + o.z * d.z;
+                    let beyond = (radius * radius - (o.x * o.x + o.z * o.z)).max(0.0);
+                    let across2 = d.x * d.x + d.z * d.z;
+                    let side = ((along * along + across2 * beyond).sqrt() - along) / across2;
+                    let end = if d.y > 0.0 { top.max(o.y) } else { bottom.min(o.y) };
+                    distances[lane] = sooner(sooner(f32::INFINITY, side), (end - o.y) / d.y);
+                }
             }
         }
+        distances
     }
+}
+
+/// The smaller of two distances. A component of zero never leaves a shape; its quotient is infinite or not a number, and is left out.
+#[inline(always)] // for the instructions of its caller
+fn sooner(distance: f32, other: f32) -> f32 {
+    if other.abs() < f32::INFINITY { distance.min(other) } else { distance }
+}
+
+#[inline(always)] // for the instructions of its caller
+fn relative<const LANES: usize>(positions: &Lanes<LANES>, center: Vec3) -> Lanes<LANES> {
+    let mut offset = *positions;
+    for (offset, center) in offset.iter_mut().zip(center.to_array()) {
+        offset.iter_mut().for_each(|along| *along -= center);
+    }
+    offset
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec2;
 
     #[test]
     fn rays_meet_the_shape() {

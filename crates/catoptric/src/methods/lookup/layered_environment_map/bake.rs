@@ -1,7 +1,6 @@
 //! Inferred layers as work in units: those of a viewpoint each.
 
 use super::INFO;
-use super::capture::layout_of;
 use super::infer::Inference;
 use super::known::Known;
 use super::maps::{Layer, LayeredMap};
@@ -18,7 +17,7 @@ use glam::Vec4;
 
 /// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each first. Also how they are
 /// inferred: it changes with what they hold.
-const PAYLOAD_VERSION: u32 = 1;
+const PAYLOAD_VERSION: u32 = 2;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: usize = 8;
@@ -75,7 +74,7 @@ fn unit_of(known: &Known, group: usize, viewpoint: u32) -> usize {
 
 /// Bytes of a unit of a group.
 fn unit_bytes(known: &Known, group: usize, size: u32) -> usize {
-    known.groups[group].strata.iter().map(|stratum| layout_of(stratum, size).texel_count() * TEXEL_BYTES).sum()
+    known.groups[group].strata.iter().map(|stratum| stratum.shell.layout(size).texel_count() * TEXEL_BYTES).sum()
 }
 
 /// Whether a bake has the units of a scene.
@@ -98,21 +97,27 @@ pub(super) fn check(
     if fits { Ok(()) } else { Err(RenderError::Limit { method: INFO.id, problem }) }
 }
 
-/// The layers of a viewpoint from a bake that was checked.
-pub(super) fn baked_map(known: &Known, size: u32, baked: &dyn Baked, group: usize, viewpoint: u32) -> LayeredMap {
+/// The layers of a viewpoint from a bake that was checked; `bare` are those of the group, whatever their textures.
+pub(super) fn baked_map(
+    known: &Known,
+    bare: &LayeredMap,
+    baked: &dyn Baked,
+    group: usize,
+    viewpoint: u32,
+) -> LayeredMap {
     let mut rest = baked.unit(unit_of(known, group, viewpoint)).as_chunks::<TEXEL_BYTES>().0;
-    let layers = &known.groups[group];
-    let layer = |stratum: &super::layers::Stratum| {
-        let layout = layout_of(stratum, size);
+    let layer = |bare: &Layer| {
+        let layout = bare.texture.layout.clone();
         let texels;
         (texels, rest) = rest.split_at(layout.texel_count().min(rest.len()));
         let texels = texels.iter().map(|bytes| {
             let half = |k: usize| f16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]]).to_f32();
             Vec4::new(half(0), half(1), half(2), half(3))
         });
-        Layer { shell: stratum.shell, texture: Texture { layout, texels: texels.collect() } }
+        let texture = Texture { layout, texels: texels.collect() };
+        Layer { shell: bare.shell, distances: bare.distances.clone(), texture }
     };
-    LayeredMap { center: layers.group.center(), layers: layers.strata.iter().map(layer).collect() }
+    LayeredMap { center: bare.center, layers: bare.layers.iter().map(layer).collect() }
 }
 
 /// What inference gives is kept with no more digits than a bake has: both draw the same.

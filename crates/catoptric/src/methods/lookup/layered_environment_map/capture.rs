@@ -1,30 +1,24 @@
 //! Textures of layers as they are seen from the middle of their shells: projected, not inferred.
 
 use super::layers::Stratum;
-use super::maps::Layer;
 use super::surroundings::Strata;
-use super::texels::{Layout, Texture};
+use super::texels::Texture;
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::{Ray, RayDifferential};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec4};
 
-/// The layout of a stratum's texture.
-pub(super) fn layout_of(stratum: &Stratum, size: u32) -> Layout {
-    if stratum.shell.is_around() { Layout::cube(size) } else { Layout::square(size) }
-}
-
-/// The texture of a layer, seen from `center` with a square number of rays a texel.
+/// The texture of a layer, seen from the centre with a square number of rays a texel.
 pub(super) fn projected(
     strata: &Strata<'_>,
     number: usize,
     stratum: &Stratum,
-    center: Vec3,
     size: u32,
     samples: u32,
     progress: &dyn Progress,
-) -> Layer {
-    let (layout, shell) = (layout_of(stratum, size), stratum.shell);
+) -> Texture {
+    let (layout, shell) = (stratum.shell.layout(size), stratum.shell);
+    let center = strata.around.group.center();
     let count = samples.isqrt();
     let step = 2.0 / (size * count) as f32;
     let row = |row: usize| {
@@ -49,5 +43,5 @@ pub(super) fn projected(
     let mut texels = parallel::map_collect((layout.faces() * size) as usize, row).concat();
     texels.resize(layout.texel_count(), Vec4::ZERO);
     layout.fill_coarser(&mut texels);
-    Layer { shell, texture: Texture { layout, texels } }
+    Texture { layout, texels }
 }

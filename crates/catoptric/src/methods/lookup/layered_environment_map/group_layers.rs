@@ -1,11 +1,13 @@
 //! What is known of a group of reflectors and lenses, and of the layers about it.
 
-use super::capture::{layout_of, projected};
+use super::capture::projected;
+use super::distances::Distances;
 use super::groups::LensGroup;
 use super::layers::{Meeting, Stratum, strata};
-use super::maps::LayeredMap;
+use super::maps::{Layer, LayeredMap};
 use super::settings::LayeredEnvironmentMapSettings;
 use super::surroundings::{Strata, Surroundings};
+use super::texels::Texture;
 use super::viewpoints::{Viewspace, picture_of};
 use crate::methods::lookup::greedy::{First, GreedyPaths};
 use crate::parallel;
@@ -29,47 +31,55 @@ pub(super) struct GroupLayers {
 }
 
 impl GroupLayers {
-    /// Of a group, with paths of up to `order` events.
-    pub(super) fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, group: LensGroup, order: u32) -> Self {
-        let viewspace = Viewspace::new(settings, scene, &group);
-        let around = Surroundings::new(scene, &group);
-        let strata = group_strata(settings, scene, &group, &around, &viewspace, order);
-        Self { group, viewspace, strata }
-    }
-
-    /// The layers as they are seen from the middle of the shells; `everything` is the hierarchy of all objects.
-    pub(super) fn projected(
-        &self,
+    /// Of a group, with paths of up to `order` events; `everything` is the hierarchy of all objects.
+    pub(super) fn new(
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
         everything: &Tracer,
+        group: LensGroup,
         order: u32,
-        progress: &dyn Progress,
-    ) -> LayeredMap {
-        let LayeredEnvironmentMapSettings { size, capture_samples, .. } = *settings;
-        let around = Surroundings::new(scene, &self.group);
-        let apart = Strata::new(&around, everything, &self.strata, order.saturating_sub(1), settings.continued);
-        let rows: u32 = self.strata.iter().map(|stratum| layout_of(stratum, size).faces() * size).sum();
-        progress.begin("capturing layers", u64::from(rows));
-        let center = self.group.center();
+    ) -> Self {
+        let viewspace = Viewspace::new(settings, scene, &group);
+        let strata = group_strata(settings, Surroundings { scene, everything, group: &group }, &viewspace, order);
+        Self { group, viewspace, strata }
+    }
+
+    /// The layers without textures; none of them knows more of what it shows than its shell where `settings` say so.
+    pub(super) fn bare(&self, settings: &LayeredEnvironmentMapSettings, apart: &Strata<'_>) -> LayeredMap {
         let layer = |(number, stratum): (usize, &Stratum)| {
-            projected(&apart, number, stratum, center, size, capture_samples, progress)
+            let distances = settings.depth.then(|| Distances::of(apart, number, stratum, settings.size));
+            let layout = stratum.shell.layout(settings.size);
+            Layer { shell: stratum.shell, distances, texture: Texture { layout, texels: Vec::new() } }
         };
-        let layers = self.strata.iter().enumerate().map(layer).collect();
+        LayeredMap { center: self.group.center(), layers: self.strata.iter().enumerate().map(layer).collect() }
+    }
+
+    /// Gives layers the textures that are seen from the middle of the shells.
+    pub(super) fn project(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        apart: &Strata<'_>,
+        map: &mut LayeredMap,
+        progress: &dyn Progress,
+    ) {
+        let LayeredEnvironmentMapSettings { size, capture_samples, .. } = *settings;
+        let rows: u32 = map.layers.iter().map(|layer| layer.texture.layout.faces() * size).sum();
+        progress.begin("capturing layers", u64::from(rows));
+        for (number, (layer, stratum)) in map.layers.iter_mut().zip(&self.strata).enumerate() {
+            layer.texture = projected(apart, number, stratum, size, capture_samples, progress);
+        }
         progress.end();
-        LayeredMap { center, layers }
     }
 }
 
 /// The layers about a group: of what rays through it meet that come from all viewpoints.
 fn group_strata(
     settings: &LayeredEnvironmentMapSettings,
-    scene: &Scene,
-    group: &LensGroup,
-    around: &Surroundings<'_>,
+    around: Surroundings<'_>,
     viewspace: &Viewspace,
     order: u32,
 ) -> Vec<Stratum> {
+    let Surroundings { scene, group, .. } = around;
     let paths = GreedyPaths { scene, tracer: &group.tracer, order };
     let step = viewspace.len().div_ceil(MOST_CLUSTERED);
     let rays_a_view = 2 * CLUSTER_SIZE * CLUSTER_SIZE;
@@ -94,7 +104,7 @@ fn group_strata(
     })
     .concat();
     let met: HashSet<u32> = meetings.iter().map(|meeting| meeting.object).collect();
-    let is_other = |object: &u32| !met.contains(object) && !group.objects.contains(object);
+    let is_other = |object: &u32| !met.contains(object) && !group.holds(*object);
     let distance = |object: u32| (object, scene.objects[object as usize].bounds.center().distance(group.center()));
     let others: Vec<(u32, f32)> = (0..scene.objects.len() as u32).filter(is_other).map(distance).collect();
     strata(&meetings, &others, settings.layers, settings.shells, settings.clustering)

@@ -8,6 +8,7 @@ use glam::Vec3;
 
 /// Reflectors and lenses that are traced without the rest of the scene.
 pub(super) struct LensGroup {
+    /// Ascending.
     pub(super) objects: Vec<u32>,
     /// Around them.
     pub(super) bounds: Aabb,
@@ -31,11 +32,18 @@ impl LensGroup {
         members.map(|objects| Self::new(scene, objects)).collect()
     }
 
-    fn new(scene: &Scene, objects: Vec<u32>) -> Self {
+    fn new(scene: &Scene, mut objects: Vec<u32>) -> Self {
+        objects.sort_unstable();
         let bounds = objects.iter().map(|object| scene.objects[*object as usize].bounds);
         let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
-        let tracer = Tracer::build(scene, |object| objects.contains(&object));
+        let tracer = Tracer::build(scene, |object| objects.binary_search(&object).is_ok());
         Self { objects, bounds, tracer }
+    }
+
+    /// Whether an object is in it.
+    #[inline]
+    pub(super) fn holds(&self, object: u32) -> bool {
+        self.objects.binary_search(&object).is_ok()
     }
 
     /// The middle of the shells about it.

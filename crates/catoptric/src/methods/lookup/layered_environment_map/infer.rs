@@ -6,7 +6,6 @@ use super::maps::{Layer, LayeredMap};
 use super::mesh::{self, Criteria};
 use super::observations::{Observations, Observer};
 use super::settings::LayeredEnvironmentMapSettings;
-use super::surroundings::{Strata, Surroundings};
 use super::texels::Texture;
 use super::viewpoints::picture_of;
 use super::visible::SeenSurfaces;
@@ -75,7 +74,7 @@ impl Inference<'_> {
             let (texels, residual) = solve(&equations, expected, TRUST, STOP);
             residuals.push(residual);
             progress.advance(1);
-            Layer { shell: layer.shell, texture: Texture { layout, texels } }
+            Layer { shell: layer.shell, distances: layer.distances.clone(), texture: Texture { layout, texels } }
         };
         let layers = systems.into_iter().zip(&projected.layers).map(layer).collect();
         progress.end();
@@ -116,12 +115,11 @@ impl Inference<'_> {
 
     /// Calls with what makes pictures of a group.
     fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
-        let Self { scene, settings, known: Known { groups, everything, order, .. } } = *self;
-        let known = &groups[number];
-        let around = Surroundings::new(scene, &known.group);
-        let strata = Strata::new(&around, everything, &known.strata, order.saturating_sub(1), settings.continued);
-        let paths = GreedyPaths { scene, tracer: &known.group.tracer, order: *order };
-        work(&Observer { scene, known, paths, strata: &strata, samples: settings.capture_samples })
+        let Self { scene, settings, known } = *self;
+        let group = &known.groups[number];
+        let strata = known.apart(settings, scene, group);
+        let paths = GreedyPaths { scene, tracer: &group.group.tracer, order: known.order };
+        work(&Observer { scene, known: group, paths, strata: &strata, samples: settings.capture_samples })
     }
 
     /// What a picture of a group shows.
@@ -130,7 +128,7 @@ impl Inference<'_> {
     /// Those of the rasteriser.
     fn observations(&self, observer: &Observer<'_>, view: &View) -> Result<Observations, RenderError> {
         let (scene, paths, group) = (self.scene, observer.paths, &observer.known.group);
-        let is_in_group = |object: u32| group.objects.contains(&object);
+        let is_in_group = |object: u32| group.holds(object);
         let of_group = |object: u32| is_in_group(object).then_some(paths);
         let (lists, mesh) = mesh::drawn(scene, view, 1, &self.known.welds, &of_group, CRITERIA, is_in_group)?;
         let seen = SeenSurfaces::of(scene, view, &lists)?;
@@ -145,9 +143,10 @@ fn equations(layer: &Layer, observations: &Observations, number: usize, weight: 
         let start = piece * OBSERVATIONS_AT_ONCE;
         let mut equations = Equations::default();
         for (index, observation) in list.iter().enumerate().skip(start).take(OBSERVATIONS_AT_ONCE) {
-            let (place, changes) = layer.shell.footprint(&observation.ray, &observation.change);
             equations.push(observation.confidence * weight, observations.seen(index, number), |tap| {
-                layer.texture.layout.taps(place, changes, &mut |texel, weight| tap(texel, weight));
+                layer.taps_of(&observation.ray, &observation.change, |taps| {
+                    taps.iter().for_each(|(texel, weight)| tap(texel, weight));
+                });
             });
         }
         equations

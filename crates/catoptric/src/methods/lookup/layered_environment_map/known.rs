@@ -1,10 +1,10 @@
 //! What is known of a scene before any texture is made: its groups and the shells about them.
 
-use super::capture::layout_of;
 use super::group_layers::GroupLayers;
 use super::groups::LensGroup;
 use super::maps::LayeredMap;
 use super::settings::LayeredEnvironmentMapSettings;
+use super::surroundings::{Strata, Surroundings};
 use super::viewpoints::Shares;
 use super::welds::Welds;
 use crate::error::RenderError;
@@ -36,7 +36,8 @@ impl Known {
         for (number, group) in groups.iter().enumerate() {
             group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
         }
-        let groups = groups.into_iter().map(|group| GroupLayers::new(settings, scene, group, order)).collect();
+        let layers = |group| GroupLayers::new(settings, scene, &everything, group, order);
+        let groups = groups.into_iter().map(layers).collect();
         Self { groups, group_of, everything, welds: Welds::new(scene), order }
     }
 
@@ -44,7 +45,7 @@ impl Known {
     /// [`RenderError::Limit`] where the textures of so many viewpoints (of every group) do not fit into memory.
     pub(super) fn check_memory(&self, size: u32, viewpoints: usize) -> Result<(), RenderError> {
         let strata = self.groups.iter().flat_map(|group| &group.strata);
-        let texels: usize = strata.map(|stratum| layout_of(stratum, size).texel_count()).sum();
+        let texels: usize = strata.map(|stratum| stratum.shell.layout(size).texel_count()).sum();
         let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());
         let bytes = (texels * viewpoints * size_of::<Vec4>()) as u64;
         fit_into_memory(super::INFO.id, &table, bytes, "fewer layers")
@@ -68,6 +69,12 @@ impl Known {
         Some(GreedyPaths { scene, tracer, order: self.order })
     }
 
+    /// Of every group the layers without textures.
+    pub(super) fn bare(&self, settings: &LayeredEnvironmentMapSettings, scene: &Scene) -> Vec<LayeredMap> {
+        let map = |group: &GroupLayers| group.bare(settings, &self.apart(settings, scene, group));
+        self.groups.iter().map(map).collect()
+    }
+
     /// Of every group the layers as they are seen from the middle of their shells.
     pub(super) fn projected(
         &self,
@@ -75,8 +82,24 @@ impl Known {
         scene: &Scene,
         progress: &dyn Progress,
     ) -> Vec<LayeredMap> {
-        let map = |group: &GroupLayers| group.projected(settings, scene, &self.everything, self.order, progress);
+        let map = |group: &GroupLayers| {
+            let apart = self.apart(settings, scene, group);
+            let mut map = group.bare(settings, &apart);
+            group.project(settings, &apart, &mut map, progress);
+            map
+        };
         self.groups.iter().map(map).collect()
+    }
+
+    /// The things of a group's layers, apart.
+    pub(super) fn apart<'a>(
+        &'a self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &'a Scene,
+        group: &'a GroupLayers,
+    ) -> Strata<'a> {
+        let around = Surroundings { scene, everything: &self.everything, group: &group.group };
+        Strata::new(around, &group.strata, self.order.saturating_sub(1), settings.continued)
     }
 
     /// The viewpoints about a view's eye; orthographic views have an eye far away.

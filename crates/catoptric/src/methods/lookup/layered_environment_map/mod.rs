@@ -6,6 +6,7 @@
 mod bake;
 mod blend;
 mod capture;
+mod distances;
 mod group_layers;
 mod groups;
 mod infer;
@@ -80,7 +81,7 @@ struct LayeredEnvironmentMap {
 /// What depends on the scene, and on the views so far.
 struct Prepared {
     known: Known,
-    /// Of every group the layers as they are seen from the middle of the shells; none where all are baked.
+    /// Of every group the layers as they are seen from the middle of the shells; without textures where all are baked.
     projected: Vec<LayeredMap>,
     /// Of every group the layers of viewpoints.
     of_viewpoints: Vec<BTreeMap<u32, LayeredMap>>,
@@ -107,7 +108,7 @@ impl ReflectionMethod for LayeredEnvironmentMap {
         let projected = match &self.baked {
             Some(baked) if is_baked => {
                 bake::check(&known, &self.settings, &**baked)?;
-                Vec::new()
+                known.bare(&self.settings, scene)
             }
             _ => known.projected(&self.settings, scene, progress),
         };
@@ -167,7 +168,7 @@ impl Prepared {
                     continue;
                 }
                 let map = match baked {
-                    Some(baked) => bake::baked_map(known, settings.size, baked, group, viewpoint),
+                    Some(baked) => bake::baked_map(known, &projected[group], baked, group, viewpoint),
                     None => {
                         let inference = Inference { scene: job.scene, settings, known };
                         inferred += 1;
@@ -213,10 +214,11 @@ impl Prepared {
         report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
         let groups = 0..self.known.groups.len();
         let maps: Vec<Vec<(&LayeredMap, f32)>> = groups.map(|group| self.maps_of(settings, group, job)).collect();
-        let lenses = |object: u32| Some((paths(object)?, maps[self.known.group_of(object)?].as_slice()));
+        let lenses = |object: u32| Some((paths(object)?, self.known.group_of(object)?));
         let ray_count = AtomicU64::new(0);
         let (rays, edges) = (view.rays(), settings.edges);
-        let shader = LensShader { scene, rays, lenses: &lenses, mesh: &mesh, edges, ray_count: &ray_count };
+        let shader =
+            LensShader { scene, rays, lenses: &lenses, maps: &maps, mesh: &mesh, edges, ray_count: &ray_count };
         report.add_raster(&raster::draw(view, samples, &lists, &shader, target)?);
         report.counts.insert("mesh_vertices", mesh.points.len() as u64);
         report.counts.insert("mesh_triangles", mesh.leaves.len() as u64);

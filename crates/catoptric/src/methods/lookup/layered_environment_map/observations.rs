@@ -61,7 +61,7 @@ pub(super) struct Observer<'a> {
 impl Observer<'_> {
     /// The observations of a picture whose adaptive mesh was seen like this.
     pub(super) fn observe(&self, view: &View, mesh: &AdaptiveMesh, seen: &SeenSurfaces) -> Observations {
-        let layers = self.strata.layer_count();
+        let layers = self.strata.count;
         let rows = parallel::map_collect(view.height as usize, |y| {
             let mut found = Observations { layers, ..Observations::default() };
             for x in 0..view.width {
@@ -99,9 +99,7 @@ impl Observer<'_> {
             let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
             let ray = view.ray(at(x, sample % count), at(y, sample / count));
             let Some(leaving) = self.leaving(&ray, first) else { continue };
-            for layer in 0..layers {
-                found.seen[start + layer] += self.strata.seen(layer, &leaving, Some(&change));
-            }
+            self.strata.add_seen(&leaving, Some(&change), &mut found.seen[start..]);
             directions.push(leaving.direction);
         }
         let confidence = confidence(&directions);

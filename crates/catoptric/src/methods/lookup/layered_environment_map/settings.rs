@@ -91,6 +91,8 @@ pub struct LayeredEnvironmentMapSettings {
     pub size: u32,
     /// Rays a texel (a pixel, when inferring) when capturing, a square number.
     pub capture_samples: u32,
+    /// Whether texels know how far away what they show is.
+    pub depth: bool,
     /// Whether layers hold what other layers hide.
     pub continued: bool,
     /// Where the textures come from.
@@ -127,6 +129,7 @@ impl Default for LayeredEnvironmentMapSettings {
             shells: Shells::Auto,
             size: 256,
             capture_samples: 4,
+            depth: true,
             continued: true,
             textures: Textures::Projected,
             viewpoints: Viewpoints::Circle,
@@ -152,6 +155,7 @@ impl Settings for LayeredEnvironmentMapSettings {
         ("shells", "what stands in for a layer: sphere, box, cylinder, quad; auto: the one that fits best"),
         ("size", "texels a side of a layer's texture or of each face of its cube, a power of two from 8 to 1024"),
         ("capture_samples", "rays a texel, or a pixel of the pictures that are inferred from: 1, 4, 9 or 16"),
+        ("depth", "true: each texel knows how far away what it shows is; false: all is on its shell (the paper's)"),
         ("continued", "true: layers hold what nearer ones hide; false: what is hit first alone"),
         (
             "textures",

@@ -1,21 +1,26 @@
 //! What a picture shows: the adaptive mesh before the scene.
 
-use super::maps::{self, Blended};
+use super::blend::Blend;
+use super::maps::{self, LayeredMap};
 use super::mesh::AdaptiveMesh;
 use super::settings::Edges;
-use crate::methods::lookup::greedy::{First, GreedyPaths};
-use crate::optics::{Interface, transmittance};
-use crate::raster::{Fragment, LayerSurface, Look, LookShader};
+use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
+use crate::methods::lookup::reflector::FirstSurface;
+use crate::optics::transmittance;
+use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
+use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Role, Scene, ViewRays};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Colours a view of the scene.
 pub(super) struct LensShader<'a> {
     pub(super) scene: &'a Scene,
     pub(super) rays: ViewRays,
-    /// Of every object the paths among its group, and the layers about that.
-    pub(super) lenses: &'a (dyn Fn(u32) -> Option<(GreedyPaths<'a>, &'a Blended<'a>)> + Sync),
+    /// Of every object the paths among its group, and that one's number.
+    pub(super) lenses: &'a (dyn Fn(u32) -> Option<(GreedyPaths<'a>, usize)> + Sync),
+    /// Of every group the layers about it, with their shares.
+    pub(super) maps: &'a [Vec<(&'a LayeredMap, f32)>],
     pub(super) mesh: &'a AdaptiveMesh,
     /// What is seen where the mesh's paths take different ways.
     pub(super) edges: Edges,
@@ -23,13 +28,49 @@ pub(super) struct LensShader<'a> {
     pub(super) ray_count: &'a AtomicU64,
 }
 
-impl LookShader for LensShader<'_> {
-    fn scene(&self) -> &Scene {
-        self.scene
+/// A ray that leaves a group.
+struct LookUp {
+    group: usize,
+    /// What becomes of its light, and which fragment that is seen in.
+    share: Vec3,
+    fragment: usize,
+}
+
+/// Rays that leave groups, to be looked up side by side.
+#[derive(Default)]
+struct LookUps {
+    list: Vec<LookUp>,
+    rays: Vec<(Ray, RayDifferential)>,
+}
+
+impl FragmentShader for LensShader<'_> {
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        let mut waiting = LookUps::default();
+        let mut color = self.look(fragment, 0, &mut waiting).color(self.scene);
+        self.add(&waiting, std::slice::from_mut(&mut color));
+        color
     }
 
-    #[inline]
-    fn look(&self, fragment: &Fragment<'_>) -> Look {
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        shade_lenses(self, batch, colors);
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface)
+    }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn shade_lenses(shader: &LensShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    let mut waiting = LookUps::default();
+    shade_looks(shader.scene, batch, colors, |index, fragment| shader.look(fragment, index, &mut waiting));
+    shader.add(&waiting, colors);
+}
+
+impl LensShader<'_> {
+    /// What a fragment looks like, but for what is still to be looked up.
+    #[inline(always)] // for the instructions of its caller
+    fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut LookUps) -> Look {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
             return Look::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));
@@ -40,60 +81,90 @@ impl LookShader for LensShader<'_> {
             return Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
         }
         let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
-        Look::Color(self.lens(object, surface, &ray, &change))
+        Look::Color(self.lens(object, surface, &ray, &change, index, waiting))
     }
-}
 
-impl LensShader<'_> {
-    /// What a reflector or lens shows.
+    /// What a reflector or lens shows, but for what is still to be looked up.
     #[inline(always)] // for the instructions of its caller
-    fn lens(&self, object: u32, surface: &LayerSurface, ray: &Ray, change: &RayDifferential) -> Vec3 {
+    fn lens(
+        &self,
+        object: u32,
+        surface: &LayerSurface,
+        ray: &Ray,
+        change: &RayDifferential,
+        fragment: usize,
+        waiting: &mut LookUps,
+    ) -> Vec3 {
         let scene = self.scene;
         let encounter = scene.drawn_encounter(surface, ray, change);
         let point = &encounter.point;
-        let material = scene.material_of(object);
-        let interface = Interface::of(scene, material, point, ray.direction);
-        let own = match interface.scattered {
-            0.0 => Vec3::ZERO,
-            _ => scene.own_radiance(point, -ray.direction),
-        };
-        let Some((paths, maps)) = (self.lenses)(object) else {
+        let Some((paths, group)) = (self.lenses)(object) else {
             // Nothing is reflected at order 0.
-            return own * interface.scattered;
+            return FirstSurface::of(scene, point, ray.direction, || None).own;
         };
         let blend = self.mesh.blend(surface);
-        let arriving = |first: First, arrived: &mut f32| {
-            let blended = blend.as_ref().and_then(|blend| match self.edges {
-                Edges::Traced => blend.path(first as usize),
-                Edges::Nearest => blend.path(first as usize).or_else(|| Some(blend.nearest(first as usize))),
-            });
-            let (path, change) = blended.unwrap_or_else(|| {
-                let path = paths.follow(ray.direction, encounter, first);
-                self.ray_count.fetch_add(u64::from(path.events), Ordering::Relaxed);
-                (path, RayDifferential::default())
-            });
-            let Some(leaving) = &path.leaving else { return path.added };
-            if interface.attenuation.is_some() {
-                *arrived = maps::distance(maps, leaving);
-            }
-            path.added + path.share * maps::radiance(maps, scene, leaving, &change)
+        let path = |first: First| self.path(&paths, blend.as_ref(), ray, &encounter, first);
+        let mut reflected = None;
+        let distance = || {
+            let (path, _) = reflected.insert(path(First::Reflected));
+            let distance = path.leaving.map(|leaving| maps::distance(&self.maps[group], &leaving));
+            Some(distance.unwrap_or(f32::INFINITY))
         };
-        let (mut sum, mut own_share, mut distance) = (Vec3::ZERO, interface.scattered, f32::INFINITY);
-        if interface.reflected != Vec3::ZERO {
-            let mut reflection = interface.reflected * arriving(First::Reflected, &mut distance);
-            if let Some(deferred) = interface.deferred(own) {
-                let (settled, weight) = deferred.settled(distance);
-                (own_share, reflection) = (0.0, settled + reflection * weight);
+        let FirstSurface { own, shares } = FirstSurface::of(scene, point, ray.direction, distance);
+        let material = scene.material_of(object);
+        let is_inside = material.role == Role::Lens && ray.direction.dot(point.geometric_normal) > 0.0;
+        let passes = match is_inside {
+            true => transmittance(material.absorption, ray.origin.distance(point.position)),
+            false => Vec3::ONE,
+        };
+        let mut sum = own;
+        for (first, share) in First::BOTH.into_iter().zip(shares).filter(|(_, share)| *share != Vec3::ZERO) {
+            let known = reflected.filter(|_| first == First::Reflected);
+            let (path, change) = known.unwrap_or_else(|| path(first));
+            sum += share * path.added;
+            let share = share * path.share * passes;
+            if let Some(leaving) = path.leaving.filter(|leaving| share.is_finite() && leaving.direction.is_finite()) {
+                waiting.list.push(LookUp { group, share, fragment });
+                waiting.rays.push((leaving, change));
             }
-            sum += reflection;
         }
-        if interface.transmitted != Vec3::ZERO {
-            sum += interface.transmitted * arriving(First::Refracted, &mut distance);
-        }
-        sum += own * own_share;
-        if material.role == Role::Lens && !interface.facing.outside {
-            sum *= transmittance(material.absorption, ray.origin.distance(point.position));
-        }
+        let sum = sum * passes;
         if sum.is_finite() { sum } else { Vec3::ZERO }
+    }
+
+    /// A fragment's path by one of the ways from its surface, with the change of the ray that leaves.
+    #[inline(always)] // for the instructions of its caller
+    fn path(
+        &self,
+        paths: &GreedyPaths<'_>,
+        blend: Option<&Blend<'_>>,
+        ray: &Ray,
+        encounter: &Encounter,
+        first: First,
+    ) -> (GreedyPath, RayDifferential) {
+        let blended = blend.and_then(|blend| match self.edges {
+            Edges::Traced => blend.path(first as usize),
+            Edges::Nearest => blend.path(first as usize).or_else(|| Some(blend.nearest(first as usize))),
+        });
+        blended.unwrap_or_else(|| {
+            let path = paths.follow(ray.direction, *encounter, first);
+            self.ray_count.fetch_add(u64::from(path.events), Ordering::Relaxed);
+            (path, RayDifferential::default())
+        })
+    }
+
+    /// Adds what was still to be looked up.
+    #[inline(always)] // for the instructions of its caller
+    fn add(&self, waiting: &LookUps, colors: &mut [Vec3]) {
+        let mut first = 0;
+        for list in waiting.list.chunk_by(|a, b| a.group == b.group) {
+            let rays = &waiting.rays[first..first + list.len()];
+            first += list.len();
+            maps::radiance(&self.maps[list[0].group], self.scene, rays, |index, radiance| {
+                let LookUp { share, fragment, .. } = list[index];
+                let added = share * radiance;
+                colors[fragment] += if added.is_finite() { added } else { Vec3::ZERO };
+            });
+        }
     }
 }

@@ -1,7 +1,11 @@
 //! Simple surfaces that stand in for what is around reflectors.
 
+#![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+
 use super::settings::Shells;
+use super::texels::{Footprints, Layout};
 use crate::math::Aabb;
+use crate::methods::lookup::lanes::{Lane, Lanes, side_by_side, vector};
 use crate::methods::lookup::surround::Surround;
 use crate::scene::{Ray, RayDifferential};
 use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
@@ -24,6 +28,55 @@ pub(super) struct Quad {
     /// From the middle to the right and the upper edge.
     right: Vec3,
     up: Vec3,
+}
+
+/// Rays side by side, from a centre, with their changes from pixel to pixel (right, then down): of origins and of directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RayLanes<const LANES: usize> {
+    pub(super) origins: Lanes<LANES>,
+    pub(super) directions: Lanes<LANES>,
+    moved: [Lanes<LANES>; 2],
+    turned: [Lanes<LANES>; 2],
+}
+
+impl<const LANES: usize> RayLanes<LANES> {
+    /// Of rays from the centre that do not change.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn sharp(origins: Lanes<LANES>, directions: Lanes<LANES>) -> Self {
+        Self { origins, directions, moved: [[[0.0; LANES]; 3]; 2], turned: [[[0.0; LANES]; 3]; 2] }
+    }
+
+    /// As they are where everything is smaller by these shares about the centre: they meet there a shell where they meet here one that is
+    /// larger.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn shrunk(&self, shares: &Lane<LANES>) -> Self {
+        let mut shrunk = *self;
+        let [moved_x, moved_y] = &mut shrunk.moved;
+        for vectors in [&mut shrunk.origins, moved_x, moved_y] {
+            for along in vectors {
+                for lane in 0..LANES {
+                    along[lane] *= 1.0 / shares[lane];
+                }
+            }
+        }
+        shrunk
+    }
+
+    /// Of rays in the scene.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn new(rays: &[(Ray, RayDifferential); LANES], center: Vec3) -> Self {
+        let of = |component: &dyn Fn(&(Ray, RayDifferential)) -> Vec3| {
+            let mut vectors = [Vec3::ZERO; LANES];
+            vectors.iter_mut().zip(rays).for_each(|(vector, ray)| *vector = component(ray));
+            side_by_side(&vectors)
+        };
+        Self {
+            origins: of(&|(ray, _)| ray.origin - center),
+            directions: of(&|(ray, _)| ray.direction),
+            moved: [of(&|(_, change)| change.origin_dx), of(&|(_, change)| change.origin_dy)],
+            turned: [of(&|(_, change)| change.direction_dx), of(&|(_, change)| change.direction_dy)],
+        }
+    }
 }
 
 /// A layer's points are no wider apart than this for a quad to stand in for them: the cosine of the angle to their middle.
@@ -59,30 +112,94 @@ impl Shell {
         of_kind(Shells::Quad).filter(|quad| error(quad) <= error(&best) + QUAD_ADVANTAGE).unwrap_or(best)
     }
 
-    /// Whether it is looked up by directions: else by places of a square.
-    pub(super) fn is_around(&self) -> bool {
-        matches!(self, Self::Around(_))
-    }
-
-    /// Where a ray looks it up; its origin is from the centre.
-    #[inline(always)] // for the instructions of its caller
-    pub(super) fn place(&self, origin: Vec3, direction: Vec3) -> Vec3 {
+    /// The layout of its texture, of this many texels a side.
+    pub(super) fn layout(&self, size: u32) -> Layout {
         match self {
-            Self::Around(surround) => surround.direction(Vec3::ZERO, origin, direction).normalize_or(direction),
-            Self::Quad(quad) => quad.place(origin, direction),
+            Self::Around(_) => Layout::cube(size),
+            Self::Quad(_) => Layout::square(size),
         }
     }
 
-    /// Where a ray (from the centre) looks it up, and how that changes from pixel to pixel.
+    /// Where rays look it up.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn footprint(&self, ray: &Ray, change: &RayDifferential) -> (Vec3, [Vec3; 2]) {
-        let place = self.place(ray.origin, ray.direction);
-        let beside = |moved: Vec3, turned: Vec3| {
-            let direction = (ray.direction + turned).normalize_or(ray.direction);
-            self.place(ray.origin + moved, direction) - place
+    pub(super) fn places<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Lanes<LANES> {
+        self.places_of(&rays.origins, &rays.directions)
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn places_of<const LANES: usize>(&self, origins: &Lanes<LANES>, directions: &Lanes<LANES>) -> Lanes<LANES> {
+        match self {
+            Self::Around(surround) => {
+                let mut found = surround.directions(Vec3::ZERO, origins, directions);
+                normalize(&mut found, directions);
+                found
+            }
+            Self::Quad(quad) => quad.places(origins, directions),
+        }
+    }
+
+    /// Where rays look it up that is grown by shares about the centre: directions of any length, or places of a square.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn directions<const LANES: usize>(&self, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lanes<LANES> {
+        let mut origins = rays.origins;
+        for along in &mut origins {
+            for lane in 0..LANES {
+                along[lane] *= 1.0 / shares[lane];
+            }
+        }
+        match self {
+            Self::Around(surround) => surround.directions(Vec3::ZERO, &origins, &rays.directions),
+            Self::Quad(quad) => quad.places(&origins, &rays.directions),
+        }
+    }
+
+    /// By what shares it is to be grown about the centre to go through places.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn shares_of<const LANES: usize>(&self, places: &Lanes<LANES>) -> Lane<LANES> {
+        let mut shares = [0.0; LANES];
+        match self {
+            Self::Around(surround) => {
+                let mut directions = *places;
+                normalize(&mut directions, &[[0.0; LANES]; 3]);
+                let distances = surround.distances(Vec3::ZERO, &[[0.0; LANES]; 3], &directions);
+                for lane in 0..LANES {
+                    let share = vector(places, lane).length_squared().sqrt() / distances[lane];
+                    shares[lane] = if share > 0.0 { share } else { 0.0 };
+                }
+            }
+            Self::Quad(quad) => {
+                let normal = quad.normal / quad.middle.dot(quad.normal);
+                for lane in 0..LANES {
+                    shares[lane] = vector(places, lane).dot(normal).max(0.0);
+                }
+            }
+        }
+        shares
+    }
+
+    /// Where rays look it up, and how that changes from pixel to pixel.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn footprints<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Footprints<LANES> {
+        let places = self.places(rays);
+        let beside = |moved: &Lanes<LANES>, turned: &Lanes<LANES>| {
+            let (mut origins, mut directions) = (rays.origins, rays.directions);
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    origins[axis][lane] += moved[axis][lane];
+                    directions[axis][lane] += turned[axis][lane];
+                }
+            }
+            normalize(&mut directions, &rays.directions);
+            let mut changes = self.places_of(&origins, &directions);
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    changes[axis][lane] -= places[axis][lane];
+                }
+            }
+            changes
         };
-        let RayDifferential { origin_dx, origin_dy, direction_dx, direction_dy } = *change;
-        (place, [beside(origin_dx, direction_dx), beside(origin_dy, direction_dy)])
+        let changes = [0, 1].map(|k| beside(&rays.moved[k], &rays.turned[k]));
+        Footprints { places, changes }
     }
 
     /// How far a ray goes until it meets the shell; infinite where it never does.
@@ -217,13 +334,39 @@ impl Quad {
     }
 
     /// Rays that do not meet the plane are laid along it and meet it far away (Hakura, Snyder 2001, section 4.2).
-    fn place(&self, origin: Vec3, direction: Vec3) -> Vec3 {
-        let from_middle = match self.distance(origin, direction) {
-            Some(distance) => origin + direction * distance - self.middle,
-            None => (direction - self.normal * direction.dot(self.normal)) * (1e3 * self.middle.length()),
-        };
-        let along = |axis: Vec3| from_middle.dot(axis) / axis.length_squared();
-        Vec3::new(along(self.right), along(self.up), 0.0)
+    #[inline(always)] // for the instructions of its caller
+    fn places<const LANES: usize>(&self, origins: &Lanes<LANES>, directions: &Lanes<LANES>) -> Lanes<LANES> {
+        let mut places = [[0.0; LANES]; 3];
+        let (right, up) = (self.right / self.right.length_squared(), self.up / self.up.length_squared());
+        let far = 1e3 * self.middle.length();
+        for lane in 0..LANES {
+            let (origin, direction) = (vector(origins, lane), vector(directions, lane));
+            let (height, towards) = ((self.middle - origin).dot(self.normal), direction.dot(self.normal));
+            let distance = height / towards;
+            let meets = distance > 0.0 && distance < f32::INFINITY;
+            let met = origin + direction * distance - self.middle;
+            let laid = (direction - self.normal * towards) * far;
+            places[0][lane] = if meets { met.dot(right) } else { laid.dot(right) };
+            places[1][lane] = if meets { met.dot(up) } else { laid.dot(up) };
+        }
+        places
+    }
+}
+
+/// Gives vectors the length 1; where that cannot be they become the others.
+#[inline(always)] // for the instructions of its caller
+fn normalize<const LANES: usize>(vectors: &mut Lanes<LANES>, others: &Lanes<LANES>) {
+    let mut scale = [0.0; LANES];
+    for lane in 0..LANES {
+        let vector = vector(vectors, lane);
+        scale[lane] = 1.0 / vector.length_squared().sqrt();
+    }
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            let unit = vectors[axis][lane] * scale[lane];
+            let is_unit = scale[lane] > 0.0 && scale[lane] < f32::INFINITY;
+            vectors[axis][lane] = if is_unit { unit } else { others[axis][lane] };
+        }
     }
 }
 
@@ -231,6 +374,7 @@ impl Quad {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+    use crate::methods::lookup::lanes::one;
 
     /// Points where rays from the middle meet a shape.
     fn points(surround: &Surround) -> Vec<Vec3> {
@@ -260,15 +404,15 @@ mod tests {
         let mut number = || random.next_between(-1.0, 1.0);
         let points: Vec<Vec3> = (0..500).map(|_| Vec3::new(3.0, 0.5 + number(), 0.3 * number())).collect();
         let found = Shell::fit(Shells::Auto, &points);
-        assert!(!found.is_around(), "{found:?}");
+        assert_eq!(found.name(), "quads");
+        let place_of = |direction: Vec3| vector(&found.places(&RayLanes::sharp(one(Vec3::ZERO), one(direction))), 0);
         for point in &points {
-            let place = found.place(Vec3::ZERO, point.normalize());
+            let place = place_of(point.normalize());
             assert!(place.abs().max_element() <= 1.0, "{place}");
             // The way there and back.
             assert!(found.towards(place).normalize().distance(point.normalize()) < 1e-5);
         }
-        let away = found.place(Vec3::ZERO, Vec3::NEG_X);
-        assert!(away.is_finite());
-        assert!(found.place(Vec3::ZERO, Vec3::new(-0.1, 1.0, 0.0).normalize()).abs().max_element() > 1.0, "is not met");
+        assert!(place_of(Vec3::NEG_X).is_finite());
+        assert!(place_of(Vec3::new(-0.1, 1.0, 0.0).normalize()).abs().max_element() > 1.0, "is not met");
     }
 }

@@ -1,4 +1,4 @@
-//! What is around a group of reflectors and lenses: rays that leave it, and what they meet, layer by layer.
+//! What is around a group of reflectors and lenses: what rays that leave it meet, layer by layer.
 
 use super::groups::LensGroup;
 use super::layers::{Meeting, Stratum};
@@ -6,7 +6,7 @@ use crate::methods::reference::{PathModel, PathTracer};
 use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::{Hit, Tracer};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 /// Surfaces that a ray passes by looking for another; behind so many nothing is looked for.
 const MOST_SURFACES: usize = 64;
@@ -14,54 +14,45 @@ const MOST_SURFACES: usize = 64;
 /// How much further than a surface that was met the next one is looked for, as a share of its distance.
 const FURTHER: f32 = 1e-5;
 
-/// The surfaces along a ray, one behind the other.
-fn hits<'a>(scene: &'a Scene, tracer: &'a Tracer, ray: Ray) -> impl Iterator<Item = (Encounter, Hit)> + 'a {
-    let mut near = 0.0;
-    std::iter::from_fn(move || {
-        let hit = tracer.first_hit(scene, &ray, near)?;
-        near = hit.distance() * (1.0 + FURTHER);
-        Some((tracer.encounter(scene, &ray, &hit, None), hit))
-    })
-    .take(MOST_SURFACES)
-}
-
-fn faces(encounter: &Encounter, ray: &Ray) -> bool {
-    ray.direction.dot(encounter.point.geometric_normal) < 0.0
-}
-
-/// All that is not in the group.
+/// All that is not in a group.
+#[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
-    scene: &'a Scene,
-    /// From the centre of its layers.
-    center: Vec3,
-    /// Without the group.
-    tracer: Tracer,
+    pub(super) scene: &'a Scene,
+    /// Of everything, the group too.
+    pub(super) everything: &'a Tracer,
+    pub(super) group: &'a LensGroup,
 }
 
 impl<'a> Surroundings<'a> {
-    pub(super) fn new(scene: &'a Scene, group: &LensGroup) -> Self {
-        let tracer = Tracer::build(scene, |object| !group.objects.contains(&object));
-        Self { scene, center: group.center(), tracer }
+    /// The surfaces along a ray, one behind the other: what it is stopped by, and whatever faces it behind that.
+    fn hits(self, ray: Ray) -> impl Iterator<Item = (Encounter, Hit)> + use<'a> {
+        let mut near = 0.0;
+        let all = std::iter::from_fn(move || {
+            let hit = self.everything.first_hit(self.scene, &ray, near)?;
+            near = hit.distance() * (1.0 + FURTHER);
+            Some((self.everything.encounter(self.scene, &ray, &hit, None), hit))
+        });
+        let others = all.take(MOST_SURFACES).filter(move |(encounter, _)| !self.group.holds(encounter.point.object));
+        let faces = move |encounter: &Encounter| ray.direction.dot(encounter.point.geometric_normal) < 0.0;
+        others.enumerate().filter(move |(order, (encounter, _))| *order == 0 || faces(encounter)).map(|(_, hit)| hit)
     }
 
-    /// Appends what a ray that leaves the group meets: what it is stopped by, and whatever faces it behind that.
-    pub(super) fn meet(&self, number: u32, ray: &Ray, meetings: &mut Vec<Meeting>) {
-        for (order, (encounter, _)) in hits(self.scene, &self.tracer, *ray).enumerate() {
-            if order == 0 || faces(&encounter, ray) {
-                let position = encounter.point.position - self.center;
-                meetings.push(Meeting { ray: number, object: encounter.point.object, position });
-            }
-        }
+    /// Appends what a ray that leaves the group meets.
+    pub(super) fn meet(self, number: u32, ray: &Ray, meetings: &mut Vec<Meeting>) {
+        meetings.extend(self.hits(*ray).map(|(encounter, _)| {
+            let position = encounter.point.position - self.group.center();
+            Meeting { ray: number, object: encounter.point.object, position }
+        }));
     }
 }
 
 /// Things of layers, apart.
 pub(super) struct Strata<'a> {
-    scene: &'a Scene,
-    /// Of everything, for what is seen in the reflectors among them.
-    everything: &'a Tracer,
-    surroundings: &'a Surroundings<'a>,
-    layers: Vec<Tracer>,
+    pub(super) around: Surroundings<'a>,
+    /// Of every object the number of its layer.
+    layer_of: Vec<Option<u32>>,
+    /// How many layers there are.
+    pub(super) count: usize,
     /// Events on the paths from them.
     order: u32,
     /// Whether they are seen through the things of other layers.
@@ -69,36 +60,52 @@ pub(super) struct Strata<'a> {
 }
 
 impl<'a> Strata<'a> {
-    pub(super) fn new(
-        surroundings: &'a Surroundings<'a>,
-        everything: &'a Tracer,
-        strata: &[Stratum],
-        order: u32,
-        continued: bool,
-    ) -> Self {
-        let scene = surroundings.scene;
-        let layers = strata.iter().map(|stratum| Tracer::build(scene, |object| stratum.objects.contains(&object)));
-        Self { scene, everything, surroundings, layers: layers.collect(), order, continued }
+    pub(super) fn new(around: Surroundings<'a>, strata: &[Stratum], order: u32, continued: bool) -> Self {
+        let mut layer_of = vec![None; around.scene.objects.len()];
+        for (number, stratum) in strata.iter().enumerate() {
+            stratum.objects.iter().for_each(|object| layer_of[*object as usize] = Some(number as u32));
+        }
+        Self { around, layer_of, count: strata.len(), order, continued }
     }
 
-    /// How many layers there are.
-    pub(super) fn layer_count(&self) -> usize {
-        self.layers.len()
+    /// What a ray meets, each with its layer's number.
+    fn hits(&self, ray: &Ray) -> impl Iterator<Item = (usize, Hit)> {
+        let most = if self.continued { usize::MAX } else { 1 };
+        let hits = self.around.hits(*ray).take(most);
+        hits.filter_map(|(encounter, hit)| Some((self.layer_of[encounter.point.object as usize]? as usize, hit)))
     }
 
-    /// What a ray that leaves the group sees of a layer: radiance with 1, or nothing where it meets none of the layer's things
-    /// from the front (or from behind, as the first of all things).
-    pub(super) fn seen(&self, layer: usize, ray: &Ray, change: Option<&RayDifferential>) -> Vec4 {
-        let scene = self.scene;
-        let stops = |hit: &Hit| {
-            let first = self.surroundings.tracer.first_hit(scene, ray, 0.0);
-            first.is_some_and(|first| first.distance() == hit.distance())
-        };
-        let mut hits = hits(scene, &self.layers[layer], *ray);
-        let found = hits.find(|(encounter, hit)| (self.continued && faces(encounter, ray)) || stops(hit));
-        let Some((_, hit)) = found else { return Vec4::ZERO };
-        let encounter = self.layers[layer].encounter(scene, ray, &hit, change);
-        let mut paths = PathTracer::new(scene, self.everything, PathModel::Tree, self.order);
+    /// What is seen by a ray where it hits something: radiance with 1.
+    fn look(&self, ray: &Ray, change: Option<&RayDifferential>, hit: &Hit) -> Vec4 {
+        let Surroundings { scene, everything, .. } = self.around;
+        let encounter = everything.encounter(scene, ray, hit, change);
+        let mut paths = PathTracer::new(scene, everything, PathModel::Tree, self.order);
         paths.radiance_from(*ray, change.copied(), &encounter).extend(1.0)
+    }
+
+    /// Adds, layer by layer, what a ray that leaves the group sees of it: radiance with 1, or nothing where it meets none of the layer's
+    /// things from the front (or from behind, as the first of all things).
+    pub(super) fn add_seen(&self, ray: &Ray, change: Option<&RayDifferential>, seen: &mut [Vec4]) {
+        let mut waiting = (1u32 << self.count) - 1;
+        for (layer, hit) in self.hits(ray) {
+            if waiting >> layer & 1 != 0 {
+                seen[layer] += self.look(ray, change, &hit);
+                waiting &= !(1 << layer);
+            }
+            if waiting == 0 {
+                return;
+            }
+        }
+    }
+
+    /// The same for one layer.
+    pub(super) fn seen(&self, layer: usize, ray: &Ray, change: Option<&RayDifferential>) -> Vec4 {
+        let hit = self.hits(ray).find(|(found, _)| *found == layer);
+        hit.map_or(Vec4::ZERO, |(_, hit)| self.look(ray, change, &hit))
+    }
+
+    /// How far away what a ray sees of a layer is.
+    pub(super) fn distance(&self, layer: usize, ray: &Ray) -> Option<f32> {
+        self.hits(ray).find(|(found, _)| *found == layer).map(|(_, hit)| hit.distance())
     }
 }

@@ -3,12 +3,46 @@
 //! [`Layout::taps`] is the only place that says which texels count how much: look-ups sum over it, and inference has its
 //! matrix from it.
 
+#![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+
 use super::least_squares::Equations;
-use crate::methods::lookup::cube::{Probes, direction_of, locate};
+use crate::methods::lookup::cube::{Located, ProbeRows, direction_of, locate};
+use crate::methods::lookup::lanes::{Lane, Lanes};
 use glam::{Vec2, Vec3, Vec4};
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups: there are many layers to look up.
 const MAX_ANISOTROPY: f32 = 4.0;
+
+/// Where look-ups are (unit directions, or places of a square), and how that changes from pixel to pixel: right, then down.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footprints<const LANES: usize> {
+    pub(super) places: Lanes<LANES>,
+    pub(super) changes: [Lanes<LANES>; 2],
+}
+
+/// Four texels that are read together, with their weights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Taps {
+    pub(super) texels: [u32; 4],
+    pub(super) weights: [f32; 4],
+}
+
+impl Taps {
+    /// Each texel with its weight; none that counts nothing.
+    pub(super) fn iter(self) -> impl Iterator<Item = (u32, f32)> {
+        self.texels.into_iter().zip(self.weights).filter(|(_, weight)| *weight != 0.0)
+    }
+
+    /// The sum of texels by their weights.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn sum(&self, texels: &[Vec4]) -> Vec4 {
+        let mut sum = Vec4::ZERO;
+        for (texel, weight) in self.texels.iter().zip(self.weights) {
+            sum += texels[*texel as usize] * weight;
+        }
+        sum
+    }
+}
 
 /// The order of a texture's texels: level after level from the finest, face after face, row after row from the top.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,49 +93,167 @@ impl Layout {
         if self.faces == 6 { direction_of(face as usize, at) } else { at.extend(0.0) }
     }
 
-    /// The texels that a look-up reads, with their weights, which sum to `weight` (less beyond a square's edges): trilinear
-    /// within a footprint of this width. A place is a unit direction or a place of the square.
-    #[inline(always)]
-    fn taps_of_probe(&self, place: Vec3, spread: f32, weight: f32, tap: &mut impl FnMut(u32, f32)) {
-        let (face, at, secant2) = if self.faces == 6 { locate(place) } else { (0, place.truncate(), 1.0) };
-        // A texel in the middle of a face spans 2 / size; its solid angle falls with the cube of the cosine.
-        let texels = spread * self.size as f32 * 0.5 * (secant2 * secant2.sqrt()).sqrt();
-        let last = self.levels.len() - 1;
-        let level = if texels > 1.0 { texels.log2().min(last as f32) } else { 0.0 };
-        let index = level as usize;
-        let blend = level - index as f32;
-        self.bilinear(index, face as u32, at, weight * (1.0 - blend), tap);
-        if blend > 0.0 {
-            self.bilinear((index + 1).min(last), face as u32, at, weight * blend, tap);
+    /// The texels that look-ups read, with their weights, which sum to one (less beyond a square's edges): trilinear look-ups side by
+    /// side along the longer axis of a footprint. What lanes read that are not wanted is left out.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn taps<const LANES: usize>(
+        &self,
+        footprints: &Footprints<LANES>,
+        wanted: &[bool; LANES],
+        tap: &mut impl FnMut(usize, Taps),
+    ) {
+        let probes = ProbeRows::of(&footprints.changes, MAX_ANISOTROPY);
+        let mut most = 0.0;
+        for lane in 0..LANES {
+            most = if wanted[lane] { probes.count[lane].max(most) } else { most };
+        }
+        for number in 0..most as u32 {
+            let mut weights = [0.0; LANES];
+            for lane in 0..LANES {
+                let is_read = wanted[lane] && (number as f32) < probes.count[lane];
+                weights[lane] = if is_read { 1.0 / probes.count[lane] } else { 0.0 };
+            }
+            self.trilinear(&probes.places(&footprints.places, number), &probes.spread, &weights, tap);
         }
     }
 
-    #[inline(always)]
-    fn bilinear(&self, level: usize, face: u32, at: Vec2, weight: f32, tap: &mut impl FnMut(u32, f32)) {
-        let side = self.size >> level;
-        let place = (at + 1.0) * (0.5 * side as f32) - 0.5;
-        // What is far beyond a square reads nothing; casts saturate.
-        let place = place.clamp(Vec2::splat(-2.0), Vec2::splat(side as f32 + 1.0));
-        let low = place.floor();
-        let part = place - low;
-        let (x, y) = (low.x as i32, low.y as i32);
-        let first = self.levels[level] + face * side * side;
-        let inner = 0..side as i32 - 1;
-        if inner.contains(&x) && inner.contains(&y) {
-            let texel = first + y as u32 * side + x as u32;
-            tap(texel, weight * (1.0 - part.x) * (1.0 - part.y));
-            tap(texel + 1, weight * part.x * (1.0 - part.y));
-            tap(texel + side, weight * (1.0 - part.x) * part.y);
-            tap(texel + side + 1, weight * part.x * part.y);
-            return;
+    /// Of places (unit directions, or places of the square) with footprints of this width.
+    #[inline(always)] // for the instructions of its caller
+    fn trilinear<const LANES: usize>(
+        &self,
+        places: &Lanes<LANES>,
+        spread: &Lane<LANES>,
+        weights: &Lane<LANES>,
+        tap: &mut impl FnMut(usize, Taps),
+    ) {
+        let located = self.located(places);
+        let last = self.levels.len() as u32 - 1;
+        let mut level = [0; LANES];
+        let mut blend = [0.0; LANES];
+        for lane in 0..LANES {
+            // A texel in the middle of a face spans 2 / size; its solid angle falls with the cube of the cosine.
+            let secant2 = located.secant2[lane];
+            let texels = spread[lane] * self.size as f32 * 0.5 * (secant2 * secant2.sqrt()).sqrt();
+            // Between two levels the blend is linear in the width: exponent and mantissa are level and blend.
+            let bits = texels.max(1.0).to_bits();
+            let exponent = (bits >> 23) - 127;
+            let mantissa = f32::from_bits(bits & 0x007F_FFFF | 0x3F80_0000) - 1.0;
+            level[lane] = exponent.min(last);
+            blend[lane] = if exponent < last { mantissa } else { 0.0 };
         }
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let share_x = if dx == 0 { 1.0 - part.x } else { part.x };
-            let share_y = if dy == 0 { 1.0 - part.y } else { part.y };
-            if let Some(texel) = self.texel(level, face, x + dx, y + dy) {
-                tap(texel, weight * share_x * share_y);
+        let (mut fine, mut coarse) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            fine[lane] = weights[lane] * (1.0 - blend[lane]);
+            coarse[lane] = weights[lane] * blend[lane];
+        }
+        self.bilinear(&located, &level, &fine, tap);
+        for level in &mut level {
+            *level = (*level + 1).min(last);
+        }
+        self.bilinear(&located, &level, &coarse, tap);
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn bilinear<const LANES: usize>(
+        &self,
+        located: &Located<LANES>,
+        level: &[u32; LANES],
+        weights: &Lane<LANES>,
+        tap: &mut impl FnMut(usize, Taps),
+    ) {
+        let mut low = [[0i32; LANES]; 2];
+        let mut part = [[0.0; LANES]; 2];
+        for axis in 0..2 {
+            for lane in 0..LANES {
+                let side = (self.size >> level[lane]) as f32;
+                let place = (located.at[axis][lane] + 1.0) * (0.5 * side) - 0.5;
+                // What is far beyond a square reads nothing; what is no number becomes the edge.
+                let place = place.max(-2.0).min(side + 1.0);
+                let floor = (place + 2.0) as i32 - 2;
+                low[axis][lane] = floor;
+                part[axis][lane] = place - floor as f32;
             }
         }
+        for lane in 0..LANES {
+            let weight = weights[lane];
+            if weight == 0.0 {
+                continue;
+            }
+            let (level, face) = (level[lane] as usize, located.face[lane]);
+            let side = self.size >> level;
+            let (x, y) = (low[0][lane], low[1][lane]);
+            let (right, down) = (part[0][lane], part[1][lane]);
+            let (above, below) = (weight * (1.0 - down), weight * down);
+            let weights = [above * (1.0 - right), above * right, below * (1.0 - right), below * right];
+            let inner = 0..side as i32 - 1;
+            if inner.contains(&x) && inner.contains(&y) {
+                let texel = self.levels[level] + (face * side + y as u32) * side + x as u32;
+                tap(lane, Taps { texels: [texel, texel + 1, texel + side, texel + side + 1], weights });
+            } else {
+                tap(lane, self.beyond_an_edge(level, face, [x, y], weights));
+            }
+        }
+    }
+
+    /// The taps about a corner where some are beyond a face.
+    #[inline(never)]
+    fn beyond_an_edge(&self, level: usize, face: u32, [x, y]: [i32; 2], mut weights: [f32; 4]) -> Taps {
+        let mut texels = [0; 4];
+        for (number, (dx, dy)) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().enumerate() {
+            match self.texel(level, face, x + dx, y + dy) {
+                Some(texel) => texels[number] = texel,
+                None => weights[number] = 0.0,
+            }
+        }
+        Taps { texels, weights }
+    }
+
+    /// The texels of the finest level that places lie in; beyond a square: none, [`u32::MAX`].
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn nearest<const LANES: usize>(&self, places: &Lanes<LANES>) -> [u32; LANES] {
+        let located = self.located(places);
+        let mut texels = [0; LANES];
+        let (size, last) = (self.size as f32, (self.size - 1) as f32);
+        for lane in 0..LANES {
+            let along = |axis: usize| ((located.at[axis][lane] + 1.0) * (0.5 * size)).max(0.0).min(last) as u32;
+            let is_within = located.at[0][lane].abs() <= 1.0 && located.at[1][lane].abs() <= 1.0;
+            let texel = (located.face[lane] * self.size + along(1)) * self.size + along(0);
+            texels[lane] = if is_within { texel } else { u32::MAX };
+        }
+        texels
+    }
+
+    /// The four texels of the finest level about places (those of the same face; beyond a square: none, [`u32::MAX`]), and where between them
+    /// these are: to the right and down.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn quads<const LANES: usize>(&self, places: &Lanes<LANES>) -> ([[u32; 4]; LANES], [Lane<LANES>; 2]) {
+        let located = self.located(places);
+        let mut aside = [[0.0; LANES]; 2];
+        let mut low = [[0; LANES]; 2];
+        let (size, last) = (self.size as f32, (self.size - 1) as f32);
+        for axis in 0..2 {
+            for lane in 0..LANES {
+                let at = ((located.at[axis][lane] + 1.0) * (0.5 * size) - 0.5).max(0.0).min(last);
+                low[axis][lane] = (at as u32).min(self.size.saturating_sub(2));
+                aside[axis][lane] = at - low[axis][lane] as f32;
+            }
+        }
+        let mut texels = [[0; 4]; LANES];
+        for lane in 0..LANES {
+            let is_within = located.at[0][lane].abs() <= 1.0 && located.at[1][lane].abs() <= 1.0;
+            let first = (located.face[lane] * self.size + low[1][lane]) * self.size + low[0][lane];
+            let four = [first, first + 1, first + self.size, first + self.size + 1];
+            texels[lane] = if is_within { four } else { [u32::MAX; 4] };
+        }
+        (texels, aside)
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn located<const LANES: usize>(&self, places: &Lanes<LANES>) -> Located<LANES> {
+        if self.faces == 6 {
+            return Located::of(places);
+        }
+        Located { face: [0; LANES], at: [places[0], places[1]], secant2: [1.0; LANES] }
     }
 
     /// A texel of a face, or that of the next face where it lies beyond an edge; none beyond the edge of a square.
@@ -120,44 +272,42 @@ impl Layout {
         Some(self.levels[level] + (face as u32 * side + place.y as u32) * side + place.x as u32)
     }
 
-    /// The texels that a look-up over a footprint reads, with their weights. Changes are those of the place from pixel to pixel.
-    #[inline(always)]
-    pub(super) fn taps(&self, place: Vec3, changes: [Vec3; 2], tap: &mut impl FnMut(u32, f32)) {
-        let probes = Probes::of(changes, MAX_ANISOTROPY);
-        let weight = 1.0 / probes.count as f32;
-        for offset in probes.offsets() {
-            self.taps_of_probe(place + offset, probes.spread, weight, tap);
-        }
-    }
-
     /// Appends equations that say that the texels of coarser levels are the means of those that they cover.
     pub(super) fn couple(&self, confidence: f32, equations: &mut Equations) {
         for level in 1..self.levels.len() {
             let side = self.size >> level;
             for index in 0..self.faces * side * side {
-                let (row, x) = (index / side, index % side);
-                let corner = self.levels[level - 1] + 4 * row * side + 2 * x;
                 equations.push(confidence, Vec4::ZERO, |tap| {
                     tap(self.levels[level] + index, 1.0);
-                    for finer in [corner, corner + 1, corner + 2 * side, corner + 2 * side + 1] {
-                        tap(finer, -0.25);
-                    }
+                    self.covered(level, index).into_iter().for_each(|finer| tap(finer, -0.25));
                 });
             }
         }
+    }
+
+    /// The texels of the finest level about one of them.
+    pub(super) fn beside(&self, texel: u32) -> impl Iterator<Item = u32> {
+        let (face, index) = (texel / (self.size * self.size), texel % (self.size * self.size));
+        let (x, y) = ((index % self.size) as i32, (index / self.size) as i32);
+        let others = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter(|other| *other != (0, 0));
+        others.filter_map(move |(dx, dy)| self.texel(0, face, x + dx, y + dy))
+    }
+
+    /// The texels of the next finer level that a texel of a level covers.
+    fn covered(&self, level: usize, index: u32) -> [u32; 4] {
+        let side = self.size >> level;
+        let (row, x) = (index / side, index % side);
+        let corner = self.levels[level - 1] + 4 * row * side + 2 * x;
+        [corner, corner + 1, corner + 2 * side, corner + 2 * side + 1]
     }
 
     /// Fills all levels but the finest: each texel has the mean of the four that it covers.
     pub(super) fn fill_coarser(&self, texels: &mut [Vec4]) {
         for level in 1..self.levels.len() {
             let side = self.size >> level;
-            let (finer, rest) = texels.split_at_mut(self.levels[level] as usize);
-            let finer = &finer[self.levels[level - 1] as usize..];
-            for (index, texel) in rest[..(self.faces * side * side) as usize].iter_mut().enumerate() {
-                let (row, x) = (index / side as usize, index % side as usize);
-                let corner = 4 * row * side as usize + 2 * x;
-                let below = corner + 2 * side as usize;
-                *texel = (finer[corner] + finer[corner + 1] + finer[below] + finer[below + 1]) * 0.25;
+            for index in 0..self.faces * side * side {
+                let sum: Vec4 = self.covered(level, index).into_iter().map(|finer| texels[finer as usize]).sum();
+                texels[(self.levels[level] + index) as usize] = sum * 0.25;
             }
         }
     }
@@ -170,20 +320,20 @@ pub(super) struct Texture {
     pub(super) texels: Vec<Vec4>,
 }
 
-impl Texture {
-    /// The mean over a footprint.
-    #[inline(always)] // for the instructions of its caller
-    pub(super) fn fetch(&self, place: Vec3, changes: [Vec3; 2]) -> Vec4 {
-        let mut sum = Vec4::ZERO;
-        self.layout.taps(place, changes, &mut |texel, weight| sum += self.texels[texel as usize] * weight);
-        sum
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+    use crate::methods::lookup::lanes::one;
+
+    impl Texture {
+        fn fetch(&self, place: Vec3, changes: [Vec3; 2]) -> Vec4 {
+            let mut sum = Vec4::ZERO;
+            let footprint = Footprints { places: one(place), changes: changes.map(one) };
+            self.layout.taps(&footprint, &[true], &mut |_, taps| sum += taps.sum(&self.texels));
+            sum
+        }
+    }
 
     fn texture(layout: Layout, value: impl Fn(Vec3) -> Vec4) -> Texture {
         let side = layout.size;
@@ -224,8 +374,9 @@ mod tests {
         let layout = Layout::cube(16);
         for spread in [0.0, 0.1, 0.5, 3.0] {
             let mut sum = 0.0;
-            let changes = [Vec3::Y * spread, Vec3::Z * (0.3 * spread)];
-            layout.taps(Vec3::new(0.8, 0.6, 0.0), changes, &mut |_, weight| sum += weight);
+            let changes = [Vec3::Y * spread, Vec3::Z * (0.3 * spread)].map(one);
+            let footprint = Footprints { places: one(Vec3::new(0.8, 0.6, 0.0)), changes };
+            layout.taps(&footprint, &[true], &mut |_, taps| sum += taps.weights.iter().sum::<f32>());
             assert!((sum - 1.0).abs() < 1e-5, "{spread}: {sum}");
         }
         let cube = texture(Layout::cube(64), |direction| direction.normalize().extend(1.0));

@@ -2,11 +2,12 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
-use super::fetch::{Fetch, Lane, Nearby, whole};
+use super::fetch::{Fetch, Nearby};
 use super::layout::{STEEPEST, SlabRays, bits};
 use super::rows::RowView;
 use super::settings::Disparity;
 use super::texels::restored;
+use crate::methods::lookup::lanes::{Lane, whole};
 
 /// Steps by which a view finds what a ray meets.
 const STEPS: u32 = 4;

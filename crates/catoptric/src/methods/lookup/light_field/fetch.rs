@@ -6,14 +6,8 @@ use super::layout::{Layout, STEEPEST, SlabRays};
 use super::rows::RowView;
 use super::settings::Disparity;
 use super::texels::{Levels, MASKS, SHIFTED, scale};
+use crate::methods::lookup::lanes::{AT_ONCE, Lane, Lanes, side_by_side, whole};
 use glam::Vec3;
-
-/// Rays side by side. Loops over so many stay loops, and the compiler makes vector instructions of them; loops over eight are
-/// unrolled first, become a tangle, and take twice as long.
-const AT_ONCE: usize = 32;
-
-/// A number of each ray.
-pub(super) type Lane<const LANES: usize> = [f32; LANES];
 
 /// How rays look up what slabs hold, in rows that are given by number, slab after slab.
 #[derive(Clone, Debug)]
@@ -97,9 +91,9 @@ impl Fetch {
     pub(super) fn sharp<'a, const LANES: usize>(
         &self,
         row: impl Fn(u32) -> RowView<'a>,
-        points: &[Lane<LANES>; 3],
-        directions: &[Lane<LANES>; 3],
-    ) -> [Lane<LANES>; 3] {
+        points: &Lanes<LANES>,
+        directions: &Lanes<LANES>,
+    ) -> Lanes<LANES> {
         let rays = self.layout.locate(points, directions);
         let mut views = self.views(&rays);
         self.find(&row, &rays, &mut views);
@@ -128,7 +122,7 @@ impl Fetch {
         slope: &[Lane<LANES>; 2],
         level: usize,
         weight: &Lane<LANES>,
-        sum: &mut [Lane<LANES>; 3],
+        sum: &mut Lanes<LANES>,
     ) {
         let Some(&(first, side)) = self.levels.levels.get(level) else { return };
         // The coarsest level has one pixel a side.
@@ -178,21 +172,13 @@ impl Fetch {
 
 /// The radiance of a sum of mantissas that were left where they are in packed numbers.
 #[inline(always)] // for the instructions of its caller
-pub(super) fn restored_sum<const LANES: usize>(mut sum: [Lane<LANES>; 3]) -> [Lane<LANES>; 3] {
+pub(super) fn restored_sum<const LANES: usize>(mut sum: Lanes<LANES>) -> Lanes<LANES> {
     for (sum, shifted) in sum.iter_mut().zip(SHIFTED) {
         for sum in sum {
             *sum *= shifted;
         }
     }
     sum
-}
-
-/// A whole number from 0 on: a cast of what can have a fraction takes several instructions.
-#[inline(always)] // for the instructions of its caller
-pub(super) fn whole(number: f32) -> u32 {
-    // From 2^23 on the lowest bits of the mantissa count ones.
-    const ONES: f32 = 8_388_608.0;
-    (number + ONES).to_bits() & 0x007F_FFFF
 }
 
 /// The radiance along many sharp rays.
@@ -223,16 +209,4 @@ pub(super) fn sharp_rays(
         sharp_rays(fetch, rows, &points, &directions, &mut radiance);
         last_radiance.copy_from_slice(&radiance[..last_radiance.len()]);
     }
-}
-
-/// Vectors component by component.
-#[inline(always)] // for the instructions of its caller
-fn side_by_side<const LANES: usize>(vectors: &[Vec3; LANES]) -> [Lane<LANES>; 3] {
-    let mut lanes = [[0.0; LANES]; 3];
-    for (lane, vector) in vectors.iter().enumerate() {
-        lanes[0][lane] = vector.x;
-        lanes[1][lane] = vector.y;
-        lanes[2][lane] = vector.z;
-    }
-    lanes
 }

@@ -264,6 +264,7 @@ impl Layout {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+    use crate::methods::lookup::lanes::one;
 
     fn vector(random: &mut Stream) -> Vec3 {
         Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
@@ -271,7 +272,6 @@ mod tests {
 
     /// One ray with its slab, place on the plane of views and slope.
     fn located(layout: &Layout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
-        let one = |vector: Vec3| vector.to_array().map(|along| [along]);
         let ray = layout.locate(&one(point), &one(direction));
         let pair = |of: [[f32; 1]; 2]| Vec2::new(of[0][0], of[1][0]);
         (ray.held[0] > 0.0).then(|| (layout.slabs[ray.slab[0] as usize], pair(ray.st), pair(ray.slope)))

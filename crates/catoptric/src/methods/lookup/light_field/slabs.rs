@@ -9,6 +9,7 @@ use super::texels::restored;
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::Settings;
+use crate::methods::lookup::lanes::one;
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Scene;
@@ -160,12 +161,6 @@ pub struct SlabCoordinates {
     pub view: Vec2,
     /// The paper's u' and v': pixels of each view from the middle of the first, 0 to `uv - 1`.
     pub pixel: Vec2,
-}
-
-/// A vector as the only one of several side by side.
-#[inline(always)] // for the instructions of its caller
-fn one(vector: Vec3) -> [[f32; 1]; 3] {
-    [[vector.x], [vector.y], [vector.z]]
 }
 
 /// One ray in a slab.
