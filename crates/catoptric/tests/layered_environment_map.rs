@@ -2,12 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::bake::Baked;
 use catoptric::methods::reference::specular_mask;
 use catoptric::methods::{self, Job, Quality, ReflectionMethod, Report};
 use catoptric::metrics::Comparison;
 use catoptric::progress::Silent;
 use catoptric::scene::{Camera, Scene, View};
+use catoptric_testkit::baking::{Units, baked};
 use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
 use catoptric_testkit::scenes::{eyes_within_and_on_a_sphere, things_without_size};
 use glam::{Quat, Vec3};
@@ -106,19 +106,6 @@ fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
     assert!(flat < bare, "{flat}, {bare}");
 }
 
-/// Units in memory.
-struct Units(Vec<Vec<u8>>);
-
-impl Baked for Units {
-    fn unit_count(&self) -> usize {
-        self.0.len()
-    }
-
-    fn unit(&self, number: usize) -> &[u8] {
-        self.0.get(number).map(Vec::as_slice).unwrap_or_default()
-    }
-}
-
 #[test]
 fn baked_layers_draw_what_inferred_ones_do() {
     const SETTINGS: &str =
@@ -127,15 +114,7 @@ fn baked_layers_draw_what_inferred_ones_do() {
     let view = scene.default_view(80, 60);
     let (inferred, report) = picture(ID, SETTINGS, &scene, &view);
     assert!(report.counts["viewpoints_inferred"] >= 2, "{report:?}");
-    let bake = methods::find(ID).unwrap().bake.unwrap();
-    let work = bake(&toml::from_str(SETTINGS).unwrap(), &scene, QUALITY).unwrap();
-    let (units, maker) = (work.units(), work.maker().unwrap());
-    assert!(maker.estimate_core_secs() > 0.0);
-    let made: Vec<Vec<u8>> = (0..units.len()).map(|number| maker.make(number).unwrap()).collect();
-    assert!(maker.make(units.len()).unwrap().is_empty());
-    for (unit, bytes) in units.iter().zip(&made) {
-        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
-    }
+    let Units(made) = baked(ID, SETTINGS, &scene, QUALITY);
     let method = |settings: &str, made: &[Vec<u8>]| -> Result<Box<dyn ReflectionMethod>, String> {
         let mut method = methods::create(ID, &toml::from_str(settings).unwrap()).unwrap();
         method.take_bake(Arc::new(Units(made.to_vec()))).unwrap();

@@ -3,7 +3,6 @@
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
-use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs, views_manifest};
 use catoptric::methods::reference::specular_mask;
 use catoptric::methods::{self, Quality, ReflectionMethod};
@@ -12,6 +11,7 @@ use catoptric::picture;
 use catoptric::progress::Silent;
 use catoptric::scene::{Camera, Material, Projection, Scene, View};
 use catoptric::surface::tracer::Tracer;
+use catoptric_testkit::baking::{Units, baked};
 use catoptric_testkit::drawing::{drawn, prepared, scene, survives_with};
 use catoptric_testkit::scenes::{SceneBuilder, eyes_within_and_on_a_sphere, things_without_size};
 use glam::{Affine3A, Mat3, Vec3};
@@ -130,12 +130,12 @@ fn compressed_views_differ_little_and_a_bake_of_them_is_smaller() {
     let with = |compression: &str| format!("st = 8\nuv = 32\ncompression = '{compression}'");
     let plain = picture("light_field", &with("none"), &scene, &view);
     let bytes = |units: &Units| units.0.iter().map(Vec::len).sum::<usize>() as f64;
-    let size = bytes(&baked(&with("none"), &scene));
+    let size = bytes(&baked("light_field", &with("none"), &scene, QUALITY));
     for (compression, most_flip, most_share) in [("bc1", 0.09, 0.36), ("bc6h", 0.03, 0.42), ("bc7", 0.04, 0.42)] {
         let captured = picture("light_field", &with(compression), &scene, &view);
         let apart = Comparison::new(&captured, &plain).unwrap().masked(&specular_mask(&scene, &view)).unwrap().unwrap();
         assert!(apart.flip_mean > 0.0 && apart.flip_mean < most_flip, "{compression}: {apart:?}");
-        let units = baked(&with(compression), &scene);
+        let units = baked("light_field", &with(compression), &scene, QUALITY);
         assert!(bytes(&units) < most_share * size, "{compression}: {} of {size} bytes", bytes(&units));
         let mut method = light_field(&with(compression));
         method.take_bake(Arc::new(units)).unwrap();
@@ -189,37 +189,8 @@ fn settings_and_regions_that_mean_nothing_are_refused() {
     }
 }
 
-/// Units in memory.
-struct Units(Vec<Vec<u8>>);
-
-impl Baked for Units {
-    fn unit_count(&self) -> usize {
-        self.0.len()
-    }
-
-    fn unit(&self, number: usize) -> &[u8] {
-        self.0.get(number).map(Vec::as_slice).unwrap_or_default()
-    }
-}
-
 fn light_field(settings: &str) -> Box<dyn ReflectionMethod> {
     methods::create("light_field", &toml::from_str(settings).unwrap()).unwrap()
-}
-
-/// All units, the last one first.
-fn baked(settings: &str, scene: &Scene) -> Units {
-    let bake = methods::find("light_field").unwrap().bake.expect("it can be baked");
-    let work = bake(&toml::from_str(settings).unwrap(), scene, QUALITY).unwrap();
-    let (units, maker) = (work.units(), work.maker().unwrap());
-    let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(|number| maker.make(number).unwrap()).collect();
-    made.reverse();
-    for (unit, bytes) in units.iter().zip(&made) {
-        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
-    }
-    assert!(maker.make(units.len()).unwrap().is_empty());
-    // Pictures take no time to make.
-    assert!(maker.estimate_core_secs() > 0.0 || settings.contains("views"));
-    Units(made)
 }
 
 #[test]
@@ -243,7 +214,7 @@ fn baked_slabs_draw_what_captured_ones_do() {
     let view = scene.default_view(80, 60);
     let captured = picture("light_field", SETTINGS, &scene, &view);
     let mut method = light_field(SETTINGS);
-    method.take_bake(Arc::new(baked(SETTINGS, &scene))).unwrap();
+    method.take_bake(Arc::new(baked("light_field", SETTINGS, &scene, QUALITY))).unwrap();
     let report = method.prepare(&scene, QUALITY, &Silent).unwrap();
     assert!(!report.counts.contains_key("captured_rays") && report.warnings.is_empty(), "{report:?}");
     assert!(drawn(&mut *method, &scene, &view, QUALITY).pixels == captured.pixels);
@@ -252,7 +223,7 @@ fn baked_slabs_draw_what_captured_ones_do() {
 #[test]
 fn a_bake_of_other_sizes_is_refused() {
     let scene = scene("sphere_room?tess=12");
-    let units = baked("st = 3\nuv = 8", &scene);
+    let units = baked("light_field", "st = 3\nuv = 8", &scene, QUALITY);
     for (settings, units) in [
         ("st = 4\nuv = 8", Units(units.0.clone())),
         ("st = 3\nuv = 9", Units(units.0.clone())),
@@ -307,7 +278,7 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     let still = Scene { region: None, ..scene.clone() };
     let small = "st = 3\nuv = 8";
     let mut method = light_field(small);
-    method.take_bake(Arc::new(baked(small, &still))).unwrap();
+    method.take_bake(Arc::new(baked("light_field", small, &still, QUALITY))).unwrap();
     method.prepare(&still, QUALITY, &Silent).unwrap();
     let error = method.prepare(&moved(&still, by), QUALITY, &Silent).expect_err("it is refused").to_string();
     assert!(error.contains("one moment"), "{error}");
@@ -417,7 +388,7 @@ fn views_made_elsewhere_show_what_captured_ones_do() {
 
     // Baked, they are the same; the file tells which pictures they are of.
     let mut method = light_field(&with(""));
-    method.take_bake(Arc::new(baked(&with(""), &scene))).unwrap();
+    method.take_bake(Arc::new(baked("light_field", &with(""), &scene, QUALITY))).unwrap();
     method.prepare(&scene, QUALITY, &Silent).unwrap();
     assert!(drawn(&mut *method, &scene, &view, QUALITY).pixels == imported.pixels);
 

@@ -1,4 +1,5 @@
 //! Analytic scenes and helpers for the tests of catoptric.
 
+pub mod baking;
 pub mod drawing;
 pub mod scenes;

@@ -23,7 +23,7 @@ const PAYLOAD_VERSION: u32 = 2;
 const TEXEL_BYTES: usize = 8;
 
 /// How much smaller the pictures of an estimate are.
-const ESTIMATE_SHARE: u32 = 4;
+const ESTIMATE_SHARES: [u32; 2] = [6, 3];
 
 /// The layers of all viewpoints of a scene.
 pub(super) struct LayersWork<'a> {
@@ -201,16 +201,22 @@ impl UnitMaker for LayersMaker<'_> {
     }
 
     fn estimate_core_secs(&self) -> f64 {
-        let picture_size = (self.work.settings.picture_size / ESTIMATE_SHARE).max(16);
-        let settings = LayeredEnvironmentMapSettings { picture_size, ..self.work.settings.clone() };
-        let share = f64::from(self.work.settings.picture_size).powi(2) / f64::from(picture_size).powi(2);
+        let size = self.work.settings.picture_size;
+        let pixels = |size: u32| f64::from(size * size);
         let of_group = |group: usize| {
-            let mut watch = Stopwatch::new();
-            // An error will come up again when units are made.
-            drop(self.infer(&settings, group, 0));
+            // A part is for pixels, and a part is not.
+            let [small, large] = ESTIMATE_SHARES.map(|share| {
+                let picture_size = (size / share).max(16);
+                let settings = LayeredEnvironmentMapSettings { picture_size, ..self.work.settings.clone() };
+                let mut watch = Stopwatch::new();
+                // An error will come up again when units are made.
+                drop(self.infer(&settings, group, 0));
+                (pixels(picture_size), watch.lap_ms() * 1e-3)
+            });
+            let slope = (large.1 - small.1) / (large.0 - small.0).max(1.0);
+            let unit = large.1 + slope.max(0.0) * (pixels(size) - large.0);
             let cores = crate::parallel::thread_count() as f64;
-            let viewpoints = f64::from(self.work.known.groups[group].viewspace.len());
-            watch.lap_ms() * 1e-3 * cores * share * viewpoints
+            unit * cores * f64::from(self.work.known.groups[group].viewspace.len())
         };
         (0..self.work.known.groups.len()).map(of_group).sum()
     }

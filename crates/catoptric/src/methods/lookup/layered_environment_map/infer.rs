@@ -17,12 +17,11 @@ use crate::scene::{Scene, View};
 use glam::Vec4;
 
 /// How much a texel is held to its expected value, against pixels that count by the squares of their shares in it. With a
-/// fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what was expected:
-/// FLIP over the ball of `sphere_room` 0.084, 0.065 and 0.09.
+/// fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what was expected.
 const TRUST: f32 = 0.005;
 
 /// How much texels of coarser levels are held to be means of finer ones. Without it what one level has too much of the next
-/// has too little of, and levels that no picture reads keep what was expected: FLIP 0.11 in place of 0.06.
+/// has too little of, and levels that no picture reads keep what was expected: pictures at other sizes are noisy.
 const COUPLING: f32 = 1.0;
 
 /// How much pictures from beside a viewpoint count against that from itself: they tell what that does not show, and should not

@@ -1,0 +1,36 @@
+//! Bakes in memory.
+
+use catoptric::methods::bake::Baked;
+use catoptric::methods::{self, Quality};
+use catoptric::scene::Scene;
+
+/// Units in memory.
+pub struct Units(pub Vec<Vec<u8>>);
+
+impl Baked for Units {
+    fn unit_count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn unit(&self, number: usize) -> &[u8] {
+        self.0.get(number).map(Vec::as_slice).unwrap_or_default()
+    }
+}
+
+/// All units of a method's bake, made from the last to the first; each is as large as was said, and there are no more.
+pub fn baked(id: &str, settings: &str, scene: &Scene, quality: Quality) -> Units {
+    let bake = methods::find(id).expect("there is the method").bake.expect("it can be baked");
+    let settings_table = toml::from_str(settings).expect("the test's input is valid");
+    let work = bake(&settings_table, scene, quality).expect("the test's input is valid");
+    let (units, maker) = (work.units(), work.maker().expect("the test's input is valid"));
+    let make = |number| maker.make(number).expect("the test's input is valid");
+    let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(make).collect();
+    made.reverse();
+    for (unit, bytes) in units.iter().zip(&made) {
+        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
+    }
+    assert!(make(units.len()).is_empty());
+    // Pictures of other renderers take no time to make.
+    assert!(maker.estimate_core_secs() > 0.0 || settings.contains("views"));
+    Units(made)
+}
