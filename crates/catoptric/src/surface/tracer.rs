@@ -51,6 +51,14 @@ impl Hit {
             Self::Surface { hit, .. } => hit.distance,
         }
     }
+
+    /// Index of the object that is hit.
+    pub(crate) fn object(&self, scene: &Scene) -> u32 {
+        match self {
+            Self::Triangle { triangle, .. } => scene.triangle_objects[*triangle as usize],
+            Self::Surface { object, .. } => *object,
+        }
+    }
 }
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.

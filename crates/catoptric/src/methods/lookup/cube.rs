@@ -1,7 +1,6 @@
 //! Directions on the faces of a cube, and footprints of look-ups.
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
-#![allow(clippy::collapsible_else_if)] // choices between numbers
 
 use super::lanes::{Lane, Lanes, one, vector};
 use glam::{Vec2, Vec3, Vec3A};
@@ -43,15 +42,33 @@ impl<const LANES: usize> Located<LANES> {
             let [x, y, z] = [directions[0][lane], directions[1][lane], directions[2][lane]];
             let is_x = x.abs() >= y.abs() && x.abs() >= z.abs();
             let is_y = !is_x && y.abs() >= z.abs();
-            let along = if is_x { x } else { if is_y { y } else { z } };
+            let along = if is_x {
+                x
+            } else if is_y {
+                y
+            } else {
+                z
+            };
             let is_negative = along < 0.0;
             // As the axes of FACES have it.
             let side_x = if is_negative { z } else { -z };
             let side_z = if is_negative { -x } else { x };
-            let right = if is_x { side_x } else { if is_y { x } else { side_z } };
+            let right = if is_x {
+                side_x
+            } else if is_y {
+                x
+            } else {
+                side_z
+            };
             let down_y = if is_negative { -z } else { z };
             let down = if is_y { down_y } else { -y };
-            let axis = if is_x { 0 } else { if is_y { 1 } else { 2 } };
+            let axis = if is_x {
+                0
+            } else if is_y {
+                1
+            } else {
+                2
+            };
             let (u, v) = (right / along.abs(), down / along.abs());
             // What is no number is not: a vector that vanishes, or one with a component that is none.
             let is_known = u.abs() <= 1.0 && v.abs() <= 1.0;

@@ -30,9 +30,10 @@ impl<'a> Surroundings<'a> {
         let all = std::iter::from_fn(move || {
             let hit = self.everything.first_hit(self.scene, &ray, near)?;
             near = hit.distance() * (1.0 + FURTHER);
-            Some((self.everything.encounter(self.scene, &ray, &hit, None), hit))
+            Some(hit)
         });
-        let others = all.take(MOST_SURFACES).filter(move |(encounter, _)| !self.group.holds(encounter.point.object));
+        let others = all.take(MOST_SURFACES).filter(move |hit| !self.group.holds(hit.object(self.scene)));
+        let others = others.map(move |hit| (self.everything.encounter(self.scene, &ray, &hit, None), hit));
         let faces = move |encounter: &Encounter| ray.direction.dot(encounter.point.geometric_normal) < 0.0;
         others.enumerate().filter(move |(order, (encounter, _))| *order == 0 || faces(encounter)).map(|(_, hit)| hit)
     }
