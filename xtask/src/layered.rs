@@ -1,9 +1,12 @@
 //! Figures and tables of layered environment maps, in `builtin:colonnade`: a glass pot and a mirror cup in a ring of columns.
 
-use crate::panels::{beside_of_width, save_small};
+use crate::panels::{below, beside_of_width, save_small};
 use crate::root;
 use anyhow::{Context, Result, bail};
 use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::lookup::layered_environment_map::{
+    InferredLayer, LayeredEnvironmentMapSettings, Textures, inferred_layers, subdivision,
+};
 use catoptric::methods::reference::specular_mask;
 use catoptric::methods::{self, Job, Quality, ReflectionMethod, Report};
 use catoptric::metrics::Comparison;
@@ -131,6 +134,7 @@ fn performance() -> Result<()> {
         layered("tau = 3"),
         layered("tau = 5"),
         layered("tau = 3\nedges = \"nearest\""),
+        layered("tau = 5\nedges = \"nearest\""),
         layered("tau = 3\nedges = \"nearest\"\ndepth = false"),
     ];
     let mut frames = Vec::new();
@@ -147,6 +151,13 @@ fn performance() -> Result<()> {
     }
     let truth = &frames[0].0.picture;
     let rays = frames[0].0.report.counts["rays_traced"];
+    // What slows frames down is counted apart.
+    let tests_of = |(id, settings): &(&str, String)| -> Result<u64> {
+        // Where rays go does not depend on what textures show.
+        let counted = format!("{}\ncount_tests = true", settings.replace(INFERRED, ""));
+        Ok(draw_with(&scene, &view, (id, &counted))?.report.counts["triangle_tests"])
+    };
+    let tests = ways.iter().map(tests_of).collect::<Result<Vec<_>>>()?;
     let median = |times_ms: &[f64]| {
         let mut sorted = times_ms.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -155,18 +166,18 @@ fn performance() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| | frame | time reduction | rays | ray reduction | triangles | FLIP |\n|---|---|---|---|---|---|---|"
+        "| | frame | time reduction | rays | ray reduction | tests | test reduction | mesh | FLIP |\n|---|---|---|---|---|---|---|---|---|"
     )?;
-    for ((id, settings), (drawn, times_ms)) in ways.iter().zip(&frames) {
+    for (((id, settings), (drawn, times_ms)), own_tests) in ways.iter().zip(&frames).zip(&tests) {
         let (time, own) = (median(times_ms), drawn.report.counts["rays_traced"]);
         let name = format!("`{id}` {}", settings.replace('\n', ", ").replace('"', ""));
         let triangles = drawn.report.counts.get("mesh_triangles").map_or(String::new(), u64::to_string);
-        let reduction = [median(&frames[0].1) / time, rays as f64 / own as f64];
+        let reduction = [median(&frames[0].1) / time, rays as f64 / own as f64, tests[0] as f64 / *own_tests as f64];
         let flip = flip(&scene, &view, &drawn.picture, truth)?;
         writeln!(
             out,
-            "| {name} | {time:.0} ms | {:.1} | {own} | {:.1} | {triangles} | {flip:.3} |",
-            reduction[0], reduction[1]
+            "| {name} | {time:.0} ms | {:.1} | {own} | {:.1} | {own_tests} | {:.1} | {triangles} | {flip:.3} |",
+            reduction[0], reduction[1], reduction[2]
         )?;
         let stages: Vec<String> = drawn.report.stages_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
         writeln!(std::io::stderr(), "{name}: {}", stages.join(", "))?;
@@ -228,17 +239,59 @@ fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
     save_small(&beside_of_width(&panels, 400), &root().join(format!("docs/pictures/{name}.png")))
 }
 
+/// Pictures at 3 and 5 pixels, and below them how often the triangles of their meshes were divided.
+fn tessellation() -> Result<()> {
+    let scene = posed()?;
+    let view = view(&scene, [480, 360], 4.0, 0.0)?;
+    let job = Job { scene: &scene, view: &view, quality: QUALITY, progress: &Silent };
+    let (mut drawn, mut divided) = (Vec::new(), Vec::new());
+    for tau in [3.0, 5.0] {
+        let settings = LayeredEnvironmentMapSettings { tau, ..LayeredEnvironmentMapSettings::default() };
+        let mut levels = Framebuffer::new(view.width, view.height);
+        subdivision(&settings, &job, &mut levels)?;
+        divided.push(image_of(&levels)?);
+        let table = format!("tau = {tau:.1}");
+        drawn.push(image_of(&draw_with(&scene, &view, ("layered_environment_map", &table))?.picture)?);
+    }
+    let rows = [drawn, divided].map(|row| beside_of_width(&row, 480));
+    save_small(&below(&rows), &root().join("docs/pictures/layered-5.png"))
+}
+
+/// Layer by layer what a viewpoint shows by reflection and by refraction, and what is inferred from that.
+fn inference() -> Result<()> {
+    let scene = posed()?;
+    let settings = LayeredEnvironmentMapSettings { textures: Textures::Inferred, ..Default::default() };
+    let layers = inferred_layers(&settings, &scene, QUALITY, [0, 0], &Silent)?;
+    let panel = |picture: &Framebuffer| {
+        // Before grey: what is not there is told from what is black.
+        let over = |[red, green, blue, alpha]: [f32; 4]| {
+            let passes = 0.2 * (1.0 - alpha).clamp(0.0, 1.0);
+            [red, green, blue].map(|channel| (channel + passes).max(0.0))
+        };
+        let pixels = picture.pixels.iter().map(|pixel| glam::Vec3::from(over(*pixel)).extend(1.0).to_array());
+        image_of(&Framebuffer { pixels: pixels.collect(), ..Framebuffer::new(picture.width, picture.height) })
+    };
+    let row = |layer: &InferredLayer| -> Result<RgbImage> {
+        let panels = [&layer.reflected, &layer.refracted, &layer.texture].map(panel);
+        Ok(beside_of_width(&panels.into_iter().collect::<Result<Vec<_>>>()?, 400))
+    };
+    let rows = layers.iter().map(row).collect::<Result<Vec<_>>>()?;
+    save_small(&below(&rows), &root().join("docs/pictures/layered-7.png"))
+}
+
 /// Draws the figures and tables whose names begin so; `layered` is all of them.
 pub(crate) fn draw(name: &str) -> Result<()> {
     const LAYERED: &str = "layered_environment_map";
     const ONE: &str = "textures = \"inferred\"\ndepth = false\nlayers = 1";
     const SHELLS: &str = "textures = \"inferred\"\ndepth = false";
     const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = false";
-    let all: [(&str, &dyn Fn() -> Result<()>); 8] = [
+    let all: [(&str, &dyn Fn() -> Result<()>); 10] = [
         ("layered-table", &table),
         ("layered-performance", &performance),
         ("layered-popping", &popping),
         ("layered-2", &|| row("layered-2", 0.0, 0.0, &[("reference", ""), TRUTH])),
+        ("layered-5", &tessellation),
+        ("layered-7", &inference),
         ("layered-8a", &|| {
             row("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)])
         }),

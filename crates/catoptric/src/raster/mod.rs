@@ -29,7 +29,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::parallel;
 use crate::scene::{PicturePoint, View};
-use bin::{TileGrid, bin};
+use bin::{Bins, TileGrid, bin};
 use glam::Vec2;
 use kernel::TILE;
 use plan::Plan;
@@ -135,50 +135,106 @@ pub fn draw<S: FragmentShader + ?Sized>(
     shader: &S,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    let limit = |problem: String| RenderError::Limit { method: "raster", problem };
-    let (width, height) = (view.width, view.height);
-    if width > MAX_PICTURE_PX || height > MAX_PICTURE_PX {
-        return Err(limit(format!("the picture has {width} x {height} pixels; a side can have {MAX_PICTURE_PX}")));
-    }
-    let pixels = width as usize * height as usize;
-    if (target.width, target.height) != (width, height) || target.pixels.len() != pixels {
-        let (have, rows) = (target.width, target.height);
+    let pixels = view.width as usize * view.height as usize;
+    if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
+        let (width, height, have, rows) = (view.width, view.height, target.width, target.height);
         return Err(limit(format!("the view has {width} x {height} pixels, but the target {have} x {rows}")));
     }
-    let frame = Frame::new(view, Pattern::new(samples)?);
-    let total: usize = lists.iter().map(|list| list.triangles.len()).sum();
-    let piece_size = (total / (parallel::thread_count() * 8)).clamp(1024, 65_536) as u32;
-    let plan = Plan::new(lists, piece_size)?;
-    if pixels == 0 {
-        return Ok(RasterReport::default());
-    }
     let mut clock = Stopwatch::new();
-    let grid = TileGrid::new(&frame);
-    let bins = parallel::map_collect(plan.pieces.len(), |index| {
-        let piece = &plan.pieces[index];
-        bin(&frame, &grid, &lists[piece.list as usize], piece)
-    });
-    let mut report = RasterReport::default();
-    for piece in &bins {
-        report.triangles += piece.report.triangles;
-        report.clipped += piece.report.clipped;
-        report.binned += piece.report.binned;
-    }
+    let sorted = Sorted::new(view, samples, lists)?;
+    let mut report = sorted.report();
     report.setup_ms = clock.lap_ms();
-
-    let mut tiles = split_into_tiles(target, &grid);
-    let scratches: Mutex<Vec<Scratch>> = Mutex::default();
-    parallel::for_each_mut(&mut tiles, |index, tile| {
-        let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut scratch = locked().pop().unwrap_or_default();
-        let place = grid.place(&frame, index);
-        let work = TileWork { frame: &frame, plan: &plan, bins: &bins, shader, tile: index, place };
-        tile.fragments = work.draw(&mut scratch, &mut tile.rows);
-        locked().push(scratch);
+    if pixels == 0 {
+        return Ok(report);
+    }
+    let mut tiles = split_into_tiles(target, &sorted.grid);
+    sorted.for_each_tile(&mut tiles, shader, |work, scratch, tile| {
+        tile.fragments = work.draw(scratch, &mut tile.rows);
     });
     report.fragments = tiles.iter().map(|tile| tile.fragments).sum();
     report.tiles_ms = clock.lap_ms();
     Ok(report)
+}
+
+/// Calls `seen` with the pixel (column, row) and the triangle for all triangles of a list in layer 0 that are seen at the samples of a
+/// picture's pixels; pixels are told in any order and on all threads, those of one triangle and pixel perhaps more than once. Nothing is
+/// shaded, and where none of the list's triangles may be seen nothing is drawn.
+///
+/// # Errors
+/// Those of [`draw`].
+pub(crate) fn for_each_seen<S: FragmentShader + ?Sized>(
+    view: &View,
+    samples: u32,
+    lists: &[DrawList],
+    list: u32,
+    shader: &S,
+    seen: impl Fn([u32; 2], &DrawTriangle) + Sync,
+) -> Result<(), RenderError> {
+    let sorted = Sorted::new(view, samples, lists)?;
+    let mut tiles = vec![(); sorted.grid.columns * sorted.grid.rows];
+    sorted.for_each_tile(&mut tiles, shader, |work, scratch, ()| work.for_each_seen(list, scratch, &seen));
+    Ok(())
+}
+
+fn limit(problem: String) -> RenderError {
+    RenderError::Limit { method: "raster", problem }
+}
+
+/// Lists that are ready to be drawn tile by tile.
+struct Sorted<'a> {
+    frame: Frame,
+    plan: Plan<'a>,
+    grid: TileGrid,
+    bins: Vec<Bins>,
+}
+
+impl<'a> Sorted<'a> {
+    fn new(view: &View, samples: u32, lists: &'a [DrawList]) -> Result<Self, RenderError> {
+        let (width, height) = (view.width, view.height);
+        if width > MAX_PICTURE_PX || height > MAX_PICTURE_PX {
+            return Err(limit(format!("the picture has {width} x {height} pixels; a side can have {MAX_PICTURE_PX}")));
+        }
+        let frame = Frame::new(view, Pattern::new(samples)?);
+        let total: usize = lists.iter().map(|list| list.triangles.len()).sum();
+        let piece_size = (total / (parallel::thread_count() * 8)).clamp(1024, 65_536) as u32;
+        let plan = Plan::new(lists, piece_size)?;
+        let grid = TileGrid::new(&frame);
+        // A picture without pixels shows nothing.
+        let pieces = if width == 0 || height == 0 { 0 } else { plan.pieces.len() };
+        let bins = parallel::map_collect(pieces, |index| {
+            let piece = &plan.pieces[index];
+            bin(&frame, &grid, &lists[piece.list as usize], piece)
+        });
+        Ok(Self { frame, plan, grid, bins })
+    }
+
+    fn report(&self) -> RasterReport {
+        let mut report = RasterReport::default();
+        for piece in &self.bins {
+            report.triangles += piece.report.triangles;
+            report.clipped += piece.report.clipped;
+            report.binned += piece.report.binned;
+        }
+        report
+    }
+
+    /// Calls `work` for every tile, on all cores.
+    fn for_each_tile<S: FragmentShader + ?Sized, T: Send>(
+        &self,
+        tiles: &mut [T],
+        shader: &S,
+        work: impl Fn(&TileWork<'_, S>, &mut Scratch, &mut T) + Sync,
+    ) {
+        let scratches: Mutex<Vec<Scratch>> = Mutex::default();
+        parallel::for_each_mut(tiles, |index, tile| {
+            let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut scratch = locked().pop().unwrap_or_default();
+            let Self { frame, plan, grid, bins } = self;
+            let place = grid.place(frame, index);
+            work(&TileWork { frame, plan, bins, shader, tile: index, place }, &mut scratch, tile);
+            locked().push(scratch);
+        });
+    }
 }
 
 /// The pixels of a tile in the picture.

@@ -21,10 +21,14 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     for (index, object) in scene.objects.iter().enumerate() {
         let Some(group) = group(index as u32) else { continue };
         let alpha_tested = scene.is_alpha_tested(index as u32);
-        let patch = scene.patch_of_object(index as u32).unwrap_or(0);
+        let analytic = scene.patch_of_object(index as u32);
+        // What is seen in a mesh that reflects or refracts may change much between two samples.
+        let is_smooth = !scene.role_of(index as u32).is_specular();
+        let part = |triangle: u32| scene.triangle_parts.get(triangle as usize).copied().filter(|_| is_smooth);
         let first = object.vertices.start;
         for triangle in object.triangles.clone() {
             let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
+            let patch = analytic.or_else(|| part(triangle)).unwrap_or(0);
             triangles.push(DrawTriangle { vertices, source: triangle, group, patch, alpha_tested });
         }
         vertices_from.push((vertex_count as usize, object.vertices.clone()));

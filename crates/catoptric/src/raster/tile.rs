@@ -57,6 +57,35 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         self.draw_branches(0, 0, scratch, rows)
     }
 
+    /// Calls `seen` with the pixel and the triangle for all triangles of a list in layer 0 that samples show.
+    pub(super) fn for_each_seen(&self, list: u32, scratch: &mut Scratch, seen: &impl Fn([u32; 2], &DrawTriangle)) {
+        let may_show = |bins: &Bins| bins.list == list && !bins.of_tile(self.tile).is_empty();
+        if !self.bins.iter().any(may_show) || self.draw_layers(0, 0, scratch).layers == 0 {
+            return;
+        }
+        let (frame, samples) = (self.frame, self.frame.pattern.samples);
+        let corner = self.place.pixel.map(|pixel| pixel as u32);
+        let ids: &[u32] = bytemuck::cast_slice(&scratch.layers[0]);
+        for (index, ids) in ids.chunks_exact(samples).enumerate() {
+            let (block, pixel) = (index / (BLOCK * BLOCK), index % (BLOCK * BLOCK));
+            let column = corner[0] + (block % TILE_BLOCKS * BLOCK + pixel % BLOCK) as u32;
+            let row = corner[1] + (block / TILE_BLOCKS * BLOCK + pixel / BLOCK) as u32;
+            if column >= frame.width || row >= frame.height {
+                continue;
+            }
+            let mut last = EMPTY;
+            for &id in ids {
+                if id != last && id != EMPTY {
+                    let (shown, triangle) = self.plan.triangle(id);
+                    if shown == list {
+                        seen([column, row], triangle);
+                    }
+                }
+                last = id;
+            }
+        }
+    }
+
     /// Draws what is seen by a sequence of branches, and by all that differ from it in a later layer.
     ///
     /// Layers below `first_layer` stand in `scratch` already. The branches in layers from there on are first ones.

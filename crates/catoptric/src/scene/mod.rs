@@ -15,6 +15,7 @@ mod pose;
 pub mod roles;
 pub mod shade;
 mod shade_batch;
+mod smooth_parts;
 mod texture;
 mod view;
 
@@ -55,6 +56,9 @@ pub struct Scene {
     pub triangles: Vec<[u32; 3]>,
     /// The object of each triangle.
     pub triangle_objects: Vec<u32>,
+    /// Of each triangle a number (not 0) that it shares with those that it hangs together with by common vertices: parts of one smooth
+    /// surface. Where it is missing a triangle is a surface of its own.
+    pub triangle_parts: Vec<u32>,
     /// What is placed in the scene.
     pub objects: Vec<Object>,
     /// Materials with their final roles.

@@ -2,6 +2,7 @@
 
 use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
 use super::roles::{MaterialRules, RoleRule};
+use super::smooth_parts::append_parts;
 use super::{Camera, Light, Object, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
@@ -415,11 +416,13 @@ impl Builder<'_> {
         let bounds = Aabb::around(corners.map(|vertex| scene.positions[*vertex as usize]));
         scene.bounds = scene.bounds.union(bounds);
         scene.triangle_objects.resize(triangle_count, scene.objects.len() as u32);
+        let vertices = first_vertex as u32..vertex_count as u32;
+        append_parts(&scene.triangles[first_triangle..], vertices.clone(), &mut scene.triangle_parts);
         scene.objects.push(Object {
             name: name.into(),
             material,
             triangles: first_triangle as u32..triangle_count as u32,
-            vertices: first_vertex as u32..vertex_count as u32,
+            vertices,
             surface,
             inside,
             bounds,

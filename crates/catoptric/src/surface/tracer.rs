@@ -15,6 +15,7 @@ use obvhs::ploc::PlocBuilder;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Primitives with this bit are analytic surfaces; the rest of the number is the object's index.
 const ANALYTIC: u32 = 1 << 31;
@@ -66,6 +67,8 @@ pub struct Tracer {
     bvh: CwBvh,
     leaves: Vec<Leaf>,
     textured: bool,
+    /// Primitives that rays were tested against, where that is counted.
+    tests: Option<AtomicU64>,
 }
 
 /// Boxes beyond this many are built with less care: it would take seconds.
@@ -161,7 +164,17 @@ impl Tracer {
             Leaf { corners: Corners::new(corners), code }
         };
         let leaves = bvh.primitive_indices.iter().map(leaf).collect();
-        Self { bvh, leaves, textured: scene.materials.iter().any(crate::scene::Material::textured) }
+        Self { bvh, leaves, textured: scene.materials.iter().any(crate::scene::Material::textured), tests: None }
+    }
+
+    /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
+    pub fn counting_tests(self) -> Self {
+        Self { tests: Some(AtomicU64::new(0)), ..self }
+    }
+
+    /// The triangles and surfaces that rays were tested against so far; none where they are not counted.
+    pub fn test_count(&self) -> Option<u64> {
+        self.tests.as_ref().map(|tests| tests.load(Ordering::Relaxed))
     }
 
     /// Memory of the hierarchy and its copy of the triangles.
@@ -214,6 +227,9 @@ impl Tracer {
             Some((distance as f32, Vec2::ZERO))
         };
         let found = nearest(&self.bvh, &self.leaves, ray, near, &special);
+        if let Some(tests) = &self.tests {
+            tests.fetch_add(found.tests.into(), Ordering::Relaxed);
+        }
         (found.distance != f32::INFINITY).then_some(found)
     }
 

@@ -46,10 +46,12 @@ pub(super) struct Nearest {
     pub(super) barycentrics: Vec2,
     /// The leaf's code.
     pub(super) code: u32,
+    /// Primitives that were tested.
+    pub(super) tests: u32,
 }
 
 impl Nearest {
-    const NOTHING: Self = Self { distance: f32::INFINITY, barycentrics: Vec2::ZERO, code: u32::MAX };
+    const NOTHING: Self = Self { distance: f32::INFINITY, barycentrics: Vec2::ZERO, code: u32::MAX, tests: 0 };
 }
 
 /// What is asked about leaves with [`SPECIAL`] bits: the distance and barycentric coordinates, if the ray meets the
@@ -79,13 +81,14 @@ macro_rules! walk {
         let mut node;
         traverse!($bvh, node, state, children($meet_children(node, &slabs, best.distance), node, state.oct_inv4), {
             let leaf = &$leaves[state.primitive_id as usize];
+            best.tests += 1;
             let met = if leaf.code & SPECIAL == 0 {
                 meet_triangle(&leaf.corners, origin, direction, $near, best.distance)
             } else {
                 $special(leaf, best.distance)
             };
             if let Some((distance, barycentrics)) = met {
-                best = Nearest { distance, barycentrics, code: leaf.code };
+                best = Nearest { distance, barycentrics, code: leaf.code, ..best };
             }
         });
         best

@@ -123,10 +123,11 @@ impl<const LANES: usize> ProbeRows<LANES> {
     pub(super) fn of(changes: &[Lanes<LANES>; 2], most: f32) -> Self {
         let mut rows = Self { count: [1.0; LANES], spread: [0.0; LANES], axis: [[0.0; LANES]; 3] };
         for lane in 0..LANES {
-            let [x2, y2] = [&changes[0], &changes[1]].map(|change| {
+            let length2 = |change: &Lanes<LANES>| {
                 let [x, y, z] = [change[0][lane], change[1][lane], change[2][lane]];
                 x * x + y * y + z * z
-            });
+            };
+            let (x2, y2) = (length2(&changes[0]), length2(&changes[1]));
             let is_x = x2 >= y2;
             let (major2, minor2) = if is_x { (x2, y2) } else { (y2, x2) };
             let count = (major2 / minor2.max(1e-20)).sqrt().max(1.0).min(most).ceil();

@@ -39,21 +39,14 @@ impl Surround {
         let distances = self.distances(center, positions, directions);
         let mut found = *directions;
         let center = center.to_array();
-        let mut is_far = [false; LANES];
         for lane in 0..LANES {
-            let mut length2 = 0.0;
-            for axis in 0..3 {
-                let along = positions[axis][lane] - center[axis] + directions[axis][lane] * distances[lane];
-                length2 += along * along;
-            }
+            let along = |axis: usize| positions[axis][lane] - center[axis] + directions[axis][lane] * distances[lane];
+            let [x, y, z] = [along(0), along(1), along(2)];
             // On the shape's own centre every direction is as good as the ray's.
-            is_far[lane] = !(length2 > 0.0 && distances[lane] < f32::INFINITY);
-        }
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                let along = positions[axis][lane] - center[axis] + directions[axis][lane] * distances[lane];
-                found[axis][lane] = if is_far[lane] { directions[axis][lane] } else { along };
-            }
+            let is_near = x * x + y * y + z * z > 0.0 && distances[lane] < f32::INFINITY;
+            found[0][lane] = if is_near { x } else { directions[0][lane] };
+            found[1][lane] = if is_near { y } else { directions[1][lane] };
+            found[2][lane] = if is_near { z } else { directions[2][lane] };
         }
         found
     }
@@ -89,22 +82,25 @@ impl Surround {
             Self::Sphere(radius) => {
                 let offset = relative(positions, center);
                 for lane in 0..LANES {
-                    let (o, d) = (vector(&offset, lane), vector(directions, lane));
-                    let along = o.dot(d);
-                    let beyond = (radius * radius).max(o.dot(o)) - o.dot(o);
+                    let [ox, oy, oz] = [offset[0][lane], offset[1][lane], offset[2][lane]];
+                    let [dx, dy, dz] = [directions[0][lane], directions[1][lane], directions[2][lane]];
+                    let along = ox * dx + oy * dy + oz * dz;
+                    let beyond = (radius * radius - (ox * ox + oy * oy + oz * oz)).max(0.0);
                     distances[lane] = (along * along + beyond).sqrt() - along;
                 }
             }
             Self::Cylinder { radius, bottom, top } => {
                 let offset = relative(positions, center);
                 for lane in 0..LANES {
-                    let (o, d) = (vector(&offset, lane), vector(directions, lane));
-                    let along = o.x * d.x + o.z * d.z;
-                    let beyond = (radius * radius - (o.x * o.x + o.z * o.z)).max(0.0);
-                    let across2 = d.x * d.x + d.z * d.z;
+                    let [ox, oy, oz] = [offset[0][lane], offset[1][lane], offset[2][lane]];
+                    let [dx, dy, dz] = [directions[0][lane], directions[1][lane], directions[2][lane]];
+                    let along = ox * dx + oz * dz;
+                    let beyond = (radius * radius - (ox * ox + oz * oz)).max(0.0);
+                    let across2 = dx * dx + dz * dz;
                     let side = ((along * along + across2 * beyond).sqrt() - along) / across2;
-                    let end = if d.y > 0.0 { top.max(o.y) } else { bottom.min(o.y) };
-                    distances[lane] = sooner(sooner(f32::INFINITY, side), (end - o.y) / d.y);
+                    let (above, below) = (top.max(oy), bottom.min(oy));
+                    let end = if dy > 0.0 { above } else { below };
+                    distances[lane] = sooner(sooner(f32::INFINITY, side), (end - oy) / dy);
                 }
             }
         }

@@ -55,7 +55,8 @@ impl ReflectionMethod for Reference {
     fn prepare(&mut self, scene: &Scene, _quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
         progress.begin("building the hierarchy", 1);
         let mut watch = Stopwatch::new();
-        let tracer = self.tracer.insert(Tracer::build(scene, |_| true));
+        let tracer = Tracer::build(scene, |_| true);
+        let tracer = self.tracer.insert(if self.settings.count_tests { tracer.counting_tests() } else { tracer });
         let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
         report.bytes.insert("bvh", tracer.byte_count());
         progress.end();
@@ -68,9 +69,13 @@ impl ReflectionMethod for Reference {
             return Err(RenderError::Limit { method: INFO.id, problem });
         };
         let mut watch = Stopwatch::new();
+        let tests_before = tracer.test_count();
         let rays = render(&self.settings, tracer, job, target);
         let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
         report.counts.insert("rays_traced", rays);
+        if let (Some(before), Some(after)) = (tests_before, tracer.test_count()) {
+            report.counts.insert("triangle_tests", after - before);
+        }
         Ok(report)
     }
 }

@@ -35,6 +35,8 @@ pub struct ReferenceSettings {
     pub samples: SamplePlacement,
     /// Seed of the jitter.
     pub seed: u64,
+    /// Whether tests of triangles are counted.
+    pub count_tests: bool,
 }
 
 impl Settings for ReferenceSettings {
@@ -43,5 +45,6 @@ impl Settings for ReferenceSettings {
         ("paths", "tree: both children at every surface; two_path: the greedy model of the hybrid paper"),
         ("samples", "pattern: where the rasteriser has them (1, 2, 4, 8, 16 samples); random: jittered a pixel"),
         ("seed", "seed of the jitter, a whole number"),
+        ("count_tests", "true: reports the tests of rays against triangles and surfaces, which makes it slower"),
     ];
 }

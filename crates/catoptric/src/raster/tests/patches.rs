@@ -1,7 +1,11 @@
 //! Triangles that are parts of one surface.
 
 use super::*;
-use crate::raster::RasterReport;
+use crate::methods::reference::specular_mask;
+use crate::methods::{self, Job, Quality};
+use crate::progress::Silent;
+use crate::raster::{RasterReport, SceneShader, scene_draw_list};
+use crate::scene::{PoseOptions, builtin};
 use std::sync::Mutex;
 
 fn with_patch(mut list: DrawList, patch: impl Fn(u32) -> u32) -> DrawList {
@@ -69,4 +73,36 @@ fn the_part_in_the_middle_is_shaded() {
     });
     let sources = sources.into_inner().unwrap();
     assert!(sources.len() == 64 && sources.iter().all(|source| *source >= 2), "{sources:?}");
+}
+
+#[test]
+fn smooth_meshes_of_scenes_are_shaded_once_a_pixel_and_look_as_they_are() {
+    let scene = builtin::parse("colonnade?tess=24").unwrap().pose(&PoseOptions::default()).unwrap();
+    let view = scene.view(&scene.camera(None).unwrap(), 240, 135);
+    let list = scene_draw_list(&scene, &view, |_| Some(0));
+    let shown = |list: DrawList| {
+        let mut target = Framebuffer::new(view.width, view.height);
+        let report = draw(&view, 8, &[list], &SceneShader::new(&scene, &view), &mut target).unwrap();
+        (report.fragments, target)
+    };
+    let (alone, plain) = shown(with_patch(list.clone(), |_| 0));
+    let (together, merged) = shown(list);
+    let pixels = u64::from(view.width * view.height);
+    assert!(together < alone - pixels / 10, "{together} fragments, {alone} without parts");
+    let quality = Quality { samples: 8, order: 1 };
+    let mut reference = methods::create("reference", &toml::Table::new()).unwrap();
+    reference.prepare(&scene, quality, &Silent).unwrap();
+    let mut truth = Framebuffer::new(view.width, view.height);
+    reference.render(&Job { scene: &scene, view: &view, quality, progress: &Silent }, &mut truth).unwrap();
+    let is_specular = specular_mask(&scene, &view);
+    // The root of the mean square over all that neither reflects nor refracts.
+    let error = |picture: &Framebuffer| {
+        let pairs =
+            picture.pixels.iter().zip(&truth.pixels).zip(&is_specular).filter(|(_, is_specular)| !**is_specular);
+        let squares =
+            pairs.map(|((a, b), _)| (0..3).map(|channel| f64::from(a[channel] - b[channel]).powi(2)).sum::<f64>());
+        (squares.sum::<f64>() / pixels as f64).sqrt()
+    };
+    let (plain, merged) = (error(&plain), error(&merged));
+    assert!(merged < plain + 1e-3, "{merged} against {plain} without parts");
 }

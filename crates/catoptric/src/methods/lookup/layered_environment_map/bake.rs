@@ -17,7 +17,7 @@ use glam::Vec4;
 
 /// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each first. Also how they are
 /// inferred: it changes with what they hold.
-const PAYLOAD_VERSION: u32 = 2;
+const PAYLOAD_VERSION: u32 = 3;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: usize = 8;
@@ -142,7 +142,7 @@ impl BakeWork for LayersWork<'_> {
         let settings = LayeredEnvironmentMapSettings { textures: Textures::Inferred, ..self.settings.clone() };
         let mut table = toml::Table::try_from(settings).unwrap_or_default();
         // How it is looked up is no part of it.
-        for name in ["transfer", "edges", "tau", "angle_deg"] {
+        for name in ["transfer", "edges", "tau", "angle_deg", "count_tests"] {
             table.remove(name);
         }
         table.insert("order".into(), i64::from(self.known.order).into());

@@ -2,14 +2,9 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
-use super::layers::Stratum;
 use super::shell::{RayLanes, Shell};
-use super::surroundings::Strata;
 use super::texels::Layout;
 use crate::methods::lookup::lanes::Lane;
-use crate::parallel;
-use crate::scene::Ray;
-use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
 /// Shares by which a ray looks for what it meets grow by about this factor.
@@ -20,6 +15,9 @@ const MOST_STEPS: f32 = 8.0;
 
 /// Steps by which what was found between two shares is made exact.
 const REFINEMENTS: usize = 6;
+
+/// What was found within this of what is shown is exact, as a share: less than any texel is wide.
+const EXACT: f32 = 2e-4;
 
 /// Neighbouring texels whose shares differ by no more than this factor show one thing.
 const ALIKE: f32 = 1.1;
@@ -48,26 +46,8 @@ pub(super) struct Met<const LANES: usize> {
 }
 
 impl Distances {
-    /// Those of a layer's things, with a texture of this size.
-    pub(super) fn of(strata: &Strata<'_>, number: usize, stratum: &Stratum, size: u32) -> Self {
-        let (layout, shell) = (stratum.shell.layout(size), stratum.shell);
-        let center = strata.around.group.center();
-        let row = |row: usize| {
-            let (face, y) = (row as u32 / size, row as u32 % size);
-            let share = |x: u32| {
-                let at = (Vec2::new(x as f32, y as f32) + 0.5) * (2.0 / size as f32) - 1.0;
-                let direction = shell.towards(layout.place_of(face, at)).normalize();
-                let distance = strata.distance(number, &Ray { origin: center, direction });
-                let share = distance.map_or(f32::INFINITY, |distance| distance / shell.distance(Vec3::ZERO, direction));
-                if share > 0.0 { share } else { f32::INFINITY }
-            };
-            (0..size).map(share).collect::<Vec<_>>()
-        };
-        let shares = parallel::map_collect((layout.faces() * size) as usize, row).concat();
-        Self::new(layout, &shares)
-    }
-
-    fn new(layout: Layout, shares: &[f32]) -> Self {
+    /// Of a texture's finest level.
+    pub(super) fn new(layout: Layout, shares: &[f32]) -> Self {
         let known = || shares.iter().copied().filter(|share| share.is_finite());
         let range = [known().fold(f32::INFINITY, f32::min), known().fold(0.0, f32::max)];
         // Texels beside the known ones may show a part of what these show: the nearest.
@@ -79,12 +59,18 @@ impl Distances {
     }
 
     /// Where rays meet what is shown first: where they are as far from the centre as it is seen in their direction. Shares are tried from
-    /// small to large, and the first change from before to behind is made exact.
+    /// small to large, and the first change from before to behind is made exact. Rays that are not wanted meet nothing.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn met<const LANES: usize>(&self, shell: &Shell, rays: &RayLanes<LANES>) -> Met<LANES> {
+    pub(super) fn met<const LANES: usize>(
+        &self,
+        shell: &Shell,
+        rays: &RayLanes<LANES>,
+        wanted: &[bool; LANES],
+    ) -> Met<LANES> {
         let [least, most] = self.range;
         if most <= least * (1.0 + ON_SHELL) {
-            return Met { share: [most.max(f32::MIN_POSITIVE); LANES], is_met: [least <= most; LANES] };
+            let is_met = if least <= most { *wanted } else { [false; LANES] };
+            return Met { share: [most.max(f32::MIN_POSITIVE); LANES], is_met };
         }
         let steps = ((most / least).ln() / STEP.ln()).ceil().clamp(1.0, MOST_STEPS);
         // What is nearer than a ray's origin is behind it.
@@ -102,7 +88,7 @@ impl Distances {
         let mut is_met = [false; LANES];
         let mut tried = near;
         for lane in 0..LANES {
-            is_before[lane] = above[lane] > near[lane];
+            is_before[lane] = wanted[lane] && above[lane] > near[lane];
         }
         for step in 1..=steps as u32 {
             for lane in 0..LANES {
@@ -118,9 +104,17 @@ impl Distances {
                 let is_nearer = !is_behind && !is_met[lane];
                 near[lane] = if is_nearer { tried[lane] } else { near[lane] };
                 above[lane] = if is_nearer { shown[lane] } else { above[lane] };
-                is_before[lane] |= is_nearer;
+                is_before[lane] |= is_nearer && wanted[lane];
+            }
+            if (0..LANES).all(|lane| is_met[lane] || !wanted[lane]) {
+                break;
             }
         }
+        if !is_met.contains(&true) {
+            return Met { share: far, is_met };
+        }
+        let mut share = far;
+        let mut is_exact = is_met.map(|is_met| !is_met);
         for refinement in 0..REFINEMENTS {
             for lane in 0..LANES {
                 // By the rule of false position, and half way in turn; half way, too, where nothing is shown at one end.
@@ -137,9 +131,17 @@ impl Distances {
                 below[lane] = if is_behind { shown[lane] } else { below[lane] };
                 near[lane] = if is_behind { near[lane] } else { tried[lane] };
                 above[lane] = if is_behind { above[lane] } else { shown[lane] };
+                // What is exact stays as it is, whatever other rays need.
+                let off = (shown[lane] - tried[lane]).abs();
+                let best = if off < tried[lane] * EXACT { tried[lane] } else { far[lane] };
+                share[lane] = if is_exact[lane] { share[lane] } else { best };
+                is_exact[lane] |= off < tried[lane] * EXACT;
+            }
+            if !is_exact.contains(&false) {
+                break;
             }
         }
-        Met { share: far, is_met }
+        Met { share, is_met }
     }
 
     /// The shares of what is shown in the texels where rays meet a shell that is grown by shares.
@@ -148,7 +150,7 @@ impl Distances {
         let texels = self.layout.nearest(&shell.directions(rays, shares));
         let mut shown = [f32::INFINITY; LANES];
         for lane in 0..LANES {
-            shown[lane] = self.shares.get(texels[lane] as usize).copied().unwrap_or(f32::INFINITY);
+            shown[lane] = self.share_of(texels[lane]);
         }
         shown
     }
@@ -157,19 +159,34 @@ impl Distances {
     #[inline(always)] // for the instructions of its caller
     fn smooth<const LANES: usize>(&self, shell: &Shell, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lane<LANES> {
         let (texels, aside) = self.layout.quads(&shell.directions(rays, shares));
+        let mut corners = [[f32::INFINITY; LANES]; 4];
+        for lane in 0..LANES {
+            for corner in 0..4 {
+                corners[corner][lane] = self.share_of(texels[lane][corner]);
+            }
+        }
         let mut shown = [f32::INFINITY; LANES];
+        // Nothing is no number here: what the library's minimum makes of those takes twice as long.
+        let less = |a: f32, b: f32| if a < b { a } else { b };
+        let more = |a: f32, b: f32| if a > b { a } else { b };
         for lane in 0..LANES {
             let [right, down] = [aside[0][lane], aside[1][lane]];
-            let four = texels[lane].map(|texel| self.shares.get(texel as usize).copied().unwrap_or(f32::INFINITY));
-            let least = four[0].min(four[1]).min(four[2].min(four[3]));
-            let most = four[0].max(four[1]).max(four[2].max(four[3]));
-            let nearest = four[usize::from(right > 0.5) + 2 * usize::from(down > 0.5)];
-            let above = four[0] + (four[1] - four[0]) * right;
-            let below = four[2] + (four[3] - four[2]) * right;
+            let [a, b, c, d] = [corners[0][lane], corners[1][lane], corners[2][lane], corners[3][lane]];
+            let (least, most) = (less(less(a, b), less(c, d)), more(more(a, b), more(c, d)));
+            let nearest_above = if right > 0.5 { b } else { a };
+            let nearest_below = if right > 0.5 { d } else { c };
+            let nearest = if down > 0.5 { nearest_below } else { nearest_above };
+            let (above, below) = (a + (b - a) * right, c + (d - c) * right);
             let smooth = above + (below - above) * down;
             shown[lane] = if most <= least * ALIKE { smooth } else { nearest };
         }
         shown
+    }
+
+    /// What a texel shows; nothing beyond the last.
+    #[inline(always)] // for the instructions of its caller
+    fn share_of(&self, texel: u32) -> f32 {
+        self.shares.get(texel as usize).copied().unwrap_or(f32::INFINITY)
     }
 
     /// Memory.
@@ -184,7 +201,7 @@ mod tests {
     use crate::math::random::Stream;
     use crate::methods::lookup::lanes::one;
     use crate::methods::lookup::surround::Surround;
-    use glam::Vec3;
+    use glam::{Vec2, Vec3};
 
     const RADIUS: f32 = 3.0;
 
@@ -203,7 +220,7 @@ mod tests {
     /// Where a ray meets what is seen.
     fn met(shell: &Shell, distances: &Distances, origin: Vec3, direction: Vec3) -> Option<Vec3> {
         let rays = RayLanes::sharp(one(origin), one(direction));
-        let Met { share: [share], is_met: [is_met] } = distances.met(shell, &rays);
+        let Met { share: [share], is_met: [is_met] } = distances.met(shell, &rays, &[true]);
         is_met.then(|| origin + direction * (share * shell.distance(origin / share, direction)))
     }
 

@@ -1,6 +1,6 @@
 //! What is known of a group of reflectors and lenses, and of the layers about it.
 
-use super::capture::projected;
+use super::capture::{projected, shares};
 use super::distances::Distances;
 use super::groups::LensGroup;
 use super::layers::{Meeting, Stratum, strata};
@@ -45,13 +45,21 @@ impl GroupLayers {
     }
 
     /// The layers without textures; none of them knows more of what it shows than its shell where `settings` say so.
-    pub(super) fn bare(&self, settings: &LayeredEnvironmentMapSettings, apart: &Strata<'_>) -> LayeredMap {
-        let layer = |(number, stratum): (usize, &Stratum)| {
-            let distances = settings.depth.then(|| Distances::of(apart, number, stratum, settings.size));
-            let layout = stratum.shell.layout(settings.size);
+    pub(super) fn bare(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        apart: &Strata<'_>,
+        progress: &dyn Progress,
+    ) -> LayeredMap {
+        let size = settings.size;
+        let mut shares = settings.depth.then(|| shares(apart, &self.strata, size, progress).into_iter());
+        let layer = |stratum: &Stratum| {
+            let layout = stratum.shell.layout(size);
+            let shares = shares.as_mut().and_then(Iterator::next);
+            let distances = shares.map(|shares| Distances::new(layout.clone(), &shares));
             Layer { shell: stratum.shell, distances, texture: Texture { layout, texels: Vec::new() } }
         };
-        LayeredMap { center: self.group.center(), layers: self.strata.iter().enumerate().map(layer).collect() }
+        LayeredMap { center: self.group.center(), layers: self.strata.iter().map(layer).collect() }
     }
 
     /// Gives layers the textures that are seen from the middle of the shells.
@@ -62,13 +70,8 @@ impl GroupLayers {
         map: &mut LayeredMap,
         progress: &dyn Progress,
     ) {
-        let LayeredEnvironmentMapSettings { size, capture_samples, .. } = *settings;
-        let rows: u32 = map.layers.iter().map(|layer| layer.texture.layout.faces() * size).sum();
-        progress.begin("capturing layers", u64::from(rows));
-        for (number, (layer, stratum)) in map.layers.iter_mut().zip(&self.strata).enumerate() {
-            layer.texture = projected(apart, number, stratum, size, capture_samples, progress);
-        }
-        progress.end();
+        let textures = projected(apart, &self.strata, settings.size, settings.capture_samples, progress);
+        map.layers.iter_mut().zip(textures).for_each(|(layer, texture)| layer.texture = texture);
     }
 }
 

@@ -46,6 +46,11 @@ impl LensGroup {
         self.objects.binary_search(&object).is_ok()
     }
 
+    /// Has it count the triangles and surfaces that rays are tested against.
+    pub(super) fn counting_tests(self) -> Self {
+        Self { tracer: self.tracer.counting_tests(), ..self }
+    }
+
     /// The middle of the shells about it.
     pub(super) fn center(&self) -> Vec3 {
         self.bounds.center()

@@ -5,7 +5,7 @@ use super::least_squares::{Equations, Residual, Stop, solve};
 use super::maps::{Layer, LayeredMap};
 use super::mesh::{self, Criteria};
 use super::observations::{Observations, Observer};
-use super::settings::LayeredEnvironmentMapSettings;
+use super::settings::{Edges, LayeredEnvironmentMapSettings};
 use super::texels::Texture;
 use super::viewpoints::picture_of;
 use super::visible::SeenSurfaces;
@@ -29,7 +29,7 @@ const COUPLING: f32 = 1.0;
 const NEIGHBOUR_WEIGHT: f32 = 0.3;
 
 /// What the adaptive mesh of pictures is refined by, however views are drawn: 3 degrees.
-const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5 };
+const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, edges: Edges::Traced };
 
 /// When a texture is good enough.
 const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
@@ -78,6 +78,18 @@ impl Inference<'_> {
         let layers = systems.into_iter().zip(&projected.layers).map(layer).collect();
         progress.end();
         Ok((LayeredMap { center: known.group.center(), layers }, residuals))
+    }
+
+    /// What a group (that of a number) shows from a viewpoint.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(super) fn seen(&self, number: usize, viewpoint: u32) -> Result<Observations, RenderError> {
+        self.with_observer(number, |observer| {
+            let eye = observer.known.viewspace.eye(viewpoint, 0.0);
+            let view = picture_of(self.scene, &observer.known.group, eye, self.settings.picture_size);
+            self.observations(observer, &view)
+        })
     }
 
     /// Of every layer the equations of all pictures of a viewpoint.

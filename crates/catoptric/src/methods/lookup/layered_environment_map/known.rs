@@ -36,7 +36,8 @@ impl Known {
         for (number, group) in groups.iter().enumerate() {
             group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
         }
-        let layers = |group| GroupLayers::new(settings, scene, &everything, group, order);
+        let counted = |group: LensGroup| if settings.count_tests { group.counting_tests() } else { group };
+        let layers = |group| GroupLayers::new(settings, scene, &everything, counted(group), order);
         let groups = groups.into_iter().map(layers).collect();
         Self { groups, group_of, everything, welds: Welds::new(scene), order }
     }
@@ -49,6 +50,11 @@ impl Known {
         let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());
         let bytes = (texels * viewpoints * size_of::<Vec4>()) as u64;
         fit_into_memory(super::INFO.id, &table, bytes, "fewer layers")
+    }
+
+    /// Tests of rays against triangles and surfaces of all groups so far; none where they are not counted.
+    pub(super) fn test_count(&self) -> Option<u64> {
+        self.groups.iter().map(|group| group.group.tracer.test_count()).sum()
     }
 
     /// Whether they are of a scene with as many objects.
@@ -70,8 +76,13 @@ impl Known {
     }
 
     /// Of every group the layers without textures.
-    pub(super) fn bare(&self, settings: &LayeredEnvironmentMapSettings, scene: &Scene) -> Vec<LayeredMap> {
-        let map = |group: &GroupLayers| group.bare(settings, &self.apart(settings, scene, group));
+    pub(super) fn bare(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Vec<LayeredMap> {
+        let map = |group: &GroupLayers| group.bare(settings, &self.apart(settings, scene, group), progress);
         self.groups.iter().map(map).collect()
     }
 
@@ -84,7 +95,7 @@ impl Known {
     ) -> Vec<LayeredMap> {
         let map = |group: &GroupLayers| {
             let apart = self.apart(settings, scene, group);
-            let mut map = group.bare(settings, &apart);
+            let mut map = group.bare(settings, &apart, progress);
             group.project(settings, &apart, &mut map, progress);
             map
         };

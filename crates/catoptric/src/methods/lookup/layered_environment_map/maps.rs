@@ -44,10 +44,11 @@ impl Layer {
         let footprints = match &self.distances {
             None => self.shell.footprints(rays),
             Some(distances) => {
-                let Met { share, is_met } = distances.met(&self.shell, rays);
-                for lane in 0..LANES {
-                    wanted[lane] &= is_met[lane];
+                let Met { share, is_met } = distances.met(&self.shell, rays, &wanted);
+                if !is_met.contains(&true) {
+                    return;
                 }
+                wanted = is_met;
                 self.shell.footprints(&rays.shrunk(&share))
             }
         };
@@ -57,7 +58,7 @@ impl Layer {
     /// How far a ray (from the centre) goes until it meets what is seen.
     fn distance(&self, ray: &Ray) -> f32 {
         let rays = RayLanes::sharp(one(ray.origin), one(ray.direction));
-        let met = self.distances.as_ref().map(|distances| distances.met(&self.shell, &rays));
+        let met = self.distances.as_ref().map(|distances| distances.met(&self.shell, &rays, &[true]));
         let share = met.map_or(1.0, |met| met.share[0]);
         share * self.shell.distance(ray.origin / share, ray.direction)
     }

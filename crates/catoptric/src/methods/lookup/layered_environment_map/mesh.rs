@@ -1,7 +1,7 @@
 //! The adaptive mesh: reflectors and lenses as triangles that are divided until rays through their corners leave alike
 //! (Hakura, Snyder 2001, section 5).
 
-use super::settings::LayeredEnvironmentMapSettings;
+use super::settings::{Edges, LayeredEnvironmentMapSettings};
 use super::visible::VisibleTriangles;
 use super::welds::Welds;
 use crate::error::RenderError;
@@ -11,7 +11,7 @@ use crate::raster::{self, DrawList, DrawTriangle, LayerSurface};
 use crate::scene::shade::{Barycentrics, Encounter};
 use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Role, Scene, View};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// The group of triangles that are no part of the mesh.
 pub(super) const NO_LEAF: u32 = u32::MAX;
@@ -31,7 +31,8 @@ pub(super) struct Leaf {
     source: u32,
     /// Where in that its corners are.
     pub(super) corners: [Vec2; 3],
-    level: u32,
+    /// Divisions, one after the other, that it comes from.
+    pub(super) level: u32,
 }
 
 /// What the mesh is refined by.
@@ -41,12 +42,14 @@ pub(super) struct Criteria {
     pub(super) tau_px: f32,
     /// Directions are alike whose angle has at least this cosine.
     pub(super) least_cosine: f32,
+    /// What is seen where paths take different ways.
+    pub(super) edges: Edges,
 }
 
 impl Criteria {
     /// Those of settings.
     pub(super) fn of(settings: &LayeredEnvironmentMapSettings) -> Self {
-        Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cos() }
+        Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cos(), edges: settings.edges }
     }
 
     /// Whether rays take different ways, or leave in different directions.
@@ -98,9 +101,9 @@ struct Refiner<'r, 'a> {
     vertices: Vec<Vertex>,
     mesh: AdaptiveMesh,
     /// Vertices between two vertices.
-    between: HashMap<[u32; 2], u32>,
+    between: FxHashMap<[u32; 2], u32>,
     /// Places between two places.
-    middles: HashMap<[u32; 2], u32>,
+    middles: FxHashMap<[u32; 2], u32>,
     places: u32,
 }
 
@@ -118,17 +121,17 @@ pub(super) fn drawn(
     criteria: Criteria,
     is_wanted: impl Fn(u32) -> bool,
 ) -> Result<(Vec<DrawList>, AdaptiveMesh), RenderError> {
-    let mut list = raster::scene_draw_list(scene, view, |object| is_wanted(object).then_some(NO_LEAF));
-    let lists = std::slice::from_ref(&list);
-    let visible = VisibleTriangles::of(scene, view, samples, lists)?;
+    let list_of = |is_lens: bool| {
+        let is_listed = |object: &u32| is_wanted(*object) && paths(*object).is_some() == is_lens;
+        raster::scene_draw_list(scene, view, |object| Some(object).filter(is_listed).map(|_| NO_LEAF))
+    };
+    let mut lists = vec![list_of(false), list_of(true)];
+    let visible = VisibleTriangles::of(scene, view, samples, &lists, 1)?;
     let mesh = refined(scene, view, welds, paths, criteria, &visible);
     // What is in the mesh is drawn as that alone; other triangles of lenses are not seen, but for rounding.
-    list.triangles.retain(|triangle| {
-        let object = scene.triangle_objects[triangle.source as usize];
-        paths(object).is_none() || !visible.shows(triangle.source)
-    });
-    let leaves = mesh.draw_list(scene);
-    Ok((vec![list, leaves], mesh))
+    lists[1].triangles.retain(|triangle| !visible.shows(triangle.source));
+    lists.push(mesh.draw_list(scene, criteria.edges));
+    Ok((lists, mesh))
 }
 
 impl AdaptiveMesh {
@@ -139,12 +142,12 @@ impl AdaptiveMesh {
     }
 
     /// As a list to be drawn.
-    fn draw_list(&self, scene: &Scene) -> DrawList {
+    fn draw_list(&self, scene: &Scene, edges: Edges) -> DrawList {
         let triangle = |(number, leaf): (usize, &Leaf)| {
             let object = scene.triangle_objects[leaf.source as usize];
             let alpha_tested = scene.is_alpha_tested(object);
-            // Where paths are blended, what a pixel shows is shaded once, whatever the number of triangles in it.
-            let patch = if self.is_blended(leaf) { object + 1 } else { 0 };
+            // Where none is traced, what a pixel shows is shaded once, whatever the number of triangles in it.
+            let patch = if self.is_blended(leaf) || edges == Edges::Nearest { object + 1 } else { 0 };
             DrawTriangle { vertices: leaf.vertices, source: leaf.source, group: number as u32, patch, alpha_tested }
         };
         DrawList {
@@ -174,8 +177,8 @@ fn refined(
         visible,
         vertices: Vec::new(),
         mesh: AdaptiveMesh::default(),
-        between: HashMap::new(),
-        middles: HashMap::new(),
+        between: FxHashMap::default(),
+        middles: FxHashMap::default(),
         places: 2 * welds.places,
     };
     let mut active = refiner.start(welds);
@@ -194,6 +197,9 @@ fn refined(
         active = next;
     }
     // Edges that a neighbour has divided are divided here too. That divides no other edge.
+    let cuts = parallel::map_collect(leaves.len(), |index| refiner.divided(&leaves[index]) != [false; 3]);
+    let mut cuts = cuts.into_iter();
+    refiner.mesh.leaves = leaves.extract_if(.., |_| cuts.next() == Some(false)).collect();
     while let Some(leaf) = leaves.pop() {
         match refiner.divided(&leaf) {
             [false, false, false] => refiner.mesh.leaves.push(leaf),
@@ -207,7 +213,7 @@ fn refined(
 impl Refiner<'_, '_> {
     /// The triangles that are seen, as they are.
     fn start(&mut self, welds: &Welds) -> Vec<Leaf> {
-        let mut known: HashMap<u32, u32> = HashMap::new();
+        let mut known: FxHashMap<u32, u32> = FxHashMap::default();
         let (scene, mut leaves) = (self.scene, Vec::new());
         for (index, object) in scene.objects.iter().enumerate() {
             if (self.paths)(index as u32).is_none() {
@@ -419,7 +425,7 @@ mod tests {
         let scene = scene("colonnade?tess=12");
         let (coarse, fine) = (mesh_of(&scene, 8.0), mesh_of(&scene, 2.0));
         assert!(fine.ray_count > coarse.ray_count && fine.leaves.len() > coarse.leaves.len());
-        let mut areas: HashMap<u32, f32> = HashMap::new();
+        let mut areas: FxHashMap<u32, f32> = FxHashMap::default();
         for leaf in &fine.leaves {
             let [a, b, c] = leaf.corners;
             *areas.entry(leaf.source).or_default() += (b - a).perp_dot(c - a).abs();

@@ -10,6 +10,7 @@ mod distances;
 mod group_layers;
 mod groups;
 mod infer;
+mod inspect;
 mod known;
 mod layers;
 mod least_squares;
@@ -26,6 +27,7 @@ mod viewpoints;
 mod visible;
 mod welds;
 
+pub use inspect::{InferredLayer, inferred_layers, subdivision};
 pub use settings::{Clustering, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};
 
 use crate::clock::Stopwatch;
@@ -108,7 +110,7 @@ impl ReflectionMethod for LayeredEnvironmentMap {
         let projected = match &self.baked {
             Some(baked) if is_baked => {
                 bake::check(&known, &self.settings, &**baked)?;
-                known.bare(&self.settings, scene)
+                known.bare(&self.settings, scene, progress)
             }
             _ => known.projected(&self.settings, scene, progress),
         };
@@ -204,6 +206,7 @@ impl Prepared {
     ) -> Result<(), RenderError> {
         let (scene, view, samples) = (job.scene, job.view, job.quality.samples);
         let mut watch = Stopwatch::new();
+        let tests_before = self.known.test_count();
         let paths = |object: u32| self.known.paths(scene, object);
         let (lists, mesh) = match settings.transfer {
             Transfer::Exact => (vec![raster::scene_draw_list(scene, view, |_| Some(NO_LEAF))], AdaptiveMesh::default()),
@@ -223,6 +226,9 @@ impl Prepared {
         report.counts.insert("mesh_vertices", mesh.points.len() as u64);
         report.counts.insert("mesh_triangles", mesh.leaves.len() as u64);
         report.counts.insert("rays_traced", mesh.ray_count + ray_count.into_inner());
+        if let (true, Some(before), Some(after)) = (settings.count_tests, tests_before, self.known.test_count()) {
+            report.counts.insert("triangle_tests", after - before);
+        }
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use super::visible::SeenSurfaces;
 use crate::methods::lookup::greedy::{First, GreedyPaths};
 use crate::parallel;
 use crate::scene::{Ray, RayDifferential, Role, Scene, View};
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 /// Rays of a pixel whose directions are this far apart or further, in degrees, count nothing (Hakura, Snyder 2001, section 4.3).
 const LEAST_CONFIDENT_DEG: f32 = 5.0;
@@ -15,6 +15,9 @@ const LEAST_CONFIDENT_DEG: f32 = 5.0;
 /// What a pixel shows by one of its two paths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Observation {
+    /// Column and row.
+    pub(super) pixel: [u32; 2],
+    pub(super) first: First,
     /// The ray that leaves as the renderer has it, from the group's centre.
     pub(super) ray: Ray,
     pub(super) change: RayDifferential,
@@ -72,7 +75,8 @@ impl Observer<'_> {
                     let Some((path, change)) = blend.path(first as usize) else { continue };
                     if let Some(leaving) = path.leaving {
                         let ray = Ray { origin: leaving.origin - self.known.group.center(), ..leaving };
-                        self.pixel(view, x, y as u32, first, Observation { ray, change, confidence: 0.0 }, &mut found);
+                        let pixel = [x, y as u32];
+                        self.pixel(view, Observation { pixel, first, ray, change, confidence: 0.0 }, &mut found);
                     }
                 }
             }
@@ -87,27 +91,25 @@ impl Observer<'_> {
     }
 
     /// Appends what a pixel shows, where its rays leave in about one direction.
-    fn pixel(&self, view: &View, x: u32, y: u32, first: First, observation: Observation, found: &mut Observations) {
-        let layers = found.layers;
+    fn pixel(&self, view: &View, observation: Observation, found: &mut Observations) {
+        let (layers, first, [x, y]) = (found.layers, observation.first, observation.pixel);
         let count = self.samples.isqrt();
-        let mut directions: Vec<Vec3> = Vec::with_capacity((count * count) as usize);
+        let rays = (0..count * count).filter_map(|sample| {
+            let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
+            self.leaving(&view.ray(at(x, sample % count), at(y, sample / count)), first)
+        });
+        let rays: Vec<Ray> = rays.collect();
+        let confidence = confidence(&rays);
+        if confidence <= 0.0 {
+            return;
+        }
         // Textures are seen as blurred as a ray's share of the pixel is wide.
         let change = observation.change.scaled(1.0 / count as f32);
         let start = found.seen.len();
         found.seen.resize(start + layers, Vec4::ZERO);
-        for sample in 0..count * count {
-            let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
-            let ray = view.ray(at(x, sample % count), at(y, sample / count));
-            let Some(leaving) = self.leaving(&ray, first) else { continue };
-            self.strata.add_seen(&leaving, Some(&change), &mut found.seen[start..]);
-            directions.push(leaving.direction);
-        }
-        let confidence = confidence(&directions);
-        if confidence <= 0.0 {
-            found.seen.truncate(start);
-            return;
-        }
-        found.seen[start..].iter_mut().for_each(|seen| *seen /= directions.len() as f32);
+        let seen = &mut found.seen[start..];
+        rays.iter().for_each(|ray| self.strata.add_seen(ray, Some(&change), self.strata.all(), seen));
+        seen.iter_mut().for_each(|seen| *seen /= rays.len() as f32);
         found.list.push(Observation { confidence, ..observation });
     }
 
@@ -122,14 +124,14 @@ impl Observer<'_> {
     }
 }
 
-/// By the largest angle between directions: 1 where they are one, 0 from the threshold on, or where there are none.
-fn confidence(directions: &[Vec3]) -> f32 {
-    if directions.is_empty() {
+/// By the largest angle between rays' directions: 1 where they are one, 0 from the threshold on, or where there are none.
+fn confidence(rays: &[Ray]) -> f32 {
+    if rays.is_empty() {
         return 0.0;
     }
-    let pairs = directions.iter().enumerate().flat_map(|(index, a)| directions[..index].iter().map(move |b| (a, b)));
+    let pairs = rays.iter().enumerate().flat_map(|(index, a)| rays[..index].iter().map(move |b| (a, b)));
     // The chord is exact for small angles, where the cosine is not.
-    let chord = pairs.map(|(a, b)| a.distance(*b)).fold(0.0, f32::max);
+    let chord = pairs.map(|(a, b)| a.direction.distance(b.direction)).fold(0.0, f32::max);
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     let share = (angle / LEAST_CONFIDENT_DEG.to_radians()).min(1.0);
     1.0 - share * share
@@ -138,12 +140,16 @@ fn confidence(directions: &[Vec3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn confidence_falls_with_the_square_of_the_largest_angle() {
-        let turned = |degrees: f32| Vec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0);
+        let turned = |degrees: f32| {
+            let (x, y) = degrees.to_radians().sin_cos();
+            Ray { origin: Vec3::ZERO, direction: Vec3::new(x, y, 0.0) }
+        };
         assert_eq!(confidence(&[]), 0.0);
-        assert_eq!(confidence(&[Vec3::X, Vec3::X]), 1.0);
+        assert_eq!(confidence(&[turned(70.0), turned(70.0)]), 1.0);
         let found = confidence(&[turned(0.0), turned(2.5), turned(1.0)]);
         assert!((found - 0.75).abs() < 1e-4, "{found}");
         assert_eq!(confidence(&[turned(0.0), turned(5.1)]), 0.0);

@@ -119,6 +119,8 @@ pub struct LayeredEnvironmentMapSettings {
     pub tau: f32,
     /// Rays that leave in directions no further apart than this are not divided, in degrees.
     pub angle_deg: f32,
+    /// Whether tests of triangles are counted.
+    pub count_tests: bool,
 }
 
 impl Default for LayeredEnvironmentMapSettings {
@@ -143,6 +145,7 @@ impl Default for LayeredEnvironmentMapSettings {
             edges: Edges::Traced,
             tau: 3.0,
             angle_deg: 3.0,
+            count_tests: false,
         }
     }
 }
@@ -172,6 +175,7 @@ impl Settings for LayeredEnvironmentMapSettings {
         ("edges", "traced: where paths of neighbours take different ways each fragment is traced; nearest: it is not"),
         ("tau", "edges of the refined mesh are divided down to this length in the picture, in pixels, 0.5 to 100"),
         ("angle_deg", "rays that leave further apart than this are divided, in degrees, 0.1 to 90"),
+        ("count_tests", "true: reports a frame's tests of rays against triangles and surfaces, which makes it slower"),
     ];
 
     fn check(&self) -> Result<(), String> {

@@ -51,11 +51,12 @@ impl<const LANES: usize> RayLanes<LANES> {
     #[inline(always)] // for the instructions of its caller
     pub(super) fn shrunk(&self, shares: &Lane<LANES>) -> Self {
         let mut shrunk = *self;
+        let growth = inverse(shares);
         let [moved_x, moved_y] = &mut shrunk.moved;
         for vectors in [&mut shrunk.origins, moved_x, moved_y] {
             for along in vectors {
                 for lane in 0..LANES {
-                    along[lane] *= 1.0 / shares[lane];
+                    along[lane] *= growth[lane];
                 }
             }
         }
@@ -142,9 +143,10 @@ impl Shell {
     #[inline(always)] // for the instructions of its caller
     pub(super) fn directions<const LANES: usize>(&self, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lanes<LANES> {
         let mut origins = rays.origins;
+        let growth = inverse(shares);
         for along in &mut origins {
             for lane in 0..LANES {
-                along[lane] *= 1.0 / shares[lane];
+                along[lane] *= growth[lane];
             }
         }
         match self {
@@ -181,25 +183,33 @@ impl Shell {
     #[inline(always)] // for the instructions of its caller
     pub(super) fn footprints<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Footprints<LANES> {
         let places = self.places(rays);
-        let beside = |moved: &Lanes<LANES>, turned: &Lanes<LANES>| {
-            let (mut origins, mut directions) = (rays.origins, rays.directions);
-            for axis in 0..3 {
-                for lane in 0..LANES {
-                    origins[axis][lane] += moved[axis][lane];
-                    directions[axis][lane] += turned[axis][lane];
-                }
-            }
-            normalize(&mut directions, &rays.directions);
-            let mut changes = self.places_of(&origins, &directions);
-            for axis in 0..3 {
-                for lane in 0..LANES {
-                    changes[axis][lane] -= places[axis][lane];
-                }
-            }
-            changes
-        };
-        let changes = [0, 1].map(|k| beside(&rays.moved[k], &rays.turned[k]));
+        let changes = [self.change(rays, &places, 0), self.change(rays, &places, 1)];
         Footprints { places, changes }
+    }
+
+    /// How far from `places`, where rays look it up, their neighbours do: to the right (0) or down (1).
+    #[inline(always)] // for the instructions of its caller
+    fn change<const LANES: usize>(
+        &self,
+        rays: &RayLanes<LANES>,
+        places: &Lanes<LANES>,
+        neighbour: usize,
+    ) -> Lanes<LANES> {
+        let (mut origins, mut directions) = (rays.origins, rays.directions);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                origins[axis][lane] += rays.moved[neighbour][axis][lane];
+                directions[axis][lane] += rays.turned[neighbour][axis][lane];
+            }
+        }
+        normalize(&mut directions, &rays.directions);
+        let mut changes = self.places_of(&origins, &directions);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                changes[axis][lane] -= places[axis][lane];
+            }
+        }
+        changes
     }
 
     /// How far a ray goes until it meets the shell; infinite where it never does.
@@ -353,13 +363,22 @@ impl Quad {
     }
 }
 
+#[inline(always)] // for the instructions of its caller
+fn inverse<const LANES: usize>(numbers: &Lane<LANES>) -> Lane<LANES> {
+    let mut inverse = [0.0; LANES];
+    for lane in 0..LANES {
+        inverse[lane] = 1.0 / numbers[lane];
+    }
+    inverse
+}
+
 /// Gives vectors the length 1; where that cannot be they become the others.
 #[inline(always)] // for the instructions of its caller
 fn normalize<const LANES: usize>(vectors: &mut Lanes<LANES>, others: &Lanes<LANES>) {
     let mut scale = [0.0; LANES];
     for lane in 0..LANES {
-        let vector = vector(vectors, lane);
-        scale[lane] = 1.0 / vector.length_squared().sqrt();
+        let [x, y, z] = [vectors[0][lane], vectors[1][lane], vectors[2][lane]];
+        scale[lane] = 1.0 / (x * x + y * y + z * z).sqrt();
     }
     for axis in 0..3 {
         for lane in 0..LANES {

@@ -84,13 +84,21 @@ impl<'a> Strata<'a> {
         paths.radiance_from(*ray, change.copied(), &encounter).extend(1.0)
     }
 
-    /// Adds, layer by layer, what a ray that leaves the group sees of it: radiance with 1, or nothing where it meets none of the layer's
-    /// things from the front (or from behind, as the first of all things).
-    pub(super) fn add_seen(&self, ray: &Ray, change: Option<&RayDifferential>, seen: &mut [Vec4]) {
-        let mut waiting = (1u32 << self.count) - 1;
+    /// All layers, as bits.
+    pub(super) fn all(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+
+    /// Calls, for the wanted layers (as bits), with what a ray that leaves the group meets first of each: from the front (or from behind, as
+    /// the first of all things).
+    pub(super) fn each_first(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, &Hit)) {
+        let mut waiting = wanted;
+        if waiting == 0 {
+            return;
+        }
         for (layer, hit) in self.hits(ray) {
             if waiting >> layer & 1 != 0 {
-                seen[layer] += self.look(ray, change, &hit);
+                met(layer, &hit);
                 waiting &= !(1 << layer);
             }
             if waiting == 0 {
@@ -99,14 +107,9 @@ impl<'a> Strata<'a> {
         }
     }
 
-    /// The same for one layer.
-    pub(super) fn seen(&self, layer: usize, ray: &Ray, change: Option<&RayDifferential>) -> Vec4 {
-        let hit = self.hits(ray).find(|(found, _)| *found == layer);
-        hit.map_or(Vec4::ZERO, |(_, hit)| self.look(ray, change, &hit))
-    }
-
-    /// How far away what a ray sees of a layer is.
-    pub(super) fn distance(&self, layer: usize, ray: &Ray) -> Option<f32> {
-        self.hits(ray).find(|(found, _)| *found == layer).map(|(_, hit)| hit.distance())
+    /// Adds, for the wanted layers (as bits), what a ray that leaves the group sees of each: radiance with 1, or nothing where it meets none
+    /// of the layer's things.
+    pub(super) fn add_seen(&self, ray: &Ray, change: Option<&RayDifferential>, wanted: u32, seen: &mut [Vec4]) {
+        self.each_first(ray, wanted, |layer, hit| seen[layer] += self.look(ray, change, hit));
     }
 }

@@ -7,7 +7,7 @@
 
 use super::least_squares::Equations;
 use crate::methods::lookup::cube::{Located, ProbeRows, direction_of, locate};
-use crate::methods::lookup::lanes::{Lane, Lanes};
+use crate::methods::lookup::lanes::{Lane, Lanes, whole};
 use glam::{Vec2, Vec3, Vec4};
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups: there are many layers to look up.
@@ -76,6 +76,11 @@ impl Layout {
             side /= 2;
         }
         Self { size, faces, levels, count }
+    }
+
+    /// Texels a side of the finest level.
+    pub(super) fn size(&self) -> u32 {
+        self.size
     }
 
     /// Texels of all levels.
@@ -169,9 +174,9 @@ impl Layout {
                 let place = (located.at[axis][lane] + 1.0) * (0.5 * side) - 0.5;
                 // What is far beyond a square reads nothing; what is no number becomes the edge.
                 let place = place.max(-2.0).min(side + 1.0);
-                let floor = (place + 2.0) as i32 - 2;
-                low[axis][lane] = floor;
-                part[axis][lane] = place - floor as f32;
+                let floor = (place + 2.0).floor();
+                low[axis][lane] = whole(floor) as i32 - 2;
+                part[axis][lane] = place - (floor - 2.0);
             }
         }
         for lane in 0..LANES {
@@ -215,7 +220,10 @@ impl Layout {
         let mut texels = [0; LANES];
         let (size, last) = (self.size as f32, (self.size - 1) as f32);
         for lane in 0..LANES {
-            let along = |axis: usize| ((located.at[axis][lane] + 1.0) * (0.5 * size)).max(0.0).min(last) as u32;
+            let along = |axis: usize| {
+                let place = (located.at[axis][lane] + 1.0) * (0.5 * size);
+                whole(place.max(0.0).min(last).floor())
+            };
             let is_within = located.at[0][lane].abs() <= 1.0 && located.at[1][lane].abs() <= 1.0;
             let texel = (located.face[lane] * self.size + along(1)) * self.size + along(0);
             texels[lane] = if is_within { texel } else { u32::MAX };
@@ -231,11 +239,13 @@ impl Layout {
         let mut aside = [[0.0; LANES]; 2];
         let mut low = [[0; LANES]; 2];
         let (size, last) = (self.size as f32, (self.size - 1) as f32);
+        let before_last = self.size.saturating_sub(2) as f32;
         for axis in 0..2 {
             for lane in 0..LANES {
                 let at = ((located.at[axis][lane] + 1.0) * (0.5 * size) - 0.5).max(0.0).min(last);
-                low[axis][lane] = (at as u32).min(self.size.saturating_sub(2));
-                aside[axis][lane] = at - low[axis][lane] as f32;
+                let floor = at.floor().min(before_last);
+                low[axis][lane] = whole(floor);
+                aside[axis][lane] = at - floor;
             }
         }
         let mut texels = [[0; 4]; LANES];

@@ -20,42 +20,41 @@ pub(super) struct VisibleTriangles {
 
 const NOTHING: u32 = u32::MAX;
 
-/// Writes numbers of triangles. Every pixel is one thread's, and what is written of triangles is the same whoever does it: so results
-/// do not depend on the number of threads.
-struct Recorder<'a> {
-    scene: &'a Scene,
-    found: &'a VisibleTriangles,
-}
+/// Says which surfaces are there, for pictures that nobody sees.
+struct Presence<'a>(&'a Scene);
 
-impl FragmentShader for Recorder<'_> {
-    #[inline]
-    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        if let Some(surface) = fragment.chain.first() {
-            let VisibleTriangles { width, height, pixels, is_seen } = self.found;
-            let (x, y) = ((fragment.position.x as u32).min(width - 1), (fragment.position.y as u32).min(height - 1));
-            pixels[(y * width + x) as usize].store(surface.source, Ordering::Relaxed);
-            is_seen[surface.source as usize].store(true, Ordering::Relaxed);
-        }
+impl FragmentShader for Presence<'_> {
+    fn shade(&self, _fragment: &Fragment<'_>) -> Vec3 {
         Vec3::ZERO
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
-        self.scene.is_surface_present(surface)
+        self.0.is_surface_present(surface)
     }
 }
 
 impl VisibleTriangles {
-    /// Of lists whose sources are the scene's triangles.
+    /// Of those of one list (its index) before those of all lists, whose sources are the scene's triangles.
     ///
     /// # Errors
     /// Those of the rasteriser.
-    pub(super) fn of(scene: &Scene, view: &View, samples: u32, lists: &[DrawList]) -> Result<Self, RenderError> {
+    pub(super) fn of(
+        scene: &Scene,
+        view: &View,
+        samples: u32,
+        lists: &[DrawList],
+        list: u32,
+    ) -> Result<Self, RenderError> {
         let (width, height) = (view.width, view.height);
         let pixels = (0..width as usize * height as usize).map(|_| AtomicU32::new(NOTHING)).collect();
         let is_seen = (0..scene.triangles.len()).map(|_| AtomicBool::new(false)).collect();
         let found = Self { width, height, pixels, is_seen };
-        let mut picture = Framebuffer::new(width, height);
-        raster::draw(view, samples, lists, &Recorder { scene, found: &found }, &mut picture)?;
+        // Every pixel is one thread's, and what is written of triangles is the same whoever does it: so results do not depend on the number
+        // of threads.
+        raster::for_each_seen(view, samples, lists, list, &Presence(scene), |[x, y], triangle| {
+            found.pixels[(y * width + x) as usize].store(triangle.source, Ordering::Relaxed);
+            found.is_seen[triangle.source as usize].store(true, Ordering::Relaxed);
+        })?;
         Ok(found)
     }
 

@@ -1,0 +1,137 @@
+//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and the layers inferred from that
+//! (Hakura, Snyder 2001, figures 5 and 7).
+
+use super::INFO;
+use super::infer::Inference;
+use super::known::Known;
+use super::mesh::{self, AdaptiveMesh, Criteria};
+use super::settings::LayeredEnvironmentMapSettings;
+use super::texels::Texture;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::lookup::greedy::First;
+use crate::methods::{Job, Quality};
+use crate::progress::Progress;
+use crate::raster::{self, Fragment, Look, LookShader};
+use crate::scene::{Scene, ViewRays};
+use glam::{Vec3, Vec4};
+
+/// How much darker each division of a triangle is shown.
+const DARKER: f32 = 0.6;
+
+/// A layer as inference knows it, for one viewpoint. Pictures have linear colours times opacity, and opacity.
+#[derive(Clone, Debug)]
+pub struct InferredLayer {
+    /// Its shell's kind, as in reports.
+    pub shell: &'static str,
+    /// What the group shows of the layer by the path that is reflected first, traced: a right-hand side of the equations.
+    pub reflected: Framebuffer,
+    /// The same by the path that is refracted first.
+    pub refracted: Framebuffer,
+    /// The finest level of the texture that is inferred from both: a square; or the faces of a cube, three above three (+x, -x, +y, then -y,
+    /// +z, -z).
+    pub texture: Framebuffer,
+}
+
+/// The layers about a group of reflectors and lenses, the nearest first, inferred for one of its viewpoints.
+///
+/// # Errors
+/// [`RenderError::Limit`] where the scene has no such group or the group no such viewpoint, and where textures do not fit into memory.
+pub fn inferred_layers(
+    settings: &LayeredEnvironmentMapSettings,
+    scene: &Scene,
+    quality: Quality,
+    [group, viewpoint]: [u32; 2],
+    progress: &dyn Progress,
+) -> Result<Vec<InferredLayer>, RenderError> {
+    let known = Known::new(settings, scene, quality.order);
+    known.check_memory(settings.size, 2)?;
+    let number = group as usize;
+    let limit = |problem: String| RenderError::Limit { method: INFO.id, problem };
+    let Some(layers) = known.groups.get(number) else {
+        return Err(limit(format!("there is no group {group}; the scene has {}", known.groups.len())));
+    };
+    if viewpoint >= layers.viewspace.len() {
+        return Err(limit(format!("there is no viewpoint {viewpoint}; the group has {}", layers.viewspace.len())));
+    }
+    let projected = known.projected(settings, scene, progress);
+    let inference = Inference { scene, settings, known: &known };
+    let seen = inference.seen(number, viewpoint)?;
+    let (map, _) = inference.infer(number, &projected[number], viewpoint, progress)?;
+    let size = settings.picture_size;
+    let layer = |index: usize| {
+        let mut pictures =
+            First::BOTH.map(|_| Framebuffer { pixels: clear(size * size), ..Framebuffer::new(size, size) });
+        for (number, observation) in seen.list.iter().enumerate() {
+            let [x, y] = observation.pixel;
+            let picture = &mut pictures[observation.first as usize];
+            picture.pixels[(y * size + x) as usize] = seen.seen(number, index).to_array();
+        }
+        let [reflected, refracted] = pictures;
+        let layer = &map.layers[index];
+        InferredLayer { shell: layer.shell.name(), reflected, refracted, texture: unfolded(&layer.texture) }
+    };
+    Ok((0..map.layers.len()).map(layer).collect())
+}
+
+fn clear(pixels: u32) -> Vec<[f32; 4]> {
+    vec![[0.0; 4]; pixels as usize]
+}
+
+/// The finest level of a texture as a picture.
+fn unfolded(texture: &Texture) -> Framebuffer {
+    let (size, faces) = (texture.layout.size(), texture.layout.faces());
+    let columns = faces.min(3);
+    let mut picture = Framebuffer::new(columns * size, faces / columns * size);
+    for face in 0..faces {
+        for y in 0..size {
+            let from = ((face * size + y) * size) as usize;
+            let to = ((face / columns * size + y) * picture.width + face % columns * size) as usize;
+            let row = texture.texels[from..][..size as usize].iter().map(Vec4::to_array);
+            picture.pixels[to..][..size as usize].iter_mut().zip(row).for_each(|(pixel, texel)| *pixel = texel);
+        }
+    }
+    picture
+}
+
+/// Draws reflectors and lenses lighter or darker by how often the triangle of the adaptive mesh that is seen was divided, before the scene.
+///
+/// # Errors
+/// Those of [`raster::draw`].
+pub fn subdivision(
+    settings: &LayeredEnvironmentMapSettings,
+    job: &Job<'_>,
+    target: &mut Framebuffer,
+) -> Result<(), RenderError> {
+    let (scene, view, samples) = (job.scene, job.view, job.quality.samples);
+    let known = Known::new(settings, scene, job.quality.order);
+    let paths = |object: u32| known.paths(scene, object);
+    let (lists, mesh) = mesh::drawn(scene, view, samples, &known.welds, &paths, Criteria::of(settings), |_| true)?;
+    let shader = LevelShader { scene, rays: view.rays(), mesh: &mesh };
+    raster::draw(view, samples, &lists, &shader, target)?;
+    Ok(())
+}
+
+struct LevelShader<'a> {
+    scene: &'a Scene,
+    rays: ViewRays,
+    mesh: &'a AdaptiveMesh,
+}
+
+impl LookShader for LevelShader<'_> {
+    fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    fn look(&self, fragment: &Fragment<'_>) -> Look {
+        let ray = self.rays.ray(fragment.position.x, fragment.position.y);
+        let Some(surface) = fragment.chain.first() else {
+            return Look::Color(self.scene.background(ray.direction));
+        };
+        if !self.scene.role_of(self.scene.triangle_objects[surface.source as usize]).is_specular() {
+            return Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
+        }
+        let level = self.mesh.leaves.get(surface.group as usize).map_or(0, |leaf| leaf.level);
+        Look::Color(Vec3::splat(DARKER.powi(level as i32)))
+    }
+}
