@@ -31,7 +31,7 @@ pub(super) trait ArrivingLight {
 pub(super) struct FirstSurface {
     /// What it scatters itself, with its share.
     pub(super) own: Vec3,
-    /// What light that arrives by each way is multiplied with.
+    /// What light that arrives by each way is multiplied with; at mirrors light divides, if at all, further on.
     pub(super) shares: [Vec3; 2],
 }
 
@@ -57,6 +57,9 @@ impl FirstSurface {
         {
             let (settled, weight) = deferred.settled(distance);
             (found.own, found.shares[0]) = (settled, interface.reflected * weight);
+        }
+        if scene.role_of(point.object) != Role::Lens {
+            found.shares[1] = found.shares[0];
         }
         found
     }

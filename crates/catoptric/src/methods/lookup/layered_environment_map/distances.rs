@@ -5,6 +5,7 @@
 use super::shell::{RayLanes, Shell};
 use super::texels::Layout;
 use crate::methods::lookup::lanes::Lane;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// Shares by which a ray looks for what it meets grow by about this factor.
@@ -22,6 +23,9 @@ const EXACT: f32 = 2e-4;
 /// Neighbouring texels whose shares differ by no more than this factor show one thing.
 const ALIKE: f32 = 1.1;
 
+/// Between the middles of texels things come nearer than in these by no more than this share, as far as is believed.
+const BETWEEN_TEXELS: f32 = 0.1;
+
 /// Where shares differ by no more than this, all is on the shell.
 const ON_SHELL: f32 = 1e-3;
 
@@ -34,6 +38,8 @@ pub(super) struct Distances {
     shares: Arc<[f32]>,
     /// The smallest and the largest finite one.
     range: [f32; 2],
+    /// How far from the centre the nearest thing that is shown is.
+    nearest: f32,
 }
 
 /// Rays as they meet what is shown.
@@ -47,7 +53,13 @@ pub(super) struct Met<const LANES: usize> {
 
 impl Distances {
     /// Of a texture's finest level.
-    pub(super) fn new(layout: Layout, shares: &[f32]) -> Self {
+    pub(super) fn new(shell: &Shell, layout: Layout, shares: &[f32]) -> Self {
+        let distance = |(texel, share): (usize, &f32)| {
+            let direction = shell.towards(layout.middle_of(texel as u32)).normalize();
+            share * shell.distance(Vec3::ZERO, direction)
+        };
+        let finite = shares.iter().enumerate().filter(|(_, share)| share.is_finite());
+        let nearest = finite.map(distance).fold(f32::INFINITY, f32::min);
         let known = || shares.iter().copied().filter(|share| share.is_finite());
         let range = [known().fold(f32::INFINITY, f32::min), known().fold(0.0, f32::max)];
         // Texels beside the known ones may show a part of what these show: the nearest.
@@ -55,7 +67,12 @@ impl Distances {
             share if share.is_finite() => share,
             _ => layout.beside(texel as u32).map(|other| shares[other as usize]).fold(f32::INFINITY, f32::min),
         };
-        Self { shares: (0..shares.len()).map(beside).collect(), layout, range }
+        Self { shares: (0..shares.len()).map(beside).collect(), layout, range, nearest }
+    }
+
+    /// How far from the centre the nearest thing that is shown is, but for what lies between the middles of texels.
+    pub(super) fn nearest(&self) -> f32 {
+        self.nearest * (1.0 - BETWEEN_TEXELS)
     }
 
     /// Where rays meet what is shown first: where they are as far from the centre as it is seen in their direction. Shares are tried from
@@ -201,7 +218,7 @@ mod tests {
     use crate::math::random::Stream;
     use crate::methods::lookup::lanes::one;
     use crate::methods::lookup::surround::Surround;
-    use glam::{Vec2, Vec3};
+    use glam::Vec2;
 
     const RADIUS: f32 = 3.0;
 
@@ -214,7 +231,8 @@ mod tests {
             distance(layout.place_of(face, at).normalize()).map_or(f32::INFINITY, |distance| distance / RADIUS)
         };
         let shares: Vec<f32> = (0..6 * size * size).map(texel).collect();
-        (Shell::Around(Surround::Sphere(RADIUS)), Distances::new(layout, &shares))
+        let shell = Shell::Around(Surround::Sphere(RADIUS));
+        (shell, Distances::new(&shell, layout, &shares))
     }
 
     /// Where a ray meets what is seen.

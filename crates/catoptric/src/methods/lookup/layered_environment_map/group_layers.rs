@@ -12,7 +12,7 @@ use super::viewpoints::{Viewspace, picture_of};
 use crate::methods::lookup::greedy::{First, GreedyPaths};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::scene::{Role, Scene};
+use crate::scene::Scene;
 use crate::surface::tracer::Tracer;
 use std::collections::HashSet;
 
@@ -56,7 +56,7 @@ impl GroupLayers {
         let layer = |stratum: &Stratum| {
             let layout = stratum.shell.layout(size);
             let shares = shares.as_mut().and_then(Iterator::next);
-            let distances = shares.map(|shares| Distances::new(layout.clone(), &shares));
+            let distances = shares.map(|shares| Distances::new(&stratum.shell, layout.clone(), &shares));
             Layer { shell: stratum.shell, distances, texture: Texture { layout, texels: Vec::new() } }
         };
         LayeredMap { center: self.group.center(), layers: self.strata.iter().map(layer).collect() }
@@ -95,8 +95,7 @@ fn group_strata(
             let ray = view.ray((pixel % CLUSTER_SIZE) as f32 + 0.5, (pixel / CLUSTER_SIZE) as f32 + 0.5);
             let Some(hit) = group.tracer.first_hit(scene, &ray, 0.0) else { continue };
             let encounter = group.tracer.encounter(scene, &ray, &hit, None);
-            let is_lens = scene.role_of(encounter.point.object) == Role::Lens;
-            for first in First::BOTH.into_iter().take(if is_lens { 2 } else { 1 }) {
+            for first in First::BOTH {
                 if let Some(leaving) = paths.follow(ray.direction, encounter, first).leaving {
                     around.meet(ray_number, &leaving, &mut meetings);
                     ray_number += 1;

@@ -9,7 +9,7 @@ use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
 use crate::parallel;
 use crate::raster::{self, DrawList, DrawTriangle, LayerSurface};
 use crate::scene::shade::{Barycentrics, Encounter};
-use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Role, Scene, View};
+use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Scene, View};
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
@@ -64,7 +64,8 @@ impl Criteria {
 
 /// Whether paths have the same events and an end of the same kind.
 pub(super) fn same_way(a: &GreedyPath, b: &GreedyPath) -> bool {
-    (a.events, a.refractions, a.leaving.is_some()) == (b.events, b.refractions, b.leaving.is_some())
+    let way = |path: &GreedyPath| (path.events, path.refractions, path.divides, path.leaving.is_some());
+    way(a) == way(b)
 }
 
 /// The mesh of one view.
@@ -284,12 +285,12 @@ impl Refiner<'_, '_> {
         let at = Barycentrics { value: vertex.at, ..Barycentrics::default() };
         let surface = LayerSurface { source: vertex.source, barycentrics: at, ..LayerSurface::default() };
         let encounter = Encounter { point: scene.drawn_point(&surface, &ray), ..Encounter::default() };
-        let has_second = scene.role_of(object) == Role::Lens;
-        let path = |first: First| match first {
-            First::Refracted if !has_second => GreedyPath::default(),
-            first => paths.follow(ray.direction, encounter, first),
+        let reflected = paths.follow(ray.direction, encounter, First::Reflected);
+        let refracted = match reflected.divides {
+            true => paths.follow(ray.direction, encounter, First::Refracted),
+            false => GreedyPath::default(),
         };
-        (point, First::BOTH.map(path))
+        (point, [reflected, refracted])
     }
 
     /// Which edges of a triangle are to be divided, because rays through its corners leave differently and the edges are long;

@@ -6,7 +6,7 @@ use super::surroundings::Strata;
 use super::visible::SeenSurfaces;
 use crate::methods::lookup::greedy::{First, GreedyPaths};
 use crate::parallel;
-use crate::scene::{Ray, RayDifferential, Role, Scene, View};
+use crate::scene::{Ray, RayDifferential, Scene, View};
 use glam::Vec4;
 
 /// Rays of a pixel whose directions are this far apart or further, in degrees, count nothing (Hakura, Snyder 2001, section 4.3).
@@ -117,9 +117,6 @@ impl Observer<'_> {
         let (scene, tracer) = (self.scene, &self.known.group.tracer);
         let hit = tracer.first_hit(scene, ray, 0.0)?;
         let encounter = tracer.encounter(scene, ray, &hit, None);
-        if first == First::Refracted && scene.role_of(encounter.point.object) != Role::Lens {
-            return None;
-        }
         self.paths.follow(ray.direction, encounter, first).leaving
     }
 }

@@ -118,9 +118,14 @@ impl LensShader<'_> {
             false => Vec3::ONE,
         };
         let mut sum = own;
+        let mut divides = true;
         for (first, share) in First::BOTH.into_iter().zip(shares).filter(|(_, share)| *share != Vec3::ZERO) {
+            if !divides {
+                break;
+            }
             let known = reflected.filter(|_| first == First::Reflected);
             let (path, change) = known.unwrap_or_else(|| path(first));
+            divides = path.divides;
             sum += share * path.added;
             let share = share * path.share * passes;
             if let Some(leaving) = path.leaving.filter(|leaving| share.is_finite() && leaving.direction.is_finite()) {

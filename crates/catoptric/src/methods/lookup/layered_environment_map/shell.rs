@@ -212,6 +212,22 @@ impl Shell {
         changes
     }
 
+    /// How far rays go until they meet the shell.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn distances<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Lane<LANES> {
+        match self {
+            Self::Around(surround) => surround.distances(Vec3::ZERO, &rays.origins, &rays.directions),
+            Self::Quad(quad) => {
+                let mut distances = [f32::INFINITY; LANES];
+                for lane in 0..LANES {
+                    let found = quad.distance(vector(&rays.origins, lane), vector(&rays.directions, lane));
+                    distances[lane] = found.unwrap_or(f32::INFINITY);
+                }
+                distances
+            }
+        }
+    }
+
     /// How far a ray goes until it meets the shell; infinite where it never does.
     pub(super) fn distance(&self, origin: Vec3, direction: Vec3) -> f32 {
         match self {

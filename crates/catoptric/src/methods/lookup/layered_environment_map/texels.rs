@@ -98,6 +98,13 @@ impl Layout {
         if self.faces == 6 { direction_of(face as usize, at) } else { at.extend(0.0) }
     }
 
+    /// Where the middle of a texel of the finest level is looked up.
+    pub(super) fn middle_of(&self, texel: u32) -> Vec3 {
+        let (row, column) = (texel / self.size, texel % self.size);
+        let at = Vec2::new(column as f32, (row % self.size) as f32) + 0.5;
+        self.place_of(row / self.size, at * (2.0 / self.size as f32) - 1.0)
+    }
+
     /// The texels that look-ups read, with their weights, which sum to one (less beyond a square's edges): trilinear look-ups side by
     /// side along the longer axis of a footprint. What lanes read that are not wanted is left out.
     #[inline(always)] // for the instructions of its caller
