@@ -228,12 +228,12 @@ pub(super) fn distance(maps: &Blended<'_>, ray: &Ray) -> f32 {
 }
 
 impl LayeredMap {
-    /// How far away what a ray meets is taken to be: the shell of the first layer that hides more than half.
+    /// How far away what a ray meets is taken to be: the nearest of the layers that hide more than half.
     fn distance(&self, ray: &Ray) -> f32 {
         let from_center = Ray { origin: ray.origin - self.center, ..*ray };
         let hides = |layer: &&Layer| layer.seen(&from_center, &RayDifferential::default()).w > 0.5;
-        let layer = self.layers.iter().find(hides);
-        layer.map_or(f32::INFINITY, |layer| layer.distance(&from_center))
+        let distances = self.layers.iter().filter(hides).map(|layer| layer.distance(&from_center));
+        distances.fold(f32::INFINITY, f32::min)
     }
 
     /// Memory of all textures.
