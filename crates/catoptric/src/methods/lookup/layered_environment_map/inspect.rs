@@ -10,7 +10,7 @@ use super::texels::Texture;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::lookup::greedy::First;
-use crate::methods::{Job, Quality};
+use crate::methods::{Job, Quality, Settings};
 use crate::progress::Progress;
 use crate::raster::{self, Fragment, Look, LookShader};
 use crate::scene::{Scene, ViewRays};
@@ -36,7 +36,8 @@ pub struct InferredLayer {
 /// The layers about a group of reflectors and lenses, the nearest first, inferred for one of its viewpoints.
 ///
 /// # Errors
-/// [`RenderError::Limit`] where the scene has no such group or the group no such viewpoint, and where textures do not fit into memory.
+/// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] where the scene has no such group or the group no such
+/// viewpoint, and where textures do not fit into memory.
 pub fn inferred_layers(
     settings: &LayeredEnvironmentMapSettings,
     scene: &Scene,
@@ -44,7 +45,7 @@ pub fn inferred_layers(
     [group, viewpoint]: [u32; 2],
     progress: &dyn Progress,
 ) -> Result<Vec<InferredLayer>, RenderError> {
-    let known = Known::new(settings, scene, quality.order);
+    let known = known_by(settings, scene, quality)?;
     known.check_memory(settings.size, 2)?;
     let number = group as usize;
     let limit = |problem: String| RenderError::Limit { method: INFO.id, problem };
@@ -74,6 +75,12 @@ pub fn inferred_layers(
     Ok((0..map.layers.len()).map(layer).collect())
 }
 
+/// What settings that may come from anywhere say of a scene.
+fn known_by(settings: &LayeredEnvironmentMapSettings, scene: &Scene, quality: Quality) -> Result<Known, RenderError> {
+    settings.check().map_err(|problem| RenderError::Setting { method: INFO.id, problem })?;
+    Ok(Known::new(settings, scene, quality.order))
+}
+
 fn clear(pixels: u32) -> Vec<[f32; 4]> {
     vec![[0.0; 4]; pixels as usize]
 }
@@ -97,14 +104,14 @@ fn unfolded(texture: &Texture) -> Framebuffer {
 /// Draws reflectors and lenses lighter or darker by how often the triangle of the adaptive mesh that is seen was divided, before the scene.
 ///
 /// # Errors
-/// Those of [`raster::draw`].
+/// [`RenderError::Setting`] for settings that are not allowed; those of [`raster::draw`].
 pub fn subdivision(
     settings: &LayeredEnvironmentMapSettings,
     job: &Job<'_>,
     target: &mut Framebuffer,
 ) -> Result<(), RenderError> {
     let (scene, view, samples) = (job.scene, job.view, job.quality.samples);
-    let known = Known::new(settings, scene, job.quality.order);
+    let known = known_by(settings, scene, job.quality)?;
     let paths = |object: u32| known.paths(scene, object);
     let (lists, mesh) = mesh::drawn(scene, view, samples, &known.welds, &paths, Criteria::of(settings), |_| true)?;
     let shader = LevelShader { scene, rays: view.rays(), mesh: &mesh };
