@@ -76,7 +76,7 @@ fn table() -> Result<()> {
     let set = |settings: &str| format!("{INFERRED}\n{settings}");
     let bare = "depth = false";
     let large = "size = 512\npicture_size = 512";
-    let ways: [(&str, &str, String); 13] = [
+    let ways: [(&str, &str, String); 15] = [
         ("environment map", "environment_map", String::new()),
         ("environment map, box", "environment_map", "parallax = \"box\"".into()),
         ("light field", "light_field", String::new()),
@@ -89,10 +89,16 @@ fn table() -> Result<()> {
         ("layers on their shells, inferred", layered, set(bare)),
         ("layers by distance on their shells, inferred", layered, set("depth = false\nclustering = \"distance\"")),
         ("one layer on its shell, inferred", layered, set("depth = false\nlayers = 1")),
+        ("layers, inferred, direct images from centre and viewpoint", layered, set("direct = \"both\"")),
+        (
+            "layers on their shells, inferred, direct images from the viewpoint alone against disocclusion",
+            layered,
+            set("depth = false\ncontinued = false\nneighbours = 0\ndirect = \"viewpoint\""),
+        ),
         (
             "layers on their shells, inferred, nothing against disocclusion",
             layered,
-            set("depth = false\ncontinued = false\nneighbours = 0\ndirect = false"),
+            set("depth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\""),
         ),
     ];
     let views = [("on a viewpoint", 0.0, 0.0), ("between", 4.0, 0.0), ("above", 4.0, 0.8)];
@@ -284,7 +290,7 @@ pub(crate) fn draw(name: &str) -> Result<()> {
     const LAYERED: &str = "layered_environment_map";
     const ONE: &str = "textures = \"inferred\"\ndepth = false\nlayers = 1";
     const SHELLS: &str = "textures = \"inferred\"\ndepth = false";
-    const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = false";
+    const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\"";
     let all: [(&str, &dyn Fn() -> Result<()>); 10] = [
         ("layered-table", &table),
         ("layered-performance", &performance),

@@ -99,34 +99,98 @@ fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
     let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 40.0), 120, 90);
     let with = |settings: &str| flip(&format!("{SMALL}\ntextures = 'inferred'\n{settings}"), &scene, &view);
     let complete = with("");
-    let bare = with("continued = false\nneighbours = 0\ndirect = false");
+    let bare = with("continued = false\nneighbours = 0\ndirect = \"none\"");
     assert!(complete < bare, "{complete}, {bare}");
     let flat = with("depth = false");
-    let bare = with("depth = false\ncontinued = false\nneighbours = 0\ndirect = false");
+    let bare = with("depth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\"");
     assert!(flat < bare, "{flat}, {bare}");
 }
 
 #[test]
+fn direct_images_show_what_a_lens_does_not_and_change_nothing_that_it_shows() {
+    // A glass ball, from a viewpoint and from beside it, with pictures from the viewpoint alone.
+    let scene = scene("glass_sphere");
+    let camera = scene.default_view(4, 3);
+    let center = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
+    let errors = |direct: &str| {
+        [0.0f32, 15.0].map(|degrees| {
+            let eye = center + Quat::from_rotation_y(degrees.to_radians()) * (camera.eye() - center);
+            let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 40.0), 120, 90);
+            let rest = "textures = 'inferred'\ndepth = false\ncontinued = false\nneighbours = 0";
+            flip(&format!("{SMALL}\n{rest}\ndirect = '{direct}'"), &scene, &view)
+        })
+    };
+    let [bare, from_viewpoint, from_both] = ["none", "viewpoint", "both"].map(errors);
+    assert!(from_viewpoint[1] < 0.9 * bare[1], "{from_viewpoint:?}, {bare:?}");
+    assert!(from_both[1] < 0.9 * bare[1], "{from_both:?}, {bare:?}");
+    assert!(from_viewpoint[0] < 1.02 * bare[0], "{from_viewpoint:?}, {bare:?}");
+}
+
+#[test]
+fn groups_that_share_their_farthest_layer_show_about_what_they_show_without() {
+    let scene = scene("two_spheres");
+    let view = scene.default_view(160, 120);
+    for textures in ["projected", "inferred"] {
+        let [apart, shared] = [false, true].map(|shared| {
+            let settings = format!("{SMALL}\nlayers = 2\ntextures = '{textures}'\nshare_far = {shared}");
+            let mut method = prepared(ID, &settings, &scene, QUALITY);
+            let report = method.prepare(&scene, QUALITY, &Silent).unwrap();
+            (report, flip(&settings, &scene, &view))
+        });
+        assert_eq!((apart.0.counts["lens_groups"], shared.0.counts["shared_layers"]), (2, 1));
+        assert!(shared.0.counts["layers"] < apart.0.counts["layers"], "{:?}, {:?}", apart.0, shared.0);
+        assert!(shared.0.bytes["layers"] < apart.0.bytes["layers"], "{:?}, {:?}", apart.0, shared.0);
+        assert!(shared.1 < apart.1 + 0.05, "{textures}: {}, {}", shared.1, apart.1);
+    }
+}
+
+#[test]
 fn baked_layers_draw_what_inferred_ones_do() {
-    const SETTINGS: &str =
-        "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
+    for more in ["", "\nshare_far = true", "\ndirect = 'both'"] {
+        baked_layers_draw_the_same(more);
+    }
+}
+
+fn baked_layers_draw_the_same(more: &str) {
+    const SIZES: &str = "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
+    let settings = format!("{SIZES}{more}");
     let scene = scene("two_spheres?tess=12");
     let view = scene.default_view(80, 60);
-    let (inferred, report) = picture(ID, SETTINGS, &scene, &view);
+    let (inferred, report) = picture(ID, &settings, &scene, &view);
     assert!(report.counts["viewpoints_inferred"] >= 2, "{report:?}");
-    let Units(made) = baked(ID, SETTINGS, &scene, QUALITY);
+    let Units(made) = baked(ID, &settings, &scene, QUALITY);
     let method = |settings: &str, made: &[Vec<u8>]| -> Result<Box<dyn ReflectionMethod>, String> {
         let mut method = methods::create(ID, &toml::from_str(settings).unwrap()).unwrap();
         method.take_bake(Arc::new(Units(made.to_vec()))).unwrap();
         method.prepare(&scene, QUALITY, &Silent).map_err(|error| error.to_string())?;
         Ok(method)
     };
-    let mut baked = method(SETTINGS, &made).unwrap();
+    let mut baked = method(&settings, &made).unwrap();
     assert!(drawn(&mut *baked, &scene, &view, QUALITY).pixels == inferred.pixels);
-    for (settings, made) in [(SETTINGS.replace("size = 16", "size = 32"), &made[..]), (SETTINGS.into(), &made[1..])] {
+    for (settings, made) in [(settings.replace("size = 16", "size = 32"), &made[..]), (settings.clone(), &made[1..])] {
         let refused = method(&settings, made).err().expect("it is of another size");
         assert!(refused.contains("units"), "{refused}");
     }
+}
+
+#[test]
+fn bakes_of_any_bytes_give_pictures_of_numbers() {
+    const SETTINGS: &str =
+        "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
+    let scene = scene("two_spheres?tess=12");
+    let view = scene.default_view(80, 60);
+    let Units(mut made) = baked(ID, SETTINGS, &scene, QUALITY);
+    // Half floats of all kinds: infinite ones, numbers that are none, negative opacities.
+    let mut state = 7u32;
+    for byte in made.iter_mut().flatten() {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        *byte = (state >> 24) as u8;
+    }
+    let mut method = methods::create(ID, &toml::from_str(SETTINGS).unwrap()).unwrap();
+    method.take_bake(Arc::new(Units(made))).unwrap();
+    method.prepare(&scene, QUALITY, &Silent).unwrap();
+    let picture = drawn(&mut *method, &scene, &view, QUALITY);
+    assert!(picture.pixels.iter().flatten().all(|value| value.is_finite()));
 }
 
 #[test]

@@ -64,7 +64,7 @@ pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUn
 pub use merge::{Merged, merge, merge_through};
 pub use methods::{MethodBake, MethodUnits};
 pub use plan::{Estimate, PLAN_NAME, Plan};
-pub use run::{Outcome, Reason, RunOptions, RunReport, UnitDone, Work, run};
+pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, run};
 pub use shard::Shard;
 pub use status::{BadUnit, Check, Status, status};
 pub use store::{Created, Entry, LocalStore, Store};

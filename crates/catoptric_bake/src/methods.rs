@@ -4,7 +4,7 @@ use crate::container::BakedFile;
 use crate::error::BakeError;
 use crate::identity::{Identity, PlannedUnit, SCHEMA};
 use crate::plan::Estimate;
-use crate::run::Work;
+use crate::run::{Payload, Work};
 use catoptric::error::RenderError;
 use catoptric::methods::bake::{BakeWork, Baked, UnitMaker};
 use catoptric::methods::{MethodInfo, Quality};
@@ -130,9 +130,10 @@ impl MethodUnits<'_> {
 }
 
 impl Work for MethodUnits<'_> {
-    fn unit(&self, number: u64) -> Result<Vec<u8>, String> {
+    fn unit(&self, number: u64) -> Result<Payload, String> {
         let number = usize::try_from(number).map_err(|error| error.to_string())?;
-        self.maker.make(number).map_err(|error| error.to_string())
+        let made = self.maker.make(number).map_err(|error| error.to_string())?;
+        Ok(Payload { bytes: made.bytes, note: made.note })
     }
 }
 

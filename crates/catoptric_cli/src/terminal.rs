@@ -64,6 +64,14 @@ impl Terminal {
         }
     }
 
+    /// The same above the progress bar, where one is shown.
+    pub(crate) fn say_above(&self, line: &str) {
+        match self.stage.lock().ok().and_then(|stage| stage.bar.clone()) {
+            Some(bar) if !self.quiet => bar.println(line),
+            _ => self.say(line),
+        }
+    }
+
     /// Whether progress is shown as a bar.
     pub(crate) fn shows_bars(&self) -> bool {
         self.bars

@@ -230,6 +230,56 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
     assert!(slabs["setup_ms"]["bake_load"].is_number() && slabs["setup_ms"]["bake_open"].is_number());
 }
 
+/// Layers are inferred for viewpoints, each of which says what is left of its residuals; killed and resumed it is the same file, and pictures
+/// from it are those without.
+#[test]
+fn layers_of_viewpoints_are_baked_and_resumed() {
+    const LAYERS: [&str; 14] = [
+        "--method",
+        "layered_environment_map",
+        "--set",
+        "size=16",
+        "--set",
+        "picture_size=64",
+        "--set",
+        "capture_samples=1",
+        "--set",
+        "viewpoint_count=24",
+        "--set",
+        "viewpoints=line",
+        "--set",
+        "direct=both",
+    ];
+    let place = Workplace::new();
+    let bake = |output: &'static str| [&["bake", "scene.toml"], &LAYERS[..], &["-o", output]].concat();
+    let done = place.run(&bake("whole.bake"));
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert_eq!(done.status.code(), Some(0), "{told}");
+    let notes = told.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let notes: Vec<String> = notes.map(|line| line["note"].as_str().unwrap().into()).collect();
+    assert!(notes.len() == 24 && notes.iter().all(|note| note.starts_with("residuals ")), "{notes:?}");
+    let started = Instant::now();
+    let mut child = place.start(&bake("killed.bake").into_iter().map(str::to_owned).collect::<Vec<_>>());
+    let units = || fs::read_dir(place.path("killed.bake.parts")).map_or(0, Iterator::count);
+    while units() < 6 && child.try_wait().unwrap().is_none() && started.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(units() > 3, "it was killed after some units");
+    place.ends(0, &bake("killed.bake"));
+    let whole = fs::read(place.path("whole.bake")).unwrap();
+    assert!(whole == fs::read(place.path("killed.bake")).unwrap());
+
+    let render = ["render", "scene.toml", "--size", "80x60", "--samples", "1", "--quiet", "--set", "textures=inferred"];
+    let render = |more: &[&'static str]| [&render[..], &LAYERS[..], more].concat();
+    place.ends(0, &render(&["-o", "inferred.png"]));
+    place.ends(0, &render(&["--baked", "whole.bake", "-o", "baked.png"]));
+    assert!(fs::read(place.path("inferred.png")).unwrap() == fs::read(place.path("baked.png")).unwrap());
+    let refused = place.fails(1, &render(&["--baked", "whole.bake", "-o", "no.png", "--set", "layers=2"]));
+    assert!(refused.contains("layers is 3 in the bake, 2 asked for"), "{refused}");
+}
+
 #[test]
 fn views_made_elsewhere_are_asked_for_by_a_manifest() {
     let place = Workplace::new();

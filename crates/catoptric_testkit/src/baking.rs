@@ -23,7 +23,7 @@ pub fn baked(id: &str, settings: &str, scene: &Scene, quality: Quality) -> Units
     let settings_table = toml::from_str(settings).expect("the test's input is valid");
     let work = bake(&settings_table, scene, quality).expect("the test's input is valid");
     let (units, maker) = (work.units(), work.maker().expect("the test's input is valid"));
-    let make = |number| maker.make(number).expect("the test's input is valid");
+    let make = |number| maker.make(number).expect("the test's input is valid").bytes;
     let mut made: Vec<Vec<u8>> = (0..units.len()).rev().map(make).collect();
     made.reverse();
     for (unit, bytes) in units.iter().zip(&made) {

@@ -33,14 +33,23 @@ pub trait BakeWork: Sync {
 
 /// Makes the units of a bake, on any thread.
 pub trait UnitMaker: Sync {
-    /// The bytes of a unit; empty where there is none of that number.
+    /// A unit; empty where there is none of that number.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where a file that a setting names cannot be used.
-    fn make(&self, number: usize) -> Result<Vec<u8>, RenderError>;
+    fn make(&self, number: usize) -> Result<MadeUnit, RenderError>;
 
     /// Time that one core takes for all units, about, in seconds: found by making a small part of them.
     fn estimate_core_secs(&self) -> f64;
+}
+
+/// A unit that was made.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MadeUnit {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// What people may want to know of how it was made, such as what is left of an error; no part of the bake.
+    pub note: Option<String>,
 }
 
 /// One unit of a bake.

@@ -25,13 +25,22 @@ pub trait Work: Sync {
     ///
     /// # Errors
     /// What went wrong, in words.
-    fn unit(&self, number: u64) -> Result<Vec<u8>, String>;
+    fn unit(&self, number: u64) -> Result<Payload, String>;
 }
 
 impl<F: Fn(u64) -> Result<Vec<u8>, String> + Sync> Work for F {
-    fn unit(&self, number: u64) -> Result<Vec<u8>, String> {
-        self(number)
+    fn unit(&self, number: u64) -> Result<Payload, String> {
+        Ok(Payload { bytes: self(number)?, note: None })
     }
+}
+
+/// What a unit holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Payload {
+    /// As many as planned.
+    pub bytes: Vec<u8>,
+    /// What people may want to know of how it was made; it is told once and kept nowhere.
+    pub note: Option<String>,
 }
 
 /// How a run goes.
@@ -83,6 +92,9 @@ pub struct UnitDone<'a> {
     pub bytes: u64,
     /// What became of it.
     pub outcome: Outcome,
+    /// What its maker says of how it was made; none where it was not made now.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<&'a str>,
     /// How long that took.
     pub seconds: f64,
     /// How many units of the shard are done; threads may report in another order than they count.
@@ -184,7 +196,7 @@ impl Run<'_> {
         while let Some(number) = self.next() {
             let begun = Instant::now();
             match self.look_or_make(number) {
-                Ok(outcome) => self.report(number, outcome, begun),
+                Ok((outcome, note)) => self.report(number, outcome, note.as_deref(), begun),
                 Err(error) => {
                     self.failed.store(true, Ordering::Relaxed);
                     self.progress().failure.get_or_insert(error);
@@ -216,7 +228,7 @@ impl Run<'_> {
         (rank < self.total).then(|| self.options.shard.unit(rank))
     }
 
-    fn report(&self, number: u64, outcome: Outcome, begun: Instant) {
+    fn report(&self, number: u64, outcome: Outcome, note: Option<&str>, begun: Instant) {
         let left = {
             let report = &mut self.progress().report;
             *match outcome {
@@ -234,15 +246,17 @@ impl Run<'_> {
             name: &planned.name,
             bytes: planned.bytes,
             outcome,
+            note,
             seconds: begun.elapsed().as_secs_f64(),
             done: self.total - left,
             total: self.total,
         });
     }
 
-    fn look_or_make(&self, number: u64) -> Result<Outcome, BakeError> {
+    /// What became of a unit, and what its maker says of it.
+    fn look_or_make(&self, number: u64) -> Result<(Outcome, Option<String>), BakeError> {
         match self.listing.find(number, self.options.check)? {
-            Found::Good => return Ok(Outcome::Skipped),
+            Found::Good => return Ok((Outcome::Skipped, None)),
             Found::Bad(fault) if !fault.is_damage() => {
                 let file = self.store.place(&self.file_name(number));
                 return Err(BakeError::Misplaced { file, fault });
@@ -251,12 +265,13 @@ impl Run<'_> {
         }
         let planned = &self.plan.identity.units[number as usize];
         let name = || planned.name.clone();
-        let payload = self.work.unit(number).map_err(|problem| BakeError::Work { number, name: name(), problem })?;
-        let found = payload.len() as u64;
+        let problem = |problem| BakeError::Work { number, name: name(), problem };
+        let Payload { bytes, note } = self.work.unit(number).map_err(problem)?;
+        let found = bytes.len() as u64;
         if found != planned.bytes {
             return Err(BakeError::Size { number, name: name(), planned: planned.bytes, found });
         }
-        self.publish(number, &unit::encode(self.listing.hash, number, &payload))
+        Ok((self.publish(number, &unit::encode(self.listing.hash, number, &bytes))?, note))
     }
 
     /// Publishes a unit. A damaged one in its place is looked at again just before it is removed, and only once the good one

@@ -51,6 +51,42 @@ impl Surround {
         found
     }
 
+    /// By what shares the shape is to be grown about the origin, which is in it, to go through places.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn shares<const LANES: usize>(&self, places: &Lanes<LANES>) -> Lane<LANES> {
+        let mut shares = [0.0f32; LANES];
+        // A quotient of nothing by nothing is no number, and left out.
+        let larger = |share: f32, other: f32| if other > share { other } else { share };
+        match *self {
+            Self::Infinite => {}
+            Self::Box(bounds) => {
+                let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        let place = places[axis][lane];
+                        let side = if place > 0.0 { max[axis] } else { min[axis] };
+                        shares[lane] = larger(shares[lane], place.abs() / side.abs());
+                    }
+                }
+            }
+            Self::Sphere(radius) => {
+                for lane in 0..LANES {
+                    let [x, y, z] = [places[0][lane], places[1][lane], places[2][lane]];
+                    shares[lane] = larger(0.0, (x * x + y * y + z * z).sqrt() / radius);
+                }
+            }
+            Self::Cylinder { radius, bottom, top } => {
+                for lane in 0..LANES {
+                    let [x, y, z] = [places[0][lane], places[1][lane], places[2][lane]];
+                    let end = if y > 0.0 { top } else { bottom };
+                    let aside = larger(0.0, (x * x + z * z).sqrt() / radius);
+                    shares[lane] = larger(aside, y.abs() / end.abs());
+                }
+            }
+        }
+        shares
+    }
+
     /// How far a ray of unit direction from `position` goes until it meets the shape; infinite where it never does.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn distance(&self, center: Vec3, position: Vec3, direction: Vec3) -> f32 {
@@ -126,6 +162,7 @@ fn relative<const LANES: usize>(positions: &Lanes<LANES>, center: Vec3) -> Lanes
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Stream;
     use glam::Vec2;
 
     #[test]
@@ -157,6 +194,23 @@ mod tests {
         assert!((Vec2::new(found.x, found.z).length() - 2.0).abs() < 1e-5, "{found}");
         let found = cylinder.direction(center, position, Vec3::new(0.1, -0.9, 0.0).normalize());
         assert!((found.y + 1.0).abs() < 1e-5, "{found}");
+    }
+
+    #[test]
+    fn shares_are_distances_by_those_of_the_shape() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -3.0), max: Vec3::new(1.5, 2.0, 3.0) };
+        let cylinder = Surround::Cylinder { radius: 2.0, bottom: -1.0, top: 3.0 };
+        let mut random = Stream::new(3);
+        for shape in [Surround::Box(bounds), Surround::Sphere(1.7), cylinder] {
+            for _ in 0..200 {
+                // Above the bottom of the box, which is at the origin.
+                let place = Vec3::from([-4.0, 0.0, -4.0].map(|low| random.next_between(low, 4.0)));
+                let [share] = shape.shares(&one(place));
+                let expected = place.length() / shape.distance(Vec3::ZERO, Vec3::ZERO, place.normalize());
+                assert!((share - expected).abs() < 1e-5 * expected, "{shape:?} {place}: {share}, {expected}");
+            }
+            assert_eq!(shape.shares(&one(Vec3::ZERO)), [0.0]);
+        }
     }
 
     #[test]

@@ -197,7 +197,12 @@ fn work(
     let bars = terminal.shows_bars();
     let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
         Ok(line) if !bars => terminal.say(&line),
-        _ => terminal.advance(1),
+        _ => {
+            if let Some(note) = done.note {
+                terminal.say_above(&format!("{}: {note}", done.name));
+            }
+            terminal.advance(1);
+        }
     };
     let options = RunOptions { shard, stop: &STOP, until, on_unit: &tell, ..RunOptions::default() };
     let report = catoptric_bake::run(plan, store, units, &options);

@@ -3,13 +3,14 @@
 use super::INFO;
 use super::infer::Inference;
 use super::known::Known;
-use super::maps::{Layer, LayeredMap};
+use super::least_squares::Residual;
+use super::maps::Layer;
 use super::settings::{LayeredEnvironmentMapSettings, Textures};
 use super::texels::Texture;
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::methods::Quality;
-use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
+use crate::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
 use crate::progress::Silent;
 use crate::scene::Scene;
 use block_compression::half::f16;
@@ -17,7 +18,7 @@ use glam::Vec4;
 
 /// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each first. Also how they are
 /// inferred: it changes with what they hold.
-const PAYLOAD_VERSION: u32 = 3;
+const PAYLOAD_VERSION: u32 = 4;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: usize = 8;
@@ -46,7 +47,7 @@ impl<'a> LayersWork<'a> {
             () if known.groups.is_empty() => "the scene has no reflector and no lens: there is nothing to bake",
             () => {
                 // What is seen from the middle, and what is made.
-                known.check_memory(settings.size, 2)?;
+                known.check_memory(settings, 2)?;
                 return Ok(Self { scene, settings: settings.clone(), known });
             }
         };
@@ -54,27 +55,16 @@ impl<'a> LayersWork<'a> {
     }
 }
 
-/// The number of a unit's group, and that of its viewpoint.
-fn group_and_viewpoint(known: &Known, number: usize) -> Option<(usize, u32)> {
-    let mut rest = number;
-    for (index, group) in known.groups.iter().enumerate() {
-        let count = group.viewspace.len() as usize;
-        if rest < count {
-            return Some((index, rest as u32));
-        }
-        rest -= count;
-    }
-    None
+/// The part that a unit is of, and its viewpoint.
+fn part_and_viewpoint(known: &Known, number: usize) -> Option<(usize, u32)> {
+    let count = known.viewpoint_count();
+    let part = number.checked_div(count as usize).filter(|part| *part < known.part_count())?;
+    Some((part, (number % count as usize) as u32))
 }
 
-/// The number of the unit of a group's viewpoint.
-fn unit_of(known: &Known, group: usize, viewpoint: u32) -> usize {
-    known.groups[..group].iter().map(|group| group.viewspace.len() as usize).sum::<usize>() + viewpoint as usize
-}
-
-/// Bytes of a unit of a group.
-fn unit_bytes(known: &Known, group: usize, size: u32) -> usize {
-    known.groups[group].strata.iter().map(|stratum| stratum.shell.layout(size).texel_count() * TEXEL_BYTES).sum()
+/// Bytes of a unit of a part.
+fn unit_bytes(known: &Known, part: usize, size: u32) -> usize {
+    known.strata_of(part).iter().map(|stratum| stratum.shell.layout(size).texel_count() * TEXEL_BYTES).sum()
 }
 
 /// Whether a bake has the units of a scene.
@@ -86,26 +76,24 @@ pub(super) fn check(
     settings: &LayeredEnvironmentMapSettings,
     baked: &dyn Baked,
 ) -> Result<(), RenderError> {
-    let mut bytes = Vec::new();
-    for (group, layers) in known.groups.iter().enumerate() {
-        bytes.resize(bytes.len() + layers.viewspace.len() as usize, unit_bytes(known, group, settings.size));
-    }
-    let fits = baked.unit_count() == bytes.len()
-        && bytes.iter().enumerate().all(|(number, bytes)| baked.unit(number).len() == *bytes);
-    let (found, wanted) = (baked.unit_count(), bytes.len());
+    let viewpoints = known.viewpoint_count() as usize;
+    let (found, wanted) = (baked.unit_count(), known.part_count() * viewpoints);
+    let is_whole = |number: usize| baked.unit(number).len() == unit_bytes(known, number / viewpoints, settings.size);
+    let fits = found == wanted && (0..wanted).all(is_whole);
     let problem = format!("the baked file has {found} units where the scene needs {wanted}, or of another size");
     if fits { Ok(()) } else { Err(RenderError::Limit { method: INFO.id, problem }) }
 }
 
-/// The layers of a viewpoint from a bake that was checked; `bare` are those of the group, whatever their textures.
-pub(super) fn baked_map(
+/// The layers of a part and a viewpoint from a bake that was checked; `bare` are the same layers, whatever their textures.
+pub(super) fn baked_layers(
     known: &Known,
-    bare: &LayeredMap,
+    bare: &[Layer],
     baked: &dyn Baked,
-    group: usize,
+    part: usize,
     viewpoint: u32,
-) -> LayeredMap {
-    let mut rest = baked.unit(unit_of(known, group, viewpoint)).as_chunks::<TEXEL_BYTES>().0;
+) -> Vec<Layer> {
+    let number = part * known.viewpoint_count() as usize + viewpoint as usize;
+    let mut rest = baked.unit(number).as_chunks::<TEXEL_BYTES>().0;
     let layer = |bare: &Layer| {
         let layout = bare.texture.layout.clone();
         let texels;
@@ -115,17 +103,17 @@ pub(super) fn baked_map(
             Vec4::new(half(0), half(1), half(2), half(3))
         });
         let texture = Texture { layout, texels: texels.collect() };
-        Layer { shell: bare.shell, distances: bare.distances.clone(), texture }
+        Layer { distances: bare.distances.clone(), texture, ..*bare }
     };
-    LayeredMap { center: bare.center, layers: bare.layers.iter().map(layer).collect() }
+    bare.iter().map(layer).collect()
 }
 
 /// What inference gives is kept with no more digits than a bake has: both draw the same.
-pub(super) fn rounded(mut map: LayeredMap) -> LayeredMap {
-    for texel in map.layers.iter_mut().flat_map(|layer| &mut layer.texture.texels) {
+pub(super) fn rounded(mut layers: Vec<Layer>) -> Vec<Layer> {
+    for texel in layers.iter_mut().flat_map(|layer| &mut layer.texture.texels) {
         *texel = Vec4::from(texel.to_array().map(|value| half(value).to_f32()));
     }
-    map
+    layers
 }
 
 /// The nearest half float; what is too large becomes the largest.
@@ -157,10 +145,14 @@ impl BakeWork for LayersWork<'_> {
 
     fn units(&self) -> Vec<BakeUnit> {
         let mut units = Vec::new();
-        for (number, group) in self.known.groups.iter().enumerate() {
-            let bytes = unit_bytes(&self.known, number, self.settings.size) as u64;
-            let unit = |viewpoint| BakeUnit { name: format!("group {number}, viewpoint {viewpoint}"), bytes };
-            units.extend((0..group.viewspace.len()).map(unit));
+        for part in 0..self.known.part_count() {
+            let bytes = unit_bytes(&self.known, part, self.settings.size) as u64;
+            let whose = match part < self.known.groups.len() {
+                true => format!("group {part}"),
+                false => "all groups".into(),
+            };
+            let unit = |viewpoint| BakeUnit { name: format!("{whose}, viewpoint {viewpoint}"), bytes };
+            units.extend((0..self.known.viewpoint_count()).map(unit));
         }
         units
     }
@@ -174,50 +166,55 @@ impl BakeWork for LayersWork<'_> {
 /// Makes the layers of viewpoints.
 struct LayersMaker<'a> {
     work: &'a LayersWork<'a>,
-    /// Of every group.
-    projected: Vec<LayeredMap>,
+    /// Of every part.
+    projected: Vec<Vec<Layer>>,
 }
 
 impl LayersMaker<'_> {
     fn infer(
         &self,
         settings: &LayeredEnvironmentMapSettings,
-        group: usize,
+        part: usize,
         viewpoint: u32,
-    ) -> Result<LayeredMap, RenderError> {
+    ) -> Result<(Vec<Layer>, Vec<Residual>), RenderError> {
         let LayersWork { scene, known, .. } = self.work;
-        let inference = Inference { scene, settings, known };
-        let (map, _) = inference.infer(group, &self.projected[group], viewpoint, &Silent)?;
-        Ok(map)
+        Inference { scene, settings, known }.infer(part, &self.projected[part], viewpoint, &Silent)
     }
 }
 
 impl UnitMaker for LayersMaker<'_> {
-    fn make(&self, number: usize) -> Result<Vec<u8>, RenderError> {
-        let Some((group, viewpoint)) = group_and_viewpoint(&self.work.known, number) else { return Ok(Vec::new()) };
-        let map = self.infer(&self.work.settings, group, viewpoint)?;
-        let texels = map.layers.iter().flat_map(|layer| &layer.texture.texels);
-        Ok(texels.flat_map(|texel| texel.to_array()).flat_map(|value| half(value).to_le_bytes()).collect())
+    fn make(&self, number: usize) -> Result<MadeUnit, RenderError> {
+        let Some((part, viewpoint)) = part_and_viewpoint(&self.work.known, number) else {
+            return Ok(MadeUnit::default());
+        };
+        let (layers, residuals) = self.infer(&self.work.settings, part, viewpoint)?;
+        let texels = layers.iter().flat_map(|layer| &layer.texture.texels);
+        let bytes = texels.flat_map(|texel| texel.to_array()).flat_map(|value| half(value).to_le_bytes()).collect();
+        let residuals = residuals
+            .iter()
+            .map(|Residual { before, after, steps }| format!("{before:.4} to {after:.4} in {steps} steps"));
+        let note = format!("residuals {}", residuals.collect::<Vec<_>>().join(", "));
+        Ok(MadeUnit { bytes, note: Some(note) })
     }
 
     fn estimate_core_secs(&self) -> f64 {
         let size = self.work.settings.picture_size;
         let pixels = |size: u32| f64::from(size * size);
-        let of_group = |group: usize| {
+        let of_part = |part: usize| {
             // A part is for pixels, and a part is not.
             let [small, large] = ESTIMATE_SHARES.map(|share| {
                 let picture_size = (size / share).max(16);
                 let settings = LayeredEnvironmentMapSettings { picture_size, ..self.work.settings.clone() };
                 let mut watch = Stopwatch::new();
                 // An error will come up again when units are made.
-                drop(self.infer(&settings, group, 0));
+                drop(self.infer(&settings, part, 0));
                 (pixels(picture_size), watch.lap_ms() * 1e-3)
             });
             let slope = (large.1 - small.1) / (large.0 - small.0).max(1.0);
             let unit = large.1 + slope.max(0.0) * (pixels(size) - large.0);
             let cores = crate::parallel::thread_count() as f64;
-            unit * cores * f64::from(self.work.known.groups[group].viewspace.len())
+            unit * cores * f64::from(self.work.known.viewpoint_count())
         };
-        (0..self.work.known.groups.len()).map(of_group).sum()
+        (0..self.work.known.part_count()).map(of_part).sum()
     }
 }

@@ -1,6 +1,9 @@
 //! Layers as they are seen from the middle of their shells: textures that are projected, not inferred, and how far away what they show is.
 
+use super::distances::{Depth, Distances};
 use super::layers::Stratum;
+use super::maps::Layer;
+use super::settings::LayeredEnvironmentMapSettings;
 use super::shell::Shell;
 use super::surroundings::Strata;
 use super::texels::{Layout, Texture};
@@ -22,6 +25,37 @@ impl Target<'_> {
         let place = self.layout.place_of(face, texels * (2.0 / self.size as f32) - 1.0);
         self.shell.towards(place).normalize()
     }
+}
+
+/// Layers without textures; none of them knows more of what it shows than its shell where `settings` say so.
+pub(super) fn bare_layers(
+    settings: &LayeredEnvironmentMapSettings,
+    apart: &Strata<'_>,
+    strata: &[Stratum],
+    progress: &dyn Progress,
+) -> Vec<Layer> {
+    let mut depths = settings.depth.then(|| depths(apart, strata, settings.size, progress).into_iter());
+    let layer = |stratum: &Stratum| {
+        let layout = stratum.shell.layout(settings.size);
+        let depths = depths.as_mut().and_then(Iterator::next);
+        let distances = depths.map(|depths| Distances::new(&stratum.shell, layout.clone(), &depths));
+        let texture = Texture { layout, texels: Vec::new() };
+        Layer { center: apart.around.center, shell: stratum.shell, distances, texture }
+    };
+    strata.iter().map(layer).collect()
+}
+
+/// Layers with the textures that are seen from the middle of the shells.
+pub(super) fn projected_layers(
+    settings: &LayeredEnvironmentMapSettings,
+    apart: &Strata<'_>,
+    strata: &[Stratum],
+    progress: &dyn Progress,
+) -> Vec<Layer> {
+    let mut layers = bare_layers(settings, apart, strata, progress);
+    let textures = textures(apart, strata, settings.size, settings.capture_samples, progress);
+    layers.iter_mut().zip(textures).for_each(|(layer, texture)| layer.texture = texture);
+    layers
 }
 
 /// Which layers are seen by the same rays: all that are looked up by directions, and each of the others alone.
@@ -71,15 +105,9 @@ fn of_texels<T: Copy + Send + Sync>(
 }
 
 /// The textures of layers, seen from the centre with a square number of rays a texel.
-pub(super) fn projected(
-    apart: &Strata<'_>,
-    strata: &[Stratum],
-    size: u32,
-    samples: u32,
-    progress: &dyn Progress,
-) -> Vec<Texture> {
+fn textures(apart: &Strata<'_>, strata: &[Stratum], size: u32, samples: u32, progress: &dyn Progress) -> Vec<Texture> {
     progress.begin("capturing layers", row_count(strata, size));
-    let center = apart.around.group.center();
+    let center = apart.around.center;
     let count = samples.isqrt();
     let step = 1.0 / count as f32;
     let fill = |target: &Target<'_>, [face, x, y]: [u32; 3], wanted: u32, seen: &mut [Vec4]| {
@@ -105,18 +133,19 @@ pub(super) fn projected(
     strata.iter().zip(texels).map(texture).collect()
 }
 
-/// How far away what layers show in their texels' middles is, as shares of their shells' distances; infinite where nothing is shown.
-pub(super) fn shares(apart: &Strata<'_>, strata: &[Stratum], size: u32, progress: &dyn Progress) -> Vec<Vec<f32>> {
+/// How far away what layers show in their texels' middles is, and how far it reaches behind that.
+fn depths(apart: &Strata<'_>, strata: &[Stratum], size: u32, progress: &dyn Progress) -> Vec<Vec<Depth>> {
     progress.begin("measuring layers", row_count(strata, size));
-    let center = apart.around.group.center();
-    let fill = |target: &Target<'_>, [face, x, y]: [u32; 3], wanted: u32, shares: &mut [f32]| {
+    let center = apart.around.center;
+    let fill = |target: &Target<'_>, [face, x, y]: [u32; 3], wanted: u32, depths: &mut [Depth]| {
         let direction = target.direction(face, Vec2::new(x as f32, y as f32) + 0.5);
-        apart.each_first(&Ray { origin: center, direction }, wanted, |number, hit| {
-            let share = hit.distance() / strata[number].shell.distance(Vec3::ZERO, direction);
-            shares[number] = if share > 0.0 { share } else { f32::INFINITY };
+        apart.each_depth(&Ray { origin: center, direction }, wanted, |number, [front, back]| {
+            let distance = strata[number].shell.distance(Vec3::ZERO, direction);
+            let depth = Depth { front: front / distance, back: back / distance };
+            depths[number] = if depth.front > 0.0 { depth } else { Depth::NOTHING };
         });
     };
-    let found = of_texels(strata, size, f32::INFINITY, progress, fill);
+    let found = of_texels(strata, size, Depth::NOTHING, progress, fill);
     progress.end();
     found
 }

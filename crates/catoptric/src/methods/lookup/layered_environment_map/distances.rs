@@ -4,24 +4,34 @@
 
 use super::shell::{RayLanes, Shell};
 use super::texels::Layout;
-use crate::methods::lookup::lanes::Lane;
+use crate::methods::lookup::lanes::{Lane, vector};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Shares by which a ray looks for what it meets grow by about this factor.
+/// Distances at which a ray looks for what it meets grow by about this factor.
 const STEP: f32 = 1.12;
 
-/// As many of these steps are taken at most: where shares differ by more, they are longer.
-const MOST_STEPS: f32 = 8.0;
+/// As many of these steps are taken at most: where distances differ by more, they are longer.
+const MOST_STEPS: f32 = 16.0;
+
+/// Rays from beside the centre begin with steps of about this share of the largest distance.
+const NEAREST_STEP: f32 = 1.0 / 64.0;
 
 /// Steps by which what was found between two shares is made exact.
-const REFINEMENTS: usize = 6;
+const REFINEMENTS: usize = 8;
 
 /// What was found within this of what is shown is exact, as a share: less than any texel is wide.
 const EXACT: f32 = 2e-4;
 
 /// Neighbouring texels whose shares differ by no more than this factor show one thing.
 const ALIKE: f32 = 1.1;
+
+/// A ray that has come to be further behind what is shown than by this factor has come past the edge of a thing; by less, and it has met a
+/// surface that is seen at a flat angle.
+const EDGE: f32 = 1.03;
+
+/// As often as this a ray that passes behind the edge of a thing is followed on.
+const MOST_EDGES: usize = 3;
 
 /// Between the middles of texels things come nearer than in these by no more than this share, as far as is believed.
 const BETWEEN_TEXELS: f32 = 0.1;
@@ -30,44 +40,101 @@ const BETWEEN_TEXELS: f32 = 0.1;
 const ON_SHELL: f32 = 1e-3;
 
 /// Of every texel of a texture's finest level how far from the centre what it shows is, as a share of the shell's distance: a shell that is
-/// grown by that share about the centre goes through it.
+/// grown by that share about the centre goes through it. Also how far that thing reaches behind what is shown: rays that come past its edge
+/// meet it there, and pass what is further behind.
 #[derive(Clone, Debug)]
 pub(super) struct Distances {
     layout: Layout,
-    /// Infinite where nothing is shown.
-    shares: Arc<[f32]>,
-    /// The smallest and the largest finite one.
+    depths: Arc<[Depth]>,
+    /// The smallest and the largest finite share of what is shown.
     range: [f32; 2],
     /// How far from the centre the nearest thing that is shown is.
     nearest: f32,
 }
 
+/// What is shown in a direction, by shares of the shell's distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Depth {
+    /// Where it is; infinite where nothing is shown.
+    pub(super) front: f32,
+    /// Where it ends behind that; the same where it is no solid.
+    pub(super) back: f32,
+}
+
+impl Depth {
+    /// Nothing is shown.
+    pub(super) const NOTHING: Self = Self { front: f32::INFINITY, back: f32::INFINITY };
+}
+
+/// Places side by side, by shares, and what is shown in their directions.
+#[derive(Clone, Copy)]
+struct Shown<const LANES: usize> {
+    own: Lane<LANES>,
+    front: Lane<LANES>,
+    back: Lane<LANES>,
+}
+
+/// Rays where they come to be behind what is shown, or within it.
+struct Changed<const LANES: usize> {
+    /// Along the ray.
+    distance: Lane<LANES>,
+    /// Whether something is met there.
+    is_met: [bool; LANES],
+    /// Whether they come past the edge of a thing there, to be behind it.
+    is_passed: [bool; LANES],
+    /// What that thing may hide.
+    hidden: Hidden<LANES>,
+}
+
+/// What is shown beside the edge of a thing that rays have come to be behind: it is taken to go on behind that, with the shell.
+#[derive(Clone, Copy)]
+struct Hidden<const LANES: usize> {
+    share: Lane<LANES>,
+    /// Along the ray, the last place before the edge.
+    edge: Lane<LANES>,
+}
+
+/// Whether a place behind what is shown is on that, or within what reaches behind it.
+#[inline(always)] // for the instructions of its caller
+fn is_on(own: f32, front: f32, back: f32) -> bool {
+    own <= front * EDGE || own <= back
+}
+
 /// Rays as they meet what is shown.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met<const LANES: usize> {
+    /// How far along the ray.
+    pub(super) distance: Lane<LANES>,
     /// By what share the shell is to be grown.
     pub(super) share: Lane<LANES>,
     /// Whether anything is met.
     pub(super) is_met: [bool; LANES],
+    /// Whether the ray meets the grown shell there from outside: it comes nearer to the centre.
+    pub(super) is_inward: [bool; LANES],
+    /// How far along the ray it leaves the grown shell.
+    pub(super) outward: Lane<LANES>,
 }
 
 impl Distances {
     /// Of a texture's finest level.
-    pub(super) fn new(shell: &Shell, layout: Layout, shares: &[f32]) -> Self {
-        let distance = |(texel, share): (usize, &f32)| {
+    pub(super) fn new(shell: &Shell, layout: Layout, depths: &[Depth]) -> Self {
+        let known = || depths.iter().enumerate().filter(|(_, depth)| depth.front.is_finite());
+        let fronts = || known().map(|(_, depth)| depth.front);
+        let range = [fronts().fold(f32::INFINITY, f32::min), fronts().fold(0.0, f32::max)];
+        let distance = |(texel, depth): (usize, &Depth)| {
             let direction = shell.towards(layout.middle_of(texel as u32)).normalize();
-            share * shell.distance(Vec3::ZERO, direction)
+            depth.front * shell.distance(Vec3::ZERO, direction)
         };
-        let finite = shares.iter().enumerate().filter(|(_, share)| share.is_finite());
-        let nearest = finite.map(distance).fold(f32::INFINITY, f32::min);
-        let known = || shares.iter().copied().filter(|share| share.is_finite());
-        let range = [known().fold(f32::INFINITY, f32::min), known().fold(0.0, f32::max)];
+        let nearest = known().map(distance).fold(f32::INFINITY, f32::min);
         // Texels beside the known ones may show a part of what these show: the nearest.
-        let beside = |texel: usize| match shares[texel] {
-            share if share.is_finite() => share,
-            _ => layout.beside(texel as u32).map(|other| shares[other as usize]).fold(f32::INFINITY, f32::min),
+        let beside = |texel: usize| {
+            let others = layout.beside(texel as u32).map(|other| depths[other as usize]);
+            match depths[texel] {
+                depth if depth.front.is_finite() => depth,
+                _ => others.min_by(|a, b| a.front.total_cmp(&b.front)).unwrap_or(Depth::NOTHING),
+            }
         };
-        Self { shares: (0..shares.len()).map(beside).collect(), layout, range, nearest }
+        Self { depths: (0..depths.len()).map(beside).collect(), layout, range, nearest }
     }
 
     /// How far from the centre the nearest thing that is shown is, but for what lies between the middles of texels.
@@ -75,8 +142,8 @@ impl Distances {
         self.nearest * (1.0 - BETWEEN_TEXELS)
     }
 
-    /// Where rays meet what is shown first: where they are as far from the centre as it is seen in their direction. Shares are tried from
-    /// small to large, and the first change from before to behind is made exact. Rays that are not wanted meet nothing.
+    /// Where rays meet what is shown first: where they come to be as far from the centre as it is seen in their direction, or within what reaches
+    /// behind that. Rays that are not wanted meet nothing.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn met<const LANES: usize>(
         &self,
@@ -87,159 +154,271 @@ impl Distances {
         let [least, most] = self.range;
         if most <= least * (1.0 + ON_SHELL) {
             let is_met = if least <= most { *wanted } else { [false; LANES] };
-            return Met { share: [most.max(f32::MIN_POSITIVE); LANES], is_met };
+            let share = [most.max(f32::MIN_POSITIVE); LANES];
+            let distance = shell.distances_grown(rays, &share);
+            return Met { distance, share, is_met, is_inward: [false; LANES], outward: distance };
         }
-        let steps = ((most / least).ln() / STEP.ln()).ceil().clamp(1.0, MOST_STEPS);
-        // What is nearer than a ray's origin is behind it.
-        let mut near = shell.shares_of(&rays.origins);
-        let (mut first, mut change) = ([0.0; LANES], [0.0; LANES]);
+        // Rays from within the nearest share meet nothing before it; behind the largest there is nothing.
+        let nearest = shell.distances_grown(rays, &[least * (1.0 - ON_SHELL); LANES]);
+        let furthest = shell.distances_grown(rays, &[most * (1.0 + ON_SHELL); LANES]);
+        let begin = shell.shares_of(&rays.origins);
+        let (mut start, mut open) = ([0.0; LANES], *wanted);
         for lane in 0..LANES {
-            near[lane] = near[lane].max(least * (1.0 - ON_SHELL));
-            // Steps are of equal length in the inverse.
-            first[lane] = 1.0 / near[lane];
-            change[lane] = (1.0 / (most * (1.0 + ON_SHELL)) - first[lane]).min(0.0) / steps;
+            start[lane] = if begin[lane] < least { nearest[lane] } else { 0.0 };
+            open[lane] &= furthest[lane] > start[lane] && furthest[lane] < f32::INFINITY;
         }
-        let mut far = near;
-        let (mut above, mut below) = (self.shown(shell, rays, &near), [0.0; LANES]);
-        let mut is_before = [false; LANES];
-        let mut is_met = [false; LANES];
-        let mut tried = near;
+        let mut met =
+            Met { distance: start, share: begin, is_met: [false; LANES], is_inward: [false; LANES], outward: furthest };
+        let mut hidden = Hidden { share: [f32::INFINITY; LANES], edge: start };
+        for _ in 0..=MOST_EDGES {
+            let changed = self.changed(shell, rays, [&start, &furthest], &hidden, &open);
+            for lane in 0..LANES {
+                met.distance[lane] = if changed.is_met[lane] { changed.distance[lane] } else { met.distance[lane] };
+                met.is_met[lane] |= changed.is_met[lane];
+                // Past an edge: on from there.
+                open[lane] = changed.is_passed[lane];
+                start[lane] = if changed.is_passed[lane] { changed.distance[lane] } else { start[lane] };
+            }
+            if !open.contains(&true) {
+                break;
+            }
+            hidden = changed.hidden;
+        }
+        met.share = shell.shares_of(&rays.at(&met.distance));
+        // Shells are convex: a ray meets one on its way in, where it does not meet it on its way out.
+        met.outward = shell.distances_grown(rays, &met.share);
         for lane in 0..LANES {
-            is_before[lane] = wanted[lane] && above[lane] > near[lane];
+            met.is_inward[lane] = met.distance[lane] < met.outward[lane] * (1.0 - ON_SHELL);
+        }
+        met
+    }
+
+    /// The first change, between two distances along rays, from before to behind what is shown, or from behind a thing into it or to what it
+    /// hides.
+    #[inline(always)] // for the instructions of its caller
+    fn changed<const LANES: usize>(
+        &self,
+        shell: &Shell,
+        rays: &RayLanes<LANES>,
+        [start, furthest]: [&Lane<LANES>; 2],
+        hidden: &Hidden<LANES>,
+        wanted: &[bool; LANES],
+    ) -> Changed<LANES> {
+        let mut least = f32::MAX;
+        let (mut offset, mut first, mut change) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            // Steps are of equal length in the inverse of about the distance from the centre.
+            offset[lane] = vector(&rays.origins, lane).length().max(furthest[lane] * NEAREST_STEP);
+            first[lane] = 1.0 / (start[lane] + offset[lane]);
+            change[lane] = (1.0 / (furthest[lane] + offset[lane]) - first[lane]).min(0.0);
+            let ratio = 1.0 + change[lane] / first[lane];
+            least = if wanted[lane] && ratio < least { ratio } else { least };
+        }
+        let steps = (-least.min(1.0).ln() / STEP.ln()).ceil().clamp(1.0, MOST_STEPS);
+        let (mut near, mut far, mut tried) = (*start, *start, *start);
+        let Shown { own, front, back } = self.shown(shell, rays, start);
+        let (mut shown_near, mut above, mut below, mut is_flat) = (front, [0.0; LANES], [0.0; LANES], [false; LANES]);
+        let (mut is_before, mut is_beyond, mut is_found, mut from_behind) =
+            ([false; LANES], [false; LANES], [false; LANES], [false; LANES]);
+        let (mut reaches_hidden, mut hidden_share) = ([false; LANES], hidden.share);
+        for lane in 0..LANES {
+            is_before[lane] = wanted[lane] && front[lane] > own[lane];
+            is_beyond[lane] = wanted[lane] && back[lane] < own[lane];
+            above[lane] = front[lane] - own[lane];
         }
         for step in 1..=steps as u32 {
+            let part = step as f32 / steps;
             for lane in 0..LANES {
-                tried[lane] = 1.0 / (first[lane] + change[lane] * step as f32);
+                tried[lane] = (1.0 / (first[lane] + change[lane] * part) - offset[lane]).max(start[lane]);
             }
-            let shown = self.shown(shell, rays, &tried);
+            let Shown { own, front, back } = self.shown(shell, rays, &tried);
             for lane in 0..LANES {
-                let is_behind = shown[lane] <= tried[lane];
-                let is_found = is_behind && is_before[lane] && !is_met[lane];
-                far[lane] = if is_found { tried[lane] } else { far[lane] };
-                below[lane] = if is_found { shown[lane] } else { below[lane] };
-                is_met[lane] |= is_found;
-                let is_nearer = !is_behind && !is_met[lane];
-                near[lane] = if is_nearer { tried[lane] } else { near[lane] };
-                above[lane] = if is_nearer { shown[lane] } else { above[lane] };
-                is_before[lane] |= is_nearer && wanted[lane];
+                let is_behind = front[lane] <= own[lane];
+                let is_within = is_behind && own[lane] <= back[lane];
+                hidden_share[lane] = if is_behind { hidden_share[lane] } else { f32::INFINITY };
+                let is_at_hidden = is_beyond[lane] && own[lane] >= hidden_share[lane];
+                let enters = (is_behind && is_before[lane]) || (is_within && is_beyond[lane]);
+                let is_first = (enters || is_at_hidden) && !is_found[lane];
+                from_behind[lane] |= is_first && is_beyond[lane];
+                reaches_hidden[lane] |= is_first && is_at_hidden;
+                far[lane] = if is_first { tried[lane] } else { far[lane] };
+                below[lane] = if is_first { own[lane] - front[lane] } else { below[lane] };
+                is_flat[lane] |= is_first && is_on(own[lane], front[lane], back[lane]);
+                is_found[lane] |= is_first;
+                let is_open = !is_found[lane] && wanted[lane];
+                near[lane] = if is_open { tried[lane] } else { near[lane] };
+                shown_near[lane] = if is_open { front[lane] } else { shown_near[lane] };
+                above[lane] = if is_open { front[lane] - own[lane] } else { above[lane] };
+                is_before[lane] = is_open && !is_behind;
+                is_beyond[lane] = is_open && is_behind && !is_within;
             }
-            if (0..LANES).all(|lane| is_met[lane] || !wanted[lane]) {
+            if (0..LANES).all(|lane| is_found[lane] || !wanted[lane]) {
                 break;
             }
         }
-        if !is_met.contains(&true) {
-            return Met { share: far, is_met };
+        if !is_found.contains(&true) {
+            return Changed { distance: far, is_met: is_found, is_passed: is_found, hidden: *hidden };
         }
-        let mut share = far;
-        let mut is_exact = is_met.map(|is_met| !is_met);
+        let mut distance = far;
+        let mut is_exact = [false; LANES];
+        for lane in 0..LANES {
+            is_exact[lane] = !is_found[lane] || reaches_hidden[lane];
+        }
         for refinement in 0..REFINEMENTS {
             for lane in 0..LANES {
                 // By the rule of false position, and half way in turn; half way, too, where nothing is shown at one end.
-                let (before, behind) = (above[lane] - near[lane], far[lane] - below[lane]);
-                let part = before / (before + behind);
-                let is_within = part > 0.0 && part < 1.0 && refinement % 2 == 0;
-                let part = if is_within { part } else { 0.5 };
+                let part = above[lane] / (above[lane] + below[lane]);
+                let is_between = part > 0.0 && part < 1.0 && refinement % 2 == 0;
+                let part = if is_between { part } else { 0.5 };
                 tried[lane] = near[lane] + (far[lane] - near[lane]) * part;
             }
-            let shown = self.smooth(shell, rays, &tried);
+            let Shown { own, front, back } = self.smooth(shell, rays, &tried);
             for lane in 0..LANES {
-                let is_behind = shown[lane] <= tried[lane];
-                far[lane] = if is_behind { tried[lane] } else { far[lane] };
-                below[lane] = if is_behind { shown[lane] } else { below[lane] };
-                near[lane] = if is_behind { near[lane] } else { tried[lane] };
-                above[lane] = if is_behind { above[lane] } else { shown[lane] };
+                let is_in = front[lane] <= own[lane] && (own[lane] <= back[lane] || !from_behind[lane]);
+                far[lane] = if is_in { tried[lane] } else { far[lane] };
+                below[lane] = if is_in { own[lane] - front[lane] } else { below[lane] };
+                is_flat[lane] = if is_in { is_on(own[lane], front[lane], back[lane]) } else { is_flat[lane] };
+                near[lane] = if is_in { near[lane] } else { tried[lane] };
+                above[lane] = if is_in { above[lane] } else { front[lane] - own[lane] };
+                shown_near[lane] = if is_in { shown_near[lane] } else { front[lane] };
                 // What is exact stays as it is, whatever other rays need.
-                let off = (shown[lane] - tried[lane]).abs();
-                let best = if off < tried[lane] * EXACT { tried[lane] } else { far[lane] };
-                share[lane] = if is_exact[lane] { share[lane] } else { best };
-                is_exact[lane] |= off < tried[lane] * EXACT;
+                let is_there = (front[lane] - own[lane]).abs() < own[lane] * EXACT;
+                let best = if is_there { tried[lane] } else { far[lane] };
+                distance[lane] = if is_exact[lane] { distance[lane] } else { best };
+                is_exact[lane] |= is_there;
             }
             if !is_exact.contains(&false) {
                 break;
             }
         }
-        Met { share, is_met }
+        let hidden_behind = Hidden { share: shown_near, edge: near };
+        let mut changed =
+            Changed { distance, is_met: [false; LANES], is_passed: [false; LANES], hidden: hidden_behind };
+        for lane in 0..LANES {
+            changed.distance[lane] = if reaches_hidden[lane] { hidden.edge[lane] } else { distance[lane] };
+            let is_there = is_exact[lane] || is_flat[lane];
+            changed.is_met[lane] = is_found[lane] && is_there;
+            changed.is_passed[lane] = is_found[lane] && !is_there;
+        }
+        changed
     }
 
-    /// The shares of what is shown in the texels where rays meet a shell that is grown by shares.
+    /// What is shown in the texels where places at distances along rays are seen from the centre.
     #[inline(always)] // for the instructions of its caller
-    fn shown<const LANES: usize>(&self, shell: &Shell, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lane<LANES> {
-        let texels = self.layout.nearest(&shell.directions(rays, shares));
-        let mut shown = [f32::INFINITY; LANES];
+    fn shown<const LANES: usize>(
+        &self,
+        shell: &Shell,
+        rays: &RayLanes<LANES>,
+        distances: &Lane<LANES>,
+    ) -> Shown<LANES> {
+        let places = rays.at(distances);
+        let texels = self.layout.nearest(&shell.seen_at(&places));
+        let own = shell.shares_of(&places);
+        let mut shown = Shown { own, front: [f32::INFINITY; LANES], back: [f32::INFINITY; LANES] };
         for lane in 0..LANES {
-            shown[lane] = self.share_of(texels[lane]);
+            let depth = self.depth_of(texels[lane]);
+            shown.front[lane] = depth.front;
+            shown.back[lane] = depth.back;
         }
         shown
     }
 
     /// The same, between the middles of texels where these show much the same.
     #[inline(always)] // for the instructions of its caller
-    fn smooth<const LANES: usize>(&self, shell: &Shell, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lane<LANES> {
-        let (texels, aside) = self.layout.quads(&shell.directions(rays, shares));
-        let mut corners = [[f32::INFINITY; LANES]; 4];
+    fn smooth<const LANES: usize>(
+        &self,
+        shell: &Shell,
+        rays: &RayLanes<LANES>,
+        distances: &Lane<LANES>,
+    ) -> Shown<LANES> {
+        let places = rays.at(distances);
+        let (texels, aside) = self.layout.quads(&shell.seen_at(&places));
+        let own = shell.shares_of(&places);
+        let mut fronts = [[f32::INFINITY; LANES]; 4];
+        let mut backs = [[f32::INFINITY; LANES]; 4];
         for lane in 0..LANES {
             for corner in 0..4 {
-                corners[corner][lane] = self.share_of(texels[lane][corner]);
+                let depth = self.depth_of(texels[lane][corner]);
+                fronts[corner][lane] = depth.front;
+                backs[corner][lane] = depth.back;
             }
         }
-        let mut shown = [f32::INFINITY; LANES];
+        let mut shown = Shown { own, front: [f32::INFINITY; LANES], back: [f32::INFINITY; LANES] };
         // Nothing is no number here: what the library's minimum makes of those takes twice as long.
         let less = |a: f32, b: f32| if a < b { a } else { b };
         let more = |a: f32, b: f32| if a > b { a } else { b };
         for lane in 0..LANES {
             let [right, down] = [aside[0][lane], aside[1][lane]];
-            let [a, b, c, d] = [corners[0][lane], corners[1][lane], corners[2][lane], corners[3][lane]];
+            let nearest = |corners: &[[f32; LANES]; 4]| {
+                let above = if right > 0.5 { corners[1][lane] } else { corners[0][lane] };
+                let below = if right > 0.5 { corners[3][lane] } else { corners[2][lane] };
+                if down > 0.5 { below } else { above }
+            };
+            let [a, b, c, d] = [fronts[0][lane], fronts[1][lane], fronts[2][lane], fronts[3][lane]];
             let (least, most) = (less(less(a, b), less(c, d)), more(more(a, b), more(c, d)));
-            let nearest_above = if right > 0.5 { b } else { a };
-            let nearest_below = if right > 0.5 { d } else { c };
-            let nearest = if down > 0.5 { nearest_below } else { nearest_above };
             let (above, below) = (a + (b - a) * right, c + (d - c) * right);
             let smooth = above + (below - above) * down;
-            shown[lane] = if most <= least * ALIKE { smooth } else { nearest };
+            shown.front[lane] = if most <= (least * ALIKE).min(f32::MAX) { smooth } else { nearest(&fronts) };
+            shown.back[lane] = nearest(&backs);
         }
         shown
     }
 
     /// What a texel shows; nothing beyond the last.
     #[inline(always)] // for the instructions of its caller
-    fn share_of(&self, texel: u32) -> f32 {
-        self.shares.get(texel as usize).copied().unwrap_or(f32::INFINITY)
+    fn depth_of(&self, texel: u32) -> Depth {
+        self.depths.get(texel as usize).copied().unwrap_or(Depth::NOTHING)
     }
 
     /// Memory.
     pub(super) fn byte_count(&self) -> u64 {
-        size_of_val(&self.shares[..]) as u64
+        size_of_val(&self.depths[..]) as u64
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Aabb;
     use crate::math::random::Stream;
     use crate::methods::lookup::lanes::one;
+    use crate::methods::lookup::layered_environment_map::maps::Layer;
+    use crate::methods::lookup::layered_environment_map::texels::Texture;
     use crate::methods::lookup::surround::Surround;
+    use crate::scene::Ray;
     use glam::Vec2;
 
     const RADIUS: f32 = 3.0;
 
     /// What is seen from the centre of a spherical shell in directions, by how far away it is (none: nothing is).
     fn seen(size: u32, distance: impl Fn(Vec3) -> Option<f32>) -> (Shell, Distances) {
+        solid(size, |direction| distance(direction).map(|distance| [distance; 2]))
+    }
+
+    /// The same of solids, by how far away they begin and end.
+    fn solid(size: u32, distances: impl Fn(Vec3) -> Option<[f32; 2]>) -> (Shell, Distances) {
+        solid_on(Surround::Sphere(RADIUS), size, distances)
+    }
+
+    /// The same on any shell.
+    fn solid_on(surround: Surround, size: u32, distances: impl Fn(Vec3) -> Option<[f32; 2]>) -> (Shell, Distances) {
         let layout = Layout::cube(size);
+        let shell = Shell::Around(surround);
         let texel = |index: u32| {
-            let (face, x, y) = (index / (size * size), index % size, index / size % size);
-            let at = (Vec2::new(x as f32, y as f32) + 0.5) * (2.0 / size as f32) - 1.0;
-            distance(layout.place_of(face, at).normalize()).map_or(f32::INFINITY, |distance| distance / RADIUS)
+            let direction = layout.middle_of(index).normalize();
+            let own = shell.distance(Vec3::ZERO, direction);
+            let depth = |[front, back]: [f32; 2]| Depth { front: front / own, back: back / own };
+            distances(direction).map_or(Depth::NOTHING, depth)
         };
-        let shares: Vec<f32> = (0..6 * size * size).map(texel).collect();
-        let shell = Shell::Around(Surround::Sphere(RADIUS));
-        (shell, Distances::new(&shell, layout, &shares))
+        let depths: Vec<Depth> = (0..6 * size * size).map(texel).collect();
+        (shell, Distances::new(&shell, layout, &depths))
     }
 
     /// Where a ray meets what is seen.
     fn met(shell: &Shell, distances: &Distances, origin: Vec3, direction: Vec3) -> Option<Vec3> {
         let rays = RayLanes::sharp(one(origin), one(direction));
-        let Met { share: [share], is_met: [is_met] } = distances.met(shell, &rays, &[true]);
-        is_met.then(|| origin + direction * (share * shell.distance(origin / share, direction)))
+        let met = distances.met(shell, &rays, &[true]);
+        met.is_met[0].then(|| origin + direction * met.distance[0])
     }
 
     #[test]
@@ -269,16 +448,112 @@ mod tests {
         }
     }
 
+    /// Where a ray from the centre goes into a ball and out of it.
+    fn through_ball(middle: Vec3, radius: f32, direction: Vec3) -> Option<[f32; 2]> {
+        let along = direction.dot(middle);
+        let under_root = along * along - middle.length_squared() + radius * radius;
+        (along > 0.0 && under_root > 0.0).then(|| [along - under_root.sqrt(), along + under_root.sqrt()])
+    }
+
+    #[test]
+    fn rays_meet_a_table_up_to_its_rim_and_pass_over_it() {
+        const RIM: f32 = 2.5;
+        let (top, bottom) = (-0.6, -0.7);
+        let table = |direction: Vec3| {
+            let aside = Vec2::new(direction.x, direction.z).length();
+            let (front, back) = (top / direction.y, (bottom / direction.y).min(RIM / aside));
+            (direction.y < 0.0 && front * aside < RIM).then_some([front, back])
+        };
+        let (shell, distances) = solid(256, table);
+        let mut random = Stream::new(9);
+        let (mut on_it, mut past_it) = (0, 0);
+        for _ in 0..2000 {
+            let mut number = |low: f32, high: f32| random.next_between(low, high);
+            let origin = Vec3::new(number(-0.8, 0.8), number(-0.3, 0.8), number(-0.8, 0.8));
+            let (out, turn) = (number(0.5, 3.5), number(0.0, std::f32::consts::TAU));
+            let target = Vec3::new(out * turn.cos(), top, out * turn.sin());
+            let direction = (target - origin).normalize();
+            let found = met(&shell, &distances, origin, direction);
+            if out < RIM - 0.05 {
+                let off = found.map_or(f32::INFINITY, |found| found.distance(target));
+                assert!(off < 0.05, "{origin} to {target}: {found:?}");
+                on_it += 1;
+            } else if out > RIM + 0.3 {
+                // Within an edge's tolerance of the rim it may still be taken for the rim's.
+                assert!(
+                    found.is_none_or(|found| Vec2::new(found.x, found.z).length() < RIM + 0.2),
+                    "{origin} to {target}: {found:?}"
+                );
+                past_it += u32::from(found.is_none());
+            }
+        }
+        assert!(on_it > 800 && past_it > 300, "{on_it}, {past_it}");
+    }
+
+    #[test]
+    fn rays_meet_things_on_their_way_into_shells_too() {
+        // A ball on the bottom of a wide box: the higher a place near it is, the smaller is the box that goes through it.
+        let (middle, radius) = (Vec3::new(0.1, -0.4, 1.2), 0.25);
+        let bounds = Aabb { min: Vec3::new(-8.0, -0.7, -8.0), max: Vec3::new(8.0, 3.0, 8.0) };
+        let (shell, distances) =
+            solid_on(Surround::Box(bounds), 256, |direction| through_ball(middle, radius, direction));
+        let layout = distances.layout.clone();
+        let texture = Texture { layout, texels: Vec::new() };
+        let layer = Layer { center: Vec3::ZERO, shell, distances: Some(distances.clone()), texture };
+        let mut random = Stream::new(12);
+        let mut checked = 0;
+        for _ in 0..2000 {
+            let mut number = |low: f32, high: f32| random.next_between(low, high);
+            let origin = Vec3::new(number(-0.4, 0.4), number(-0.69, 0.0), number(-0.2, 0.6));
+            let target = middle + radius * 0.8 * Vec3::new(number(-0.5, 0.5), number(-0.5, 0.5), number(-0.5, 0.5));
+            let direction = (target - origin).normalize();
+            let arm = origin - middle;
+            let along = arm.dot(direction);
+            let truth = -along - (along * along - arm.length_squared() + radius * radius).max(0.0).sqrt();
+            let place = origin + direction * truth;
+            // In sight from the centre, and away from the edge of what is.
+            if (place - middle).dot(place) > -0.15 * radius * place.length() {
+                continue;
+            }
+            let found = met(&shell, &distances, origin, direction);
+            let off = found.map_or(f32::INFINITY, |found| found.distance(place));
+            assert!(off < 0.03, "{origin} to {target}: {found:?}, not {place}");
+            // There it is looked up, too.
+            let texel = layer.texel_at(&Ray { origin, direction }).expect("it is met");
+            assert!(layer.texture.layout.middle_of(texel).angle_between(place) < 0.03, "{origin} to {target}");
+            checked += 1;
+        }
+        assert!(checked > 1000, "{checked}");
+    }
+
+    #[test]
+    fn what_a_thing_hides_goes_on_behind_it() {
+        // A floor, a part of which is behind a ball.
+        let (middle, radius) = (Vec3::new(1.5, -0.2, 0.0), 0.3);
+        let look = |direction: Vec3| {
+            let floor = Some(-0.6 / direction.y).filter(|distance| *distance > 0.0 && *distance < 8.0);
+            through_ball(middle, radius, direction).or(floor.map(|distance| [distance; 2]))
+        };
+        let (shell, distances) = solid(256, look);
+        let (origin, target) = (Vec3::new(0.6, -0.3, 0.8), Vec3::new(2.4, -0.6, 0.0));
+        assert!(through_ball(middle, radius, target.normalize()).is_some(), "the ball hides it from the centre");
+        let found = met(&shell, &distances, origin, (target - origin).normalize()).expect("the floor goes on");
+        // It is the floor that is seen, beside the ball.
+        let texel = 2.0 / 256.0;
+        assert!(found.angle_between(middle) > (radius / middle.length()).asin() - texel, "{found}");
+        // Where the floor is in sight it is met where it is, on either side of the ball.
+        for target in [Vec3::new(1.2, -0.6, 1.2), Vec3::new(1.9, -0.6, -2.5)] {
+            let found = met(&shell, &distances, origin, (target - origin).normalize()).expect("the floor is in sight");
+            assert!(found.distance(target) < 0.05, "{found}, {target}");
+        }
+    }
+
     #[test]
     fn rays_pass_what_they_do_not_meet() {
         // A small ball in front of the centre.
         let middle = Vec3::new(0.0, 0.0, 2.0);
-        let ball = |direction: Vec3| {
-            let along = direction.dot(middle);
-            let under_root = along * along - middle.length_squared() + 0.25;
-            (along > 0.0 && under_root > 0.0).then(|| along - under_root.sqrt())
-        };
-        let (shell, distances) = seen(128, ball);
+        let ball = |direction: Vec3| through_ball(middle, 0.5, direction);
+        let (shell, distances) = solid(128, ball);
         let origin = Vec3::new(1.0, 0.0, 0.0);
         let towards = |target: Vec3| met(&shell, &distances, origin, (target - origin).normalize());
         let found = towards(middle).expect("the ball is there");
@@ -287,6 +562,9 @@ mod tests {
         assert_eq!(towards(Vec3::new(0.0, 0.0, 1.0)), None);
         assert_eq!(towards(Vec3::new(2.0, 0.0, 2.0)), None);
         assert_eq!(towards(Vec3::new(-1.0, 3.0, 0.0)), None);
+        // Past it, and on where it is between the ray and the centre.
+        let beyond = Vec3::new(0.0, 0.0, 4.0);
+        assert_eq!(met(&shell, &distances, origin + Vec3::Z, (beyond - origin - Vec3::Z).normalize()), None);
         let (shell, nothing) = seen(8, |_| None);
         assert_eq!(met(&shell, &nothing, Vec3::ZERO, Vec3::X), None);
     }

@@ -1,13 +1,14 @@
 //! Textures of layers with which pictures from viewpoints come out best (Hakura, Snyder 2001, section 4.3).
 
+use super::direct::Missing;
 use super::known::Known;
 use super::least_squares::{Equations, Residual, Stop, solve};
-use super::maps::{Layer, LayeredMap};
+use super::maps::Layer;
 use super::mesh::{self, Criteria};
-use super::observations::{Observations, Observer};
+use super::observations::{Observation, Observations, Observer};
 use super::settings::{Edges, LayeredEnvironmentMapSettings};
 use super::texels::Texture;
-use super::viewpoints::picture_of;
+use super::viewpoints::{picture_of, picture_past};
 use super::visible::SeenSurfaces;
 use crate::error::RenderError;
 use crate::methods::lookup::greedy::GreedyPaths;
@@ -48,36 +49,34 @@ pub(super) struct Inference<'a> {
 }
 
 impl Inference<'_> {
-    /// The layers about a group (that of a number, and as they are `projected`) as they are for a viewpoint, with how well they
-    /// fit.
+    /// The layers that are made together (of a part, and as they are `projected`) as they are for a viewpoint, with how well they fit.
     ///
     /// # Errors
     /// Those of the rasteriser.
     pub(super) fn infer(
         &self,
-        number: usize,
-        projected: &LayeredMap,
+        part: usize,
+        projected: &[Layer],
         viewpoint: u32,
         progress: &dyn Progress,
-    ) -> Result<(LayeredMap, Vec<Residual>), RenderError> {
-        let known = &self.known.groups[number];
-        let systems = self.with_observer(number, |observer| self.systems(observer, projected, viewpoint, progress))?;
+    ) -> Result<(Vec<Layer>, Vec<Residual>), RenderError> {
+        let systems = self.systems(part, projected, viewpoint, progress)?;
         let mut residuals = Vec::with_capacity(systems.len());
         progress.begin("inferring layers", systems.len() as u64);
         let layer = |(systems, layer): (Vec<Equations>, &Layer)| {
             let mut equations = Equations::joined(systems);
             let layout = layer.texture.layout.clone();
             let nothing = vec![Vec4::ZERO; layout.texel_count()];
-            let expected = if self.settings.direct { &layer.texture.texels } else { &nothing };
+            let expected = if self.settings.direct.is_from_center() { &layer.texture.texels } else { &nothing };
             layout.couple(COUPLING, &mut equations);
             let (texels, residual) = solve(&equations, expected, TRUST, STOP);
             residuals.push(residual);
             progress.advance(1);
-            Layer { shell: layer.shell, distances: layer.distances.clone(), texture: Texture { layout, texels } }
+            Layer { distances: layer.distances.clone(), texture: Texture { layout, texels }, ..*layer }
         };
-        let layers = systems.into_iter().zip(&projected.layers).map(layer).collect();
+        let layers = systems.into_iter().zip(projected).map(layer).collect();
         progress.end();
-        Ok((LayeredMap { center: known.group.center(), layers }, residuals))
+        Ok((layers, residuals))
     }
 
     /// What a group (that of a number) shows from a viewpoint.
@@ -92,33 +91,67 @@ impl Inference<'_> {
         })
     }
 
-    /// Of every layer the equations of all pictures of a viewpoint.
+    /// Of every layer of a part the equations of all pictures of a viewpoint: those of all groups that look it up.
     ///
     /// # Errors
     /// Those of the rasteriser.
     fn systems(
         &self,
-        observer: &Observer<'_>,
-        projected: &LayeredMap,
+        part: usize,
+        layers: &[Layer],
         viewpoint: u32,
         progress: &dyn Progress,
     ) -> Result<Vec<Vec<Equations>>, RenderError> {
-        let Self { scene, settings, .. } = *self;
+        let Self { scene, settings, known } = *self;
+        let groups = known.groups_of(part);
         let neighbours = settings.neighbours as i32;
-        let mut systems: Vec<Vec<Equations>> = vec![Vec::new(); projected.layers.len()];
-        let pictures = (2 * settings.neighbours as u64 + 1) * u64::from(PICTURE_SIZES);
-        progress.begin("looking at layers", pictures);
-        for picture in 0..pictures as i32 {
-            let (neighbour, halved) = (picture / PICTURE_SIZES as i32 - neighbours, picture % PICTURE_SIZES as i32);
-            let offset = 0.5 * neighbour as f32 / neighbours.max(1) as f32;
-            let weight = if neighbour == 0 { 1.0 } else { NEIGHBOUR_WEIGHT };
-            let eye = observer.known.viewspace.eye(viewpoint, offset);
-            let view = picture_of(scene, &observer.known.group, eye, settings.picture_size >> halved);
-            let observations = self.observations(observer, &view)?;
-            for (layer, systems) in systems.iter_mut().enumerate() {
-                systems.push(equations(&projected.layers[layer], &observations, layer, weight));
+        let mut systems: Vec<Vec<Equations>> = vec![Vec::new(); layers.len()];
+        let (sharpest, direct) = (2 * settings.neighbours as u64 + 1, settings.direct.is_from_viewpoint());
+        let pictures = sharpest * u64::from(PICTURE_SIZES);
+        progress.begin("looking at layers", groups.len() as u64 * (pictures + u64::from(direct)));
+        // Pictures of the finest size, as far as what they miss is to be filled in.
+        let mut seen = Vec::new();
+        for group in groups.clone() {
+            self.with_observer(group, |observer| {
+                for picture in 0..pictures as i32 {
+                    let (neighbour, halved) =
+                        (picture / PICTURE_SIZES as i32 - neighbours, picture % PICTURE_SIZES as i32);
+                    let offset = 0.5 * neighbour as f32 / neighbours.max(1) as f32;
+                    let weight = if neighbour == 0 { 1.0 } else { NEIGHBOUR_WEIGHT };
+                    let eye = observer.known.viewspace.eye(viewpoint, offset);
+                    let view = picture_of(scene, &observer.known.group, eye, settings.picture_size >> halved);
+                    let observations = self.observations(observer, &view)?;
+                    for (index, systems) in systems.iter_mut().enumerate() {
+                        let number = known.number_of(part, group, index);
+                        let counts = |observation: &Observation| observation.confidence * weight;
+                        systems.push(equations(&layers[index], &observations, number, counts));
+                    }
+                    if direct && halved == 0 {
+                        seen.push(observations);
+                    }
+                    progress.advance(1);
+                }
+                Ok(())
+            })?;
+        }
+        if direct {
+            let missing: Vec<Missing<'_>> = layers.iter().map(|layer| Missing::from(layer, &seen)).collect();
+            for group in groups {
+                let observations = self.with_observer(group, |observer| {
+                    let eye = observer.known.viewspace.eye(viewpoint, 0.0);
+                    let view = picture_past(scene, &observer.known.group, eye, settings.picture_size);
+                    observer.observe_directly(&view)
+                });
+                for ((index, systems), missing) in systems.iter_mut().enumerate().zip(&missing) {
+                    let layer = &layers[index];
+                    let counts = |observation: &Observation| match layer.texel_at(&observation.ray) {
+                        Some(texel) if layer.surrounds(observation.ray.origin) => missing.likelihood(texel),
+                        _ => 0.0,
+                    };
+                    systems.push(equations(layer, &observations, known.number_of(part, group, index), counts));
+                }
+                progress.advance(1);
             }
-            progress.advance(1);
         }
         progress.end();
         Ok(systems)
@@ -128,7 +161,7 @@ impl Inference<'_> {
     fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
         let Self { scene, settings, known } = *self;
         let group = &known.groups[number];
-        let strata = known.apart(settings, scene, group);
+        let strata = known.apart(settings, scene, number);
         let paths = GreedyPaths { scene, tracer: &group.group.tracer, order: known.order };
         work(&Observer { scene, known: group, paths, strata: &strata, samples: settings.capture_samples })
     }
@@ -147,14 +180,23 @@ impl Inference<'_> {
     }
 }
 
-/// What look-ups of a layer should give: the rendering matrix with what was seen, all with a weight.
-fn equations(layer: &Layer, observations: &Observations, number: usize, weight: f32) -> Equations {
+/// What look-ups of a layer should give: the rendering matrix with what was seen of the layer of a number, as much as each counts.
+fn equations(
+    layer: &Layer,
+    observations: &Observations,
+    number: usize,
+    counts: impl Fn(&Observation) -> f32 + Sync,
+) -> Equations {
     let list = &observations.list;
     let piece = |piece: usize| {
         let start = piece * OBSERVATIONS_AT_ONCE;
         let mut equations = Equations::default();
         for (index, observation) in list.iter().enumerate().skip(start).take(OBSERVATIONS_AT_ONCE) {
-            equations.push(observation.confidence * weight, observations.seen(index, number), |tap| {
+            let confidence = counts(observation);
+            if confidence <= 0.0 {
+                continue;
+            }
+            equations.push(confidence, observations.seen(index, number), |tap| {
                 layer.taps_of(&observation.ray, &observation.change, |taps| {
                     taps.iter().for_each(|(texel, weight)| tap(texel, weight));
                 });
@@ -186,7 +228,7 @@ mod tests {
         let inference = Inference { scene: &scene, settings: &settings, known: &known };
         let projected = known.projected(&settings, &scene, &Silent);
         let mut random = Stream::new(8);
-        for (number, layer) in projected[0].layers.iter().enumerate() {
+        for (number, layer) in projected[0].iter().enumerate() {
             let mut truth = layer.clone();
             for texel in &mut truth.texture.texels {
                 *texel = Vec4::new(random.next_between(0.2, 1.0), random.next_between(0.2, 1.0), 0.6, 1.0);
@@ -203,7 +245,7 @@ mod tests {
                     let mut observations =
                         inference.with_observer(0, |observer| inference.observations(observer, &view)).unwrap();
                     observations.show(number, |ray, change| truth.seen(ray, change));
-                    equations(&truth, &observations, number, 1.0)
+                    equations(&truth, &observations, number, |observation| observation.confidence)
                 })
                 .collect();
             let mut equations = Equations::joined(systems);

@@ -46,19 +46,22 @@ pub fn inferred_layers(
     progress: &dyn Progress,
 ) -> Result<Vec<InferredLayer>, RenderError> {
     let known = known_by(settings, scene, quality)?;
-    known.check_memory(settings.size, 2)?;
+    known.check_memory(settings, 2)?;
     let number = group as usize;
     let limit = |problem: String| RenderError::Limit { method: INFO.id, problem };
-    let Some(layers) = known.groups.get(number) else {
+    let Some(about) = known.groups.get(number) else {
         return Err(limit(format!("there is no group {group}; the scene has {}", known.groups.len())));
     };
-    if viewpoint >= layers.viewspace.len() {
-        return Err(limit(format!("there is no viewpoint {viewpoint}; the group has {}", layers.viewspace.len())));
+    if viewpoint >= about.viewspace.len() {
+        return Err(limit(format!("there is no viewpoint {viewpoint}; the group has {}", about.viewspace.len())));
     }
-    let projected = known.projected(settings, scene, progress);
     let inference = Inference { scene, settings, known: &known };
     let seen = inference.seen(number, viewpoint)?;
-    let (map, _) = inference.infer(number, &projected[number], viewpoint, progress)?;
+    let mut layers = Vec::new();
+    for part in [number].into_iter().chain(known.groups.len()..known.part_count()) {
+        let projected = known.projected_part(settings, scene, part, progress);
+        layers.extend(inference.infer(part, &projected, viewpoint, progress)?.0);
+    }
     let size = settings.picture_size;
     let layer = |index: usize| {
         let mut pictures =
@@ -69,10 +72,10 @@ pub fn inferred_layers(
             picture.pixels[(y * size + x) as usize] = seen.seen(number, index).to_array();
         }
         let [reflected, refracted] = pictures;
-        let layer = &map.layers[index];
+        let layer = &layers[index];
         InferredLayer { shell: layer.shell.name(), reflected, refracted, texture: unfolded(&layer.texture) }
     };
-    Ok((0..map.layers.len()).map(layer).collect())
+    Ok((0..layers.len()).map(layer).collect())
 }
 
 /// What settings that may come from anywhere say of a scene.

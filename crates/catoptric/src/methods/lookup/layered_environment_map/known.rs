@@ -1,9 +1,13 @@
 //! What is known of a scene before any texture is made: its groups and the shells about them.
 
+use super::capture::{bare_layers, projected_layers};
+use super::distances::Depth;
 use super::group_layers::GroupLayers;
 use super::groups::LensGroup;
-use super::maps::LayeredMap;
+use super::layers::Stratum;
+use super::maps::{Layer, LayersAbout};
 use super::settings::LayeredEnvironmentMapSettings;
+use super::shared_layer::SharedLayer;
 use super::surroundings::{Strata, Surroundings};
 use super::viewpoints::Shares;
 use super::welds::Welds;
@@ -14,10 +18,13 @@ use crate::progress::Progress;
 use crate::scene::{Projection, Scene, View};
 use crate::surface::tracer::Tracer;
 use glam::{Vec3, Vec4};
+use std::ops::Range;
 
 /// The groups of a scene with their shells.
 pub(super) struct Known {
     pub(super) groups: Vec<GroupLayers>,
+    /// The farthest layer of all of them, where they share one.
+    pub(super) shared: Option<SharedLayer>,
     /// Of every object its group's number.
     group_of: Vec<Option<u32>>,
     /// Of everything.
@@ -37,18 +44,37 @@ impl Known {
             group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
         }
         let counted = |group: LensGroup| if settings.count_tests { group.counting_tests() } else { group };
-        let layers = |group| GroupLayers::new(settings, scene, &everything, counted(group), order);
-        let groups = groups.into_iter().map(layers).collect();
-        Self { groups, group_of, everything, welds: Welds::new(scene), order }
+        let (mut layers, mut meetings) = (Vec::with_capacity(groups.len()), Vec::new());
+        for group in groups {
+            let (group, met) = GroupLayers::new(settings, scene, &everything, counted(group), order);
+            layers.push(group);
+            if settings.share_far {
+                meetings.push(met);
+            }
+        }
+        let shared = match settings.share_far {
+            true => SharedLayer::taken_from(&mut layers, &meetings, settings.shells),
+            false => None,
+        };
+        Self { groups: layers, shared, group_of, everything, welds: Welds::new(scene), order }
     }
 
     /// # Errors
-    /// [`RenderError::Limit`] where the textures of so many viewpoints (of every group) do not fit into memory.
-    pub(super) fn check_memory(&self, size: u32, viewpoints: usize) -> Result<(), RenderError> {
-        let strata = self.groups.iter().flat_map(|group| &group.strata);
-        let texels: usize = strata.map(|stratum| stratum.shell.layout(size).texel_count()).sum();
+    /// [`RenderError::Limit`] where the textures of so many viewpoints (of every group) and their depths do not fit into memory.
+    pub(super) fn check_memory(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        viewpoints: usize,
+    ) -> Result<(), RenderError> {
+        let size = settings.size;
+        let layouts =
+            (0..self.part_count()).flat_map(|part| self.strata_of(part)).map(|layer| layer.shell.layout(size));
+        let bytes = layouts.map(|layout| {
+            let depths = if settings.depth { layout.finest_count() * size_of::<Depth>() } else { 0 };
+            (layout.texel_count() * viewpoints * size_of::<Vec4>() + depths) as u64
+        });
+        let bytes = bytes.sum();
         let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());
-        let bytes = (texels * viewpoints * size_of::<Vec4>()) as u64;
         fit_into_memory(super::INFO.id, &table, bytes, "fewer layers")
     }
 
@@ -75,42 +101,86 @@ impl Known {
         Some(GreedyPaths { scene, tracer, order: self.order })
     }
 
-    /// Of every group the layers without textures.
+    /// Of every part the layers without textures.
     pub(super) fn bare(
         &self,
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
         progress: &dyn Progress,
-    ) -> Vec<LayeredMap> {
-        let map = |group: &GroupLayers| group.bare(settings, &self.apart(settings, scene, group), progress);
-        self.groups.iter().map(map).collect()
+    ) -> Vec<Vec<Layer>> {
+        let layers = |part| bare_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress);
+        (0..self.part_count()).map(layers).collect()
     }
 
-    /// Of every group the layers as they are seen from the middle of their shells.
+    /// Of every part the layers as they are seen from the middle of their shells.
     pub(super) fn projected(
         &self,
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
         progress: &dyn Progress,
-    ) -> Vec<LayeredMap> {
-        let map = |group: &GroupLayers| {
-            let apart = self.apart(settings, scene, group);
-            let mut map = group.bare(settings, &apart, progress);
-            group.project(settings, &apart, &mut map, progress);
-            map
-        };
-        self.groups.iter().map(map).collect()
+    ) -> Vec<Vec<Layer>> {
+        (0..self.part_count()).map(|part| self.projected_part(settings, scene, part, progress)).collect()
     }
 
-    /// The things of a group's layers, apart.
+    /// The same of one part.
+    pub(super) fn projected_part(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        part: usize,
+        progress: &dyn Progress,
+    ) -> Vec<Layer> {
+        projected_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress)
+    }
+
+    /// The things of a part's layers, apart; for a group also those of the layer that all share, as the last.
     pub(super) fn apart<'a>(
         &'a self,
         settings: &LayeredEnvironmentMapSettings,
         scene: &'a Scene,
-        group: &'a GroupLayers,
+        part: usize,
     ) -> Strata<'a> {
-        let around = Surroundings { scene, everything: &self.everything, group: &group.group };
-        Strata::new(around, &group.strata, self.order.saturating_sub(1), settings.continued)
+        let (within, center) = match (self.groups.get(part), &self.shared) {
+            (Some(group), _) => (&group.group.objects[..], group.group.center()),
+            (None, Some(shared)) => (&shared.within[..], shared.center),
+            (None, None) => (&[][..], Vec3::ZERO),
+        };
+        let around = Surroundings { scene, everything: &self.everything, within, center };
+        let shared = self.shared.as_ref().filter(|_| part < self.groups.len()).map(|shared| &shared.stratum);
+        let strata = self.strata_of(part).iter().chain(shared);
+        Strata::new(around, strata, self.order.saturating_sub(1), settings.continued)
+    }
+
+    /// How many parts there are, whose layers are made together: the groups, and last the layer that they share.
+    pub(super) fn part_count(&self) -> usize {
+        self.groups.len() + usize::from(self.shared.is_some())
+    }
+
+    /// The layers of a part.
+    pub(super) fn strata_of(&self, part: usize) -> &[Stratum] {
+        let shared = || self.shared.as_ref().map_or(&[][..], |shared| std::slice::from_ref(&shared.stratum));
+        self.groups.get(part).map_or_else(shared, |group| &group.strata)
+    }
+
+    /// The groups whose rays look up a part's layers.
+    pub(super) fn groups_of(&self, part: usize) -> Range<usize> {
+        if part < self.groups.len() { part..part + 1 } else { 0..self.groups.len() }
+    }
+
+    /// The number that a part's layer (that of an index) has among those that a group's rays look up.
+    pub(super) fn number_of(&self, part: usize, group: usize, index: usize) -> usize {
+        if part < self.groups.len() { index } else { self.groups[group].strata.len() + index }
+    }
+
+    /// The layers that a group's rays look up, of those of all parts.
+    pub(super) fn layers_about<'a>(&self, group: usize, of_part: impl Fn(usize) -> &'a [Layer]) -> LayersAbout<'a> {
+        let shared = (self.groups.len()..self.part_count()).flat_map(&of_part);
+        of_part(group).iter().chain(shared).collect()
+    }
+
+    /// How many viewpoints each part has.
+    pub(super) fn viewpoint_count(&self) -> u32 {
+        self.groups.first().map_or(0, |group| group.viewspace.len())
     }
 
     /// The viewpoints about a view's eye; orthographic views have an eye far away.

@@ -55,18 +55,11 @@ pub(super) fn strata(
     for (object, layer) in layer_of.iter().enumerate().filter(|(_, layer)| **layer != usize::MAX) {
         objects[*layer].push(object as u32);
     }
-    let mut points = vec![Vec::new(); layers];
-    let mut last_ray = vec![u32::MAX; layers];
-    for meeting in meetings {
-        let layer = layer_of[meeting.object as usize];
-        if last_ray[layer] != meeting.ray {
-            last_ray[layer] = meeting.ray;
-            points[layer].push(meeting.position);
-        }
-    }
-    let layers = objects.into_iter().zip(points).filter(|(objects, _)| !objects.is_empty());
-    let mut strata: Vec<(f64, Stratum)> = layers
-        .map(|(objects, points)| {
+    let mut strata: Vec<(f64, Stratum)> = objects
+        .into_iter()
+        .filter(|objects| !objects.is_empty())
+        .map(|objects| {
+            let points = first_met(meetings, &objects);
             let mean = points.iter().map(|point| f64::from(point.length())).sum::<f64>() / points.len() as f64;
             (mean, Stratum { objects, shell: Shell::fit(shells, &points) })
         })
@@ -79,6 +72,13 @@ pub(super) fn strata(
         }
     }
     strata.into_iter().map(|(_, stratum)| stratum).collect()
+}
+
+/// Where rays first meet some objects (ascending).
+pub(super) fn first_met(meetings: &[Meeting], objects: &[u32]) -> Vec<Vec3> {
+    let mut last_ray = None;
+    let own = meetings.iter().filter(|meeting| objects.binary_search(&meeting.object).is_ok());
+    own.filter(|meeting| last_ray.replace(meeting.ray) != Some(meeting.ray)).map(|meeting| meeting.position).collect()
 }
 
 /// The number of each object's layer, of `objects` that may be met; none: [`usize::MAX`].

@@ -4,14 +4,17 @@
 
 use super::distances::{Distances, Met};
 use super::shell::{RayLanes, Shell};
-use super::texels::{Taps, Texture};
-use crate::methods::lookup::lanes::{AT_ONCE, Lane, one, vector};
+use super::surroundings::MOST_LAYERS;
+use super::texels::{Footprints, Taps, Texture};
+use crate::methods::lookup::lanes::{AT_ONCE, Lane, Lanes, one, vector};
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 /// One layer: a shell with its texture.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
+    /// Of the shell.
+    pub(super) center: Vec3,
     pub(super) shell: Shell,
     /// How far from the shell what the texture shows is; none: it is all on it.
     pub(super) distances: Option<Distances>,
@@ -25,21 +28,12 @@ struct Reached<const LANES: usize> {
     is_met: [bool; LANES],
     /// How far along the ray, or behind how many layers.
     place: Lane<LANES>,
-}
-
-/// The layers about a group, the nearest first.
-#[derive(Clone, Debug, Default)]
-pub(super) struct LayeredMap {
-    /// Of all shells.
-    pub(super) center: Vec3,
-    pub(super) layers: Vec<Layer>,
+    /// Where that is, and how far from there neighbouring rays pass it, where distances are known.
+    met: Option<(Lanes<LANES>, [Lane<LANES>; 2])>,
 }
 
 /// What is behind layers that hide less than this share is not worth a look.
 const OPAQUE: f32 = 1.0 / 1024.0;
-
-/// As many layers are looked up at most.
-const MOST_LAYERS: usize = 16;
 
 /// As many viewpoints are blended at most.
 const MOST_BLENDED: usize = 4;
@@ -54,7 +48,7 @@ impl Layer {
         }
     }
 
-    /// Where rays (from the centre) meet it, as the layer of a number.
+    /// Where rays (from its centre) meet it, as the layer of a number.
     #[inline(always)] // for the instructions of its caller
     fn reached<const LANES: usize>(
         &self,
@@ -64,45 +58,73 @@ impl Layer {
     ) -> Reached<LANES> {
         // Without distances the shells follow each other, the nearest first.
         let Some(distances) = &self.distances else {
-            return Reached { rays: *rays, is_met: *wanted, place: [number as f32; LANES] };
+            return Reached { rays: *rays, is_met: *wanted, place: [number as f32; LANES], met: None };
         };
-        let Met { share, is_met } = distances.met(&self.shell, rays, wanted);
-        let rays = rays.shrunk(&share);
-        let mut place = self.shell.distances(&rays);
+        let Met { distance, share, is_met, is_inward, outward } = distances.met(&self.shell, rays, wanted);
+        // Shells are looked up where rays leave them: where one comes in, the same line is followed back from within.
+        let mut within = distance;
         for lane in 0..LANES {
-            place[lane] *= share[lane];
+            within[lane] += 0.5 * (outward[lane] - distance[lane]);
         }
-        Reached { rays, is_met, place }
+        let met = Some((rays.at(&distance), rays.widths(&distance)));
+        Reached { rays: rays.turned_round(&is_inward, &within).shrunk(&share), is_met, place: distance, met }
+    }
+
+    /// Where rays look it up that are as [`Reached`] has them.
+    #[inline(always)] // for the instructions of its caller
+    fn footprints<const LANES: usize>(&self, reached: &Reached<LANES>) -> Footprints<LANES> {
+        let mut footprints = self.shell.footprints(&reached.rays);
+        if let Some((places, widths)) = &reached.met {
+            // A ray may lie in its grown shell, where the places that their crossings are at mean nothing.
+            self.shell.hold_at(&mut footprints, places, widths);
+        }
+        footprints
     }
 
     /// Calls with the texels that rays read which are as [`Reached`] has them, as far as they are wanted.
     #[inline(always)] // for the instructions of its caller
     fn taps_at<const LANES: usize>(
         &self,
-        rays: &RayLanes<LANES>,
+        reached: &Reached<LANES>,
         wanted: &[bool; LANES],
         tap: &mut impl FnMut(usize, Taps),
     ) {
         if wanted.contains(&true) {
-            self.texture.layout.taps(&self.shell.footprints(rays), wanted, tap);
+            self.texture.layout.taps(&self.footprints(reached), wanted, tap);
         }
     }
 
-    /// How far a ray (from the centre) goes until it meets what is seen.
+    /// How far a ray goes until it meets what is seen.
     fn distance(&self, ray: &Ray) -> f32 {
-        let rays = RayLanes::sharp(one(ray.origin), one(ray.direction));
-        let met = self.distances.as_ref().map(|distances| distances.met(&self.shell, &rays, &[true]));
-        let share = met.map_or(1.0, |met| met.share[0]);
-        share * self.shell.distance(ray.origin / share, ray.direction)
+        let origin = ray.origin - self.center;
+        let rays = RayLanes::sharp(one(origin), one(ray.direction));
+        match &self.distances {
+            Some(distances) => distances.met(&self.shell, &rays, &[true]).distance[0],
+            None => self.shell.distance(origin, ray.direction),
+        }
     }
 
-    /// The texels that a ray (from the centre) reads.
+    /// The texel of the finest level that a ray meets; none where it meets nothing.
+    pub(super) fn texel_at(&self, ray: &Ray) -> Option<u32> {
+        let rays = RayLanes::sharp(one(ray.origin - self.center), one(ray.direction));
+        let reached = self.reached(0, &rays, &[true]);
+        let [texel] = self.texture.layout.nearest(&self.footprints(&reached).places);
+        (reached.is_met[0] && texel != u32::MAX).then_some(texel)
+    }
+
+    /// Whether it surrounds a place: rays from there meet it from within.
+    pub(super) fn surrounds(&self, place: Vec3) -> bool {
+        let [share] = self.shell.shares_of(&one(place - self.center));
+        share < 1.0
+    }
+
+    /// The texels that a ray reads.
     pub(super) fn taps_of(&self, ray: &Ray, change: &RayDifferential, mut tap: impl FnMut(Taps)) {
-        let reached = self.reached(0, &RayLanes::new(&[(*ray, *change)], Vec3::ZERO), &[true]);
-        self.taps_at(&reached.rays, &reached.is_met, &mut |_, taps| tap(taps));
+        let reached = self.reached(0, &RayLanes::new(&[(*ray, *change)], self.center), &[true]);
+        self.taps_at(&reached, &reached.is_met, &mut |_, taps| tap(taps));
     }
 
-    /// What a ray (from the centre) sees of it: radiance times opacity, and opacity.
+    /// What a ray sees of it: radiance times opacity, and opacity.
     pub(super) fn seen(&self, ray: &Ray, change: &RayDifferential) -> Vec4 {
         let mut sum = Vec4::ZERO;
         self.taps_of(ray, change, |taps| sum += taps.sum(&self.texture.texels));
@@ -110,8 +132,11 @@ impl Layer {
     }
 }
 
+/// The layers about a group of a viewpoint, the nearest first.
+pub(super) type LayersAbout<'a> = Vec<&'a Layer>;
+
 /// The layers of several viewpoints about a group, with their shares. All of them have the same shells, and textures of one size.
-pub(super) type Blended<'a> = [(&'a LayeredMap, f32)];
+pub(super) type Blended<'a> = [(LayersAbout<'a>, f32)];
 
 /// What arrives along rays, each with its change from pixel to pixel: layer over layer before the scene's background, blended over
 /// viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others in their order.
@@ -122,7 +147,7 @@ pub(super) fn radiance(
     rays: &[(Ray, RayDifferential)],
     mut arrived: impl FnMut(usize, Vec3),
 ) {
-    let layers = maps.first().map_or(0, |(map, _)| map.layers.len());
+    let layers = maps.first().map_or(0, |(layers, _)| layers.len());
     let mut seen = vec![[[Vec4::ZERO; MOST_BLENDED]; AT_ONCE]; layers];
     let (chunks, rest) = rays.as_chunks::<AT_ONCE>();
     for (number, chunk) in chunks.iter().enumerate() {
@@ -152,11 +177,21 @@ fn radiance_of(
     let mut radiance = [Vec3::ZERO; AT_ONCE];
     let maps = &maps[..maps.len().min(MOST_BLENDED)];
     let Some((first, _)) = maps.first() else { return radiance };
-    let lanes = RayLanes::new(rays, first.center);
+    let Some(nearest) = first.first() else {
+        for lane in 0..count {
+            radiance[lane] = scene.background(rays[lane].0.direction);
+        }
+        return radiance;
+    };
+    let about_nearest = RayLanes::new(rays, nearest.center);
+    let (mut lanes, mut center) = (about_nearest, nearest.center);
     let mut places = [[f32::INFINITY; AT_ONCE]; MOST_LAYERS];
     // Where each ray is stopped for good, as far as is known.
     let mut stopped: Lane<AT_ONCE> = [f32::INFINITY; AT_ONCE];
-    for (number, (layer, seen)) in first.layers.iter().zip(seen.iter_mut()).enumerate().take(MOST_LAYERS) {
+    for (number, (layer, seen)) in first.iter().zip(seen.iter_mut()).enumerate().take(MOST_LAYERS) {
+        if layer.center != center {
+            (lanes, center) = (about_nearest.from(layer.center - nearest.center), layer.center);
+        }
         let mut wanted = [false; AT_ONCE];
         for lane in 0..AT_ONCE {
             wanted[lane] = lane < count && !layer.is_beyond(number, stopped[lane], vector(&lanes.origins, lane));
@@ -170,11 +205,11 @@ fn radiance_of(
         }
         let mut textures: [&[Vec4]; MOST_BLENDED] = [&[]; MOST_BLENDED];
         for (texels, (map, _)) in textures.iter_mut().zip(maps) {
-            *texels = map.layers.get(number).map_or(&[], |layer| &layer.texture.texels);
+            *texels = map.get(number).map_or(&[], |layer| &layer.texture.texels);
         }
         let textures = &textures[..maps.len()];
         *seen = [[Vec4::ZERO; MOST_BLENDED]; AT_ONCE];
-        layer.taps_at(&reached.rays, &wanted, &mut |lane, taps| {
+        layer.taps_at(&reached, &wanted, &mut |lane, taps| {
             for (seen, texels) in seen[lane].iter_mut().zip(textures) {
                 *seen += taps.sum(texels);
             }
@@ -187,7 +222,7 @@ fn radiance_of(
             }
         }
     }
-    let layers = first.layers.len().min(MOST_LAYERS);
+    let layers = first.len().min(MOST_LAYERS);
     for lane in 0..count {
         // The nearest first; of equals the first.
         let mut order = [(f32::INFINITY, 0); MOST_LAYERS];
@@ -211,7 +246,7 @@ fn radiance_of(
                 }
             }
             if sum.w >= OPAQUE {
-                let background = *background.get_or_insert_with(|| scene.background(vector(&lanes.directions, lane)));
+                let background = *background.get_or_insert_with(|| scene.background(rays[lane].0.direction));
                 sum += (background * sum.w).extend(0.0);
             }
             radiance[lane] += sum.xyz() * *share;
@@ -222,24 +257,17 @@ fn radiance_of(
     radiance
 }
 
-/// How far away what a ray meets is taken to be.
+/// How far away what a ray meets is taken to be: the nearest of the layers that hide more than half.
 pub(super) fn distance(maps: &Blended<'_>, ray: &Ray) -> f32 {
-    maps.first().map_or(f32::INFINITY, |(map, _)| map.distance(ray))
+    let layers = maps.first().into_iter().flat_map(|(layers, _)| layers);
+    let hides = |layer: &&&Layer| layer.seen(ray, &RayDifferential::default()).w > 0.5;
+    layers.filter(hides).map(|layer| layer.distance(ray)).fold(f32::INFINITY, f32::min)
 }
 
-impl LayeredMap {
-    /// How far away what a ray meets is taken to be: the nearest of the layers that hide more than half.
-    fn distance(&self, ray: &Ray) -> f32 {
-        let from_center = Ray { origin: ray.origin - self.center, ..*ray };
-        let hides = |layer: &&Layer| layer.seen(&from_center, &RayDifferential::default()).w > 0.5;
-        let distances = self.layers.iter().filter(hides).map(|layer| layer.distance(&from_center));
-        distances.fold(f32::INFINITY, f32::min)
-    }
-
-    /// Memory of all textures.
+impl Layer {
+    /// Memory.
     pub(super) fn byte_count(&self) -> u64 {
-        let distances = |layer: &Layer| layer.distances.as_ref().map_or(0, Distances::byte_count);
-        let layer = |layer: &Layer| size_of_val(layer.texture.texels.as_slice()) as u64 + distances(layer);
-        self.layers.iter().map(layer).sum()
+        let distances = self.distances.as_ref().map_or(0, Distances::byte_count);
+        size_of_val(self.texture.texels.as_slice()) as u64 + distances
     }
 }

@@ -6,6 +6,7 @@
 mod bake;
 mod blend;
 mod capture;
+mod direct;
 mod distances;
 mod group_layers;
 mod groups;
@@ -20,6 +21,7 @@ mod mesh;
 mod observations;
 mod settings;
 mod shader;
+mod shared_layer;
 mod shell;
 mod surroundings;
 mod texels;
@@ -28,7 +30,7 @@ mod visible;
 mod welds;
 
 pub use inspect::{InferredLayer, inferred_layers, subdivision};
-pub use settings::{Clustering, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};
+pub use settings::{Clustering, Direct, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -41,10 +43,10 @@ use crate::scene::Scene;
 use bake::LayersWork;
 use infer::Inference;
 use known::Known;
-use maps::LayeredMap;
+use maps::{Layer, LayersAbout};
 use mesh::{AdaptiveMesh, Criteria, NO_LEAF};
 use shader::LensShader;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
@@ -84,9 +86,9 @@ struct LayeredEnvironmentMap {
 struct Prepared {
     known: Known,
     /// Of every group the layers as they are seen from the middle of the shells; without textures where all are baked.
-    projected: Vec<LayeredMap>,
+    projected: Vec<Vec<Layer>>,
     /// Of every group the layers of viewpoints.
-    of_viewpoints: Vec<BTreeMap<u32, LayeredMap>>,
+    of_viewpoints: Vec<BTreeMap<u32, Vec<Layer>>>,
 }
 
 impl ReflectionMethod for LayeredEnvironmentMap {
@@ -104,7 +106,7 @@ impl ReflectionMethod for LayeredEnvironmentMap {
         let mut report = Report::default();
         let known = Known::new(&self.settings, scene, quality.order);
         let viewpoints = if self.settings.textures == Textures::Inferred { MOST_KEPT + 1 } else { 1 };
-        known.check_memory(self.settings.size, viewpoints)?;
+        known.check_memory(&self.settings, viewpoints)?;
         report.stages_ms.push(("layers", watch.lap_ms()));
         let is_baked = self.baked.is_some() && self.settings.textures == Textures::Inferred;
         let projected = match &self.baked {
@@ -117,12 +119,16 @@ impl ReflectionMethod for LayeredEnvironmentMap {
         report.stages_ms.push((if is_baked { "bake_load" } else { "capture" }, watch.lap_ms()));
         let groups = &known.groups;
         report.counts.insert("lens_groups", groups.len() as u64);
-        report.counts.insert("layers", groups.iter().map(|group| group.strata.len() as u64).sum());
-        for stratum in groups.iter().flat_map(|group| &group.strata) {
+        report.counts.insert("layers", 0);
+        for stratum in (0..known.part_count()).flat_map(|part| known.strata_of(part)) {
+            *report.counts.entry("layers").or_default() += 1;
             *report.counts.entry(stratum.shell.name()).or_default() += 1;
         }
-        report.bytes.insert("layers", projected.iter().map(LayeredMap::byte_count).sum());
-        let of_viewpoints = vec![BTreeMap::new(); groups.len()];
+        if self.settings.share_far {
+            report.counts.insert("shared_layers", u64::from(known.shared.is_some()));
+        }
+        report.bytes.insert("layers", projected.iter().flatten().map(Layer::byte_count).sum());
+        let of_viewpoints = vec![BTreeMap::new(); known.part_count()];
         self.prepared = Some(Prepared { known, projected, of_viewpoints });
         Ok(report)
     }
@@ -162,30 +168,30 @@ impl Prepared {
         let mut watch = Stopwatch::new();
         let Self { known, projected, of_viewpoints } = self;
         let (mut inferred, mut worst) = (0, 0.0f64);
-        for (group, kept) in of_viewpoints.iter_mut().enumerate() {
-            let viewpoints: Vec<u32> =
-                known.shares(group, job.scene, job.view).into_iter().map(|(viewpoint, _)| viewpoint).collect();
+        for (part, kept) in of_viewpoints.iter_mut().enumerate() {
+            let shares = known.groups_of(part).flat_map(|group| known.shares(group, job.scene, job.view));
+            let viewpoints: BTreeSet<u32> = shares.map(|(viewpoint, _)| viewpoint).collect();
             for &viewpoint in &viewpoints {
                 if kept.contains_key(&viewpoint) {
                     continue;
                 }
-                let map = match baked {
-                    Some(baked) => bake::baked_map(known, &projected[group], baked, group, viewpoint),
+                let layers = match baked {
+                    Some(baked) => bake::baked_layers(known, &projected[part], baked, part, viewpoint),
                     None => {
                         let inference = Inference { scene: job.scene, settings, known };
                         inferred += 1;
-                        let (map, residuals) = inference.infer(group, &projected[group], viewpoint, job.progress)?;
+                        let (layers, residuals) = inference.infer(part, &projected[part], viewpoint, job.progress)?;
                         worst = residuals.iter().fold(worst, |worst: f64, residual| worst.max(residual.after));
-                        bake::rounded(map)
+                        bake::rounded(layers)
                     }
                 };
                 // Those that are furthest away in number go first: views move on a way.
-                while kept.len() >= MOST_KEPT {
+                while kept.len() >= MOST_KEPT.max(viewpoints.len()) {
                     let others = kept.keys().filter(|number| !viewpoints.contains(number));
                     let furthest = others.max_by_key(|number| number.abs_diff(viewpoint)).copied();
                     furthest.and_then(|number| kept.remove(&number));
                 }
-                kept.insert(viewpoint, map);
+                kept.insert(viewpoint, layers);
             }
         }
         if inferred > 0 {
@@ -216,7 +222,7 @@ impl Prepared {
         };
         report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
         let groups = 0..self.known.groups.len();
-        let maps: Vec<Vec<(&LayeredMap, f32)>> = groups.map(|group| self.maps_of(settings, group, job)).collect();
+        let maps: Vec<Vec<(LayersAbout<'_>, f32)>> = groups.map(|group| self.maps_of(settings, group, job)).collect();
         let lenses = |object: u32| Some((paths(object)?, self.known.group_of(object)?));
         let ray_count = AtomicU64::new(0);
         let (rays, edges) = (view.rays(), settings.edges);
@@ -238,13 +244,16 @@ impl Prepared {
         settings: &LayeredEnvironmentMapSettings,
         group: usize,
         job: &Job<'_>,
-    ) -> Vec<(&LayeredMap, f32)> {
+    ) -> Vec<(LayersAbout<'_>, f32)> {
         match settings.textures {
-            Textures::Projected => vec![(&self.projected[group], 1.0)],
+            Textures::Projected => vec![(self.known.layers_about(group, |part| &self.projected[part]), 1.0)],
             Textures::Inferred => {
+                let layers = |viewpoint: u32| {
+                    self.known
+                        .layers_about(group, |part| self.of_viewpoints[part].get(&viewpoint).map_or(&[], Vec::as_slice))
+                };
                 let shares = self.known.shares(group, job.scene, job.view).into_iter();
-                let maps = &self.of_viewpoints[group];
-                shares.filter_map(|(viewpoint, share)| Some((maps.get(&viewpoint)?, share))).collect()
+                shares.map(|(viewpoint, share)| (layers(viewpoint), share)).collect()
             }
         }
     }

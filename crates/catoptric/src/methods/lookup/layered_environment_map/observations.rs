@@ -18,7 +18,7 @@ pub(super) struct Observation {
     /// Column and row.
     pub(super) pixel: [u32; 2],
     pub(super) first: First,
-    /// The ray that leaves as the renderer has it, from the group's centre.
+    /// The ray that leaves as the renderer has it.
     pub(super) ray: Ray,
     pub(super) change: RayDifferential,
     /// From 0 to 1: less where the rays of a pixel go apart.
@@ -38,6 +38,16 @@ impl Observations {
     /// Of an observation what is seen of a layer.
     pub(super) fn seen(&self, observation: usize, layer: usize) -> Vec4 {
         self.seen[observation * self.layers + layer]
+    }
+
+    /// Of the rows of a picture.
+    fn joined(layers: usize, rows: Vec<Self>) -> Self {
+        let mut all = Self { layers, ..Self::default() };
+        for row in rows {
+            all.list.extend(row.list);
+            all.seen.extend(row.seen);
+        }
+        all
     }
 }
 
@@ -74,29 +84,62 @@ impl Observer<'_> {
                     // Where paths take different ways, rays of a pixel go apart: that would count nothing.
                     let Some((path, change)) = blend.path(first as usize) else { continue };
                     if let Some(leaving) = path.leaving {
-                        let ray = Ray { origin: leaving.origin - self.known.group.center(), ..leaving };
                         let pixel = [x, y as u32];
-                        self.pixel(view, Observation { pixel, first, ray, change, confidence: 0.0 }, &mut found);
+                        let observation = Observation { pixel, first, ray: leaving, change, confidence: 0.0 };
+                        self.pixel(view, observation, |ray| self.leaving(ray, first), &mut found);
                     }
                 }
             }
             found
         });
-        let mut all = Observations { layers, ..Observations::default() };
-        for row in rows {
-            all.list.extend(row.list);
-            all.seen.extend(row.seen);
-        }
-        all
+        Observations::joined(layers, rows)
     }
 
-    /// Appends what a pixel shows, where its rays leave in about one direction.
-    fn pixel(&self, view: &View, observation: Observation, found: &mut Observations) {
-        let (layers, first, [x, y]) = (found.layers, observation.first, observation.pixel);
+    /// What is around the group as a view that looks at its centre shows it without the group: rays begin where they pass the plane through
+    /// the centre, as those that go straight through a lens.
+    pub(super) fn observe_directly(&self, view: &View) -> Observations {
+        let layers = self.strata.count;
+        let (eye, center) = (view.eye(), self.strata.around.center);
+        let arm = center - eye;
+        let past = |ray: &Ray| {
+            let distance = arm.length_squared() / ray.direction.dot(arm);
+            Some(Ray { origin: ray.origin + ray.direction * distance, ..*ray }).filter(|ray| ray.origin.is_finite())
+        };
+        let rows = parallel::map_collect(view.height as usize, |y| {
+            let mut found = Observations { layers, ..Observations::default() };
+            for x in 0..view.width {
+                let at = |right: f32, down: f32| past(&view.ray(x as f32 + 0.5 + right, y as f32 + 0.5 + down));
+                let (Some(ray), Some(right), Some(below)) = (at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) else {
+                    continue;
+                };
+                let change = RayDifferential {
+                    origin_dx: right.origin - ray.origin,
+                    origin_dy: below.origin - ray.origin,
+                    direction_dx: right.direction - ray.direction,
+                    direction_dy: below.direction - ray.direction,
+                };
+                let pixel = [x, y as u32];
+                let observation = Observation { pixel, first: First::Refracted, ray, change, confidence: 0.0 };
+                self.pixel(view, observation, past, &mut found);
+            }
+            found
+        });
+        Observations::joined(layers, rows)
+    }
+
+    /// Appends what a pixel shows, where its rays (as they are around the group) leave in about one direction.
+    fn pixel(
+        &self,
+        view: &View,
+        observation: Observation,
+        leaving: impl Fn(&Ray) -> Option<Ray>,
+        found: &mut Observations,
+    ) {
+        let (layers, [x, y]) = (found.layers, observation.pixel);
         let count = self.samples.isqrt();
         let rays = (0..count * count).filter_map(|sample| {
             let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
-            self.leaving(&view.ray(at(x, sample % count), at(y, sample / count)), first)
+            leaving(&view.ray(at(x, sample % count), at(y, sample / count)))
         });
         let rays: Vec<Ray> = rays.collect();
         let confidence = confidence(&rays);

@@ -77,6 +77,33 @@ pub enum Viewpoints {
     Grid,
 }
 
+/// What says how parts of layers look that no picture of a viewpoint shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direct {
+    /// Nothing: they are empty.
+    None,
+    /// What is seen from the middle of the shells.
+    #[default]
+    Center,
+    /// What is seen from the viewpoint, past the reflectors and lenses, behind these.
+    Viewpoint,
+    /// What is seen from the viewpoint, and else from the middle of the shells.
+    Both,
+}
+
+impl Direct {
+    /// Whether the middle of the shells is looked from.
+    pub(super) fn is_from_center(self) -> bool {
+        matches!(self, Self::Center | Self::Both)
+    }
+
+    /// Whether the viewpoint is looked from.
+    pub(super) fn is_from_viewpoint(self) -> bool {
+        matches!(self, Self::Viewpoint | Self::Both)
+    }
+}
+
 /// Settings of layered environment maps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -93,6 +120,8 @@ pub struct LayeredEnvironmentMapSettings {
     pub capture_samples: u32,
     /// Whether texels know how far away what they show is.
     pub depth: bool,
+    /// Whether all groups of reflectors and lenses share one farthest layer.
+    pub share_far: bool,
     /// Whether layers hold what other layers hide.
     pub continued: bool,
     /// Where the textures come from.
@@ -109,8 +138,8 @@ pub struct LayeredEnvironmentMapSettings {
     pub picture_size: u32,
     /// Pictures on either side of a viewpoint, up to half way to the next one, that are inferred from too.
     pub neighbours: u32,
-    /// Whether what no picture shows is as it is seen from the middle of the shells.
-    pub direct: bool,
+    /// What says how parts of layers look that no picture shows.
+    pub direct: Direct,
     /// How rays get from the eye out of a group.
     pub transfer: Transfer,
     /// What is seen where paths of neighbours take different ways.
@@ -132,6 +161,7 @@ impl Default for LayeredEnvironmentMapSettings {
             size: 256,
             capture_samples: 4,
             depth: true,
+            share_far: false,
             continued: true,
             textures: Textures::Projected,
             viewpoints: Viewpoints::Circle,
@@ -140,7 +170,7 @@ impl Default for LayeredEnvironmentMapSettings {
             line_length: 0.0,
             picture_size: 384,
             neighbours: 1,
-            direct: true,
+            direct: Direct::Center,
             transfer: Transfer::Adaptive,
             edges: Edges::Traced,
             tau: 3.0,
@@ -159,6 +189,7 @@ impl Settings for LayeredEnvironmentMapSettings {
         ("size", "texels a side of a layer's texture or of each face of its cube, a power of two from 8 to 1024"),
         ("capture_samples", "rays a texel, or a pixel of the pictures that are inferred from: 1, 4, 9 or 16"),
         ("depth", "true: each texel knows how far away what it shows is; false: all is on its shell (the paper's)"),
+        ("share_far", "true: what is farthest from all groups of reflectors is on one layer that they share"),
         ("continued", "true: layers hold what nearer ones hide; false: what is hit first alone"),
         (
             "textures",
@@ -170,7 +201,10 @@ impl Settings for LayeredEnvironmentMapSettings {
         ("line_length", "length of a line of viewpoints in scene units; 0: the first camera's distance"),
         ("picture_size", "pixels a side of the pictures that textures are inferred from, 16 to 2048"),
         ("neighbours", "pictures on either side of a viewpoint that it is inferred from too, 0 to 4"),
-        ("direct", "true: what no picture shows is as seen from the middle of the shells; false: it is empty"),
+        (
+            "direct",
+            "what no picture shows is as seen from the middle of the shells (center), past the lenses (viewpoint), both; none: empty",
+        ),
         ("transfer", "adaptive: paths are traced at the vertices of a refined mesh; exact: for every fragment"),
         ("edges", "traced: where paths of neighbours take different ways each fragment is traced; nearest: it is not"),
         ("tau", "edges of the refined mesh are divided down to this length in the picture, in pixels, 0.5 to 100"),

@@ -1,7 +1,7 @@
 //! What a picture shows: the adaptive mesh before the scene.
 
 use super::blend::Blend;
-use super::maps::{self, LayeredMap};
+use super::maps::{self, LayersAbout};
 use super::mesh::AdaptiveMesh;
 use super::settings::Edges;
 use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
@@ -20,7 +20,7 @@ pub(super) struct LensShader<'a> {
     /// Of every object the paths among its group, and that one's number.
     pub(super) lenses: &'a (dyn Fn(u32) -> Option<(GreedyPaths<'a>, usize)> + Sync),
     /// Of every group the layers about it, with their shares.
-    pub(super) maps: &'a [Vec<(&'a LayeredMap, f32)>],
+    pub(super) maps: &'a [Vec<(LayersAbout<'a>, f32)>],
     pub(super) mesh: &'a AdaptiveMesh,
     /// What is seen where the mesh's paths take different ways.
     pub(super) edges: Edges,

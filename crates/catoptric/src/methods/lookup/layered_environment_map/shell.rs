@@ -63,6 +63,69 @@ impl<const LANES: usize> RayLanes<LANES> {
         shrunk
     }
 
+    /// The places at distances along them.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn at(&self, distances: &Lane<LANES>) -> Lanes<LANES> {
+        let mut places = self.origins;
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                places[axis][lane] += self.directions[axis][lane] * distances[lane];
+            }
+        }
+        places
+    }
+
+    /// How far neighbouring rays (to the right, below) pass places at distances along them, across their directions from the centre.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn widths(&self, distances: &Lane<LANES>) -> [Lane<LANES>; 2] {
+        let mut widths = [[0.0; LANES]; 2];
+        let places = self.at(distances);
+        for neighbour in 0..2 {
+            for lane in 0..LANES {
+                let place = vector(&places, lane);
+                let change =
+                    vector(&self.moved[neighbour], lane) + vector(&self.turned[neighbour], lane) * distances[lane];
+                let across2 = change.cross(place).length_squared() / place.length_squared();
+                widths[neighbour][lane] = across2.sqrt();
+            }
+        }
+        widths
+    }
+
+    /// As they are from places further along them, back the other way, where that is asked for.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn turned_round(&self, is_turned: &[bool; LANES], distances: &Lane<LANES>) -> Self {
+        let mut round = *self;
+        let further = self.at(distances);
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                let is_turned = is_turned[lane];
+                let turned = |of: f32| if is_turned { -of } else { of };
+                round.origins[axis][lane] = if is_turned { further[axis][lane] } else { self.origins[axis][lane] };
+                round.directions[axis][lane] = turned(self.directions[axis][lane]);
+                for neighbour in 0..2 {
+                    let change = self.turned[neighbour][axis][lane];
+                    let moved = if is_turned { change * distances[lane] } else { 0.0 };
+                    round.moved[neighbour][axis][lane] += moved;
+                    round.turned[neighbour][axis][lane] = turned(change);
+                }
+            }
+        }
+        round
+    }
+
+    /// As they are from another centre.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn from(&self, center: Vec3) -> Self {
+        let mut moved = *self;
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                moved.origins[axis][lane] -= center[axis];
+            }
+        }
+        moved
+    }
+
     /// Of rays in the scene.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn new(rays: &[(Ray, RayDifferential); LANES], center: Vec3) -> Self {
@@ -88,6 +151,9 @@ const QUAD_ADVANTAGE: f32 = 0.01;
 
 /// How much of a quad's size is added around it.
 const QUAD_MARGIN: f32 = 0.05;
+
+/// What is seen is held to be no more oblique than this, as a ratio of a footprint's lengths.
+const MOST_OBLIQUE: f32 = 8.0;
 
 /// Steps in which points find the sides of a box or cylinder that they belong to.
 const FIT_STEPS: usize = 8;
@@ -139,9 +205,22 @@ impl Shell {
         }
     }
 
-    /// Where rays look it up that is grown by shares about the centre: directions of any length, or places of a square.
+    /// Where places are looked up as they are seen from the centre: directions of any length, or places of a square.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn directions<const LANES: usize>(&self, rays: &RayLanes<LANES>, shares: &Lane<LANES>) -> Lanes<LANES> {
+    pub(super) fn seen_at<const LANES: usize>(&self, places: &Lanes<LANES>) -> Lanes<LANES> {
+        match self {
+            Self::Around(_) => *places,
+            Self::Quad(quad) => quad.places(&[[0.0; LANES]; 3], places),
+        }
+    }
+
+    /// How far rays go until they leave it where it is grown by shares about the centre.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn distances_grown<const LANES: usize>(
+        &self,
+        rays: &RayLanes<LANES>,
+        shares: &Lane<LANES>,
+    ) -> Lane<LANES> {
         let mut origins = rays.origins;
         let growth = inverse(shares);
         for along in &mut origins {
@@ -149,34 +228,27 @@ impl Shell {
                 along[lane] *= growth[lane];
             }
         }
-        match self {
-            Self::Around(surround) => surround.directions(Vec3::ZERO, &origins, &rays.directions),
-            Self::Quad(quad) => quad.places(&origins, &rays.directions),
+        let mut distances = self.distances(&RayLanes::sharp(origins, rays.directions));
+        for lane in 0..LANES {
+            distances[lane] *= shares[lane];
         }
+        distances
     }
 
     /// By what shares it is to be grown about the centre to go through places.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn shares_of<const LANES: usize>(&self, places: &Lanes<LANES>) -> Lane<LANES> {
-        let mut shares = [0.0; LANES];
         match self {
-            Self::Around(surround) => {
-                let mut directions = *places;
-                normalize(&mut directions, &[[0.0; LANES]; 3]);
-                let distances = surround.distances(Vec3::ZERO, &[[0.0; LANES]; 3], &directions);
-                for lane in 0..LANES {
-                    let share = vector(places, lane).length_squared().sqrt() / distances[lane];
-                    shares[lane] = if share > 0.0 { share } else { 0.0 };
-                }
-            }
+            Self::Around(surround) => surround.shares(places),
             Self::Quad(quad) => {
                 let normal = quad.normal / quad.middle.dot(quad.normal);
+                let mut shares = [0.0; LANES];
                 for lane in 0..LANES {
                     shares[lane] = vector(places, lane).dot(normal).max(0.0);
                 }
+                shares
             }
         }
-        shares
     }
 
     /// Where rays look it up, and how that changes from pixel to pixel.
@@ -185,6 +257,31 @@ impl Shell {
         let places = self.places(rays);
         let changes = [self.change(rays, &places, 0), self.change(rays, &places, 1)];
         Footprints { places, changes }
+    }
+
+    /// Moves footprints of what surrounds the centre to where places are seen from there, and limits them to what surfaces show that are not
+    /// too oblique, by how far neighbours pass the places.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn hold_at<const LANES: usize>(
+        &self,
+        footprints: &mut Footprints<LANES>,
+        places: &Lanes<LANES>,
+        widths: &[Lane<LANES>; 2],
+    ) {
+        let Self::Around(_) = self else { return };
+        for lane in 0..LANES {
+            let place = vector(places, lane);
+            let inverse = 1.0 / place.length();
+            for axis in 0..3 {
+                footprints.places[axis][lane] = place[axis] * inverse;
+            }
+            for (change, width) in footprints.changes.iter_mut().zip(widths) {
+                let most = MOST_OBLIQUE * width[lane] * inverse;
+                let length2 = vector(change, lane).length_squared();
+                let scale = if length2 > most * most { most / length2.sqrt() } else { 1.0 };
+                change.iter_mut().for_each(|along| along[lane] *= scale);
+            }
+        }
     }
 
     /// How far from `places`, where rays look it up, their neighbours do: to the right (0) or down (1).

@@ -1,47 +1,73 @@
 //! What is around a group of reflectors and lenses: what rays that leave it meet, layer by layer.
 
-use super::groups::LensGroup;
 use super::layers::{Meeting, Stratum};
 use crate::methods::reference::{PathModel, PathTracer};
 use crate::scene::shade::Encounter;
 use crate::scene::{Ray, RayDifferential, Scene};
 use crate::surface::tracer::{Hit, Tracer};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// Surfaces that a ray passes by looking for another; behind so many nothing is looked for.
 const MOST_SURFACES: usize = 64;
 
+/// As many layers are told apart at most.
+pub(super) const MOST_LAYERS: usize = 17;
+
 /// How much further than a surface that was met the next one is looked for, as a share of its distance.
 const FURTHER: f32 = 1e-5;
 
-/// All that is not in a group.
+/// A surface on the way of a ray.
+struct Met {
+    encounter: Encounter,
+    hit: Hit,
+    /// Whether it is met from the front.
+    is_faced: bool,
+}
+
+/// All that is not in a group, or in none.
 #[derive(Clone, Copy)]
 pub(super) struct Surroundings<'a> {
     pub(super) scene: &'a Scene,
     /// Of everything, the group too.
     pub(super) everything: &'a Tracer,
-    pub(super) group: &'a LensGroup,
+    /// The group's objects, ascending.
+    pub(super) within: &'a [u32],
+    /// What it is around.
+    pub(super) center: Vec3,
 }
 
 impl<'a> Surroundings<'a> {
     /// The surfaces along a ray, one behind the other: what it is stopped by, and whatever faces it behind that.
     fn hits(self, ray: Ray) -> impl Iterator<Item = (Encounter, Hit)> + use<'a> {
+        let all = self.all_hits(ray).enumerate();
+        all.filter(|(order, met)| *order == 0 || met.is_faced).map(|(_, met)| (met.encounter, met.hit))
+    }
+
+    /// All surfaces along a ray, one behind the other, from either side.
+    fn all_hits(self, ray: Ray) -> impl Iterator<Item = Met> + use<'a> {
         let mut near = 0.0;
         let all = std::iter::from_fn(move || {
             let hit = self.everything.first_hit(self.scene, &ray, near)?;
             near = hit.distance() * (1.0 + FURTHER);
             Some(hit)
         });
-        let others = all.take(MOST_SURFACES).filter(move |hit| !self.group.holds(hit.object(self.scene)));
-        let others = others.map(move |hit| (self.everything.encounter(self.scene, &ray, &hit, None), hit));
-        let faces = move |encounter: &Encounter| ray.direction.dot(encounter.point.geometric_normal) < 0.0;
-        others.enumerate().filter(move |(order, (encounter, _))| *order == 0 || faces(encounter)).map(|(_, hit)| hit)
+        let others = all.take(MOST_SURFACES).filter(move |hit| !self.holds(hit.object(self.scene)));
+        others.map(move |hit| {
+            let encounter = self.everything.encounter(self.scene, &ray, &hit, None);
+            Met { is_faced: ray.direction.dot(encounter.point.geometric_normal) < 0.0, encounter, hit }
+        })
+    }
+
+    /// Whether an object is within.
+    #[inline]
+    fn holds(&self, object: u32) -> bool {
+        self.within.binary_search(&object).is_ok()
     }
 
     /// Appends what a ray that leaves the group meets.
     pub(super) fn meet(self, number: u32, ray: &Ray, meetings: &mut Vec<Meeting>) {
         meetings.extend(self.hits(*ray).map(|(encounter, _)| {
-            let position = encounter.point.position - self.group.center();
+            let position = encounter.point.position - self.center;
             Meeting { ray: number, object: encounter.point.object, position }
         }));
     }
@@ -61,12 +87,19 @@ pub(super) struct Strata<'a> {
 }
 
 impl<'a> Strata<'a> {
-    pub(super) fn new(around: Surroundings<'a>, strata: &[Stratum], order: u32, continued: bool) -> Self {
-        let mut layer_of = vec![None; around.scene.objects.len()];
-        for (number, stratum) in strata.iter().enumerate() {
-            stratum.objects.iter().for_each(|object| layer_of[*object as usize] = Some(number as u32));
+    /// Of layers, the nearest first.
+    pub(super) fn new<'b>(
+        around: Surroundings<'a>,
+        strata: impl IntoIterator<Item = &'b Stratum>,
+        order: u32,
+        continued: bool,
+    ) -> Self {
+        let (mut layer_of, mut count) = (vec![None; around.scene.objects.len()], 0);
+        for stratum in strata {
+            stratum.objects.iter().for_each(|object| layer_of[*object as usize] = Some(count));
+            count += 1;
         }
-        Self { around, layer_of, count: strata.len(), order, continued }
+        Self { around, layer_of, count: count as usize, order, continued }
     }
 
     /// What a ray meets, each with its layer's number.
@@ -100,6 +133,41 @@ impl<'a> Strata<'a> {
             if waiting >> layer & 1 != 0 {
                 met(layer, &hit);
                 waiting &= !(1 << layer);
+            }
+            if waiting == 0 {
+                return;
+            }
+        }
+    }
+
+    /// Calls, for the wanted layers (as bits), with how far away what a ray meets first of each is, and how far away the ray leaves that
+    /// thing again; the same where it is no solid.
+    pub(super) fn each_depth(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, [f32; 2])) {
+        let (mut waiting, mut within) = (wanted, [None; MOST_LAYERS]);
+        if waiting == 0 {
+            return;
+        }
+        for (order, Met { encounter, hit, is_faced }) in self.around.all_hits(*ray).enumerate() {
+            let Some(layer) = self.layer_of[encounter.point.object as usize].map(|layer| layer as usize) else {
+                continue;
+            };
+            if waiting >> layer & 1 == 0 {
+                continue;
+            }
+            match within[layer] {
+                None if order == 0 || (is_faced && self.continued) => {
+                    within[layer] = Some((encounter.point.object, hit.distance()));
+                    met(layer, [hit.distance(); 2]);
+                    // What is met from behind has no other side.
+                    waiting &= if is_faced { u32::MAX } else { !(1 << layer) };
+                }
+                Some((object, front)) if object == encounter.point.object => {
+                    if !is_faced {
+                        met(layer, [front, hit.distance()]);
+                    }
+                    waiting &= !(1 << layer);
+                }
+                _ => {}
             }
             if waiting == 0 {
                 return;

@@ -88,6 +88,11 @@ impl Layout {
         self.count as usize
     }
 
+    /// Texels of the finest level.
+    pub(super) fn finest_count(&self) -> usize {
+        (self.faces * self.size * self.size) as usize
+    }
+
     /// Faces of a level.
     pub(super) fn faces(&self) -> u32 {
         self.faces

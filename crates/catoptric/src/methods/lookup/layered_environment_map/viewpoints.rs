@@ -135,6 +135,11 @@ fn angle(arm: Vec3) -> f32 {
     arm.x.atan2(arm.z)
 }
 
+/// The picture past a group from a viewpoint, as wide as any, `size` pixels a side.
+pub(super) fn picture_past(scene: &Scene, group: &LensGroup, eye: Vec3, size: u32) -> View {
+    scene.view(&Camera::look_at("", eye, group.center(), Vec3::Y, WIDEST_DEG), size, size)
+}
+
 /// The picture of a group from a viewpoint, `size` pixels a side.
 pub(super) fn picture_of(scene: &Scene, group: &LensGroup, eye: Vec3, size: u32) -> View {
     let radius = 0.5 * group.bounds.diagonal();

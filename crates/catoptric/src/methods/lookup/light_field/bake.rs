@@ -10,7 +10,7 @@ use super::slabs::Slabs;
 use super::views::Views;
 use crate::error::RenderError;
 use crate::methods::Quality;
-use crate::methods::bake::{BakeUnit, BakeWork, Baked, UnitMaker};
+use crate::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
 use crate::methods::lookup::memory::fit_into_memory;
 use crate::methods::lookup::regions::Regions;
 use crate::progress::Progress;
@@ -287,12 +287,13 @@ impl RowMaker<'_> {
 }
 
 impl UnitMaker for RowMaker<'_> {
-    fn make(&self, number: usize) -> Result<Vec<u8>, RenderError> {
+    fn make(&self, number: usize) -> Result<MadeUnit, RenderError> {
         if number >= self.work.rows_a_region() * self.work.layouts.len() {
-            return Ok(Vec::new());
+            return Ok(MadeUnit::default());
         }
         let layout = &self.work.layouts[number / self.work.rows_a_region()];
-        Ok(self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression)))
+        let bytes = self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression));
+        Ok(MadeUnit { bytes, note: None })
     }
 
     fn estimate_core_secs(&self) -> f64 {
