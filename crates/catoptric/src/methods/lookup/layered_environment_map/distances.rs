@@ -12,7 +12,7 @@ use std::sync::Arc;
 const STEP: f32 = 1.12;
 
 /// As many of these steps are taken at most: where distances differ by more, they are longer.
-const MOST_STEPS: f32 = 16.0;
+const MOST_STEPS: f32 = 12.0;
 
 /// Rays from beside the centre begin with steps of about this share of the largest distance.
 const NEAREST_STEP: f32 = 1.0 / 64.0;
