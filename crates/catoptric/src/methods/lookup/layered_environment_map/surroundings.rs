@@ -140,8 +140,8 @@ impl<'a> Strata<'a> {
         }
     }
 
-    /// Calls, for the wanted layers (as bits), with how far away what a ray meets first of each is, and how far away the ray leaves that
-    /// thing again; the same where it is no solid.
+    /// Calls, for the wanted layers (as bits), with how far away what a ray meets first of each is, twice; and once more with how far away the
+    /// ray leaves that thing again, where it is a solid.
     pub(super) fn each_depth(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, [f32; 2])) {
         let (mut waiting, mut within) = (wanted, [None; MOST_LAYERS]);
         if waiting == 0 {
