@@ -76,16 +76,18 @@ fn table() -> Result<()> {
     let set = |settings: &str| format!("{INFERRED}\n{settings}");
     let bare = "depth = false";
     let large = "size = 512\npicture_size = 512";
-    let ways: [(&str, &str, String); 15] = [
+    let ways: [(&str, &str, String); 17] = [
         ("environment map", "environment_map", String::new()),
         ("environment map, box", "environment_map", "parallax = \"box\"".into()),
         ("light field", "light_field", String::new()),
         ("layers, projected", layered, String::new()),
         ("layers of 512, projected", layered, large.into()),
+        ("six layers of 512, projected", layered, format!("{large}\nlayers = 6")),
         ("layers on their shells, projected", layered, bare.into()),
         ("one layer on its shell, projected", layered, format!("{bare}\nlayers = 1")),
         ("layers, inferred", layered, set("")),
         ("layers of 512, inferred", layered, set(large)),
+        ("six layers of 512, inferred", layered, set(&format!("{large}\nlayers = 6"))),
         ("layers on their shells, inferred", layered, set(bare)),
         ("layers by distance on their shells, inferred", layered, set("depth = false\nclustering = \"distance\"")),
         ("one layer on its shell, inferred", layered, set("depth = false\nlayers = 1")),
