@@ -62,7 +62,10 @@ impl Chains {
 }
 
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 pub(super) fn resolve(
     plan: &Plan<'_>,
     pattern: &Pattern,
@@ -244,11 +247,14 @@ impl PixelPlace<'_> {
             if other_list != list || other_triangle.patch != triangle.patch {
                 continue;
             }
-            let at = self.corner + self.pattern.positions[sample];
-            let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
-            if (here - there).abs() <= SAME_DEPTH * there.abs() {
-                all |= mask;
-            }
+            // Neighbours, as most are, meet in this pixel or close to it.
+            let is_neighbour = triangle.vertices.iter().any(|vertex| other_triangle.vertices.contains(vertex));
+            let is_same = is_neighbour || {
+                let at = self.corner + self.pattern.positions[sample];
+                let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
+                (here - there).abs() <= SAME_DEPTH * there.abs()
+            };
+            all |= if is_same { mask } else { 0 };
         }
         let middle = centroid(self.pattern, all);
         let distance2 = |sample: usize| self.pattern.positions[sample].distance_squared(middle);
@@ -259,7 +265,10 @@ impl PixelPlace<'_> {
 }
 
 /// The samples that show a triangle, as bits.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 fn samples_of(layer: &[u32], id: u32) -> u32 {
     let mut mask = 0;
     let (groups, rest) = layer.as_chunks::<LANES>();

@@ -201,7 +201,10 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
 
 /// Gives every sample the label of what it shows in the layer below, and says which labels each block holds and
 /// whether light divides at any of them.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 fn label(
     plan: &Plan<'_>,
     layer: &LayerPlan,
@@ -297,7 +300,10 @@ fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
 }
 
 /// The surfaces of all chains, with their attributes.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &mut Vec<LayerSurface>) {
     // All of what stands there is overwritten.
     surfaces.resize(chains.ids.len(), LayerSurface::default());

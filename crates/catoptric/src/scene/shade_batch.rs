@@ -32,7 +32,10 @@ impl Scene {
     }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 fn radiance_batch(scene: &Scene, queries: &[SurfaceQuery], colors: &mut [Vec3]) {
     for (queries, colors) in queries.chunks(LANES).zip(colors.chunks_mut(LANES)) {
         let mut lanes = [&queries[0]; LANES];

@@ -263,6 +263,12 @@ impl Tracer {
         }
     }
 
+    /// The surface's point at a hit.
+    #[inline(always)]
+    pub fn point(&self, scene: &Scene, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.encounter(scene, ray, hit, None).point
+    }
+
     /// A point a little off the surface on the side that `direction` leaves to, from which rays can start.
     #[inline]
     pub fn departure(&self, point: &SurfacePoint, direction: Vec3) -> Vec3 {

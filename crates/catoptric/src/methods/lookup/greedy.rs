@@ -2,7 +2,7 @@
 //! that takes more of it (Hakura, Snyder 2001, section 3). The reference's two-path model divides light at the same place.
 
 use crate::optics::{Interface, transmittance};
-use crate::scene::shade::Encounter;
+use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, Role, Scene};
 use crate::surface::tracer::Tracer;
 use glam::Vec3;
@@ -53,14 +53,13 @@ impl GreedyPaths<'_> {
     ///
     /// Where a mirror's share depends on how far away what it shows is, and the ray leaves from there, that is taken to be
     /// infinitely far; at the first surface the share is the caller's.
-    pub(super) fn follow(&self, mut incoming: Vec3, mut encounter: Encounter, first: First) -> GreedyPath {
+    pub(super) fn follow(&self, mut incoming: Vec3, mut point: SurfacePoint, first: First) -> GreedyPath {
         let (scene, tracer) = (self.scene, self.tracer);
         let mut path = GreedyPath { share: Vec3::ONE, ..GreedyPath::default() };
         let mut absorption = Vec3::ZERO;
         loop {
-            let point = &encounter.point;
             let material = scene.material_of(point.object);
-            let interface = Interface::of(scene, material, point, incoming);
+            let interface = Interface::of(scene, material, &point, incoming);
             let is_first = path.events == 0;
             let mut deferred = None;
             let is_shared = first == First::Refracted && !path.divides;
@@ -74,7 +73,7 @@ impl GreedyPaths<'_> {
             if !is_first {
                 if interface.scattered > 0.0 {
                     let share = if is_shared { Vec3::ZERO } else { path.share };
-                    let own = share * scene.own_radiance(point, -incoming);
+                    let own = share * scene.own_radiance(&point, -incoming);
                     deferred = interface.deferred(own).filter(|_| !is_last);
                     if deferred.is_none() {
                         path.added += own * interface.scattered;
@@ -98,7 +97,7 @@ impl GreedyPaths<'_> {
                 absorption = if interface.facing.outside { material.absorption } else { Vec3::ZERO };
             }
             path.events += 1;
-            let ray = Ray { origin: tracer.departure(point, direction), direction };
+            let ray = Ray { origin: tracer.departure(&point, direction), direction };
             let hit = tracer.first_hit(scene, &ray, 0.0);
             let distance = hit.as_ref().map_or(f32::INFINITY, |hit| hit.distance());
             if let Some(deferred) = deferred {
@@ -112,10 +111,10 @@ impl GreedyPaths<'_> {
                 path.share = if is_empty { Vec3::ZERO } else { path.share };
                 return path;
             };
-            encounter = tracer.encounter(scene, &ray, &hit, None);
-            let met = scene.material_of(encounter.point.object);
+            point = tracer.point(scene, &ray, &hit);
+            let met = scene.material_of(point.object);
             // Whoever meets a lens from inside was inside it.
-            let inside = met.role == Role::Lens && direction.dot(encounter.point.geometric_normal) > 0.0;
+            let inside = met.role == Role::Lens && direction.dot(point.geometric_normal) > 0.0;
             path.share *= transmittance(if inside { met.absorption } else { absorption }, distance);
             incoming = direction;
         }
@@ -160,12 +159,12 @@ mod tests {
         for _ in 0..40_000 {
             let ray = view.ray(random.next_between(0.0, 320.0), random.next_between(0.0, 240.0));
             let Some(hit) = tracer.first_hit(&scene, &ray, 0.0) else { continue };
-            let encounter = tracer.encounter(&scene, &ray, &hit, None);
-            let FirstSurface { own, shares } = FirstSurface::of(&scene, &encounter.point, ray.direction, || None);
+            let point = tracer.point(&scene, &ray, &hit);
+            let FirstSurface { own, shares } = FirstSurface::of(&scene, &point, ray.direction, || None);
             let found = First::BOTH.into_iter().zip(shares).fold(own, |sum, (first, share)| {
-                let path = paths.follow(ray.direction, encounter, first);
+                let path = paths.follow(ray.direction, point, first);
                 let arrives = path.leaving.map_or(Vec3::ZERO, |leaving| path.share * Sky::of(leaving.direction));
-                let is_mirror = scene.role_of(encounter.point.object) != Role::Lens;
+                let is_mirror = scene.role_of(point.object) != Role::Lens;
                 divided_later += u32::from(is_mirror && first == First::Refracted && path.divides);
                 sum + share * (path.added + arrives)
             });

@@ -1,6 +1,7 @@
 //! Layers as they are seen from the middle of their shells: textures that are projected, not inferred, and how far away what they show is.
 
-use super::distances::{Depth, Distances};
+use super::depths::Depth;
+use super::distances::Distances;
 use super::layers::Stratum;
 use super::maps::Layer;
 use super::settings::LayeredEnvironmentMapSettings;

@@ -2,6 +2,8 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
+use super::bounds::{Bounds, Range};
+use super::depths::{Depth, Depths};
 use super::shell::{RayLanes, Shell};
 use super::texels::Layout;
 use crate::methods::lookup::lanes::{Lane, vector};
@@ -20,8 +22,8 @@ const NEAREST_STEP: f32 = 1.0 / 64.0;
 /// Steps by which what was found between two shares is made exact.
 const REFINEMENTS: usize = 8;
 
-/// What was found within this of what is shown is exact, as a share: less than any texel is wide.
-const EXACT: f32 = 2e-4;
+/// What was found within this of what is shown is exact, in widths of a texel.
+const EXACT_TEXELS: f32 = 0.1;
 
 /// Neighbouring texels whose shares differ by no more than this factor show one thing.
 const ALIKE: f32 = 1.1;
@@ -45,25 +47,13 @@ const ON_SHELL: f32 = 1e-3;
 #[derive(Clone, Debug)]
 pub(super) struct Distances {
     layout: Layout,
-    depths: Arc<[Depth]>,
+    depths: Depths,
     /// The smallest and the largest finite share of what is shown.
     range: [f32; 2],
+    /// Of parts of the texture; none for a square, where straight ways may lead around it.
+    bounds: Option<Arc<Bounds>>,
     /// How far from the centre the nearest thing that is shown is.
     nearest: f32,
-}
-
-/// What is shown in a direction, by shares of the shell's distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Depth {
-    /// Where it is; infinite where nothing is shown.
-    pub(super) front: f32,
-    /// Where it ends behind that; the same where it is no solid.
-    pub(super) back: f32,
-}
-
-impl Depth {
-    /// Nothing is shown.
-    pub(super) const NOTHING: Self = Self { front: f32::INFINITY, back: f32::INFINITY };
 }
 
 /// Places side by side, by shares, and what is shown in their directions.
@@ -72,6 +62,14 @@ struct Shown<const LANES: usize> {
     own: Lane<LANES>,
     front: Lane<LANES>,
     back: Lane<LANES>,
+}
+
+/// Where along rays things may be met.
+struct Span<const LANES: usize> {
+    start: Lane<LANES>,
+    furthest: Lane<LANES>,
+    /// Whether there is such a part of the ray.
+    open: [bool; LANES],
 }
 
 /// Rays where they come to be behind what is shown, or within it.
@@ -115,12 +113,19 @@ pub(super) struct Met<const LANES: usize> {
     pub(super) outward: Lane<LANES>,
 }
 
+impl<const LANES: usize> Met<LANES> {
+    /// Nothing is met.
+    #[inline(always)] // for the instructions of its caller
+    fn nothing(distance: &Lane<LANES>, share: &Lane<LANES>) -> Self {
+        let no = [false; LANES];
+        Self { distance: *distance, share: *share, is_met: no, is_inward: no, outward: *distance }
+    }
+}
+
 impl Distances {
     /// Of a texture's finest level.
     pub(super) fn new(shell: &Shell, layout: Layout, depths: &[Depth]) -> Self {
         let known = || depths.iter().enumerate().filter(|(_, depth)| depth.front.is_finite());
-        let fronts = || known().map(|(_, depth)| depth.front);
-        let range = [fronts().fold(f32::INFINITY, f32::min), fronts().fold(0.0, f32::max)];
         let distance = |(texel, depth): (usize, &Depth)| {
             let direction = shell.towards(layout.middle_of(texel as u32)).normalize();
             depth.front * shell.distance(Vec3::ZERO, direction)
@@ -134,7 +139,11 @@ impl Distances {
                 _ => others.min_by(|a, b| a.front.total_cmp(&b.front)).unwrap_or(Depth::NOTHING),
             }
         };
-        Self { depths: (0..depths.len()).map(beside).collect(), layout, range, nearest }
+        let depths = Depths::new((0..depths.len()).map(beside));
+        let fronts = || depths.iter().map(|depth| depth.front).filter(|front| front.is_finite());
+        let range = [fronts().fold(f32::INFINITY, f32::min), fronts().fold(0.0, f32::max)];
+        let bounds = (layout.faces() == 6).then(|| Arc::new(Bounds::new(&layout, &depths)));
+        Self { depths, layout, range, bounds, nearest }
     }
 
     /// How far from the centre the nearest thing that is shown is, but for what lies between the middles of texels.
@@ -158,15 +167,22 @@ impl Distances {
             let distance = shell.distances_grown(rays, &share);
             return Met { distance, share, is_met, is_inward: [false; LANES], outward: distance };
         }
-        // Rays from within the nearest share meet nothing before it; behind the largest there is nothing.
-        let nearest = shell.distances_grown(rays, &[least * (1.0 - ON_SHELL); LANES]);
-        let furthest = shell.distances_grown(rays, &[most * (1.0 + ON_SHELL); LANES]);
         let begin = shell.shares_of(&rays.origins);
-        let (mut start, mut open) = ([0.0; LANES], *wanted);
-        for lane in 0..LANES {
-            start[lane] = if begin[lane] < least { nearest[lane] } else { 0.0 };
-            open[lane] &= furthest[lane] > start[lane] && furthest[lane] < f32::INFINITY;
+        let mut span = self.span(shell, rays, &begin, self.range, wanted);
+        if let Some(bounds) = &self.bounds {
+            // Without closures, which are not compiled for the instructions of their caller.
+            let start = self.layout.in_texels(&shell.seen_at(&rays.at(&span.start)));
+            let furthest = self.layout.in_texels(&shell.seen_at(&rays.at(&span.furthest)));
+            if let Some(Range { least: nearer, most: further }) = bounds.between([&start, &furthest], &span.open) {
+                if nearer > further {
+                    return Met::nothing(&span.start, &begin);
+                }
+                if nearer > least || further < most {
+                    span = self.span(shell, rays, &begin, [least.max(nearer), most.min(further)], &span.open);
+                }
+            }
         }
+        let Span { mut start, furthest, mut open } = span;
         let mut met =
             Met { distance: start, share: begin, is_met: [false; LANES], is_inward: [false; LANES], outward: furthest };
         let mut hidden = Hidden { share: [f32::INFINITY; LANES], edge: start };
@@ -184,6 +200,9 @@ impl Distances {
             }
             hidden = changed.hidden;
         }
+        if !met.is_met.contains(&true) {
+            return met;
+        }
         met.share = shell.shares_of(&rays.at(&met.distance));
         // Shells are convex: a ray meets one on its way in, where it does not meet it on its way out.
         met.outward = shell.distances_grown(rays, &met.share);
@@ -191,6 +210,27 @@ impl Distances {
             met.is_inward[lane] = met.distance[lane] < met.outward[lane] * (1.0 - ON_SHELL);
         }
         met
+    }
+
+    /// Where along rays what is shown between two shares may be met.
+    #[inline(always)] // for the instructions of its caller
+    fn span<const LANES: usize>(
+        &self,
+        shell: &Shell,
+        rays: &RayLanes<LANES>,
+        begin: &Lane<LANES>,
+        [least, most]: [f32; 2],
+        wanted: &[bool; LANES],
+    ) -> Span<LANES> {
+        // Rays from within the nearest share meet nothing before it; behind the largest there is nothing.
+        let nearest = shell.distances_grown(rays, &[least * (1.0 - ON_SHELL); LANES]);
+        let furthest = shell.distances_grown(rays, &[most * (1.0 + ON_SHELL); LANES]);
+        let mut span = Span { start: [0.0; LANES], furthest, open: *wanted };
+        for lane in 0..LANES {
+            span.start[lane] = if begin[lane] < least { nearest[lane] } else { 0.0 };
+            span.open[lane] &= furthest[lane] > span.start[lane] && furthest[lane] < f32::INFINITY;
+        }
+        span
     }
 
     /// The first change, between two distances along rays, from before to behind what is shown, or from behind a thing into it or to what it
@@ -214,6 +254,8 @@ impl Distances {
             let ratio = 1.0 + change[lane] / first[lane];
             least = if wanted[lane] && ratio < least { ratio } else { least };
         }
+        // A texel in the middle of a face spans this much of the distance.
+        let exact = EXACT_TEXELS * 2.0 / self.layout.size() as f32;
         let steps = (-least.min(1.0).ln() / STEP.ln()).ceil().clamp(1.0, MOST_STEPS);
         let (mut near, mut far, mut tried) = (*start, *start, *start);
         let Shown { own, front, back } = self.shown(shell, rays, start);
@@ -282,7 +324,7 @@ impl Distances {
                 above[lane] = if is_in { above[lane] } else { front[lane] - own[lane] };
                 shown_near[lane] = if is_in { shown_near[lane] } else { front[lane] };
                 // What is exact stays as it is, whatever other rays need.
-                let is_there = (front[lane] - own[lane]).abs() < own[lane] * EXACT;
+                let is_there = (front[lane] - own[lane]).abs() < own[lane] * exact;
                 let best = if is_there { tried[lane] } else { far[lane] };
                 distance[lane] = if is_exact[lane] { distance[lane] } else { best };
                 is_exact[lane] |= is_there;
@@ -315,10 +357,14 @@ impl Distances {
         let texels = self.layout.nearest(&shell.seen_at(&places));
         let own = shell.shares_of(&places);
         let mut shown = Shown { own, front: [f32::INFINITY; LANES], back: [f32::INFINITY; LANES] };
+        // All loads come first, so that the rest becomes vector instructions.
+        let mut words = [0; LANES];
         for lane in 0..LANES {
-            let depth = self.depth_of(texels[lane]);
-            shown.front[lane] = depth.front;
-            shown.back[lane] = depth.back;
+            words[lane] = self.depths.word(texels[lane]);
+        }
+        for lane in 0..LANES {
+            shown.front[lane] = self.depths.front(words[lane]);
+            shown.back[lane] = self.depths.back(words[lane]);
         }
         shown
     }
@@ -334,14 +380,11 @@ impl Distances {
         let places = rays.at(distances);
         let (texels, aside) = self.layout.quads(&shell.seen_at(&places));
         let own = shell.shares_of(&places);
-        let mut fronts = [[f32::INFINITY; LANES]; 4];
-        let mut backs = [[f32::INFINITY; LANES]; 4];
+        let mut words = [[0; LANES]; 4];
         for lane in 0..LANES {
-            for corner in 0..4 {
-                let depth = self.depth_of(texels[lane][corner]);
-                fronts[corner][lane] = depth.front;
-                backs[corner][lane] = depth.back;
-            }
+            let [a, b] = self.depths.words_of_two(texels[lane]);
+            let [c, d] = self.depths.words_of_two(texels[lane].saturating_add(self.layout.size()));
+            (words[0][lane], words[1][lane], words[2][lane], words[3][lane]) = (a, b, c, d);
         }
         let mut shown = Shown { own, front: [f32::INFINITY; LANES], back: [f32::INFINITY; LANES] };
         // Nothing is no number here: what the library's minimum makes of those takes twice as long.
@@ -349,30 +392,24 @@ impl Distances {
         let more = |a: f32, b: f32| if a > b { a } else { b };
         for lane in 0..LANES {
             let [right, down] = [aside[0][lane], aside[1][lane]];
-            let nearest = |corners: &[[f32; LANES]; 4]| {
-                let above = if right > 0.5 { corners[1][lane] } else { corners[0][lane] };
-                let below = if right > 0.5 { corners[3][lane] } else { corners[2][lane] };
-                if down > 0.5 { below } else { above }
-            };
-            let [a, b, c, d] = [fronts[0][lane], fronts[1][lane], fronts[2][lane], fronts[3][lane]];
+            let above = if right > 0.5 { words[1][lane] } else { words[0][lane] };
+            let below = if right > 0.5 { words[3][lane] } else { words[2][lane] };
+            let nearest = if down > 0.5 { below } else { above };
+            let (a, b) = (self.depths.front(words[0][lane]), self.depths.front(words[1][lane]));
+            let (c, d) = (self.depths.front(words[2][lane]), self.depths.front(words[3][lane]));
             let (least, most) = (less(less(a, b), less(c, d)), more(more(a, b), more(c, d)));
             let (above, below) = (a + (b - a) * right, c + (d - c) * right);
             let smooth = above + (below - above) * down;
-            shown.front[lane] = if most <= (least * ALIKE).min(f32::MAX) { smooth } else { nearest(&fronts) };
-            shown.back[lane] = nearest(&backs);
+            let is_smooth = most <= (least * ALIKE).min(f32::MAX);
+            shown.front[lane] = if is_smooth { smooth } else { self.depths.front(nearest) };
+            shown.back[lane] = self.depths.back(nearest);
         }
         shown
     }
 
-    /// What a texel shows; nothing beyond the last.
-    #[inline(always)] // for the instructions of its caller
-    fn depth_of(&self, texel: u32) -> Depth {
-        self.depths.get(texel as usize).copied().unwrap_or(Depth::NOTHING)
-    }
-
     /// Memory.
     pub(super) fn byte_count(&self) -> u64 {
-        size_of_val(&self.depths[..]) as u64
+        self.depths.byte_count() + self.bounds.as_ref().map_or(0, |bounds| bounds.byte_count())
     }
 }
 

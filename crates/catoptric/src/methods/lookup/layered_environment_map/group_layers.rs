@@ -60,9 +60,9 @@ fn meetings(around: Surroundings<'_>, group: &LensGroup, viewspace: &Viewspace, 
         for pixel in 0..CLUSTER_SIZE * CLUSTER_SIZE {
             let ray = view.ray((pixel % CLUSTER_SIZE) as f32 + 0.5, (pixel / CLUSTER_SIZE) as f32 + 0.5);
             let Some(hit) = group.tracer.first_hit(scene, &ray, 0.0) else { continue };
-            let encounter = group.tracer.encounter(scene, &ray, &hit, None);
+            let point = group.tracer.point(scene, &ray, &hit);
             for first in First::BOTH {
-                if let Some(leaving) = paths.follow(ray.direction, encounter, first).leaving {
+                if let Some(leaving) = paths.follow(ray.direction, point, first).leaving {
                     around.meet(ray_number, &leaving, &mut meetings);
                     ray_number += 1;
                 }

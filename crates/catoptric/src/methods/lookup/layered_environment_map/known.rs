@@ -1,7 +1,7 @@
 //! What is known of a scene before any texture is made: its groups and the shells about them.
 
 use super::capture::{bare_layers, projected_layers};
-use super::distances::Depth;
+use super::depths::DEPTH_BYTES;
 use super::group_layers::GroupLayers;
 use super::groups::LensGroup;
 use super::layers::Stratum;
@@ -70,7 +70,7 @@ impl Known {
         let layouts =
             (0..self.part_count()).flat_map(|part| self.strata_of(part)).map(|layer| layer.shell.layout(size));
         let bytes = layouts.map(|layout| {
-            let depths = if settings.depth { layout.finest_count() * size_of::<Depth>() } else { 0 };
+            let depths = if settings.depth { layout.finest_count() * DEPTH_BYTES } else { 0 };
             (layout.texel_count() * viewpoints * size_of::<Vec4>() + depths) as u64
         });
         let bytes = bytes.sum();

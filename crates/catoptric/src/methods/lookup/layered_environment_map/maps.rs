@@ -6,7 +6,7 @@ use super::distances::{Distances, Met};
 use super::shell::{RayLanes, Shell};
 use super::surroundings::MOST_LAYERS;
 use super::texels::{Footprints, Taps, Texture};
-use crate::methods::lookup::lanes::{AT_ONCE, Lane, Lanes, one, vector};
+use crate::methods::lookup::lanes::{AT_ONCE, Lane, one, vector};
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -23,13 +23,11 @@ pub(super) struct Layer {
 
 /// Rays as they meet a layer.
 struct Reached<const LANES: usize> {
-    /// As they meet the shell where it is as far away as what they meet.
-    rays: RayLanes<LANES>,
     is_met: [bool; LANES],
     /// How far along the ray, or behind how many layers.
     place: Lane<LANES>,
-    /// Where that is, and how far from there neighbouring rays pass it, where distances are known.
-    met: Option<(Lanes<LANES>, [Lane<LANES>; 2])>,
+    /// What they meet, where distances are known.
+    met: Option<Met<LANES>>,
 }
 
 /// What is behind layers that hide less than this share is not worth a look.
@@ -58,39 +56,47 @@ impl Layer {
     ) -> Reached<LANES> {
         // Without distances the shells follow each other, the nearest first.
         let Some(distances) = &self.distances else {
-            return Reached { rays: *rays, is_met: *wanted, place: [number as f32; LANES], met: None };
+            return Reached { is_met: *wanted, place: [number as f32; LANES], met: None };
         };
-        let Met { distance, share, is_met, is_inward, outward } = distances.met(&self.shell, rays, wanted);
-        // Shells are looked up where rays leave them: where one comes in, the same line is followed back from within.
-        let mut within = distance;
-        for lane in 0..LANES {
-            within[lane] += 0.5 * (outward[lane] - distance[lane]);
-        }
-        let met = Some((rays.at(&distance), rays.widths(&distance)));
-        Reached { rays: rays.turned_round(&is_inward, &within).shrunk(&share), is_met, place: distance, met }
+        let met = distances.met(&self.shell, rays, wanted);
+        Reached { is_met: met.is_met, place: met.distance, met: Some(met) }
     }
 
-    /// Where rays look it up that are as [`Reached`] has them.
+    /// Where rays look it up that reach it so.
     #[inline(always)] // for the instructions of its caller
-    fn footprints<const LANES: usize>(&self, reached: &Reached<LANES>) -> Footprints<LANES> {
-        let mut footprints = self.shell.footprints(&reached.rays);
-        if let Some((places, widths)) = &reached.met {
-            // A ray may lie in its grown shell, where the places that their crossings are at mean nothing.
-            self.shell.hold_at(&mut footprints, places, widths);
+    fn footprints<const LANES: usize>(&self, rays: &RayLanes<LANES>, reached: &Reached<LANES>) -> Footprints<LANES> {
+        let Some(Met { distance, share, is_inward, outward, .. }) = &reached.met else {
+            return self.shell.footprints(rays);
+        };
+        // They meet the shell where it is as far away as what they meet.
+        let mut shrunk = *rays;
+        if is_inward.contains(&true) {
+            // Shells are looked up where rays leave them: where one comes in, the same line is followed back from within.
+            let mut within = *distance;
+            for lane in 0..LANES {
+                within[lane] += 0.5 * (outward[lane] - distance[lane]);
+            }
+            shrunk.turn_round(is_inward, &within);
         }
+        shrunk.shrink(share);
+        let mut footprints = self.shell.footprints(&shrunk);
+        // A ray may lie in its grown shell, where the places that their crossings are at mean nothing.
+        let places = rays.at(distance);
+        self.shell.hold_at(&mut footprints, &places, &rays.widths(distance, &places));
         footprints
     }
 
-    /// Calls with the texels that rays read which are as [`Reached`] has them, as far as they are wanted.
+    /// Calls with the texels that rays read which reach it so, as far as they are wanted.
     #[inline(always)] // for the instructions of its caller
     fn taps_at<const LANES: usize>(
         &self,
+        rays: &RayLanes<LANES>,
         reached: &Reached<LANES>,
         wanted: &[bool; LANES],
         tap: &mut impl FnMut(usize, Taps),
     ) {
         if wanted.contains(&true) {
-            self.texture.layout.taps(&self.footprints(reached), wanted, tap);
+            self.texture.layout.taps(&self.footprints(rays, reached), wanted, tap);
         }
     }
 
@@ -108,7 +114,7 @@ impl Layer {
     pub(super) fn texel_at(&self, ray: &Ray) -> Option<u32> {
         let rays = RayLanes::sharp(one(ray.origin - self.center), one(ray.direction));
         let reached = self.reached(0, &rays, &[true]);
-        let [texel] = self.texture.layout.nearest(&self.footprints(&reached).places);
+        let [texel] = self.texture.layout.nearest(&self.footprints(&rays, &reached).places);
         (reached.is_met[0] && texel != u32::MAX).then_some(texel)
     }
 
@@ -120,8 +126,9 @@ impl Layer {
 
     /// The texels that a ray reads.
     pub(super) fn taps_of(&self, ray: &Ray, change: &RayDifferential, mut tap: impl FnMut(Taps)) {
-        let reached = self.reached(0, &RayLanes::new(&[(*ray, *change)], self.center), &[true]);
-        self.taps_at(&reached, &reached.is_met, &mut |_, taps| tap(taps));
+        let rays = RayLanes::new(&[(*ray, *change)], self.center);
+        let reached = self.reached(0, &rays, &[true]);
+        self.taps_at(&rays, &reached, &reached.is_met, &mut |_, taps| tap(taps));
     }
 
     /// What a ray sees of it: radiance times opacity, and opacity.
@@ -140,7 +147,10 @@ pub(super) type Blended<'a> = [(LayersAbout<'a>, f32)];
 
 /// What arrives along rays, each with its change from pixel to pixel: layer over layer before the scene's background, blended over
 /// viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others in their order.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 pub(super) fn radiance(
     maps: &Blended<'_>,
     scene: &Scene,
@@ -203,13 +213,16 @@ fn radiance_of(
         for lane in 0..AT_ONCE {
             wanted[lane] = reached.is_met[lane] && reached.place[lane] < stopped[lane];
         }
+        if !wanted.contains(&true) {
+            continue;
+        }
         let mut textures: [&[Vec4]; MOST_BLENDED] = [&[]; MOST_BLENDED];
         for (texels, (map, _)) in textures.iter_mut().zip(maps) {
             *texels = map.get(number).map_or(&[], |layer| &layer.texture.texels);
         }
         let textures = &textures[..maps.len()];
         *seen = [[Vec4::ZERO; MOST_BLENDED]; AT_ONCE];
-        layer.taps_at(&reached, &wanted, &mut |lane, taps| {
+        layer.taps_at(&lanes, &reached, &wanted, &mut |lane, taps| {
             for (seen, texels) in seen[lane].iter_mut().zip(textures) {
                 *seen += taps.sum(texels);
             }

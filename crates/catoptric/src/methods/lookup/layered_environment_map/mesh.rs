@@ -8,7 +8,7 @@ use crate::error::RenderError;
 use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
 use crate::parallel;
 use crate::raster::{self, DrawList, DrawTriangle, LayerSurface};
-use crate::scene::shade::{Barycentrics, Encounter};
+use crate::scene::shade::Barycentrics;
 use crate::scene::{PicturePoint, PictureTransform, Projection, Ray, Scene, View};
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
@@ -183,6 +183,9 @@ fn refined(
         places: 2 * welds.places,
     };
     let mut active = refiner.start(welds);
+    // As a rule there are about four times as many vertices in the end, and as many edges that were divided.
+    refiner.between.reserve(2 * active.len());
+    refiner.middles.reserve(2 * active.len());
     refiner.trace();
     let mut leaves = Vec::new();
     while !active.is_empty() {
@@ -261,36 +264,40 @@ impl Refiner<'_, '_> {
 
     /// Traces all vertices that have no paths yet.
     fn trace(&mut self) {
-        let first = self.mesh.paths.len();
+        let mut mesh = std::mem::take(&mut self.mesh);
+        let first = mesh.paths.len();
+        mesh.points.resize(self.vertices.len(), PicturePoint::default());
+        mesh.paths.resize(self.vertices.len(), Default::default());
         let waiting = &self.vertices[first..];
-        let chunk = |number: usize| {
-            let start = number * VERTICES_AT_ONCE;
-            let vertices = &waiting[start..(start + VERTICES_AT_ONCE).min(waiting.len())];
-            vertices.iter().map(|vertex| self.traced(vertex)).collect::<Vec<_>>()
-        };
-        for (point, paths) in parallel::map_collect(waiting.len().div_ceil(VERTICES_AT_ONCE), chunk).concat() {
-            self.mesh.ray_count += paths.iter().map(|path| u64::from(path.events)).sum::<u64>();
-            self.mesh.points.push(point);
-            self.mesh.paths.push(paths);
-        }
+        parallel::for_each_chunk_mut(&mut mesh.points[first..], VERTICES_AT_ONCE, |number, points| {
+            for (point, vertex) in points.iter_mut().zip(&waiting[number * VERTICES_AT_ONCE..]) {
+                *point = self.transform.apply(self.scene.position_on(vertex.source, vertex.at));
+            }
+        });
+        parallel::for_each_chunk_mut(&mut mesh.paths[first..], VERTICES_AT_ONCE, |number, paths| {
+            for (paths, vertex) in paths.iter_mut().zip(&waiting[number * VERTICES_AT_ONCE..]) {
+                *paths = self.traced(vertex);
+            }
+        });
+        mesh.ray_count += mesh.paths[first..].iter().flatten().map(|path| u64::from(path.events)).sum::<u64>();
+        self.mesh = mesh;
     }
 
-    fn traced(&self, vertex: &Vertex) -> (PicturePoint, [GreedyPath; 2]) {
+    /// The paths by reflection and by refraction from a vertex.
+    fn traced(&self, vertex: &Vertex) -> [GreedyPath; 2] {
         let scene = self.scene;
-        let position = scene.position_on(vertex.source, vertex.at);
-        let point = self.transform.apply(position);
         let object = scene.triangle_objects[vertex.source as usize];
-        let Some(paths) = (self.paths)(object) else { return (point, Default::default()) };
-        let ray = self.ray_to(position);
+        let Some(paths) = (self.paths)(object) else { return Default::default() };
+        let ray = self.ray_to(scene.position_on(vertex.source, vertex.at));
         let at = Barycentrics { value: vertex.at, ..Barycentrics::default() };
         let surface = LayerSurface { source: vertex.source, barycentrics: at, ..LayerSurface::default() };
-        let encounter = Encounter { point: scene.drawn_point(&surface, &ray), ..Encounter::default() };
-        let reflected = paths.follow(ray.direction, encounter, First::Reflected);
+        let point = scene.drawn_point(&surface, &ray);
+        let reflected = paths.follow(ray.direction, point, First::Reflected);
         let refracted = match reflected.divides {
-            true => paths.follow(ray.direction, encounter, First::Refracted),
+            true => paths.follow(ray.direction, point, First::Refracted),
             false => GreedyPath::default(),
         };
-        (point, [reflected, refracted])
+        [reflected, refracted]
     }
 
     /// Which edges of a triangle are to be divided, because rays through its corners leave differently and the edges are long;

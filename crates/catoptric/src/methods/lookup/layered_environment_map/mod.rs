@@ -5,7 +5,9 @@
 
 mod bake;
 mod blend;
+mod bounds;
 mod capture;
+mod depths;
 mod direct;
 mod distances;
 mod group_layers;

@@ -159,8 +159,8 @@ impl Observer<'_> {
     fn leaving(&self, ray: &Ray, first: First) -> Option<Ray> {
         let (scene, tracer) = (self.scene, &self.known.group.tracer);
         let hit = tracer.first_hit(scene, ray, 0.0)?;
-        let encounter = tracer.encounter(scene, ray, &hit, None);
-        self.paths.follow(ray.direction, encounter, first).leaving
+        let point = tracer.point(scene, ray, &hit);
+        self.paths.follow(ray.direction, point, first).leaving
     }
 }
 

@@ -8,7 +8,7 @@ use crate::methods::lookup::greedy::{First, GreedyPath, GreedyPaths};
 use crate::methods::lookup::reflector::FirstSurface;
 use crate::optics::transmittance;
 use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface, Look, shade_looks};
-use crate::scene::shade::Encounter;
+use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, RayDifferential, Role, Scene, ViewRays};
 use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -43,9 +43,12 @@ struct LookUps {
     rays: Vec<(Ray, RayDifferential)>,
 }
 
+/// Those of both ways: rays of one way stay close to their neighbours', which makes their look-ups cheaper.
+type Waiting = [LookUps; 2];
+
 impl FragmentShader for LensShader<'_> {
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
-        let mut waiting = LookUps::default();
+        let mut waiting = Waiting::default();
         let mut color = self.look(fragment, 0, &mut waiting).color(self.scene);
         self.add(&waiting, std::slice::from_mut(&mut color));
         color
@@ -60,9 +63,12 @@ impl FragmentShader for LensShader<'_> {
     }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
 fn shade_lenses(shader: &LensShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-    let mut waiting = LookUps::default();
+    let mut waiting = Waiting::default();
     shade_looks(shader.scene, batch, colors, |index, fragment| shader.look(fragment, index, &mut waiting));
     shader.add(&waiting, colors);
 }
@@ -70,7 +76,7 @@ fn shade_lenses(shader: &LensShader<'_>, batch: &FragmentBatch<'_>, colors: &mut
 impl LensShader<'_> {
     /// What a fragment looks like, but for what is still to be looked up.
     #[inline(always)] // for the instructions of its caller
-    fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut LookUps) -> Look {
+    fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut Waiting) -> Look {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
             return Look::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));
@@ -80,30 +86,20 @@ impl LensShader<'_> {
             let ray = self.rays.ray(at.x, at.y);
             return Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
         }
-        let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
-        Look::Color(self.lens(object, surface, &ray, &change, index, waiting))
+        Look::Color(self.lens(object, surface, &self.rays.ray(at.x, at.y), index, waiting))
     }
 
     /// What a reflector or lens shows, but for what is still to be looked up.
     #[inline(always)] // for the instructions of its caller
-    fn lens(
-        &self,
-        object: u32,
-        surface: &LayerSurface,
-        ray: &Ray,
-        change: &RayDifferential,
-        fragment: usize,
-        waiting: &mut LookUps,
-    ) -> Vec3 {
+    fn lens(&self, object: u32, surface: &LayerSurface, ray: &Ray, fragment: usize, waiting: &mut Waiting) -> Vec3 {
         let scene = self.scene;
-        let encounter = scene.drawn_encounter(surface, ray, change);
-        let point = &encounter.point;
+        let point = &scene.drawn_point(surface, ray);
         let Some((paths, group)) = (self.lenses)(object) else {
             // Nothing is reflected at order 0.
             return FirstSurface::of(scene, point, ray.direction, || None).own;
         };
         let blend = self.mesh.blend(surface);
-        let path = |first: First| self.path(&paths, blend.as_ref(), ray, &encounter, first);
+        let path = |first: First| self.path(&paths, blend.as_ref(), ray, point, first);
         let mut reflected = None;
         let distance = || {
             let (path, _) = reflected.insert(path(First::Reflected));
@@ -129,6 +125,7 @@ impl LensShader<'_> {
             sum += share * path.added;
             let share = share * path.share * passes;
             if let Some(leaving) = path.leaving.filter(|leaving| share.is_finite() && leaving.direction.is_finite()) {
+                let waiting = &mut waiting[first as usize];
                 waiting.list.push(LookUp { group, share, fragment });
                 waiting.rays.push((leaving, change));
             }
@@ -144,7 +141,7 @@ impl LensShader<'_> {
         paths: &GreedyPaths<'_>,
         blend: Option<&Blend<'_>>,
         ray: &Ray,
-        encounter: &Encounter,
+        point: &SurfacePoint,
         first: First,
     ) -> (GreedyPath, RayDifferential) {
         let blended = blend.and_then(|blend| match self.edges {
@@ -152,7 +149,7 @@ impl LensShader<'_> {
             Edges::Nearest => blend.path(first as usize).or_else(|| Some(blend.nearest(first as usize))),
         });
         blended.unwrap_or_else(|| {
-            let path = paths.follow(ray.direction, *encounter, first);
+            let path = paths.follow(ray.direction, *point, first);
             self.ray_count.fetch_add(u64::from(path.events), Ordering::Relaxed);
             (path, RayDifferential::default())
         })
@@ -160,16 +157,18 @@ impl LensShader<'_> {
 
     /// Adds what was still to be looked up.
     #[inline(always)] // for the instructions of its caller
-    fn add(&self, waiting: &LookUps, colors: &mut [Vec3]) {
-        let mut first = 0;
-        for list in waiting.list.chunk_by(|a, b| a.group == b.group) {
-            let rays = &waiting.rays[first..first + list.len()];
-            first += list.len();
-            maps::radiance(&self.maps[list[0].group], self.scene, rays, |index, radiance| {
-                let LookUp { share, fragment, .. } = list[index];
-                let added = share * radiance;
-                colors[fragment] += if added.is_finite() { added } else { Vec3::ZERO };
-            });
+    fn add(&self, waiting: &Waiting, colors: &mut [Vec3]) {
+        for LookUps { list, rays } in waiting {
+            let mut first = 0;
+            for list in list.chunk_by(|a, b| a.group == b.group) {
+                let rays = &rays[first..first + list.len()];
+                first += list.len();
+                maps::radiance(&self.maps[list[0].group], self.scene, rays, |index, radiance| {
+                    let LookUp { share, fragment, .. } = list[index];
+                    let added = share * radiance;
+                    colors[fragment] += if added.is_finite() { added } else { Vec3::ZERO };
+                });
+            }
         }
     }
 }

@@ -46,21 +46,19 @@ impl<const LANES: usize> RayLanes<LANES> {
         Self { origins, directions, moved: [[[0.0; LANES]; 3]; 2], turned: [[[0.0; LANES]; 3]; 2] }
     }
 
-    /// As they are where everything is smaller by these shares about the centre: they meet there a shell where they meet here one that is
-    /// larger.
+    /// Makes them what they are where everything is smaller by these shares about the centre: they meet there a shell where they meet here one
+    /// that is larger.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn shrunk(&self, shares: &Lane<LANES>) -> Self {
-        let mut shrunk = *self;
+    pub(super) fn shrink(&mut self, shares: &Lane<LANES>) {
         let growth = inverse(shares);
-        let [moved_x, moved_y] = &mut shrunk.moved;
-        for vectors in [&mut shrunk.origins, moved_x, moved_y] {
+        let [moved_x, moved_y] = &mut self.moved;
+        for vectors in [&mut self.origins, moved_x, moved_y] {
             for along in vectors {
                 for lane in 0..LANES {
                     along[lane] *= growth[lane];
                 }
             }
         }
-        shrunk
     }
 
     /// The places at distances along them.
@@ -75,14 +73,14 @@ impl<const LANES: usize> RayLanes<LANES> {
         places
     }
 
-    /// How far neighbouring rays (to the right, below) pass places at distances along them, across their directions from the centre.
+    /// How far neighbouring rays (to the right, below) pass their places at distances along them, across the directions of these from the
+    /// centre.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn widths(&self, distances: &Lane<LANES>) -> [Lane<LANES>; 2] {
+    pub(super) fn widths(&self, distances: &Lane<LANES>, places: &Lanes<LANES>) -> [Lane<LANES>; 2] {
         let mut widths = [[0.0; LANES]; 2];
-        let places = self.at(distances);
         for neighbour in 0..2 {
             for lane in 0..LANES {
-                let place = vector(&places, lane);
+                let place = vector(places, lane);
                 let change =
                     vector(&self.moved[neighbour], lane) + vector(&self.turned[neighbour], lane) * distances[lane];
                 let across2 = change.cross(place).length_squared() / place.length_squared();
@@ -92,26 +90,24 @@ impl<const LANES: usize> RayLanes<LANES> {
         widths
     }
 
-    /// As they are from places further along them, back the other way, where that is asked for.
+    /// Makes them what they are from places further along them, back the other way, where that is asked for.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn turned_round(&self, is_turned: &[bool; LANES], distances: &Lane<LANES>) -> Self {
-        let mut round = *self;
+    pub(super) fn turn_round(&mut self, is_turned: &[bool; LANES], distances: &Lane<LANES>) {
         let further = self.at(distances);
         for axis in 0..3 {
             for lane in 0..LANES {
                 let is_turned = is_turned[lane];
                 let turned = |of: f32| if is_turned { -of } else { of };
-                round.origins[axis][lane] = if is_turned { further[axis][lane] } else { self.origins[axis][lane] };
-                round.directions[axis][lane] = turned(self.directions[axis][lane]);
+                self.origins[axis][lane] = if is_turned { further[axis][lane] } else { self.origins[axis][lane] };
+                self.directions[axis][lane] = turned(self.directions[axis][lane]);
                 for neighbour in 0..2 {
                     let change = self.turned[neighbour][axis][lane];
                     let moved = if is_turned { change * distances[lane] } else { 0.0 };
-                    round.moved[neighbour][axis][lane] += moved;
-                    round.turned[neighbour][axis][lane] = turned(change);
+                    self.moved[neighbour][axis][lane] += moved;
+                    self.turned[neighbour][axis][lane] = turned(change);
                 }
             }
         }
-        round
     }
 
     /// As they are from another centre.
@@ -228,7 +224,7 @@ impl Shell {
                 along[lane] *= growth[lane];
             }
         }
-        let mut distances = self.distances(&RayLanes::sharp(origins, rays.directions));
+        let mut distances = self.distances(&origins, &rays.directions);
         for lane in 0..LANES {
             distances[lane] *= shares[lane];
         }
@@ -309,15 +305,15 @@ impl Shell {
         changes
     }
 
-    /// How far rays go until they meet the shell.
+    /// How far rays (by their origins and directions) go until they meet the shell.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn distances<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Lane<LANES> {
+    fn distances<const LANES: usize>(&self, origins: &Lanes<LANES>, directions: &Lanes<LANES>) -> Lane<LANES> {
         match self {
-            Self::Around(surround) => surround.distances(Vec3::ZERO, &rays.origins, &rays.directions),
+            Self::Around(surround) => surround.distances(Vec3::ZERO, origins, directions),
             Self::Quad(quad) => {
                 let mut distances = [f32::INFINITY; LANES];
                 for lane in 0..LANES {
-                    let found = quad.distance(vector(&rays.origins, lane), vector(&rays.directions, lane));
+                    let found = quad.distance(vector(origins, lane), vector(directions, lane));
                     distances[lane] = found.unwrap_or(f32::INFINITY);
                 }
                 distances

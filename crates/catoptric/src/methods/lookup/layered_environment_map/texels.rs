@@ -44,6 +44,16 @@ impl Taps {
     }
 }
 
+/// Texels of the finest level, side by side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InTexels<const LANES: usize> {
+    pub(super) face: [u32; LANES],
+    pub(super) column: [u32; LANES],
+    pub(super) row: [u32; LANES],
+    /// Whether places lie in them, and not beyond a square.
+    pub(super) is_within: [bool; LANES],
+}
+
 /// The order of a texture's texels: level after level from the finest, face after face, row after row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Layout {
@@ -228,25 +238,36 @@ impl Layout {
     /// The texels of the finest level that places lie in; beyond a square: none, [`u32::MAX`].
     #[inline(always)] // for the instructions of its caller
     pub(super) fn nearest<const LANES: usize>(&self, places: &Lanes<LANES>) -> [u32; LANES] {
-        let located = self.located(places);
+        let InTexels { face, column, row, is_within } = self.in_texels(places);
         let mut texels = [0; LANES];
-        let (size, last) = (self.size as f32, (self.size - 1) as f32);
         for lane in 0..LANES {
-            let along = |axis: usize| {
-                let place = (located.at[axis][lane] + 1.0) * (0.5 * size);
-                whole(place.max(0.0).min(last).floor())
-            };
-            let is_within = located.at[0][lane].abs() <= 1.0 && located.at[1][lane].abs() <= 1.0;
-            let texel = (located.face[lane] * self.size + along(1)) * self.size + along(0);
-            texels[lane] = if is_within { texel } else { u32::MAX };
+            let texel = (face[lane] * self.size + row[lane]) * self.size + column[lane];
+            texels[lane] = if is_within[lane] { texel } else { u32::MAX };
         }
         texels
     }
 
-    /// The four texels of the finest level about places (those of the same face; beyond a square: none, [`u32::MAX`]), and where between them
-    /// these are: to the right and down.
+    /// Which texels of the finest level places lie in, or are nearest to.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn quads<const LANES: usize>(&self, places: &Lanes<LANES>) -> ([[u32; 4]; LANES], [Lane<LANES>; 2]) {
+    pub(super) fn in_texels<const LANES: usize>(&self, places: &Lanes<LANES>) -> InTexels<LANES> {
+        let Located { face, at, .. } = self.located(places);
+        let (size, last) = (self.size as f32, (self.size - 1) as f32);
+        let mut found = InTexels { face, column: [0; LANES], row: [0; LANES], is_within: [false; LANES] };
+        for lane in 0..LANES {
+            let along = |axis: usize| {
+                let place = (at[axis][lane] + 1.0) * (0.5 * size);
+                whole(place.max(0.0).min(last).floor())
+            };
+            (found.column[lane], found.row[lane]) = (along(0), along(1));
+            found.is_within[lane] = at[0][lane].abs() <= 1.0 && at[1][lane].abs() <= 1.0;
+        }
+        found
+    }
+
+    /// The upper left ones of the four texels of the finest level about places (those of the same face; beyond a square: none, [`u32::MAX`]),
+    /// and where between the four these are: to the right and down.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn quads<const LANES: usize>(&self, places: &Lanes<LANES>) -> ([u32; LANES], [Lane<LANES>; 2]) {
         let located = self.located(places);
         let mut aside = [[0.0; LANES]; 2];
         let mut low = [[0; LANES]; 2];
@@ -260,12 +281,11 @@ impl Layout {
                 aside[axis][lane] = at - floor;
             }
         }
-        let mut texels = [[0; 4]; LANES];
+        let mut texels = [0; LANES];
         for lane in 0..LANES {
             let is_within = located.at[0][lane].abs() <= 1.0 && located.at[1][lane].abs() <= 1.0;
             let first = (located.face[lane] * self.size + low[1][lane]) * self.size + low[0][lane];
-            let four = [first, first + 1, first + self.size, first + self.size + 1];
-            texels[lane] = if is_within { four } else { [u32::MAX; 4] };
+            texels[lane] = if is_within { first } else { u32::MAX };
         }
         (texels, aside)
     }

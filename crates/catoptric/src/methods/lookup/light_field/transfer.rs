@@ -147,9 +147,9 @@ impl RayTransfer {
             entries.resize(entries.len() + self.ways, Entry::without_ray(MISSED));
             return;
         };
-        let encounter = paths.tracer.encounter(paths.scene, ray, &hit, None);
+        let point = paths.tracer.point(paths.scene, ray, &hit);
         for first in First::BOTH.into_iter().take(self.ways) {
-            let path = paths.follow(ray.direction, encounter, first);
+            let path = paths.follow(ray.direction, point, first);
             let entry = |ray| self.entry(&Leaving { ray, share: path.share });
             entries.push(path.leaving.map_or(Entry::without_ray(0), entry));
         }
