@@ -47,15 +47,18 @@ fn view(scene: &Scene, [width, height]: [u32; 2], turn_deg: f32, lift: f32) -> R
 struct Drawn {
     picture: Framebuffer,
     report: Report,
-    method: Box<dyn ReflectionMethod>,
 }
 
-fn draw_with(scene: &Scene, view: &View, (id, settings): (&str, &str)) -> Result<Drawn> {
+fn draw_with(scene: &Scene, view: &View, way: (&str, &str)) -> Result<Drawn> {
+    draw_at(scene, view, QUALITY, way)
+}
+
+fn draw_at(scene: &Scene, view: &View, quality: Quality, (id, settings): (&str, &str)) -> Result<Drawn> {
     let mut method = methods::create(id, &settings.parse()?)?;
-    method.prepare(scene, QUALITY, &Silent)?;
+    method.prepare(scene, quality, &Silent)?;
     let mut picture = Framebuffer::new(view.width, view.height);
-    let report = method.render(&Job { scene, view, quality: QUALITY, progress: &Silent }, &mut picture)?;
-    Ok(Drawn { picture, report, method })
+    let report = method.render(&Job { scene, view, quality, progress: &Silent }, &mut picture)?;
+    Ok(Drawn { picture, report })
 }
 
 fn image_of(picture: &Framebuffer) -> Result<RgbImage> {
@@ -131,39 +134,60 @@ fn table() -> Result<()> {
     Ok(())
 }
 
-/// The table of times and rays: a frame by the reference with two paths, and by layers with two sizes of the smallest
-/// triangles. They take turns, so that what else the machine does slows them alike.
+/// The tables of times and rays, with 8 and 16 samples a pixel: frames by the reference with two paths, and by layers with two sizes of the
+/// smallest triangles.
 fn performance() -> Result<()> {
     let scene = posed()?;
     let view = view(&scene, [1280, 720], 4.0, 0.0)?;
     let layered = |settings: &str| ("layered_environment_map", format!("{INFERRED}\n{settings}"));
-    let ways = [
-        (TRUTH.0, TRUTH.1.to_string()),
-        layered("tau = 3"),
-        layered("tau = 5"),
-        layered("tau = 3\nedges = \"nearest\""),
-        layered("tau = 5\nedges = \"nearest\""),
-        layered("tau = 3\nedges = \"nearest\"\ndepth = false"),
-    ];
-    let mut frames = Vec::new();
-    for (id, settings) in &ways {
-        frames.push((draw_with(&scene, &view, (id, settings))?, Vec::new()));
+    let once = "edges = \"once\"";
+    // Fine enough for such pictures.
+    let large = "size = 1024\npicture_size = 1024";
+    let mut ways = vec![(TRUTH.0, TRUTH.1.to_string())];
+    for settings in ["", once, "edges = \"nearest\""] {
+        ways.extend([3, 5].map(|tau| layered(&format!("tau = {tau}\n{settings}"))));
     }
-    for _ in 0..FRAMES {
-        for (drawn, times_ms) in &mut frames {
+    ways.push(layered(&format!("tau = 3\n{once}\ndepth = false")));
+    ways.extend(["", once].map(|settings| layered(&format!("tau = 3\n{settings}\n{large}"))));
+    let create = |(id, settings): &(&str, String)| -> Result<_> {
+        let mut method = methods::create(id, &settings.parse()?)?;
+        method.prepare(&scene, QUALITY, &Silent)?;
+        Ok(method)
+    };
+    let mut methods = ways.iter().map(create).collect::<Result<Vec<_>>>()?;
+    [8, 16]
+        .into_iter()
+        .try_for_each(|samples| performance_at(&scene, &view, Quality { samples, ..QUALITY }, &ways, &mut methods))
+}
+
+/// One of the tables. The ways take turns, so that what else the machine does slows them alike.
+fn performance_at(
+    scene: &Scene,
+    view: &View,
+    quality: Quality,
+    ways: &[(&str, String)],
+    methods: &mut [Box<dyn ReflectionMethod>],
+) -> Result<()> {
+    let job = Job { scene, view, quality, progress: &Silent };
+    let mut frames = vec![(Framebuffer::new(view.width, view.height), Report::default(), Vec::new()); ways.len()];
+    // The first ones infer what they need.
+    for frame in 0..=FRAMES {
+        for (method, (picture, report, times_ms)) in methods.iter_mut().zip(&mut frames) {
             let start = Instant::now();
-            let job = Job { scene: &scene, view: &view, quality: QUALITY, progress: &Silent };
-            drawn.report = drawn.method.render(&job, &mut drawn.picture)?;
-            times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+            *report = method.render(&job, picture)?;
+            if frame > 0 {
+                times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+            }
         }
     }
-    let truth = &frames[0].0.picture;
-    let rays = frames[0].0.report.counts["rays_traced"];
+    let truth = &frames[0].0;
+    let rays = frames[0].1.counts["rays_traced"];
     // What slows frames down is counted apart.
     let tests_of = |(id, settings): &(&str, String)| -> Result<u64> {
         // Where rays go does not depend on what textures show.
-        let counted = format!("{}\ncount_tests = true", settings.replace(INFERRED, ""));
-        Ok(draw_with(&scene, &view, (id, &counted))?.report.counts["triangle_tests"])
+        let settings = settings.replace(INFERRED, "").replace("size = 1024", "size = 64");
+        let counted = format!("{settings}\ncount_tests = true");
+        Ok(draw_at(scene, view, quality, (id, &counted))?.report.counts["triangle_tests"])
     };
     let tests = ways.iter().map(tests_of).collect::<Result<Vec<_>>>()?;
     let median = |times_ms: &[f64]| {
@@ -174,20 +198,22 @@ fn performance() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| | frame | time reduction | rays | ray reduction | tests | test reduction | mesh | FLIP |\n|---|---|---|---|---|---|---|---|---|"
+        "| {} samples | frame | time reduction | rays | ray reduction | tests | test reduction | mesh | FLIP |\n|---|---|---|---|---|---|---|---|---|",
+        quality.samples
     )?;
-    for (((id, settings), (drawn, times_ms)), own_tests) in ways.iter().zip(&frames).zip(&tests) {
-        let (time, own) = (median(times_ms), drawn.report.counts["rays_traced"]);
-        let name = format!("`{id}` {}", settings.replace('\n', ", ").replace('"', ""));
-        let triangles = drawn.report.counts.get("mesh_triangles").map_or(String::new(), u64::to_string);
-        let reduction = [median(&frames[0].1) / time, rays as f64 / own as f64, tests[0] as f64 / *own_tests as f64];
-        let flip = flip(&scene, &view, &drawn.picture, truth)?;
+    for (((id, settings), (picture, report, times_ms)), own_tests) in ways.iter().zip(&frames).zip(&tests) {
+        let (time, own) = (median(times_ms), report.counts["rays_traced"]);
+        let settings = settings.split('\n').filter(|line| !line.is_empty()).collect::<Vec<_>>();
+        let name = format!("`{id}` {}", settings.join(", ").replace('"', ""));
+        let triangles = report.counts.get("mesh_triangles").map_or(String::new(), u64::to_string);
+        let reduction = [median(&frames[0].2) / time, rays as f64 / own as f64, tests[0] as f64 / *own_tests as f64];
+        let flip = flip(scene, view, picture, truth)?;
         writeln!(
             out,
             "| {name} | {time:.0} ms | {:.1} | {own} | {:.1} | {own_tests} | {:.1} | {triangles} | {flip:.3} |",
             reduction[0], reduction[1], reduction[2]
         )?;
-        let stages: Vec<String> = drawn.report.stages_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
+        let stages: Vec<String> = report.stages_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
         writeln!(std::io::stderr(), "{name}: {}", stages.join(", "))?;
     }
     Ok(())

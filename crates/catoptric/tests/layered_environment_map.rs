@@ -49,6 +49,11 @@ fn an_adaptive_mesh_shows_what_tracing_every_fragment_does_with_a_tenth_of_the_r
     assert!(fine < coarse && fewer < more, "{fine} with {more} rays, {coarse} with {fewer}");
     // Footprints are blurred by one and not by the other.
     assert!(fine < 0.08, "{fine}");
+    // The more is traced where paths of neighbours take different ways, the better.
+    let [(each, most), (once, some), (none, least)] =
+        ["traced", "once", "nearest"].map(|edges| off(&format!("tau = 6\nedges = '{edges}'")));
+    assert!(least < some && some < most, "{least}, {some}, {most} rays");
+    assert!(each < none && once < none, "{each}, {once}, {none}");
     let (_, truth) = picture("reference", "paths = 'two_path'", &scene, &view);
     let (all, rays) = (truth.counts["rays_traced"], off("tau = 5").1);
     assert!(10 * rays < all && rays < every.counts["rays_traced"], "{rays} of {all}");

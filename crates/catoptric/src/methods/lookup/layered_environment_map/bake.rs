@@ -6,22 +6,17 @@ use super::known::Known;
 use super::least_squares::Residual;
 use super::maps::Layer;
 use super::settings::{LayeredEnvironmentMapSettings, Textures};
-use super::texels::Texture;
+use super::texture::{TEXEL_BYTES, Texel, Texture};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
 use crate::progress::Silent;
 use crate::scene::Scene;
-use block_compression::half::f16;
-use glam::Vec4;
 
 /// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each first. Also how they are
 /// inferred: it changes with what they hold.
-const PAYLOAD_VERSION: u32 = 4;
-
-/// Bytes of a texel.
-const TEXEL_BYTES: usize = 8;
+const PAYLOAD_VERSION: u32 = 5;
 
 /// How much smaller the pictures of an estimate are.
 const ESTIMATE_SHARES: [u32; 2] = [6, 3];
@@ -98,27 +93,10 @@ pub(super) fn baked_layers(
         let layout = bare.texture.layout.clone();
         let texels;
         (texels, rest) = rest.split_at(layout.texel_count().min(rest.len()));
-        let texels = texels.iter().map(|bytes| {
-            let half = |k: usize| f16::from_le_bytes([bytes[2 * k], bytes[2 * k + 1]]).to_f32();
-            Vec4::new(half(0), half(1), half(2), half(3))
-        });
-        let texture = Texture { layout, texels: texels.collect() };
+        let texture = Texture { layout, texels: texels.iter().map(|bytes| Texel::of_bytes(*bytes)).collect() };
         Layer { distances: bare.distances.clone(), texture, ..*bare }
     };
     bare.iter().map(layer).collect()
-}
-
-/// What inference gives is kept with no more digits than a bake has: both draw the same.
-pub(super) fn rounded(mut layers: Vec<Layer>) -> Vec<Layer> {
-    for texel in layers.iter_mut().flat_map(|layer| &mut layer.texture.texels) {
-        *texel = Vec4::from(texel.to_array().map(|value| half(value).to_f32()));
-    }
-    layers
-}
-
-/// The nearest half float; what is too large becomes the largest.
-fn half(value: f32) -> f16 {
-    f16::from_f32(value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()))
 }
 
 impl BakeWork for LayersWork<'_> {
@@ -188,8 +166,7 @@ impl UnitMaker for LayersMaker<'_> {
             return Ok(MadeUnit::default());
         };
         let (layers, residuals) = self.infer(&self.work.settings, part, viewpoint)?;
-        let texels = layers.iter().flat_map(|layer| &layer.texture.texels);
-        let bytes = texels.flat_map(|texel| texel.to_array()).flat_map(|value| half(value).to_le_bytes()).collect();
+        let bytes = layers.iter().flat_map(|layer| &layer.texture.texels).flat_map(|texel| texel.to_bytes()).collect();
         let residuals = residuals
             .iter()
             .map(|Residual { before, after, steps }| format!("{before:.4} to {after:.4} in {steps} steps"));

@@ -113,3 +113,59 @@ impl Bounds {
         self.levels.iter().map(|level| size_of_val(level.as_slice()) as u64).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+    use crate::methods::lookup::lanes::{Lanes, side_by_side};
+    use glam::Vec3;
+
+    #[test]
+    fn bounds_hold_all_that_straight_ways_pass() {
+        let mut random = Stream::new(11);
+        for size in [8, 64, 256] {
+            let layout = Layout::cube(size);
+            // A few things before nothing.
+            let things: Vec<(Vec3, f32)> = (0..12)
+                .map(|_| {
+                    let middle = Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)));
+                    (middle.normalize(), random.next_between(0.3, 1.2))
+                })
+                .collect();
+            let texel = |texel: u32| {
+                let direction = layout.middle_of(texel).normalize();
+                let shown = things.iter().find(|(middle, _)| middle.dot(direction) > 0.97);
+                shown.map_or(Depth::NOTHING, |(_, share)| Depth { front: *share, back: 1.1 * share })
+            };
+            let depths = Depths::new((0..6 * size * size).map(texel));
+            let bounds = Bounds::new(&layout, &depths);
+            let (mut known, mut nothing, mut narrower) = (0, 0, 0);
+            for _ in 0..400 {
+                let mut vector = |size: f32| Vec3::from([0; 3].map(|_| random.next_between(-size, size)));
+                // Four ways side by side, one of which is not wanted.
+                let (start, end) = (vector(1.0), vector(1.0));
+                let start = [0.1, 0.1, 0.1, 2.0].map(|aside| start + vector(aside));
+                let end = [0.1, 0.1, 0.1, 2.0].map(|aside| end + vector(aside));
+                let wanted = [true, true, true, false];
+                let in_texels = |places: &Lanes<4>| layout.in_texels(places);
+                let ends = [&in_texels(&side_by_side(&start)), &in_texels(&side_by_side(&end))];
+                let Some(range) = bounds.between(ends, &wanted) else { continue };
+                known += 1;
+                nothing += u32::from(range.least > range.most);
+                narrower += u32::from(range.least > 0.35 && range.most < 1.1);
+                for (start, end) in start.into_iter().zip(end).take(3) {
+                    for step in 0..=100 {
+                        let place = start.lerp(end, step as f32 / 100.0);
+                        let [texel] = layout.nearest(&side_by_side(&[place]));
+                        let word = depths.word(texel);
+                        let (front, back) = (depths.front(word), depths.back(word));
+                        let holds = range.least <= front && back <= range.most;
+                        assert!(front == f32::INFINITY || holds, "{place}: {front} to {back} in {range:?}");
+                    }
+                }
+            }
+            assert!(known > 20 && nothing > 2 && narrower > 2, "{size}: {known}, {nothing}, {narrower}");
+        }
+    }
+}

@@ -7,7 +7,8 @@ use super::maps::Layer;
 use super::settings::LayeredEnvironmentMapSettings;
 use super::shell::Shell;
 use super::surroundings::Strata;
-use super::texels::{Layout, Texture};
+use super::texels::Layout;
+use super::texture::Texture;
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::{Ray, RayDifferential};
@@ -129,7 +130,7 @@ fn textures(apart: &Strata<'_>, strata: &[Stratum], size: u32, samples: u32, pro
         let layout = stratum.shell.layout(size);
         texels.resize(layout.texel_count(), Vec4::ZERO);
         layout.fill_coarser(&mut texels);
-        Texture { layout, texels }
+        Texture::new(layout, &texels)
     };
     strata.iter().zip(texels).map(texture).collect()
 }

@@ -70,7 +70,8 @@ mod tests {
     use crate::methods::lookup::greedy::First;
     use crate::methods::lookup::layered_environment_map::observations::Observation;
     use crate::methods::lookup::layered_environment_map::shell::Shell;
-    use crate::methods::lookup::layered_environment_map::texels::{Layout, Texture};
+    use crate::methods::lookup::layered_environment_map::texels::Layout;
+    use crate::methods::lookup::layered_environment_map::texture::Texture;
     use crate::methods::lookup::surround::Surround;
     use crate::scene::{Ray, RayDifferential};
 

@@ -7,7 +7,7 @@ use super::maps::Layer;
 use super::mesh::{self, Criteria};
 use super::observations::{Observation, Observations, Observer};
 use super::settings::{Edges, LayeredEnvironmentMapSettings};
-use super::texels::Texture;
+use super::texture::Texture;
 use super::viewpoints::{picture_of, picture_past};
 use super::visible::SeenSurfaces;
 use crate::error::RenderError;
@@ -66,13 +66,15 @@ impl Inference<'_> {
         let layer = |(systems, layer): (Vec<Equations>, &Layer)| {
             let mut equations = Equations::joined(systems);
             let layout = layer.texture.layout.clone();
-            let nothing = vec![Vec4::ZERO; layout.texel_count()];
-            let expected = if self.settings.direct.is_from_center() { &layer.texture.texels } else { &nothing };
+            let mut expected = vec![Vec4::ZERO; layout.texel_count()];
+            if self.settings.direct.is_from_center() {
+                expected.iter_mut().zip(&layer.texture.texels).for_each(|(value, texel)| *value = texel.value());
+            }
             layout.couple(COUPLING, &mut equations);
-            let (texels, residual) = solve(&equations, expected, TRUST, STOP);
+            let (texels, residual) = solve(&equations, &expected, TRUST, STOP);
             residuals.push(residual);
             progress.advance(1);
-            Layer { distances: layer.distances.clone(), texture: Texture { layout, texels }, ..*layer }
+            Layer { distances: layer.distances.clone(), texture: Texture::new(layout, &texels), ..*layer }
         };
         let layers = systems.into_iter().zip(projected).map(layer).collect();
         progress.end();
@@ -230,11 +232,13 @@ mod tests {
         let mut random = Stream::new(8);
         for (number, layer) in projected[0].iter().enumerate() {
             let mut truth = layer.clone();
-            for texel in &mut truth.texture.texels {
-                *texel = Vec4::new(random.next_between(0.2, 1.0), random.next_between(0.2, 1.0), 0.6, 1.0);
-            }
-            let layout = &truth.texture.layout;
-            layout.fill_coarser(&mut truth.texture.texels);
+            let layout = &layer.texture.layout;
+            // Half floats hold them, and their means.
+            let mut eighths = || (random.next_between(0.2, 1.0) * 8.0).round() / 8.0;
+            let mut texels: Vec<Vec4> =
+                (0..layout.texel_count()).map(|_| Vec4::new(eighths(), eighths(), 0.625, 1.0)).collect();
+            layout.fill_coarser(&mut texels);
+            truth.texture = Texture::new(layout.clone(), &texels);
             // From all around, so that pictures tell texels apart.
             let pictures =
                 [0, 11, 22, 33].into_iter().flat_map(|viewpoint| [128, 64, 32, 16].map(|size| (viewpoint, size)));
@@ -255,7 +259,7 @@ mod tests {
             let stop = Stop { most_steps: 3000, gradient: 1e-8 };
             let (found, residual) = solve(&equations, &nothing, 1e-8, stop);
             let (mut checked, mut worst) = (0, 0.0f32);
-            for ((found, truth), read) in found.iter().zip(&truth.texture.texels).zip(&read) {
+            for ((found, truth), read) in found.iter().zip(&texels).zip(&read) {
                 if *read > 0.5 {
                     checked += 1;
                     worst = worst.max(((*found - *truth).abs() / *truth).max_element());

@@ -6,7 +6,7 @@ use super::infer::Inference;
 use super::known::Known;
 use super::mesh::{self, AdaptiveMesh, Criteria};
 use super::settings::LayeredEnvironmentMapSettings;
-use super::texels::Texture;
+use super::texture::Texture;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::lookup::greedy::First;
@@ -14,7 +14,7 @@ use crate::methods::{Job, Quality, Settings};
 use crate::progress::Progress;
 use crate::raster::{self, Fragment, Look, LookShader};
 use crate::scene::{Scene, ViewRays};
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 /// How much darker each division of a triangle is shown.
 const DARKER: f32 = 0.6;
@@ -97,7 +97,7 @@ fn unfolded(texture: &Texture) -> Framebuffer {
         for y in 0..size {
             let from = ((face * size + y) * size) as usize;
             let to = ((face / columns * size + y) * picture.width + face % columns * size) as usize;
-            let row = texture.texels[from..][..size as usize].iter().map(Vec4::to_array);
+            let row = texture.texels[from..][..size as usize].iter().map(|texel| texel.value().to_array());
             picture.pixels[to..][..size as usize].iter_mut().zip(row).for_each(|(pixel, texel)| *pixel = texel);
         }
     }

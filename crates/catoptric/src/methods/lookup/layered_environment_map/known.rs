@@ -9,6 +9,7 @@ use super::maps::{Layer, LayersAbout};
 use super::settings::LayeredEnvironmentMapSettings;
 use super::shared_layer::SharedLayer;
 use super::surroundings::{Strata, Surroundings};
+use super::texture::TEXEL_BYTES;
 use super::viewpoints::Shares;
 use super::welds::Welds;
 use crate::error::RenderError;
@@ -17,7 +18,7 @@ use crate::methods::lookup::memory::fit_into_memory;
 use crate::progress::Progress;
 use crate::scene::{Projection, Scene, View};
 use crate::surface::tracer::Tracer;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use std::ops::Range;
 
 /// The groups of a scene with their shells.
@@ -71,7 +72,7 @@ impl Known {
             (0..self.part_count()).flat_map(|part| self.strata_of(part)).map(|layer| layer.shell.layout(size));
         let bytes = layouts.map(|layout| {
             let depths = if settings.depth { layout.finest_count() * DEPTH_BYTES } else { 0 };
-            (layout.texel_count() * viewpoints * size_of::<Vec4>() + depths) as u64
+            (layout.texel_count() * viewpoints * TEXEL_BYTES + depths) as u64
         });
         let bytes = bytes.sum();
         let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());

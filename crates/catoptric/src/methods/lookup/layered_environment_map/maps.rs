@@ -5,7 +5,8 @@
 use super::distances::{Distances, Met};
 use super::shell::{RayLanes, Shell};
 use super::surroundings::MOST_LAYERS;
-use super::texels::{Footprints, Taps, Texture};
+use super::texels::{Footprints, Taps};
+use super::texture::{Texel, Texture};
 use crate::methods::lookup::lanes::{AT_ONCE, Lane, one, vector};
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::{Vec3, Vec4, Vec4Swizzles};
@@ -216,7 +217,7 @@ fn radiance_of(
         if !wanted.contains(&true) {
             continue;
         }
-        let mut textures: [&[Vec4]; MOST_BLENDED] = [&[]; MOST_BLENDED];
+        let mut textures: [&[Texel]; MOST_BLENDED] = [&[]; MOST_BLENDED];
         for (texels, (map, _)) in textures.iter_mut().zip(maps) {
             *texels = map.get(number).map_or(&[], |layer| &layer.texture.texels);
         }

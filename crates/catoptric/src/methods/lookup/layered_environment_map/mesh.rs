@@ -147,8 +147,8 @@ impl AdaptiveMesh {
         let triangle = |(number, leaf): (usize, &Leaf)| {
             let object = scene.triangle_objects[leaf.source as usize];
             let alpha_tested = scene.is_alpha_tested(object);
-            // Where none is traced, what a pixel shows is shaded once, whatever the number of triangles in it.
-            let patch = if self.is_blended(leaf) || edges == Edges::Nearest { object + 1 } else { 0 };
+            // What a pixel shows of a patch is shaded once, whatever the number of triangles in it.
+            let patch = if self.is_blended(leaf) || edges != Edges::Traced { object + 1 } else { 0 };
             DrawTriangle { vertices: leaf.vertices, source: leaf.source, group: number as u32, patch, alpha_tested }
         };
         DrawList {

@@ -27,6 +27,7 @@ mod shared_layer;
 mod shell;
 mod surroundings;
 mod texels;
+mod texture;
 mod viewpoints;
 mod visible;
 mod welds;
@@ -184,7 +185,7 @@ impl Prepared {
                         inferred += 1;
                         let (layers, residuals) = inference.infer(part, &projected[part], viewpoint, job.progress)?;
                         worst = residuals.iter().fold(worst, |worst: f64, residual| worst.max(residual.after));
-                        bake::rounded(layers)
+                        layers
                     }
                 };
                 // Those that are furthest away in number go first: views move on a way.

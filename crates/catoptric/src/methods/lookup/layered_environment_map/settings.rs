@@ -46,9 +46,11 @@ pub enum Transfer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Edges {
-    /// Each fragment's own path, traced.
+    /// Each fragment's own path, traced: there samples of a pixel that show several triangles of the mesh are several fragments.
     #[default]
     Traced,
+    /// Each pixel's own path, traced once.
+    Once,
     /// The nearest corner's path.
     Nearest,
 }
@@ -146,7 +148,8 @@ pub struct LayeredEnvironmentMapSettings {
     pub edges: Edges,
     /// Edges of the adaptive mesh that are no longer than this in the picture, in pixels, are not divided.
     pub tau: f32,
-    /// Rays that leave in directions no further apart than this are not divided, in degrees.
+    /// Rays that leave in directions no further apart than this are not divided, in degrees. The paper has 3, for look-ups at vertices; rays that
+    /// are interpolated in every fragment come out as well with 6.
     pub angle_deg: f32,
     /// Whether tests of triangles are counted.
     pub count_tests: bool,
@@ -174,7 +177,7 @@ impl Default for LayeredEnvironmentMapSettings {
             transfer: Transfer::Adaptive,
             edges: Edges::Traced,
             tau: 3.0,
-            angle_deg: 3.0,
+            angle_deg: 6.0,
             count_tests: false,
         }
     }
@@ -206,7 +209,10 @@ impl Settings for LayeredEnvironmentMapSettings {
             "what no picture shows is as seen from the middle of the shells (center), past the lenses (viewpoint), both; none: empty",
         ),
         ("transfer", "adaptive: paths are traced at the vertices of a refined mesh; exact: for every fragment"),
-        ("edges", "traced: where paths of neighbours take different ways each fragment is traced; nearest: it is not"),
+        (
+            "edges",
+            "where paths of neighbours take different ways, traced: each part of a pixel is traced; once: each pixel; nearest: none",
+        ),
         ("tau", "edges of the refined mesh are divided down to this length in the picture, in pixels, 0.5 to 100"),
         ("angle_deg", "rays that leave further apart than this are divided, in degrees, 0.1 to 90"),
         ("count_tests", "true: reports a frame's tests of rays against triangles and surfaces, which makes it slower"),

@@ -145,7 +145,7 @@ impl LensShader<'_> {
         first: First,
     ) -> (GreedyPath, RayDifferential) {
         let blended = blend.and_then(|blend| match self.edges {
-            Edges::Traced => blend.path(first as usize),
+            Edges::Traced | Edges::Once => blend.path(first as usize),
             Edges::Nearest => blend.path(first as usize).or_else(|| Some(blend.nearest(first as usize))),
         });
         blended.unwrap_or_else(|| {

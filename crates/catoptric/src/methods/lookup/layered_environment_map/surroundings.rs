@@ -17,7 +17,7 @@ pub(super) const MOST_LAYERS: usize = 17;
 const FURTHER: f32 = 1e-5;
 
 /// A surface on the way of a ray.
-struct Met {
+struct Crossing {
     encounter: Encounter,
     hit: Hit,
     /// Whether it is met from the front.
@@ -44,7 +44,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// All surfaces along a ray, one behind the other, from either side.
-    fn all_hits(self, ray: Ray) -> impl Iterator<Item = Met> + use<'a> {
+    fn all_hits(self, ray: Ray) -> impl Iterator<Item = Crossing> + use<'a> {
         let mut near = 0.0;
         let all = std::iter::from_fn(move || {
             let hit = self.everything.first_hit(self.scene, &ray, near)?;
@@ -54,7 +54,7 @@ impl<'a> Surroundings<'a> {
         let others = all.take(MOST_SURFACES).filter(move |hit| !self.holds(hit.object(self.scene)));
         others.map(move |hit| {
             let encounter = self.everything.encounter(self.scene, &ray, &hit, None);
-            Met { is_faced: ray.direction.dot(encounter.point.geometric_normal) < 0.0, encounter, hit }
+            Crossing { is_faced: ray.direction.dot(encounter.point.geometric_normal) < 0.0, encounter, hit }
         })
     }
 
@@ -147,7 +147,7 @@ impl<'a> Strata<'a> {
         if waiting == 0 {
             return;
         }
-        for (order, Met { encounter, hit, is_faced }) in self.around.all_hits(*ray).enumerate() {
+        for (order, Crossing { encounter, hit, is_faced }) in self.around.all_hits(*ray).enumerate() {
             let Some(layer) = self.layer_of[encounter.point.object as usize].map(|layer| layer as usize) else {
                 continue;
             };

@@ -32,16 +32,6 @@ impl Taps {
     pub(super) fn iter(self) -> impl Iterator<Item = (u32, f32)> {
         self.texels.into_iter().zip(self.weights).filter(|(_, weight)| *weight != 0.0)
     }
-
-    /// The sum of texels by their weights.
-    #[inline(always)] // for the instructions of its caller
-    pub(super) fn sum(&self, texels: &[Vec4]) -> Vec4 {
-        let mut sum = Vec4::ZERO;
-        for (texel, weight) in self.texels.iter().zip(self.weights) {
-            sum += texels[*texel as usize] * weight;
-        }
-        sum
-    }
 }
 
 /// Texels of the finest level, side by side.
@@ -355,18 +345,12 @@ impl Layout {
     }
 }
 
-/// Radiance times opacity, and opacity.
-#[derive(Clone, Debug)]
-pub(super) struct Texture {
-    pub(super) layout: Layout,
-    pub(super) texels: Vec<Vec4>,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Stream;
     use crate::methods::lookup::lanes::one;
+    use crate::methods::lookup::layered_environment_map::texture::Texture;
 
     impl Texture {
         fn fetch(&self, place: Vec3, changes: [Vec3; 2]) -> Vec4 {
@@ -387,7 +371,7 @@ mod tests {
             }
         }
         layout.fill_coarser(&mut texels);
-        Texture { layout, texels }
+        Texture::new(layout, &texels)
     }
 
     #[test]
