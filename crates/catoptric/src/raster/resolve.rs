@@ -247,14 +247,11 @@ impl PixelPlace<'_> {
             if other_list != list || other_triangle.patch != triangle.patch {
                 continue;
             }
-            // Neighbours, as most are, meet in this pixel or close to it.
-            let is_neighbour = triangle.vertices.iter().any(|vertex| other_triangle.vertices.contains(vertex));
-            let is_same = is_neighbour || {
-                let at = self.corner + self.pattern.positions[sample];
-                let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
-                (here - there).abs() <= SAME_DEPTH * there.abs()
-            };
-            all |= if is_same { mask } else { 0 };
+            let at = self.corner + self.pattern.positions[sample];
+            let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
+            if (here - there).abs() <= SAME_DEPTH * there.abs() {
+                all |= mask;
+            }
         }
         let middle = centroid(self.pattern, all);
         let distance2 = |sample: usize| self.pattern.positions[sample].distance_squared(middle);

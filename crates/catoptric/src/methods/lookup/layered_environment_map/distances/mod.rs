@@ -14,7 +14,7 @@ use glam::Vec3;
 use std::sync::Arc;
 
 /// Distances at which a ray looks for what it meets grow by about this factor.
-const STEP: f32 = 1.12;
+const STEP: f32 = 1.06;
 
 /// As many of these steps are taken at most: where distances differ by more, they are longer.
 const MOST_STEPS: f32 = 12.0;
