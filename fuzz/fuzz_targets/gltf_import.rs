@@ -1,8 +1,8 @@
 //! Any bytes as a glTF or GLB file: an error or a scene without a number that is none.
 #![no_main]
 
-use catoptric::scene::PoseOptions;
-use catoptric::scene::import::{NoFiles, gltf};
+use catoptric_core::scene::PoseOptions;
+use catoptric_scenes::import::{NoFiles, gltf};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -1,8 +1,8 @@
 //! Any bytes as a Wavefront `.obj` file.
 #![no_main]
 
-use catoptric::scene::PoseOptions;
-use catoptric::scene::import::{NoFiles, obj};
+use catoptric_core::scene::PoseOptions;
+use catoptric_scenes::import::{NoFiles, obj};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

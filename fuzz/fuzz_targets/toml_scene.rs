@@ -1,8 +1,8 @@
 //! Any text as a scene file of ours.
 #![no_main]
 
-use catoptric::scene::PoseOptions;
-use catoptric::scene::import::toml_scene;
+use catoptric_core::scene::PoseOptions;
+use catoptric_scenes::import::toml_scene;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

@@ -3,19 +3,23 @@
 mod accuracy;
 mod construction;
 mod hybrid;
-pub(crate) mod stage;
 
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
 use crate::root;
+use crate::stage::{self, Stage, count, flip, print, rgb};
 use anyhow::Result;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::Quality;
-use catoptric::methods::projection::sample_based_camera::{SampleBasedCameraSettings, seen_pieces};
+use catoptric::methods::projection::sample_based_camera::{SampleBasedCameraSettings, visible_pieces};
 use catoptric::progress::Silent;
 use catoptric::scene::Attenuation;
 use image::{Rgb, RgbImage};
-use stage::{BUNDLE, CAMERAS, PINHOLE, Stage, count, flip, rgb};
-use std::io::Write;
+
+/// The method of this page.
+pub(crate) const CAMERAS: &str = "sample_based_camera";
+/// The paper's cameras at the paper's accuracy.
+const PINHOLE: &str = "preset = 'faithful'";
+/// Ours, as they are without any setting.
+const BUNDLE: &str = "";
 
 /// The size of the paper's pictures.
 const FULL: [u32; 2] = [720, 480];
@@ -53,12 +57,6 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
     Ok(())
 }
 
-/// A line of a table.
-fn print(line: &str) -> Result<()> {
-    writeln!(std::io::stdout(), "{line}")?;
-    Ok(())
-}
-
 /// Figure 3: environment map, sample-based camera, ray tracing.
 fn three_methods() -> Result<RgbImage> {
     let stage = Stage::new("sphere_room", FULL, 1)?.with_samples(16);
@@ -84,8 +82,7 @@ fn three_methods() -> Result<RgbImage> {
 
 /// Figure 14: how the reflection is weighed against the reflector's own colour.
 fn surface_properties() -> Result<RgbImage> {
-    let mut stage = Stage::new("sphere_room?blend=both", FULL, 1)?.with_samples(16);
-    let size = stage.scene.bounds.diagonal();
+    let size = Stage::new("sphere_room?blend=both", FULL, 1)?.scene.bounds.diagonal();
     // Distances as shares of the scene's size.
     let fade = |share: f32, least, greatest| {
         (None, Some(Attenuation { distance: share * size, specularity: [least, greatest] }))
@@ -101,18 +98,23 @@ fn surface_properties() -> Result<RgbImage> {
         ("d2: fading 0.3/0/0.25", fade(0.3, 0.0, 0.25)),
         ("d3: fading 0.3/0/0.5", fade(0.3, 0.0, 0.5)),
     ];
-    let mut method = stage::create(CAMERAS, BUNDLE)?;
-    print("| picture | FLIP on the ball | frame ms |\n|---|---|---|")?;
-    let mut panels = Vec::new();
-    for (label, (fresnel, attenuation)) in weights {
+    let weighed = |(_, (fresnel, attenuation)): &(&str, (_, _))| -> Result<Stage> {
+        let mut stage = Stage::new("sphere_room?blend=both", FULL, 1)?.with_samples(16);
         for material in &mut stage.scene.materials {
             if let Some(blend) = &mut material.blend {
-                (blend.fresnel, blend.attenuation) = (fresnel, attenuation);
+                (blend.fresnel, blend.attenuation) = (*fresnel, *attenuation);
             }
         }
+        Ok(stage)
+    };
+    let stages = weights.iter().map(weighed).collect::<Result<Vec<_>>>()?;
+    let mut session = stages[0].session(CAMERAS, BUNDLE)?;
+    print("| picture | FLIP on the ball | frame ms |\n|---|---|---|")?;
+    let mut panels = Vec::new();
+    for ((label, _), stage) in weights.iter().zip(&stages) {
         // The mirror's shape stays, so the cameras and all virtual meshes do.
-        method.prepare(&stage.scene, stage.quality, &Silent)?;
-        let drawn = stage.draw_with(method.as_mut(), 1)?;
+        session.update(&stage.scene)?;
+        let drawn = stage::draw(&mut session, &stage.view, 1)?;
         let error = flip(&drawn.picture, &stage.truth()?, &stage.mask())?;
         print(&format!("| {label} | {error:.4} | {:.0} |", drawn.first_ms))?;
         panels.push(cut(&rgb(&drawn.picture)?, BALL));
@@ -126,16 +128,17 @@ fn resolutions() -> Result<RgbImage> {
     let stage = Stage::new("sphere_room", FULL, 1)?;
     let (truth, mask) = (stage.truth()?, stage.mask());
     print(
-        "| cameras | ray map | rays | leaves | ray lists | rays in lists | FLIP on the ball | p50 px | p99 px | max px | missing % |",
+        "| cameras | ray map | rays | leaves | ray lists | rays in lists | FLIP on the ball | p50 px | p99 px | max px \
+        | missing % |",
     )?;
     print("|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut rows = Vec::new();
     for (label, settings) in [("pinholes", PINHOLE), ("ray bundles, 1 px", "accuracy_px = 1.0")] {
         let mut panels = Vec::new();
         for spacing in [32, 16, 8, 4] {
-            let settings = format!("{settings}, downsampling = {spacing}");
+            let settings = format!("{settings}\ndownsampling = {spacing}");
             let drawn = stage.draw(CAMERAS, &settings, 1)?;
-            let error = stage.projection_error(&settings, 2)?;
+            let error = stage.projection_error(CAMERAS, &settings, 2)?;
             let report = &drawn.report;
             let pixels = |error: Option<f64>| error.map_or("".into(), |error| format!("{error:.3}"));
             print(&format!(
@@ -162,13 +165,14 @@ fn resolutions() -> Result<RgbImage> {
 /// Figure 18: the scenes of the table; below, the reference.
 fn four_scenes() -> Result<RgbImage> {
     print(
-        "| scene | FLIP on reflectors | first frame ms | later frames ms | reference, 16 samples, ms |\n|---|---|---|---|---|",
+        "| scene | FLIP on reflectors | first frame ms | later frames ms | reference, 16 samples, ms \
+        |\n|---|---|---|---|---|",
     )?;
     let mut rows = [Vec::new(), Vec::new()];
     for (label, specification, order) in construction::SCENES {
         let stage = Stage::new(specification, PANEL, order)?.with_samples(16);
         let reference = stage.draw("reference", "", 1)?;
-        let drawn = stage.draw(CAMERAS, "preset = 'fast', downsampling = 2", 3)?;
+        let drawn = stage.draw(CAMERAS, "preset = 'fast'\ndownsampling = 2", 3)?;
         print(&format!(
             "| {label} | {:.4} | {:.0} | {:.0} | {:.0} |",
             flip(&drawn.picture, &reference.picture, &stage.mask())?,
@@ -186,8 +190,8 @@ fn four_scenes() -> Result<RgbImage> {
 /// Figure 20: the pieces of a compound reflector, and refraction through a lens.
 fn pieces_and_lens() -> Result<RgbImage> {
     let car = Stage::new("car", FULL, 1)?;
-    let (paths, pieces) = seen_pieces(&car.scene, &car.view, &SampleBasedCameraSettings::default());
-    let mut coloured = rgb(&car.draw("reference", "", 1)?.picture)?;
+    let (paths, pieces) = visible_pieces(&car.scene, &car.view, &SampleBasedCameraSettings::default(), &Silent)?;
+    let mut coloured = car.panel("reference", "")?;
     let mut counted = std::collections::BTreeMap::<[u32; 2], u32>::new();
     for ((pixel, piece), seen) in coloured.pixels_mut().zip(&pieces).zip(car.mask()) {
         if let (Some(piece), true) = (piece, seen) {
@@ -204,8 +208,7 @@ fn pieces_and_lens() -> Result<RgbImage> {
         let large = own.iter().filter(|pixels| **pixels > 100).count();
         print(&format!("| {} | {} | {large} | {} |", path.names(&car.scene), own.len(), own.iter().sum::<u32>()))?;
     }
-    let mut lens = Stage::new("lens", FULL, 2)?;
-    lens.quality = Quality { samples: 16, order: 2 };
+    let lens = Stage::new("lens", FULL, 2)?.with_samples(16);
     let truth: Framebuffer = lens.truth()?;
     let drawn = lens.draw(CAMERAS, BUNDLE, 3)?;
     print(&format!(
@@ -233,7 +236,8 @@ mod tests {
     #[test]
     fn a_ball_is_one_piece_of_one_reflector() {
         let stage = Stage::new("sphere_room", [90, 60], 1).unwrap();
-        let (paths, pieces) = seen_pieces(&stage.scene, &stage.view, &SampleBasedCameraSettings::default());
+        let (paths, pieces) =
+            visible_pieces(&stage.scene, &stage.view, &SampleBasedCameraSettings::default(), &Silent).unwrap();
         assert_eq!(paths.len(), 1);
         for (piece, seen) in pieces.iter().zip(stage.mask()) {
             assert!(!seen || *piece == Some([0, 0]), "{piece:?}");
@@ -243,11 +247,10 @@ mod tests {
     #[test]
     fn what_is_prepared_for_a_view_is_not_made_again() {
         let stage = Stage::new("sphere_room", [90, 60], 1).unwrap();
-        let job = stage.job();
-        let mut method = stage.prepared(CAMERAS, BUNDLE).unwrap();
-        let report = method.prepare_view(&job).unwrap();
+        let mut session = stage.session(CAMERAS, BUNDLE).unwrap();
+        let report = session.prepare_view(&stage.view).unwrap();
         assert!(count(&report, "rays_traced") > 0 && count(&report, "leaves") > 0);
-        let drawn = stage.draw_with(method.as_mut(), 1).unwrap();
+        let drawn = stage::draw(&mut session, &stage.view, 1).unwrap();
         assert_eq!(count(&drawn.report, "rays_traced"), 0);
         assert_eq!(count(&drawn.report, "leaves"), count(&report, "leaves"));
     }

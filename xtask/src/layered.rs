@@ -1,33 +1,34 @@
-//! Figures and tables of layered environment maps, in `builtin:colonnade`: a glass pot and a mirror cup in a ring of columns.
+//! Figures and tables of layered environment maps, in `builtin:colonnade`: a glass pot and a mirror cup in a ring of
+//! columns.
 
 use crate::panels::{below, beside_of_width, save_small};
 use crate::root;
+use crate::stage::{self, median, print, rgb, timed};
 use anyhow::{Context, Result, bail};
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods::lookup::layered_environment_map::{
     InferredLayer, LayeredEnvironmentMapSettings, Textures, inferred_layers, subdivision,
 };
-use catoptric::methods::reference::specular_mask;
-use catoptric::methods::{self, Job, Quality, ReflectionMethod, Report};
-use catoptric::metrics::Comparison;
+use catoptric::methods::{Job, Quality, Report};
 use catoptric::progress::Silent;
-use catoptric::scene::{Camera, PoseOptions, Scene, View, builtin};
+use catoptric::scene::{Camera, PoseOptions, Scene, View};
+use catoptric_scenes::builtin;
+use catoptric_testkit::{Drawn, Session};
 use glam::{Quat, Vec3};
 use image::RgbImage;
-use std::io::Write;
-use std::time::Instant;
 
 const SCENE: &str = "colonnade";
 
-/// Enough events for glass that is seen through glass.
+/// Enough events for glass behind glass.
 const QUALITY: Quality = Quality { samples: 8, order: 6 };
 
 const TRUTH: (&str, &str) = ("reference", "paths = \"two_path\"");
 
-/// Of the paper's sizes.
+/// The settings of the paper's sizes.
 const INFERRED: &str = "textures = \"inferred\"";
 
-/// Frames of which the median is told.
+/// The number of frames of a median.
 const FRAMES: usize = 5;
 
 fn posed() -> Result<Scene> {
@@ -44,32 +45,17 @@ fn view(scene: &Scene, [width, height]: [u32; 2], turn_deg: f32, lift: f32) -> R
     Ok(scene.view(&Camera::look_at("", eye, center, Vec3::Y, 30.0), width, height))
 }
 
-struct Drawn {
-    picture: Framebuffer,
-    report: Report,
-}
-
 fn draw_with(scene: &Scene, view: &View, way: (&str, &str)) -> Result<Drawn> {
     draw_at(scene, view, QUALITY, way)
 }
 
 fn draw_at(scene: &Scene, view: &View, quality: Quality, (id, settings): (&str, &str)) -> Result<Drawn> {
-    let mut method = methods::create(id, &settings.parse()?)?;
-    method.prepare(scene, quality, &Silent)?;
-    let mut picture = Framebuffer::new(view.width, view.height);
-    let report = method.render(&Job { scene, view, quality, progress: &Silent }, &mut picture)?;
-    Ok(Drawn { picture, report })
-}
-
-fn image_of(picture: &Framebuffer) -> Result<RgbImage> {
-    let image = RgbImage::from_raw(picture.width, picture.height, picture.to_srgb8());
-    image.context("a picture has as many pixels as its view")
+    Ok(Session::new(id, settings, scene, quality)?.draw(view)?)
 }
 
 /// FLIP over the pot and the cup.
 fn flip(scene: &Scene, view: &View, found: &Framebuffer, truth: &Framebuffer) -> Result<f64> {
-    let comparison = Comparison::new(found, truth)?.masked(&specular_mask(scene, view))?;
-    Ok(comparison.context("the pot is seen")?.flip_mean)
+    stage::flip(found, truth, &specular_mask(scene, view))
 }
 
 /// The table of errors: on a viewpoint, between two, and above them.
@@ -107,12 +93,8 @@ fn table() -> Result<()> {
         ),
     ];
     let views = [("on a viewpoint", 0.0, 0.0), ("between", 4.0, 0.0), ("above", 4.0, 0.8)];
-    let mut out = std::io::stdout();
-    write!(out, "| FLIP, order {} |", QUALITY.order)?;
-    for (name, ..) in views {
-        write!(out, " {name} |")?;
-    }
-    writeln!(out, "\n|---|---|---|---|")?;
+    let titles = views.map(|(name, ..)| format!(" {name} |")).concat();
+    print(&format!("| FLIP, order {} |{titles}\n|---|---|---|---|", QUALITY.order))?;
     let mut frames = Vec::new();
     for (_, turn, lift) in views {
         let view = view(&scene, [480, 360], turn, lift)?;
@@ -120,22 +102,19 @@ fn table() -> Result<()> {
         frames.push((view, truth));
     }
     for (name, id, settings) in ways {
-        let mut method = methods::create(id, &settings.parse()?)?;
-        method.prepare(&scene, QUALITY, &Silent)?;
-        write!(out, "| {name} |")?;
+        let mut session = Session::new(id, &settings, &scene, QUALITY)?;
+        let mut line = format!("| {name} |");
         for (view, truth) in &frames {
-            let mut picture = Framebuffer::new(view.width, view.height);
-            method.render(&Job { scene: &scene, view, quality: QUALITY, progress: &Silent }, &mut picture)?;
-            write!(out, " {:.3} |", flip(&scene, view, &picture, truth)?)?;
-            out.flush()?;
+            let found = session.draw(view)?.picture;
+            line += &format!(" {:.3} |", flip(&scene, view, &found, truth)?);
         }
-        writeln!(out)?;
+        print(&line)?;
     }
     Ok(())
 }
 
-/// The tables of times and rays, with 8 and 16 samples a pixel in the plane of viewpoints and with 16 above it: frames by the reference with two
-/// paths, and by layers with two sizes of the smallest triangles.
+/// The tables of times and rays, with 8 and 16 samples a pixel in the plane of viewpoints and with 16 above it: frames
+/// by the reference with two paths, and by layers with two sizes of the smallest triangles.
 fn performance() -> Result<()> {
     let scene = posed()?;
     let layered = |settings: &str| ("layered_environment_map", format!("{INFERRED}\n{settings}"));
@@ -149,16 +128,16 @@ fn performance() -> Result<()> {
     ways.push(layered(&format!("tau = 3\n{once}\ndepth = false")));
     ways.extend(["", once].map(|settings| layered(&format!("tau = 3\n{settings}\n{large}"))));
     ways.push(("layered_environment_map", format!("tau = 3\n{once}\nlayers = 6\nsize = 1024")));
-    let create = |(id, settings): &(&str, String)| -> Result<_> {
-        let mut method = methods::create(id, &settings.parse()?)?;
-        method.prepare(&scene, QUALITY, &Silent)?;
-        Ok(method)
-    };
-    let mut methods = ways.iter().map(create).collect::<Result<Vec<_>>>()?;
-    [(8, 0.0), (16, 0.0), (16, 0.8)].into_iter().try_for_each(|(samples, lift)| {
-        let view = view(&scene, [1280, 720], 4.0, lift)?;
-        performance_at(&scene, &view, Quality { samples, ..QUALITY }, &ways, &mut methods)
-    })
+    for (samples, lifts) in [(8, &[0.0][..]), (16, &[0.0, 0.8])] {
+        let quality = Quality { samples, ..QUALITY };
+        let create = |(id, settings): &(&str, String)| Ok(Session::new(id, settings, &scene, quality)?);
+        let mut sessions = ways.iter().map(create).collect::<Result<Vec<_>>>()?;
+        for lift in lifts {
+            let view = view(&scene, [1280, 720], 4.0, *lift)?;
+            performance_at(&scene, &view, quality, &ways, &mut sessions)?;
+        }
+    }
+    Ok(())
 }
 
 /// One of the tables. The ways take turns, so that what else the machine does slows them alike.
@@ -167,60 +146,55 @@ fn performance_at(
     view: &View,
     quality: Quality,
     ways: &[(&str, String)],
-    methods: &mut [Box<dyn ReflectionMethod>],
+    sessions: &mut [Session],
 ) -> Result<()> {
-    let job = Job { scene, view, quality, progress: &Silent };
     let mut frames = vec![(Framebuffer::new(view.width, view.height), Report::default(), Vec::new()); ways.len()];
     // The first ones infer what they need.
     for frame in 0..=FRAMES {
-        for (method, (picture, report, times_ms)) in methods.iter_mut().zip(&mut frames) {
-            let start = Instant::now();
-            *report = method.render(&job, picture)?;
+        for (session, (picture, report, times_ms)) in sessions.iter_mut().zip(&mut frames) {
+            let (drawn, time_ms) = timed(session, view, picture)?;
+            *report = drawn;
             if frame > 0 {
-                times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+                times_ms.push(time_ms);
             }
         }
     }
+    let medians: Vec<f64> = frames.iter_mut().map(|(.., times_ms)| median(times_ms)).collect();
     let truth = &frames[0].0;
     let rays = frames[0].1.counts["rays_traced"];
-    // What slows frames down is counted apart.
+    // Work that slows frames down is counted apart.
     let tests_of = |(id, settings): &(&str, String)| -> Result<u64> {
-        // Where rays go does not depend on what textures show.
+        // The course of rays does not depend on textures.
         let settings = settings.replace(INFERRED, "").replace("size = 1024", "size = 64");
         let counted = format!("{settings}\ncount_tests = true");
         Ok(draw_at(scene, view, quality, (id, &counted))?.report.counts["triangle_tests"])
     };
     let tests = ways.iter().map(tests_of).collect::<Result<Vec<_>>>()?;
-    let median = |times_ms: &[f64]| {
-        let mut sorted = times_ms.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    };
-    let mut out = std::io::stdout();
-    writeln!(
-        out,
-        "| {} samples | frame | time reduction | rays | ray reduction | tests | test reduction | mesh | FLIP |\n|---|---|---|---|---|---|---|---|---|",
+    print(&format!(
+        "| {} samples | frame | time reduction | rays | ray reduction | tests | test reduction | mesh | FLIP |\n\
+         |---|---|---|---|---|---|---|---|---|",
         quality.samples
-    )?;
-    for (((id, settings), (picture, report, times_ms)), own_tests) in ways.iter().zip(&frames).zip(&tests) {
-        let (time, own) = (median(times_ms), report.counts["rays_traced"]);
+    ))?;
+    for ((((id, settings), (picture, report, _)), own_tests), time) in
+        ways.iter().zip(&frames).zip(&tests).zip(&medians)
+    {
+        let own = report.counts["rays_traced"];
         let settings = settings.split('\n').filter(|line| !line.is_empty()).collect::<Vec<_>>();
         let name = format!("`{id}` {}", settings.join(", ").replace('"', ""));
         let triangles = report.counts.get("mesh_triangles").map_or(String::new(), u64::to_string);
-        let reduction = [median(&frames[0].2) / time, rays as f64 / own as f64, tests[0] as f64 / *own_tests as f64];
+        let reduction = [medians[0] / time, rays as f64 / own as f64, tests[0] as f64 / *own_tests as f64];
         let flip = flip(scene, view, picture, truth)?;
-        writeln!(
-            out,
+        print(&format!(
             "| {name} | {time:.0} ms | {:.1} | {own} | {:.1} | {own_tests} | {:.1} | {triangles} | {flip:.3} |",
             reduction[0], reduction[1], reduction[2]
-        )?;
+        ))?;
         let stages: Vec<String> = report.stages_ms.iter().map(|(name, ms)| format!("{name} {ms:.0}")).collect();
-        writeln!(std::io::stderr(), "{name}: {}", stages.join(", "))?;
+        eprintln!("{name}: {}", stages.join(", "));
     }
     Ok(())
 }
 
-/// How much more than the reference's the pictures change from frame to frame, on a walk around the pot.
+/// The change of the pictures from frame to frame beyond the reference's, on a walk around the pot.
 fn popping() -> Result<()> {
     const STEPS: u32 = 120;
     let scene = posed()?;
@@ -229,24 +203,15 @@ fn popping() -> Result<()> {
         ("layered_environment_map", ""),
         ("layered_environment_map", "textures = \"inferred\"\nsize = 128\npicture_size = 192"),
     ];
-    let create = |(id, settings): (&str, &str)| -> Result<_> {
-        let mut method = methods::create(id, &settings.parse()?)?;
-        method.prepare(&scene, QUALITY, &Silent)?;
-        Ok(method)
-    };
-    let mut methods = ways.into_iter().map(create).collect::<Result<Vec<_>>>()?;
+    let create = |(id, settings): (&str, &str)| Ok(Session::new(id, settings, &scene, QUALITY)?);
+    let mut sessions = ways.into_iter().map(create).collect::<Result<Vec<_>>>()?;
     let mut last: Option<Vec<Framebuffer>> = None;
-    // Of every method what the step adds to the reference's, on an average and at most.
-    let mut excess = vec![(0.0f64, f64::NEG_INFINITY); methods.len()];
-    let mut out = std::io::stdout();
+    // For every method the step beyond the reference's, on an average and at most.
+    let mut excess = vec![(0.0f64, f64::NEG_INFINITY); sessions.len()];
     for step in 0..=STEPS {
         let view = view(&scene, [160, 120], 360.0 * step as f32 / STEPS as f32, 0.0)?;
-        let draw = |method: &mut Box<dyn ReflectionMethod>| -> Result<_> {
-            let mut picture = Framebuffer::new(view.width, view.height);
-            method.render(&Job { scene: &scene, view: &view, quality: QUALITY, progress: &Silent }, &mut picture)?;
-            Ok(picture)
-        };
-        let pictures = methods.iter_mut().map(draw).collect::<Result<Vec<_>>>()?;
+        let draw = |session: &mut Session| Ok(session.draw(&view)?.picture);
+        let pictures = sessions.iter_mut().map(draw).collect::<Result<Vec<_>>>()?;
         if let Some(last) = &last {
             let changes = pictures.iter().zip(last).map(|(found, last)| flip(&scene, &view, found, last));
             let changes = changes.collect::<Result<Vec<_>>>()?;
@@ -257,10 +222,10 @@ fn popping() -> Result<()> {
         }
         last = Some(pictures);
     }
-    writeln!(out, "| frame to frame FLIP above the reference's own | mean | most |\n|---|---|---|")?;
+    print("| frame to frame FLIP above the reference's own | mean | most |\n|---|---|---|")?;
     for ((id, settings), (sum, most)) in ways.iter().zip(&excess).skip(1) {
         let settings = settings.replace('\n', ", ").replace('"', "");
-        writeln!(out, "| `{id}` {settings} | {:.4} | {most:.4} |", sum / f64::from(STEPS))?;
+        print(&format!("| `{id}` {settings} | {:.4} | {most:.4} |", sum / f64::from(STEPS)))?;
     }
     Ok(())
 }
@@ -269,7 +234,7 @@ fn popping() -> Result<()> {
 fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
     let scene = posed()?;
     let view = view(&scene, [480, 360], turn, lift)?;
-    let image = |way: &(&str, &str)| image_of(&draw_with(&scene, &view, *way)?.picture);
+    let image = |way: &(&str, &str)| rgb(&draw_with(&scene, &view, *way)?.picture);
     let panels = ways.iter().map(image).collect::<Result<Vec<_>>>()?;
     save_small(&beside_of_width(&panels, 400), &root().join(format!("docs/pictures/{name}.png")))
 }
@@ -284,9 +249,9 @@ fn tessellation() -> Result<()> {
         let settings = LayeredEnvironmentMapSettings { tau, ..LayeredEnvironmentMapSettings::default() };
         let mut levels = Framebuffer::new(view.width, view.height);
         subdivision(&settings, &job, &mut levels)?;
-        divided.push(image_of(&levels)?);
+        divided.push(rgb(&levels)?);
         let table = format!("tau = {tau:.1}");
-        drawn.push(image_of(&draw_with(&scene, &view, ("layered_environment_map", &table))?.picture)?);
+        drawn.push(rgb(&draw_with(&scene, &view, ("layered_environment_map", &table))?.picture)?);
     }
     let rows = [drawn, divided].map(|row| beside_of_width(&row, 480));
     save_small(&below(&rows), &root().join("docs/pictures/layered-5.png"))
@@ -298,13 +263,13 @@ fn inference() -> Result<()> {
     let settings = LayeredEnvironmentMapSettings { textures: Textures::Inferred, ..Default::default() };
     let layers = inferred_layers(&settings, &scene, QUALITY, [0, 0], &Silent)?;
     let panel = |picture: &Framebuffer| {
-        // Before grey: what is not there is told from what is black.
+        // Before grey: texels that are not there differ from black ones.
         let over = |[red, green, blue, alpha]: [f32; 4]| {
             let passes = 0.2 * (1.0 - alpha).clamp(0.0, 1.0);
             [red, green, blue].map(|channel| (channel + passes).max(0.0))
         };
         let pixels = picture.pixels.iter().map(|pixel| glam::Vec3::from(over(*pixel)).extend(1.0).to_array());
-        image_of(&Framebuffer { pixels: pixels.collect(), ..Framebuffer::new(picture.width, picture.height) })
+        rgb(&Framebuffer { pixels: pixels.collect(), ..Framebuffer::new(picture.width, picture.height) })
     };
     let row = |layer: &InferredLayer| -> Result<RgbImage> {
         let panels = [&layer.reflected, &layer.refracted, &layer.texture].map(panel);

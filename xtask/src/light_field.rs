@@ -2,13 +2,13 @@
 
 use crate::light_field_library::{coordinates, scenes, slab_choice};
 use crate::panels::{below, beside, cut, save_small};
-use crate::{root, run};
+use crate::program::{catoptric, compare};
+use crate::stage::print;
+use crate::{program, root, run};
 use anyhow::{Context, Result};
 use image::RgbImage;
 use serde_json::Value;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 /// The room of the pictures: a mirror ball among near things.
 const ROOM: &str = "builtin:sphere_room";
@@ -39,7 +39,7 @@ const METHODS: [&str; 9] = [
 /// Reflectors of the table of models, from few triangles to many.
 const TESSELLATIONS: [u32; 4] = [16, 64, 128, 256];
 
-/// Makes what `name` asks for: `light_field-5`, `-7`, `-8`, `-9`, `-table`, `-models`, `-scenes`, or all.
+/// Makes the figures of `name`: `light_field-5`, `-7`, `-8`, `-9`, `-table`, `-models`, `-scenes`, or all.
 pub(crate) fn draw(name: &str) -> Result<()> {
     let wanted = name.strip_prefix("light_field").unwrap_or_default().trim_start_matches('-');
     let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
@@ -73,21 +73,13 @@ pub(crate) fn draw(name: &str) -> Result<()> {
     Ok(())
 }
 
-fn catoptric(words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]).args(words);
-    command
-}
-
 fn picture(scratch: &Path, method: &str, more: &[&str], baked: Option<&PathBuf>) -> Result<RgbImage> {
-    let path = scratch.join("picture.png");
     let mut command = catoptric(&["render", ROOM, "--order", "1", "--size", "480x360", "--samples", "4", "--quiet"]);
     command.args(["--method", method]).args(more);
     if let Some(file) = baked {
         command.arg("--baked").arg(file);
     }
-    run(command.arg("-o").arg(&path))?;
-    Ok(image::open(&path).with_context(|| format!("cannot read {}", path.display()))?.to_rgb8())
+    program::picture(&mut command, &scratch.join("picture.png"))
 }
 
 /// Figure 8: no disparity, that of a plane, and that of every ray's depth.
@@ -116,19 +108,8 @@ fn eyes(scratch: &Path, baked: &PathBuf) -> Result<()> {
 }
 
 fn measured(scratch: &Path, scene: &str, methods: &[&str]) -> Result<Vec<Value>> {
-    let report = scratch.join("report");
-    let mut command = catoptric(&["compare", scene, "--order", "1", "--size", "480x360", "--samples", "4", "--quiet"]);
-    command.args(["--projection-every", "64", "--method", "reference"]).arg("--report").arg(&report);
-    for method in methods {
-        command.args(["--method", method]);
-    }
-    run(&mut command)?;
-    let path = report.join("report.json");
-    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    let Value::Array(rows) = serde_json::from_str(&text).context("the program's report")? else {
-        return Ok(Vec::new());
-    };
-    Ok(rows)
+    let words = ["--order", "1", "--size", "480x360", "--samples", "4", "--projection-every", "64"];
+    compare(scene, &words, methods, &scratch.join("report"))
 }
 
 /// The sum of all numbers of an object.
@@ -144,25 +125,24 @@ fn preparation_ms(row: &Value) -> f64 {
 
 /// Table 1: every method on the room, with numbers in place of low, moderate and high.
 fn methods(scratch: &Path) -> Result<()> {
-    let mut table = std::io::stdout();
-    writeln!(table, "| method | before the first frame | first frame | frame | MB | FLIP on the ball |")?;
-    writeln!(table, "|---|---|---|---|---|---|")?;
+    print(
+        "| method | before the first frame | first frame | frame | MB | FLIP on the ball |\n|---|---|---|---|---|---|",
+    )?;
     let labels = ["reference"].iter().chain(&METHODS);
     for (label, row) in labels.zip(measured(scratch, ROOM, &METHODS)?) {
         let flip = row["error"]["reflector"]["flip_mean"].as_f64().unwrap_or_default();
         let (before, first) = (preparation_ms(&row), sum(&row["first_stages_ms"]));
         let frame = row["frame_ms"]["median"].as_f64().unwrap_or_default();
         let megabytes = sum(&row["bytes"]) / 1e6;
-        writeln!(table, "| `{label}` | {before:.0} ms | {first:.0} ms | {frame:.0} ms | {megabytes:.1} | {flip:.3} |")?;
+        let times = format!("{before:.0} ms | {first:.0} ms | {frame:.0} ms");
+        print(&format!("| `{label}` | {times} | {megabytes:.1} | {flip:.3} |"))?;
     }
     Ok(())
 }
 
 /// The table of models: frames by the reflector's triangles.
 fn models(scratch: &Path) -> Result<()> {
-    let mut table = std::io::stdout();
-    writeln!(table, "| triangles of the ball | frame | FLIP on the ball |")?;
-    writeln!(table, "|---|---|---|")?;
+    print("| triangles of the ball | frame | FLIP on the ball |\n|---|---|---|")?;
     for tessellation in TESSELLATIONS {
         let scene = format!("{ROOM}?tess={tessellation}");
         let rows = measured(scratch, &scene, &["light_field:st=16,uv=64"])?;
@@ -170,7 +150,7 @@ fn models(scratch: &Path) -> Result<()> {
         let triangles = row["counts"]["reflector_triangles"].as_u64().unwrap_or_default();
         let frame = row["frame_ms"]["median"].as_f64().unwrap_or_default();
         let flip = row["error"]["reflector"]["flip_mean"].as_f64().unwrap_or_default();
-        writeln!(table, "| {triangles} | {frame:.0} ms | {flip:.3} |")?;
+        print(&format!("| {triangles} | {frame:.0} ms | {flip:.3} |"))?;
     }
     Ok(())
 }

@@ -1,21 +1,22 @@
-//! Figures and a table of the light field that are made by library calls: what rays of a picture are in slabs, and frames by the
-//! scene's size.
+//! Figures and a table of the light field that are made by library calls: what rays of a picture are in slabs, and
+//! frames by the scene's size.
 
 use crate::panels::{beside_of_width, save_small};
 use crate::root;
+use crate::stage::{median, print, rgb, timed};
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::tracer::Tracer;
 use catoptric::math::Aabb;
+use catoptric::methods::Quality;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, SlabCoordinates, Slabs};
-use catoptric::methods::{self, Job, Quality, ReflectionMethod};
 use catoptric::progress::Silent;
 use catoptric::scene::shade::SurfacePoint;
-use catoptric::scene::{PoseOptions, Scene, View, builtin};
-use catoptric::surface::tracer::Tracer;
+use catoptric::scene::{PoseOptions, Scene, View};
+use catoptric_scenes::builtin;
+use catoptric_testkit::Session;
 use glam::{Vec2, Vec3};
 use image::{Rgb, RgbImage};
-use std::io::Write;
-use std::time::Instant;
 
 /// Colours of the six slabs: +x, -x, +y, -y, +z, -z.
 const COLORS: [[u8; 3]; 6] =
@@ -24,10 +25,10 @@ const COLORS: [[u8; 3]; 6] =
 /// Triangles of the hall in the table of scenes.
 const HALLS: [u32; 4] = [10_000, 100_000, 1_000_000, 5_000_000];
 
-/// Frames of which the median is told.
+/// The number of frames of a median.
 const FRAMES: usize = 15;
 
-/// How those frames are drawn: a method and its settings.
+/// The method of those frames and its settings.
 const WAYS: [(&str, &str); 3] =
     [("light_field", "st = 8\nuv = 32\nbackground = \"slabs\""), ("light_field", "st = 8\nuv = 32"), ("reference", "")];
 
@@ -41,14 +42,10 @@ fn posed(name: &str) -> Result<Scene> {
 
 /// A method's picture.
 fn picture(scene: &Scene, view: &View, method: &str, settings: &str) -> Result<RgbImage> {
-    let mut method = methods::create(method, &settings.parse()?)?;
-    method.prepare(scene, QUALITY, &Silent)?;
-    let mut target = Framebuffer::new(view.width, view.height);
-    method.render(&Job { scene, view, quality: QUALITY, progress: &Silent }, &mut target)?;
-    RgbImage::from_raw(view.width, view.height, target.to_srgb8()).context("a picture has as many pixels as its view")
+    rgb(&Session::new(method, settings, scene, QUALITY)?.draw(view)?.picture)
 }
 
-/// What first reflections on a scene's reflectors are, in colours.
+/// The kinds of first reflections on a scene's reflectors, as colours.
 fn of_first_hits(
     scene: &Scene,
     view: &View,
@@ -102,57 +99,36 @@ pub(crate) fn slab_choice() -> Result<()> {
     save_small(&beside_of_width(&panels, 360), &root().join("docs/pictures/light_field-7.png"))
 }
 
-/// The same view of one hall, made ready for drawing in several ways.
-struct Hall {
-    scene: Scene,
-    view: View,
-    ways: Vec<Box<dyn ReflectionMethod>>,
+/// The view of one hall.
+fn hall(triangles: u32) -> Result<(Scene, View)> {
+    let mut scene = posed(&format!("large_room?triangles={triangles}"))?;
+    let view = scene.default_view(640, 480);
+    let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
+    let (room, eye) = (Vec3::splat(0.1), view.eye());
+    scene.region = Some(Aabb { min: ball.min.min(eye - room), max: ball.max.max(eye + room) });
+    Ok((scene, view))
 }
 
-impl Hall {
-    fn new(triangles: u32) -> Result<Self> {
-        let mut scene = posed(&format!("large_room?triangles={triangles}"))?;
-        let view = scene.default_view(640, 480);
-        let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
-        let room = Vec3::splat(0.1);
-        let eye = view.eye();
-        scene.region = Some(Aabb { min: ball.min.min(eye - room), max: ball.max.max(eye + room) });
-        let mut ways = Vec::new();
-        for (method, settings) in WAYS {
-            let mut method = methods::create(method, &settings.parse()?)?;
-            method.prepare(&scene, QUALITY, &Silent)?;
-            ways.push(method);
-        }
-        Ok(Self { scene, view, ways })
-    }
-}
-
-/// Frames by the scene's triangles: everything from slabs, the background drawn, and the reference. Halls take turns, so that
-/// what else the machine does slows them alike.
+/// Frames by the scene's triangles: everything from slabs, the background drawn, and the reference. Halls take turns,
+/// so that what else the machine does slows them alike.
 pub(crate) fn scenes() -> Result<()> {
-    let mut halls = HALLS.into_iter().map(Hall::new).collect::<Result<Vec<Hall>>>()?;
-    let mut times_ms = vec![vec![Vec::new(); WAYS.len()]; halls.len()];
-    for _ in 0..FRAMES {
-        for (hall, times_ms) in halls.iter_mut().zip(&mut times_ms) {
-            let job = Job { scene: &hall.scene, view: &hall.view, quality: QUALITY, progress: &Silent };
-            let mut target = Framebuffer::new(hall.view.width, hall.view.height);
-            for (way, times_ms) in hall.ways.iter_mut().zip(times_ms) {
-                let start = Instant::now();
-                way.render(&job, &mut target)?;
-                times_ms.push(start.elapsed().as_secs_f64() * 1e3);
-            }
+    let halls = HALLS.into_iter().map(hall).collect::<Result<Vec<_>>>()?;
+    let mut sessions = Vec::new();
+    for (scene, view) in &halls {
+        for (method, settings) in WAYS {
+            sessions.push((Session::new(method, settings, scene, QUALITY)?, view, Vec::new()));
         }
     }
-    let mut table = std::io::stdout();
-    writeln!(table, "| triangles | `background=slabs` | `background=scene` | reference |")?;
-    writeln!(table, "|---|---|---|---|")?;
-    for (hall, times_ms) in halls.iter().zip(times_ms) {
-        write!(table, "| {} |", hall.scene.triangles.len())?;
-        for mut times_ms in times_ms {
-            times_ms.sort_by(f64::total_cmp);
-            write!(table, " {:.0} ms |", times_ms[FRAMES / 2])?;
+    for _ in 0..FRAMES {
+        for (session, view, times_ms) in &mut sessions {
+            let mut target = Framebuffer::new(view.width, view.height);
+            times_ms.push(timed(session, view, &mut target)?.1);
         }
-        writeln!(table)?;
+    }
+    print("| triangles | `background=slabs` | `background=scene` | reference |\n|---|---|---|---|")?;
+    for ((scene, _), sessions) in halls.iter().zip(sessions.chunks_mut(WAYS.len())) {
+        let cells = sessions.iter_mut().map(|(_, _, times_ms)| format!(" {:.0} ms |", median(times_ms)));
+        print(&format!("| {} |{}", scene.triangles.len(), cells.collect::<String>()))?;
     }
     Ok(())
 }

@@ -4,12 +4,16 @@ mod cameras;
 mod layered;
 mod light_field;
 mod light_field_library;
+mod new_method;
 mod panels;
 mod perturbation;
+mod program;
 mod scaling;
+mod stage;
 mod virtual_objects;
 
 use anyhow::{Context, Result, bail};
+use catoptric_testkit::readme::readmes;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -24,6 +28,10 @@ Commands:
                    the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
                    `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md; with
                    `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md
+  new-method NAME --family lookup|projection [--bake] [--layout]
+                   make the folder of a method with all roles, its lines in the registry, a test and a bench that
+                   fail until it draws
+  settings         write the tables of settings into the methods' READMEs
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
@@ -37,6 +45,8 @@ fn main() -> Result<()> {
             Some(name) => perturbation::draw(&name),
             None => figures(),
         },
+        Some("new-method") => new_method::make(&std::env::args().skip(2).collect::<Vec<_>>()),
+        Some("settings") => settings(),
         Some("ci") => run(Command::new("bash").arg(".ci/run")),
         Some(other) => bail!("there is no command `{other}`\n\n{HELP}"),
         None => bail!("{HELP}"),
@@ -55,6 +65,15 @@ fn run(command: &mut Command) -> Result<()> {
     Ok(())
 }
 
+/// Writes the tables of settings into the methods' READMEs.
+fn settings() -> Result<()> {
+    for readme in readmes()?.into_iter().filter(|readme| readme.text != readme.current) {
+        std::fs::write(&readme.path, readme.current)
+            .with_context(|| format!("cannot write {}", readme.path.display()))?;
+    }
+    Ok(())
+}
+
 /// The pictures that README.md shows.
 fn figures() -> Result<()> {
     let folder = root().join("docs/pictures");
@@ -69,10 +88,8 @@ fn figures() -> Result<()> {
     ];
     for (name, scene, method) in pictures {
         let output = folder.join(format!("{name}.png"));
-        run(Command::new(env!("CARGO"))
-            .args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--", "render", scene])
-            .args(["--method", method, "--size", "480x320", "--samples", "16", "--order", "4", "-o"])
-            .arg(output))?;
+        let words = ["render", scene, "--method", method, "--size", "480x320", "--samples", "16", "--order", "4", "-o"];
+        run(program::catoptric(&words).arg(output))?;
     }
     Ok(())
 }

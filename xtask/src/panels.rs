@@ -59,7 +59,7 @@ pub(crate) fn white(width: u32, height: u32) -> RgbImage {
     RgbImage::from_pixel(width, height, image::Rgb([255; 3]))
 }
 
-/// Writes a picture as a small file: each channel rounded to one of 52 levels, which the eye can hardly tell.
+/// Writes a picture as a small file: each channel rounded to one of 52 levels, hardly visible.
 pub(crate) fn save_small(picture: &RgbImage, path: &Path) -> Result<()> {
     let rounded: Vec<u8> = picture.as_raw().iter().map(|channel| channel.saturating_add(2) / 5 * 5).collect();
     let mut bytes = Vec::new();

@@ -1,17 +1,17 @@
 //! Figures 8 to 13 of Chen and Arvo 2000, made again: path perturbation beside the reference.
 
 use crate::panels::{below, beside, cut};
-use crate::{root, run};
+use crate::program::{catoptric, json, picture};
+use crate::root;
+use crate::stage::print;
 use anyhow::{Context, Result};
 use image::RgbImage;
 use serde_json::Value;
-use std::io::Write;
 use std::path::Path;
-use std::process::Command;
 
 /// A picture to draw.
 struct Shot {
-    /// What the table of times calls it.
+    /// Its name in the table of times.
     label: &'static str,
     scene: &'static str,
     /// Settings of path perturbation, separated by blanks; without them the reference draws.
@@ -107,9 +107,8 @@ fn figures() -> Vec<Figure> {
 pub(crate) fn draw(wanted: &str) -> Result<()> {
     let folder = root().join("docs/pictures");
     let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
-    let mut table = std::io::stdout();
-    writeln!(table, "| figure | picture | size | `build` ms | first frame ms | later frames ms | virtual triangles |")?;
-    writeln!(table, "|---|---|---|---|---|---|---|")?;
+    print("| figure | picture | size | `build` ms | first frame ms | later frames ms | virtual triangles |")?;
+    print("|---|---|---|---|---|---|---|")?;
     for figure in figures().iter().filter(|figure| figure.name.contains(wanted)) {
         let mut panels = Vec::new();
         for shot in &figure.shots {
@@ -129,31 +128,27 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
 impl Shot {
     /// Draws the picture and prints a row of the table.
     fn draw(&self, figure: &str, scratch: &Path) -> Result<RgbImage> {
-        let picture = scratch.join("picture.png");
         let stats = scratch.join("stats.json");
         let [width, height] = self.size;
-        let mut command = Command::new(env!("CARGO"));
-        command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--", "render", self.scene]);
-        command.args(["--size", &format!("{width}x{height}"), "--samples", "4", "--quiet", "--frames", FRAMES]);
+        let mut command = catoptric(&["render", self.scene, "--samples", "4", "--quiet", "--frames", FRAMES]);
+        command.args(["--size", &format!("{width}x{height}")]);
         command.args(["--order", &self.order.to_string(), "--time", &self.time_s.to_string()]);
         command.args(["--motion", self.motion, "--method"]);
         command.arg(if self.settings.is_some() { "path_perturbation" } else { "reference" });
         for setting in self.settings.unwrap_or_default().split_whitespace() {
             command.args(["--set", setting]);
         }
-        run(command.arg("--stats").arg(&stats).arg("-o").arg(&picture))?;
-        let text = std::fs::read_to_string(&stats).with_context(|| format!("cannot read {}", stats.display()))?;
-        let stats: Value = serde_json::from_str(&text).context("the program's statistics")?;
+        let panel = picture(command.arg("--stats").arg(&stats), &scratch.join("picture.png"))?;
+        let stats = json(&stats)?;
         let milliseconds = |value: &Value| value.as_f64().map_or("".into(), |time| format!("{time:.0}"));
-        writeln!(
-            std::io::stdout(),
+        print(&format!(
             "| {figure} | {} | {width}x{height} | {} | {} | {} | {} |",
             self.label,
             milliseconds(&stats["first_stages_ms"]["build"]),
             milliseconds(&stats["frame_ms"]["max"]),
             milliseconds(&stats["frame_ms"]["median"]),
             stats["counts"]["virtual_triangles"].as_u64().map_or(String::new(), |count| count.to_string()),
-        )?;
-        Ok(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8())
+        ))?;
+        Ok(panel)
     }
 }

@@ -1,24 +1,24 @@
-//! How the times of sample-based cameras grow, beside those of the reference.
+//! The growth of the times of sample-based cameras, beside those of the reference.
 
 mod plot;
 
-use crate::cameras::stage::{CAMERAS, Stage, count, stage_ms};
+use crate::cameras::CAMERAS;
 use crate::root;
+use crate::stage::{Stage, count, print, stage_ms};
 use anyhow::{Context, Result, anyhow};
 use catoptric::methods::Report;
-use catoptric::scene::builtin;
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, Model};
 use catoptric::surface::AnalyticSurface;
+use catoptric_scenes::builtin;
 use glam::{Quat, Vec3};
 use plot::{Curve, Plot};
-use std::io::Write;
 
 /// The size of all pictures.
 const SIZE: [u32; 2] = [360, 240];
 /// Samples a pixel.
 const SAMPLES: u32 = 16;
 /// The settings that are not varied.
-const SETTINGS: &str = "preset = 'fast', downsampling = 2";
+const SETTINGS: &str = "preset = 'fast'\ndownsampling = 2";
 
 /// One measured point of all curves of a plot.
 struct Measured {
@@ -39,7 +39,7 @@ pub(crate) fn draw() -> Result<()> {
     });
     plots.push(series("triangles", triangles)?);
     let rays = [8u32, 4, 2, 1].map(|spacing| {
-        let settings = format!("preset = 'fast', downsampling = {spacing}");
+        let settings = format!("preset = 'fast'\ndownsampling = {spacing}");
         (f64::from(SIZE[0] * SIZE[1] / (spacing * spacing)), move || stage("sphere_room", 1), settings)
     });
     plots.push(series("view rays", rays)?);
@@ -56,12 +56,11 @@ pub(crate) fn draw() -> Result<()> {
 
 /// Measures a series of stages, each with the number that varies and with settings.
 fn series<const N: usize>(what: &'static str, stages: [(f64, impl Fn() -> Result<Stage>, String); N]) -> Result<Plot> {
-    let mut out = std::io::stdout();
-    writeln!(
-        out,
-        "\n| {what} | rays kept | ray map and cameras ms | first frame ms | later frames ms | reference ms | reference / first | reference / later |"
-    )?;
-    writeln!(out, "|---|---|---|---|---|---|---|---|")?;
+    print(&format!(
+        "\n| {what} | rays kept | ray map and cameras ms | first frame ms | later frames ms | reference ms \
+         | reference / first | reference / later |\n\
+         |---|---|---|---|---|---|---|---|"
+    ))?;
     let mut points = Vec::new();
     for (at, stage, settings) in stages {
         let stage = stage()?;
@@ -76,8 +75,7 @@ fn series<const N: usize>(what: &'static str, stages: [(f64, impl Fn() -> Result
             later_ms: drawn.later_ms.min(again.later_ms),
             reference_ms: reference.first_ms.min(reference.later_ms),
         };
-        writeln!(
-            out,
+        print(&format!(
             "| {at} | {} | {:.1} | {:.0} | {:.0} | {:.0} | {:.2} | {:.1} |",
             count(&drawn.report, "ray_map_rays"),
             point.build_ms,
@@ -86,15 +84,15 @@ fn series<const N: usize>(what: &'static str, stages: [(f64, impl Fn() -> Result
             point.reference_ms,
             point.reference_ms / point.first_ms,
             point.reference_ms / point.later_ms,
-        )?;
+        ))?;
         points.push(point);
     }
     for (label, time) in
         [("first frames", (|point| point.first_ms) as fn(&Measured) -> f64), ("later frames", |point| point.later_ms)]
     {
         match points.windows(2).find_map(|pair| crossing(pair, time)) {
-            Some(at) => writeln!(out, "\n{label} take as long as the reference's at {at:.3e} ({what})")?,
-            None => writeln!(out, "\n{label}: no crossing with the reference in this range ({what})")?,
+            Some(at) => print(&format!("\n{label} take as long as the reference's at {at:.3e} ({what})"))?,
+            None => print(&format!("\n{label}: no crossing with the reference in this range ({what})"))?,
         }
     }
     let curve = |label, time: fn(&Measured) -> f64| Curve {
@@ -114,7 +112,7 @@ fn build_ms(report: &Report) -> f64 {
     stage_ms(report, "ray_map") + stage_ms(report, "build")
 }
 
-/// Where a time becomes as long as the reference's (or shorter) between two points, on logarithmic axes.
+/// The place between two points at which a time becomes as long as the reference's (or shorter), on logarithmic axes.
 fn crossing(pair: &[Measured], time: fn(&Measured) -> f64) -> Option<f64> {
     let [before, after] = pair else { return None };
     let ahead = |point: &Measured| (point.reference_ms / time(point)).ln();
@@ -155,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn rooms_have_as_many_balls_as_asked_for() {
+    fn rooms_have_the_given_number_of_balls() {
         let stage = Stage::of_model(&room_of_balls(6).unwrap(), [30, 20], 1).unwrap();
         assert_eq!(stage.scene.specular_objects().len(), 6);
     }

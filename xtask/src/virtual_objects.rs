@@ -1,13 +1,13 @@
 //! Virtual objects measured and shown: the table of round trips and the pictures of docs/figures-virtual-objects.md.
 
 use crate::panels::{below, beside, cut, save_small};
-use crate::{root, run};
+use crate::program::{catoptric, compare, picture};
+use crate::root;
+use crate::stage::print;
 use anyhow::{Context, Result};
 use image::RgbImage;
 use serde_json::Value;
-use std::io::Write;
 use std::path::Path;
-use std::process::Command;
 
 /// Built-in scenes with the highest order of their paths.
 const SCENES: [(&str, u32); 13] = [
@@ -58,7 +58,7 @@ const ARTEFACTS: [Artefact; 3] = [
     ),
 ];
 
-/// Makes what `name` asks for: `virtual_objects-table`, `virtual_objects-blend` and the like, or all.
+/// Makes the figures of `name`: `virtual_objects-table`, `virtual_objects-blend` and the like, or all.
 pub(crate) fn draw(name: &str) -> Result<()> {
     let wanted = name.strip_prefix("virtual_objects").unwrap_or_default().trim_start_matches('-');
     let scratch = tempfile::tempdir().context("cannot make a temporary folder")?;
@@ -73,26 +73,15 @@ pub(crate) fn draw(name: &str) -> Result<()> {
 
 /// Prints the table of round trips, as Markdown.
 fn table(scratch: &Path) -> Result<()> {
-    let mut table = std::io::stdout();
     let titles = METHODS.map(|method| format!(" `{method}` |")).concat();
-    writeln!(table, "| scene | order |{titles}")?;
-    writeln!(table, "|---|---|{}", "---|".repeat(METHODS.len()))?;
+    print(&format!("| scene | order |{titles}\n|---|---|{}", "---|".repeat(METHODS.len())))?;
     for (scene, order) in SCENES {
-        let report = scratch.join(scene);
-        let mut command = catoptric();
-        command.args(["compare", &format!("builtin:{scene}"), "--order", &order.to_string(), "--size", "240x180"]);
-        command.args(["--samples", "1", "--frames", "1", "--quiet", "--projection-every", "2"]);
-        command.args(["--method", "reference"]).arg("--report").arg(&report);
-        for method in METHODS {
-            command.args(["--method", method]);
-        }
-        run(&mut command)?;
-        let path = report.join("report.json");
-        let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        let report: Value = serde_json::from_str(&text).context("the program's report")?;
-        let rows = report.as_array().map(Vec::as_slice).unwrap_or_default();
+        let order = order.to_string();
+        let words =
+            ["--order", &order, "--size", "240x180", "--samples", "1", "--frames", "1", "--projection-every", "2"];
+        let rows = compare(&format!("builtin:{scene}"), &words, &METHODS, &scratch.join(scene))?;
         let cells = rows.iter().skip(1).map(|row| format!(" {} |", cell(row)));
-        writeln!(table, "| {scene} | {order} |{}", cells.collect::<String>())?;
+        print(&format!("| {scene} | {order} |{}", cells.collect::<String>()))?;
     }
     Ok(())
 }
@@ -115,24 +104,16 @@ fn cell(row: &Value) -> String {
 fn panels((name, scene, order, part, methods): &Artefact, scratch: &Path) -> Result<()> {
     let mut panels: Vec<RgbImage> = Vec::new();
     for method in methods.iter().chain(&["reference"]) {
-        let picture = scratch.join("picture.png");
         let (id, settings) = method.split_once(':').unwrap_or((method, ""));
-        let mut command = catoptric();
-        command.args(["render", scene, "--order", &order.to_string(), "--size", "480x360", "--samples", "4"]);
-        command.args(["--quiet", "--method", id]);
+        let mut command =
+            catoptric(&["render", scene, "--size", "480x360", "--samples", "4", "--quiet", "--method", id]);
+        command.args(["--order", &order.to_string()]);
         for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
             command.args(["--set", setting]);
         }
-        run(command.arg("-o").arg(&picture))?;
-        panels.push(image::open(&picture).with_context(|| format!("cannot read {}", picture.display()))?.to_rgb8());
+        panels.push(picture(&mut command, &scratch.join("picture.png"))?);
     }
     let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, *part)).collect();
     let path = root().join(format!("docs/pictures/virtual_objects-{name}.png"));
     save_small(&below(&[beside(&panels), beside(&parts)]), &path)
-}
-
-fn catoptric() -> Command {
-    let mut command = Command::new(env!("CARGO"));
-    command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]);
-    command
 }

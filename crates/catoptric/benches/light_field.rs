@@ -3,14 +3,13 @@
 use catoptric::math::random::Stream;
 use catoptric::methods::lookup::light_field::{Disparity, LightFieldSettings, Slabs};
 use catoptric::progress::Silent;
-use catoptric::scene::{PoseOptions, builtin};
+use catoptric_testkit::drawing::scene;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use std::hint::black_box;
 
 fn light_field(criterion: &mut Criterion) {
-    let scene = builtin::parse("large_room").and_then(|model| model.pose(&PoseOptions::default()));
-    let scene = scene.expect("built-in scenes are valid");
+    let scene = scene("large_room");
     let region = scene.objects[scene.specular_objects()[0] as usize].bounds;
     let mut group = criterion.benchmark_group("light_field");
     group.sample_size(10);
@@ -24,7 +23,7 @@ fn light_field(criterion: &mut Criterion) {
     let count = 1 << 20;
     let points: Vec<Vec3> = (0..count).map(|_| region.center() + region.size() * 0.5 * next()).collect();
     let anywhere: Vec<Vec3> = (0..count).map(|_| next().normalize()).collect();
-    // As from a ball seen from afar: neighbours differ little.
+    // Directions as from a distant ball: neighbours differ little.
     let angle = |k: usize, every: usize| (k % every) as f32 / every as f32 * 3.0 - 1.5;
     let near = |k: usize| Vec3::new(angle(k, 1024).sin(), angle(k / 1024, 1024).sin(), 1.0).normalize();
     let beside: Vec<Vec3> = (0..count).map(near).collect();

@@ -1,19 +1,20 @@
 //! Scene points to their appearances: points a second, by how they are found.
 //!
-//! Points lie anywhere in the scene's box. `second order` is the cached expansion of the nearest sample rays, `polished`
-//! the solver's exact answer from there, `ray bundles` and `pinholes` the cameras of sample-based cameras, `exact search` needs no view and no samples of it. Errors are those of
-//! `catoptric compare`; here the mean number of appearances a point is printed beside the times. Run with
-//! `RAYON_NUM_THREADS=1` for one thread. `panorama`: cameras for all directions about a place, building them and asking them.
+//! Points lie anywhere in the scene's box. `second order` is the cached expansion of the nearest sample rays,
+//! `polished` the solver's exact answer from there, `ray bundles` and `pinholes` the cameras of sample-based cameras,
+//! `exact search` needs no view and no samples of it. Errors are those of `catoptric compare`; here the mean number of
+//! appearances a point is printed beside the times. Run with `RAYON_NUM_THREADS=1` for one thread. `panorama`: cameras
+//! for all directions about a place, building them and asking them.
 
-use catoptric::math::random::Stream;
-use catoptric::methods::projection::Projection;
-use catoptric::methods::projection::exact_search::{ExactSearch, SearchSettings};
-use catoptric::methods::projection::finder::{FoundPath, PathSearch};
+use catoptric::methods::Quality;
+use catoptric::methods::path_query::{FoundPath, PathSearch};
+use catoptric::methods::projection::find::exact_search::{ExactSearch, SearchSettings};
 use catoptric::methods::projection::sample_based_camera::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
-use catoptric::methods::{self, Job, Quality};
+use catoptric::methods::projector::Projections;
 use catoptric::parallel;
 use catoptric::progress::Silent;
-use catoptric::scene::{PoseOptions, Scene, View, builtin};
+use catoptric::scene::{Scene, View};
+use catoptric_testkit::drawing::{points_in, scene, with_projector};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use std::hint::black_box;
@@ -27,7 +28,7 @@ const AT_ONCE: usize = 1024;
 /// Scene and highest order.
 const SCENES: [(&str, u32); 4] = [("sphere_room", 1), ("vase", 1), ("dish", 1), ("two_spheres", 2)];
 
-/// What is measured: a label, the method, its settings.
+/// The measured cases: a label, the method, its settings.
 const METHODS: [(&str, &str, &str); 7] = [
     (
         "second order, regular samples",
@@ -42,13 +43,6 @@ const METHODS: [(&str, &str, &str); 7] = [
     ("ray bundles, polished", "sample_based_camera", "preset = 'exact'"),
 ];
 
-fn points(scene: &Scene) -> Vec<Vec3> {
-    let mut random = Stream::new(3);
-    let size = scene.bounds.max - scene.bounds.min;
-    let mut next = || Vec3::new(random.next_unit(), random.next_unit(), random.next_unit());
-    (0..POINTS).map(|_| scene.bounds.min + size * next()).collect()
-}
-
 /// Calls `project` for every point on all threads; the sum of what it returns.
 fn for_all(points: &[Vec3], project: impl Fn(&[Vec3]) -> usize + Sync) -> usize {
     let chunks: Vec<&[Vec3]> = points.chunks(AT_ONCE).collect();
@@ -56,33 +50,25 @@ fn for_all(points: &[Vec3], project: impl Fn(&[Vec3]) -> usize + Sync) -> usize 
 }
 
 fn projectors(criterion: &mut Criterion, name: &str, scene: &Scene, view: &View, order: u32) {
-    let points = points(scene);
+    let points = points_in(scene, POINTS);
     let mut group = criterion.benchmark_group(format!("points/{name}"));
     group.sample_size(10).throughput(Throughput::Elements(POINTS as u64));
     let quality = Quality { samples: 1, order };
     for (label, id, settings) in METHODS {
-        let settings = toml::from_str(settings).expect("the bench's settings are valid");
-        let mut method = methods::create(id, &settings).expect("the method exists");
-        method.prepare(scene, quality, &Silent).expect("built-in scenes can be drawn");
-        let job = Job { scene, view, quality, progress: &Silent };
-        let projector = method.projector(&job).expect("prepared").expect("it projects points");
-        let run = || {
-            for_all(&points, |points| {
-                let mut found: Vec<Projection> = Vec::new();
-                let mut count = 0;
-                for &point in points {
-                    found.clear();
-                    projector.project(point, &mut found);
-                    count += found.len();
-                }
-                count
-            })
-        };
-        eprintln!("{name}, {label}: {:.3} appearances a point", run() as f64 / POINTS as f64);
-        group.bench_function(label, |bencher| bencher.iter(|| black_box(run())));
+        with_projector(id, settings, scene, view, quality, |projector| {
+            let run = || {
+                for_all(&points, |points| {
+                    let mut found = Projections::default();
+                    projector.project(points, &mut found);
+                    found.all().len()
+                })
+            };
+            eprintln!("{name}, {label}: {:.3} appearances a point", run() as f64 / POINTS as f64);
+            group.bench_function(label, |bencher| bencher.iter(|| black_box(run())));
+        });
     }
     let settings = SearchSettings::default();
-    let search = ExactSearch::new(scene, view.eye().as_dvec3(), order, &scene.specular_objects(), &settings);
+    let search = ExactSearch::new(scene, view.eye().as_dvec3(), order, &scene.specular_objects(), &settings, &Silent);
     let search = search.expect("built-in scenes can be searched");
     group.throughput(Throughput::Elements(POINTS as u64 / 16));
     group.bench_function("exact search", |bencher| {
@@ -105,14 +91,13 @@ fn projectors(criterion: &mut Criterion, name: &str, scene: &Scene, view: &View,
 fn panoramas(criterion: &mut Criterion) {
     let places = [("sphere_room", 1, Vec3::new(-0.75, 1.9, 0.75)), ("two_spheres", 2, Vec3::new(0.15, 1.3, 0.75))];
     for (name, order, eye) in places {
-        let scene =
-            builtin::parse(&format!("{name}?surface=analytic")).and_then(|model| model.pose(&PoseOptions::default()));
-        let scene = scene.expect("built-in scenes are valid");
-        let points = points(&scene);
+        let scene = scene(&format!("{name}?surface=analytic"));
+        let points = points_in(&scene, POINTS);
         let mirrors = PanoramicMirrors::new(&scene);
         for size_px in [128, 512] {
             let settings = PanoramaSettings { size_px, order, ..PanoramaSettings::default() };
-            let build = || PanoramicCameras::new(&mirrors, eye, &settings).expect("the bench's settings are valid");
+            let build =
+                || PanoramicCameras::new(&mirrors, eye, &settings, &Silent).expect("the bench's settings are valid");
             let mut group = criterion.benchmark_group(format!("panorama/{name}/build"));
             group
                 .sample_size(10)
@@ -139,8 +124,7 @@ fn panoramas(criterion: &mut Criterion) {
 
 fn all_scenes(criterion: &mut Criterion) {
     for (name, order) in SCENES {
-        let scene = builtin::parse(name).and_then(|model| model.pose(&PoseOptions::default()));
-        let scene = scene.expect("built-in scenes are valid");
+        let scene = scene(name);
         let view = scene.default_view(WIDTH, HEIGHT);
         projectors(criterion, name, &scene, &view, order);
     }

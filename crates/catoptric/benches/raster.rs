@@ -1,6 +1,7 @@
 //! The speed of the rasteriser: a textured, lit room of displaced walls at 1440 x 960 pixels.
 
 use catoptric::framebuffer::Framebuffer;
+use catoptric::progress::Silent;
 use catoptric::raster::{SceneShader, draw, scene_draw_list};
 use catoptric::scene::model::{MeshAsset, Node, Primitive};
 use catoptric::scene::{
@@ -89,7 +90,7 @@ fn frames(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::from_parameter(name), |bencher| {
                 bencher.iter(|| {
                     let list = scene_draw_list(&scene, &view, |_| Some(0));
-                    let report = draw(&view, samples, &[list], &SceneShader::new(&scene, &view), &mut target);
+                    let report = draw(&view, samples, &[list], &SceneShader::new(&scene, &view), &mut target, &Silent);
                     black_box(report.expect("the bench asks for what is allowed"))
                 });
             });

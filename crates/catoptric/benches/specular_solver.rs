@@ -1,12 +1,12 @@
 //! Exact specular projection: time a Newton step and a solved vertex, on exact surfaces and on a mesh.
 
 use catoptric::math::random::Stream;
-use catoptric::optics::bundle::{Bounce, BounceKind, Eye};
-use catoptric::optics::specular_solver::{PathSites, solve};
+use catoptric::optics::path::bundle::{Bounce, BounceKind, Eye};
+use catoptric::optics::path::manifold::{ManifoldVertex, SpecularSurfaces};
+use catoptric::optics::path::specular_solver::{PathSites, solve};
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Node, Primitive};
 use catoptric::scene::{Material, Model, PoseOptions, Scene};
 use catoptric::surface::AnalyticSurface;
-use catoptric::surface::site::{Site, SpecularSurfaces};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec3, Vec3};
 use std::hint::black_box;
@@ -34,7 +34,7 @@ fn scene() -> Scene {
     model.pose(&PoseOptions::default()).expect("a valid scene")
 }
 
-/// Paths with starts beside them, `error` radii off; as many as asked for.
+/// `count` paths with starts beside them, `error` radii off.
 fn problems(
     surfaces: &SpecularSurfaces<'_>,
     scene: &Scene,
@@ -67,7 +67,7 @@ fn problems(
         let point = center + normal + out * 1.2;
         let beside = (normal + next() * error).normalize();
         let site = match scene.objects[object as usize].surface {
-            Some(_) => Site::on_surface(center + beside),
+            Some(_) => ManifoldVertex::on_surface(center + beside),
             None => {
                 let near = |triangle: &u32| {
                     let [a, b, c] = scene.triangles[*triangle as usize].map(|v| scene.positions[v as usize].as_dvec3());
@@ -75,7 +75,7 @@ fn problems(
                 };
                 let triangles = scene.objects[object as usize].triangles.clone();
                 let nearest = triangles.min_by(|a, b| near(a).total_cmp(&near(b))).unwrap_or(0);
-                Site { position: DVec3::ZERO, triangle: nearest, barycentrics: [0.3, 0.3] }
+                ManifoldVertex { position: DVec3::ZERO, triangle: nearest, barycentrics: [0.3, 0.3] }
             }
         };
         let bounce = Bounce { object, kind };

@@ -4,35 +4,34 @@
 //! can be *looked up* (the lookup family: radiance is fetched). Every method is measured against the same
 //! ray-traced [`methods::reference`].
 //!
-//!
 //! ```
 //! use catoptric::framebuffer::Framebuffer;
-//! use catoptric::methods::{self, Job, Quality};
+//! use catoptric::methods::{self, Quality};
 //! use catoptric::progress::Silent;
-//! use catoptric::scene::{PoseOptions, builtin};
+//! use catoptric::scene::PoseOptions;
+//! use catoptric_scenes::builtin;
+//! use std::sync::Arc;
 //!
 //! let model = builtin::load("sphere_room", &[("tess", "16")]).unwrap();
-//! let scene = model.pose(&PoseOptions::default()).unwrap();
+//! let scene = Arc::new(model.pose(&PoseOptions::default()).unwrap());
 //! let view = scene.default_view(64, 48);
-//! let mut method = methods::create("reference", &Default::default()).unwrap();
+//! let method = methods::create("reference", &Default::default()).unwrap();
 //! let quality = Quality { samples: 1, order: 2 };
-//! method.prepare(&scene, quality, &Silent).unwrap();
+//! let mut prepared = method.prepare(&scene, quality, None, &Silent).unwrap();
+//! let frame = prepared.frame(&view, &Silent).unwrap();
 //! let mut picture = Framebuffer::new(64, 48);
-//! method.render(&Job { scene: &scene, view: &view, quality, progress: &Silent }, &mut picture).unwrap();
+//! frame.draw(&mut picture, &Silent).unwrap();
 //! assert!(picture.pixels.iter().all(|pixel| pixel[0].is_finite()));
 //! ```
 
-mod clock;
 pub mod error;
-pub mod framebuffer;
-pub mod math;
+pub mod light;
 pub mod methods;
 pub mod metrics;
 pub mod optics;
-pub mod parallel;
-#[cfg(feature = "files")]
-pub mod picture;
-pub mod progress;
 pub mod raster;
-pub mod scene;
-pub mod surface;
+
+use catoptric_core::clock;
+#[cfg(feature = "files")]
+pub use catoptric_core::picture;
+pub use catoptric_core::{framebuffer, math, parallel, progress, scene, surface};

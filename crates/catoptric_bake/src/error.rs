@@ -1,4 +1,4 @@
-//! What can go wrong with a bake; a bug panics instead. Messages name the file, the field and the remedy.
+//! The errors of bakes; a bug panics instead. Messages name the file, the field and the remedy.
 
 use crate::unit::UnitFault;
 use std::io;
@@ -14,7 +14,7 @@ pub enum BakeError {
     Read {
         /// The file.
         file: String,
-        /// What the operating system or the store's server said.
+        /// The message of the operating system or of the store's server.
         source: io::Error,
     },
     /// It could not be written.
@@ -22,7 +22,7 @@ pub enum BakeError {
     Write {
         /// The file.
         file: String,
-        /// What the operating system or the store's server said.
+        /// The message of the operating system or of the store's server.
         source: io::Error,
     },
     /// The disk is full, or the user's share of it.
@@ -33,7 +33,7 @@ pub enum BakeError {
     Full {
         /// The file.
         file: String,
-        /// What the operating system said.
+        /// The message of the operating system.
         source: io::Error,
     },
     /// There is no such file.
@@ -41,7 +41,7 @@ pub enum BakeError {
     Absent {
         /// The file.
         file: String,
-        /// How it is made.
+        /// The way to make it.
         remedy: &'static str,
     },
     /// A folder, pipe or device stands where a file is wanted.
@@ -49,9 +49,9 @@ pub enum BakeError {
     NoFile {
         /// Its path.
         file: String,
-        /// What it is.
+        /// Its description.
         kind: &'static str,
-        /// What the user can do about it.
+        /// The remedy for the user.
         remedy: &'static str,
     },
     /// The file is of another kind.
@@ -59,9 +59,9 @@ pub enum BakeError {
     Foreign {
         /// The file.
         file: String,
-        /// What it seems to be.
+        /// The format that it seems to have.
         kind: &'static str,
-        /// What the user can do about it.
+        /// The remedy for the user.
         remedy: &'static str,
     },
     /// The file was made by a program with another format of such files.
@@ -71,14 +71,14 @@ pub enum BakeError {
     Version {
         /// The file.
         file: String,
-        /// Which version, such as `format version`.
+        /// The kind of version, such as `format version`.
         field: &'static str,
         /// The version found.
         found: u32,
         /// The version that this program reads.
         known: u32,
     },
-    /// The file is shorter or longer than it says.
+    /// The file is shorter or longer than its head declares.
     #[error("{file}: has {found} bytes where {expected} belong: {problem}; copy or merge it again")]
     Length {
         /// The file.
@@ -87,7 +87,7 @@ pub enum BakeError {
         expected: u64,
         /// The number found.
         found: u64,
-        /// Whether something is missing or too much.
+        /// `missing` or `too much`.
         problem: &'static str,
     },
     /// A hash does not fit: bits have changed since the file was written.
@@ -95,9 +95,9 @@ pub enum BakeError {
     Damaged {
         /// The file.
         file: String,
-        /// Which part of it, such as `unit 3 (row 3)`.
+        /// The part of it, such as `unit 3 (row 3)`.
         part: String,
-        /// How it was noticed.
+        /// The check that failed.
         problem: &'static str,
     },
     /// A field is missing, wrong or out of range.
@@ -107,7 +107,7 @@ pub enum BakeError {
         file: String,
         /// The field at fault, such as `identity.units[3].bytes`.
         field: String,
-        /// What is wrong with it and what is allowed.
+        /// The fault, and what is allowed.
         problem: String,
     },
     /// The store holds the bake of another plan.
@@ -131,7 +131,7 @@ pub enum BakeError {
     Misplaced {
         /// The unit's file.
         file: String,
-        /// What it is.
+        /// Its description.
         fault: UnitFault,
     },
     /// The unit was published before and differs from what was computed now.
@@ -174,21 +174,22 @@ pub enum BakeError {
         number: u64,
         /// The unit's name in the plan.
         name: String,
-        /// What the work said.
+        /// The message of the work.
         problem: String,
     },
     /// Units are missing or bad, so there is nothing to merge yet.
     #[error(
-        "{place}: {missing} of {total} units are missing and {bad} are bad ({first}); run again to make them, then merge"
+        "{place}: {missing} of {total} units are missing and {bad} are bad ({first}); run again to make them, then \
+        merge"
     )]
     Incomplete {
         /// The store.
         place: String,
-        /// How many units are not there.
+        /// The number of missing units.
         missing: u64,
-        /// How many are there and bad.
+        /// The number of bad units.
         bad: u64,
-        /// How many there should be.
+        /// The number of units of the plan.
         total: u64,
         /// The first few of them.
         first: String,
@@ -196,9 +197,9 @@ pub enum BakeError {
     /// The text or the environment names no shard.
     #[error("{place}: {problem}")]
     Shard {
-        /// Where it was looked for: the text, or the environment variable.
+        /// The source of the value: the text, or the environment variable.
         place: String,
-        /// What is wrong and what is allowed.
+        /// The fault, and what is allowed.
         problem: String,
     },
 }

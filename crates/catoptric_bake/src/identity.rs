@@ -1,4 +1,4 @@
-//! What a bake is of: everything that its bits depend on, and nothing else.
+//! The identity of a bake: everything that its bits depend on, and nothing else.
 
 use crate::error::BakeError;
 use crate::unit;
@@ -26,7 +26,7 @@ pub struct Identity {
     pub payload_version: u32,
     /// The method's settings. Numbers that JSON cannot hold (no number, infinity) become `null`: keep them out.
     pub settings: Value,
-    /// BLAKE3 of everything that the units see of the scene, in 64 lower-case hexadecimal digits.
+    /// BLAKE3 of everything in the scene that the units depend on, in 64 lower-case hexadecimal digits.
     pub scene_hash: String,
     /// The version of the program that makes the units: other versions may make other bits.
     pub program_version: String,
@@ -38,7 +38,7 @@ pub struct Identity {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedUnit {
-    /// What it is, for people.
+    /// Its name, for people.
     pub name: String,
     /// The bytes of its payload.
     pub bytes: u64,
@@ -54,14 +54,14 @@ impl fmt::Display for PlanHash {
     }
 }
 
-/// The first difference of two identities, in words: `settings: st is 16 in the bake, 32 asked for`.
+/// The first difference of two identities; its text is such as `settings: st is 16 in the bake, 32 asked for`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// The field, such as `settings: st`.
     pub field: String,
-    /// What it is in the bake.
+    /// Its value in the bake.
     pub baked: String,
-    /// What it is in what is asked for.
+    /// Its value in the requested identity.
     pub asked: String,
 }
 
@@ -77,7 +77,10 @@ impl Identity {
         // Written piece by piece: as JSON values, millions of units would take many times the memory of the text.
         let text = |text: &str| Value::from(text).to_string();
         let mut whole = format!(
-            r#"{{"method":{},"payload_version":{},"program_version":{},"scene_hash":{},"schema":{},"settings":{},"units":["#,
+            concat!(
+                r#"{{"method":{},"payload_version":{},"program_version":{},"scene_hash":{},"#,
+                r#""schema":{},"settings":{},"units":["#
+            ),
             text(&self.method),
             self.payload_version,
             text(&self.program_version),
@@ -103,11 +106,11 @@ impl Identity {
         self.units.len() as u64
     }
 
-    /// Whether it means something; `file` names it in messages.
+    /// Checks its fields; `file` names it in messages.
     ///
     /// # Errors
-    /// [`BakeError::Version`] for another schema, [`BakeError::Invalid`] for a scene hash that is none, for no units, and
-    /// for units larger than [`unit::MAX_PAYLOAD_BYTES`].
+    /// [`BakeError::Version`] for another schema, [`BakeError::Invalid`] for a scene hash that is none, for no units,
+    /// and for units larger than [`unit::MAX_PAYLOAD_BYTES`].
     pub fn validate(&self, file: &str) -> Result<(), BakeError> {
         if self.schema != SCHEMA {
             return Err(BakeError::Version { file: file.into(), field: "schema", found: self.schema, known: SCHEMA });
@@ -131,10 +134,10 @@ impl Identity {
         Ok(())
     }
 
-    /// Where this identity, of a bake, differs from one that is asked for, in the first field that does.
+    /// The first difference between this identity, of a bake, and a requested one.
     ///
-    /// Who only looks a bake up does not mind which version of the program made it: let them set `program_version` of
-    /// what they ask for to the bake's.
+    /// Look-ups do not depend on the version of the program that made the bake: callers set `program_version` of
+    /// the requested identity to the bake's.
     pub fn difference(&self, asked: &Self) -> Option<Difference> {
         let of = |field: &str, baked: Value, asked: Value| differing(field, &baked, &asked);
         let hash = |hash: &str| Value::from(hash.get(..12).unwrap_or(hash));
@@ -142,7 +145,7 @@ impl Identity {
             .or_else(|| of("method", self.method.as_str().into(), asked.method.as_str().into()))
             .or_else(|| of("payload_version", self.payload_version.into(), asked.payload_version.into()))
             .or_else(|| differing("settings", &self.settings, &asked.settings))
-            // The beginning is enough to tell hashes apart; where it is not, the whole is shown.
+            // The beginning is enough to distinguish hashes; otherwise the whole is shown.
             .or_else(|| of("the scene's hash", hash(&self.scene_hash), hash(&asked.scene_hash)))
             .or_else(|| of("the scene's hash", self.scene_hash.as_str().into(), asked.scene_hash.as_str().into()))
             .or_else(|| {
@@ -173,7 +176,8 @@ fn canonical(value: Value) -> Value {
     }
 }
 
-/// The first place where two values differ. `path` leads to them; the name of the field at its front is set off by a colon.
+/// The first place where two values differ. `path` leads to them; the name of the field at its front is set off by a
+/// colon.
 fn differing(path: &str, baked: &Value, asked: &Value) -> Option<Difference> {
     match (baked, asked) {
         (Value::Object(baked), Value::Object(asked)) => {
@@ -262,34 +266,34 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_told_in_words() {
+    fn differences_have_a_text() {
         let baked = identity(&[3, 4]);
-        let told = |change: &dyn Fn(&mut Identity)| baked.difference(&with(change)).unwrap().to_string();
-        assert_eq!(told(&|i| i.settings["st"] = 32.into()), "settings: st is 16 in the bake, 32 asked for");
+        let text = |change: &dyn Fn(&mut Identity)| baked.difference(&with(change)).unwrap().to_string();
+        assert_eq!(text(&|i| i.settings["st"] = 32.into()), "settings: st is 16 in the bake, 32 asked for");
         assert_eq!(
-            told(&|i| i.settings["region"]["min"][2] = 0.25.into()),
+            text(&|i| i.settings["region"]["min"][2] = 0.25.into()),
             "settings: region.min[2] is 0.1 in the bake, 0.25 asked for"
         );
-        assert_eq!(told(&|i| i.settings["uv"] = 8.into()), "settings: uv is not given in the bake, 8 asked for");
+        assert_eq!(text(&|i| i.settings["uv"] = 8.into()), "settings: uv is not given in the bake, 8 asked for");
         assert_eq!(
-            told(&|i| i.settings["region"]["min"] = (0..90).collect()),
+            text(&|i| i.settings["region"]["min"] = (0..90).collect()),
             "settings: region.min is [0,0,0.1] in the bake, a list of 90 asked for"
         );
-        assert_eq!(told(&|i| i.method = "other".into()), "method is `test` in the bake, `other` asked for");
+        assert_eq!(text(&|i| i.method = "other".into()), "method is `test` in the bake, `other` asked for");
         assert_eq!(
-            told(&|i| i.scene_hash = "a".repeat(64)),
+            text(&|i| i.scene_hash = "a".repeat(64)),
             "the scene's hash is `00ff00ff00ff` in the bake, `aaaaaaaaaaaa` asked for"
         );
-        assert!(told(&|i| i.scene_hash = i.scene_hash.replacen("ff00ff", "ff00fe", 1)).starts_with("the scene's hash"));
-        assert_eq!(told(&|i| i.payload_version = 2), "payload_version is 1 in the bake, 2 asked for");
+        assert!(text(&|i| i.scene_hash = i.scene_hash.replacen("ff00ff", "ff00fe", 1)).starts_with("the scene's hash"));
+        assert_eq!(text(&|i| i.payload_version = 2), "payload_version is 1 in the bake, 2 asked for");
         assert_eq!(
-            told(&|i| i.program_version = "0.2".into()),
+            text(&|i| i.program_version = "0.2".into()),
             "program_version is `0.1.0` in the bake, `0.2` asked for"
         );
-        assert_eq!(told(&|i| i.units.truncate(1)), "units: their number is 2 in the bake, 1 asked for");
-        assert_eq!(told(&|i| i.units[1].bytes = 5), "units: the bytes of unit 1 is 4 in the bake, 5 asked for");
-        assert!(told(&|i| i.method = "x".repeat(500)).len() < 150);
-        assert_eq!(told(&|i| i.settings["st"] = json!(16.0)), "settings: st is 16 in the bake, 16.0 asked for");
+        assert_eq!(text(&|i| i.units.truncate(1)), "units: their number is 2 in the bake, 1 asked for");
+        assert_eq!(text(&|i| i.units[1].bytes = 5), "units: the bytes of unit 1 is 4 in the bake, 5 asked for");
+        assert!(text(&|i| i.method = "x".repeat(500)).len() < 150);
+        assert_eq!(text(&|i| i.settings["st"] = json!(16.0)), "settings: st is 16 in the bake, 16.0 asked for");
         let zero = [0.0, -0.0].map(|zero| with(|identity| identity.settings = json!({ "zero": zero })));
         assert_eq!(zero[0].difference(&zero[1]).is_some(), zero[0].hash() != zero[1].hash());
         assert_eq!(baked.difference(&baked), None);

@@ -1,13 +1,14 @@
 //! Long precomputation cut into units: planned, made on one core or a cluster, resumed, merged into one mapped file.
 //!
 //! * A [`Plan`] names the units of a bake. Its hash names the bake, so results of another scene cannot mix in.
-//! * [`run`] makes the units of a [`Shard`] that are missing and publishes each in a [`Store`], whole or not at all. A unit that
-//!   is there with a fitting hash is done; nothing else is recorded, so a bake may be killed at any time, by anything.
-//! * [`status`] tells how far a bake has come, from the store alone.
+//! * [`run`] makes the units of a [`Shard`] that are missing and publishes each in a [`Store`], whole or not at all. A
+//!   unit that is there with a fitting hash is done; nothing else is recorded, so a bake may be killed at any time, by
+//!   anything.
+//! * [`status`] counts the units of a bake that are done, from the store alone.
 //! * [`merge`] makes one [`BakedFile`] of all units: the same bits, whoever made the units, in whatever order.
 //!
-//! What is in a unit is its method's own: all this is about bytes. A [`MethodBake`] knows what catoptric's methods bake, and that
-//! a file belongs to a scene and settings.
+//! The contents of units are their methods' own: all this is about bytes. A [`MethodBake`] holds what catoptric's
+//! methods bake, and that a file belongs to a scene and settings.
 //!
 //! ```
 //! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};

@@ -11,29 +11,30 @@ use serde::Serialize;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-/// What was merged.
+/// The result of a merge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Merged {
-    /// How many units.
+    /// The number of units.
     pub units: u64,
     /// The bytes of the file.
     pub bytes: u64,
 }
 
-/// Merges all units of a plan into a baked file ([`BakedFile`](crate::BakedFile)), one at a time. The file appears by rename,
-/// whole or not at all, and replaces one of that name.
+/// Merges all units of a plan into a baked file ([`BakedFile`](crate::BakedFile)), one at a time. The file appears by
+/// rename, whole or not at all, and replaces one of that name.
 ///
 /// Its bits follow from the plan's identity and the units alone, in whatever order, shards and threads these were made.
 ///
 /// # Errors
-/// [`BakeError::Incomplete`] when a unit is missing or bad; [`BakeError::Full`] and [`BakeError::Write`] for the output;
-/// those of the store.
+/// [`BakeError::Incomplete`] when a unit is missing or bad; [`BakeError::Full`] and [`BakeError::Write`] for the
+/// output; those of the store.
 pub fn merge(plan: &Plan, store: &dyn Store, output: &Path) -> Result<Merged, BakeError> {
     merge_through(plan, store, output, output)
 }
 
-/// The same through a temporary file beside `beside`, which must be on the file system of the output: a program that is killed
-/// while it merges leaves it there, and [`LocalStore::left_over`](Store::left_over) finds it if that is in the store's folder.
+/// The same through a temporary file beside `beside`, which must be on the file system of the output: a program that is
+/// killed while it merges leaves it there, and [`LocalStore::left_over`](Store::left_over) finds it if that is in the
+/// store's folder.
 ///
 /// # Errors
 /// As for [`merge`].
@@ -59,7 +60,7 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
         let bytes = store.get(&name)?;
         let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number as u64));
         let Some(Ok(payload)) = decoded else {
-            // All of them are read, so that all bad ones are told at once.
+            // All of them are read, so that all bad ones are reported at once.
             refuse_incomplete(&status(plan, store, Check::Contents)?, &place)?;
             // It was replaced meanwhile by a run that is still going on.
             return Err(BakeError::Contended { file: store.place(&name) });

@@ -1,4 +1,4 @@
-//! Bakes of catoptric's methods: what they are bakes of, and that they fit what is asked for.
+//! Bakes of catoptric's methods: their identities, and the check that they fit a scene and settings.
 
 use crate::container::BakedFile;
 use crate::error::BakeError;
@@ -14,11 +14,12 @@ use std::path::Path;
 /// The setting of every bake that is no method's: the highest order of paths.
 const ORDER: &str = "order";
 
-/// What a method bakes for a scene.
+/// The bake of a method for a scene.
 ///
 /// ```
 /// use catoptric::methods::{self, Quality};
-/// use catoptric::scene::builtin;
+/// use catoptric::progress::Silent;
+/// use catoptric_scenes::builtin;
 /// use catoptric_bake::{LocalStore, MethodBake, RunOptions, merge, run};
 ///
 /// let scene = builtin::load("sphere_room", &[("tess", "8")]).unwrap().pose(&Default::default()).unwrap();
@@ -34,8 +35,9 @@ const ORDER: &str = "order";
 /// run(&plan, &store, &units, &RunOptions::default()).unwrap();
 /// merge(&plan, &store, &file).unwrap();
 ///
-/// let mut method = methods::create("light_field", &settings).unwrap();
-/// method.take_bake(std::sync::Arc::new(bake.open(&file).unwrap())).unwrap();
+/// let (method, baked) = (methods::create("light_field", &settings).unwrap(), bake.open(&file).unwrap());
+/// let scene = std::sync::Arc::new(scene.clone());
+/// method.prepare(&scene, quality, Some(std::sync::Arc::new(baked)), &Silent).unwrap();
 /// ```
 pub struct MethodBake<'a> {
     work: Box<dyn BakeWork + 'a>,
@@ -49,11 +51,11 @@ pub struct MethodUnits<'a> {
 }
 
 impl<'a> MethodBake<'a> {
-    /// Of a method with settings and the highest order of paths, for a scene.
+    /// The bake of a method with settings and the highest order of paths, for a scene.
     ///
     /// # Errors
-    /// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] for methods that bake nothing, and
-    /// where there is nothing to be baked.
+    /// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] for methods that bake
+    /// nothing, and where there is nothing to be baked.
     pub fn new(
         method: &MethodInfo,
         settings: &toml::Table,
@@ -79,7 +81,7 @@ impl<'a> MethodBake<'a> {
         Ok(Self { work, identity })
     }
 
-    /// What it is a bake of.
+    /// The identity of the bake.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -89,7 +91,7 @@ impl<'a> MethodBake<'a> {
         crate::Plan { identity: self.identity.clone(), recipe, estimate }
     }
 
-    /// What makes its units; builds what all of them share.
+    /// The maker of its units; builds what all of them share.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where what they are made of, such as pictures, is not at hand.
@@ -98,7 +100,8 @@ impl<'a> MethodBake<'a> {
         Ok(MethodUnits { maker: self.work.maker()?, bytes })
     }
 
-    /// Opens a baked file, which must be of it; the version of the program that made it does not count, that of its units does.
+    /// Opens a baked file, which must be of it; the version of the program that made it does not count, that of its
+    /// units does.
     ///
     /// # Errors
     /// [`BakeError::OtherBake`] where it is another one; as for [`BakedFile::open`].
@@ -108,14 +111,14 @@ impl<'a> MethodBake<'a> {
         Ok(file)
     }
 
-    /// Whether an open file is one of it; `name` is the file's in messages.
+    /// Checks that an open file has this identity; `name` is the file's in messages.
     ///
     /// # Errors
     /// [`BakeError::OtherBake`] where it is not.
     pub fn check(&self, file: &BakedFile, name: &str) -> Result<(), BakeError> {
         let found = file.identity();
-        let asked = Identity { program_version: found.program_version.clone(), ..self.identity.clone() };
-        match found.difference(&asked) {
+        let requested = Identity { program_version: found.program_version.clone(), ..self.identity.clone() };
+        match found.difference(&requested) {
             None => Ok(()),
             Some(difference) => Err(BakeError::OtherBake { file: name.into(), difference: difference.to_string() }),
         }
@@ -123,7 +126,7 @@ impl<'a> MethodBake<'a> {
 }
 
 impl MethodUnits<'_> {
-    /// What all units will take, by making a small part of them.
+    /// The estimated costs of all units, by making a small part of them.
     pub fn estimate(&self) -> Estimate {
         Estimate { core_hours: self.maker.estimate_core_secs() / 3600.0, bytes: self.bytes }
     }
@@ -148,14 +151,14 @@ impl Baked for BakedFile {
 }
 
 impl BakedFile {
-    /// The settings that a method must have to look this bake up, where `given` says nothing else: what it was baked with,
-    /// then what is given. A preset that is given counts with all that it says.
+    /// The settings with which a method looks this bake up, unless `given` has others: those that it was baked
+    /// with, then the given ones. A given preset counts with all settings that it sets.
     ///
     /// # Errors
     /// [`RenderError::Setting`] for given settings that are not allowed.
     pub fn settings_for(&self, method: &MethodInfo, given: &toml::Table) -> Result<toml::Table, RenderError> {
         let problem = |error: toml::de::Error| RenderError::Setting { method: method.id, problem: error.to_string() };
-        let all = (method.in_force)(given)?;
+        let all = (method.effective)(given)?;
         let mut settings: toml::Table = serde_json::from_value(self.identity().settings.clone())
             .map_err(|error| problem(serde::de::Error::custom(error)))?;
         settings.remove(ORDER);
@@ -173,7 +176,7 @@ mod tests {
     use super::*;
     use crate::{LocalStore, RunOptions, merge, run};
     use catoptric::methods;
-    use catoptric::scene::builtin;
+    use catoptric_scenes::builtin;
 
     fn scene(spec: &str) -> Scene {
         builtin::parse(spec).unwrap().pose(&Default::default()).unwrap()
@@ -208,14 +211,14 @@ mod tests {
         assert!(refused("st = 3\nuv = 4\nregion_margin = 0.1", &room, 1).contains("st is 2 in the bake, 3 asked for"));
         assert!(refused(SETTINGS, &room, 2).contains("order is 1 in the bake, 2 asked for"));
         assert!(refused(SETTINGS, &scene("sphere_room?tess=9"), 1).contains("the scene's hash"));
-        // How it is looked up is no part of it.
+        // Settings of the look-up are no part of it.
         let method = methods::find("light_field").unwrap();
         bake(&format!("{SETTINGS}\ndisparity = 'none'\ntransfer = 'first'"), &room, 1).open(&path).unwrap();
 
-        // What is not given is taken from it.
+        // Settings that are not given are taken from it.
         let settings = file.settings_for(method, &table("disparity = 'plane'")).unwrap();
-        let in_force = (method.in_force)(&settings).unwrap();
-        assert_eq!((in_force["st"].as_integer(), in_force["disparity"].as_str()), (Some(2), Some("plane")));
+        let effective = (method.effective)(&settings).unwrap();
+        assert_eq!((effective["st"].as_integer(), effective["disparity"].as_str()), (Some(2), Some("plane")));
         bake(&settings.to_string(), &room, 1).open(&path).unwrap();
         let settings = file.settings_for(method, &table("preset = 'full'")).unwrap();
         assert!(bake(&settings.to_string(), &room, 1).open(&path).is_err(), "a preset says how many views there are");

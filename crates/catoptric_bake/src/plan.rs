@@ -1,5 +1,6 @@
 //! A plan: which units a bake consists of. It is made once, published first and never changed.
 
+use crate::container::AnyIdentity;
 use crate::error::BakeError;
 use crate::identity::{Identity, MAX_IDENTITY_BYTES, PlanHash, SCHEMA};
 use crate::store::{Created, Store};
@@ -9,18 +10,18 @@ use serde_json::Value;
 /// The plan's name in its store.
 pub const PLAN_NAME: &str = "plan.json";
 
-/// What a bake consists of.
+/// The parts of a bake.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Everything that the bits of the bake depend on.
     pub identity: Identity,
-    /// How a program makes the work again: the scene's argument, options. It may differ between equal plans.
+    /// The recipe by which a program makes the work again: the scene's argument, options. Equal plans may differ in it.
     pub recipe: Value,
-    /// What the bake will take. It may differ between equal plans.
+    /// The estimated costs. Equal plans may differ in them.
     pub estimate: Estimate,
 }
 
-/// What a bake will take.
+/// The estimated costs of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimate {
@@ -30,8 +31,8 @@ pub struct Estimate {
     pub bytes: u64,
 }
 
-/// A plan as it is written: with the hash of its identity, so that a plan that was damaged or edited is noticed before its
-/// units seem to be another bake's.
+/// A plan as it is written: with the hash of its identity, so that a plan that was damaged or edited is noticed before
+/// its units seem to be another bake's.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlanFile<I> {
@@ -41,20 +42,15 @@ struct PlanFile<I> {
     estimate: Estimate,
 }
 
-/// The part of any version's plan that says which version it is.
+/// The part of any version's plan that holds the version.
 #[derive(Deserialize)]
 struct AnyPlan {
     identity: AnyIdentity,
 }
 
-#[derive(Deserialize)]
-struct AnyIdentity {
-    schema: u32,
-}
-
 impl Plan {
-    /// The name of the bake: the hash of the identity alone, so planning again with another estimate, or another path of
-    /// the same scene, gives the same.
+    /// The name of the bake: the hash of the identity alone, so planning again with another estimate, or another path
+    /// of the same scene, gives the same.
     pub fn hash(&self) -> PlanHash {
         self.identity.hash()
     }
@@ -84,7 +80,8 @@ impl Plan {
     /// The plan as JSON for people, one field a line.
     ///
     /// # Errors
-    /// [`BakeError::Invalid`] for plans that could not be read again: see [`Identity::validate`]; estimates must be finite.
+    /// [`BakeError::Invalid`] for plans that could not be read again: see [`Identity::validate`]; estimates must be
+    /// finite.
     pub fn to_json(&self) -> Result<Vec<u8>, BakeError> {
         self.validate(PLAN_NAME)?;
         let (hash, identity) = (self.hash().to_string(), &self.identity);
@@ -92,7 +89,7 @@ impl Plan {
         let written = serde_json::to_vec_pretty(&file);
         let mut text = written.map_err(|error| BakeError::invalid(PLAN_NAME, "plan", error.to_string()))?;
         text.push(b'\n');
-        // Settings nested too deeply, say, are noticed now and not by every machine that is to run the plan.
+        // Faults such as settings nested too deeply are found now and not by every machine that is to run the plan.
         Self::from_json(PLAN_NAME, &text)?;
         Ok(text)
     }
@@ -100,7 +97,8 @@ impl Plan {
     /// Publishes the plan. Where the store has one already, it must be of the same identity, and is kept.
     ///
     /// # Errors
-    /// [`BakeError::OtherPlan`] where the store has another bake's plan; as for [`Self::to_json`] and [`Store::create`].
+    /// [`BakeError::OtherPlan`] where the store has another bake's plan; as for [`Self::to_json`] and
+    /// [`Store::create`].
     pub fn publish(&self, store: &dyn Store) -> Result<Created, BakeError> {
         let created = store.create(PLAN_NAME, &self.to_json()?)?;
         if created == Created::Existed {

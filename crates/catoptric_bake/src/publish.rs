@@ -8,7 +8,7 @@ use tempfile::NamedTempFile;
 const PREFIX: &str = ".catoptric-";
 const SUFFIX: &str = ".tmp";
 
-/// Whether a name is that of a temporary file of [`temporary_beside`].
+/// True if a name is that of a temporary file of [`temporary_beside`].
 pub(crate) fn is_temporary(name: &str) -> bool {
     name.starts_with(PREFIX) && name.ends_with(SUFFIX)
 }
@@ -28,7 +28,7 @@ pub(crate) fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Creates a file unless there is one of that name; says whether it did.
+/// Creates a file unless there is one of that name; returns true if it did.
 pub(crate) fn create_new(path: &Path, bytes: &[u8]) -> io::Result<bool> {
     let mut file = temporary_beside(path)?;
     file.write_all(bytes)?;
@@ -47,14 +47,14 @@ pub(crate) fn create_new(path: &Path, bytes: &[u8]) -> io::Result<bool> {
     Ok(true)
 }
 
-/// What file systems without hard links say, such as FAT.
+/// The errors of file systems without hard links, such as FAT.
 fn has_no_links(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::PermissionDenied | ErrorKind::Unsupported | ErrorKind::TooManyLinks)
 }
 
-/// Where there are no hard links: a rename that fails where the name is taken is one step of the file system as well
-/// (renameat2 of Linux, renamex_np of macOS, MoveFileEx of Windows). It comes second, since network file systems know links
-/// better.
+/// The way without hard links: a rename that fails if the name is taken is one step of the file system as well
+/// (renameat2 of Linux, renamex_np of macOS, MoveFileEx of Windows). It comes second, since network file systems
+/// support links better.
 fn rename_to_new(file: NamedTempFile, path: &Path, no_links: &io::Error) -> io::Result<bool> {
     match file.persist_noclobber(path) {
         Ok(_) => Ok(true),
@@ -62,7 +62,8 @@ fn rename_to_new(file: NamedTempFile, path: &Path, no_links: &io::Error) -> io::
         Err(error) if has_no_links(&error.error) => Err(io::Error::new(
             error.error.kind(),
             format!(
-                "the file system can neither link ({no_links}) nor rename without overwriting ({}), so two writers could \
+                "the file system can neither link ({no_links}) nor rename without overwriting ({}), so two writers \
+                could \
                  destroy each other's work; use a folder of another file system",
                 error.error
             ),

@@ -32,17 +32,17 @@ impl Shard {
         }
     }
 
-    /// Which of the shards, from 0.
+    /// The index of the shard, from 0.
     pub fn index(self) -> u64 {
         self.index
     }
 
-    /// How many shards there are.
+    /// The number of shards.
     pub fn count(self) -> u64 {
         self.count
     }
 
-    /// How many of `total` units are in the shard.
+    /// The number of the shard's units among `total`.
     pub fn unit_count(self, total: u64) -> u64 {
         total.saturating_sub(self.index).div_ceil(self.count)
     }
@@ -55,10 +55,11 @@ impl Shard {
     /// The shard that a scheduler has given to this task, by its environment variables, which `lookup` reads:
     ///
     /// * Slurm's job arrays: `SLURM_ARRAY_TASK_ID`, `SLURM_ARRAY_TASK_COUNT`, `SLURM_ARRAY_TASK_MIN` and, where set,
-    ///   `SLURM_ARRAY_TASK_STEP`. The array must not have gaps: tasks of `--array=3,7` cannot tell which of them they are.
+    ///   `SLURM_ARRAY_TASK_STEP`. The array must not have gaps: tasks of `--array=3,7` cannot find out which of them
+    ///   they are.
     /// * AWS Batch's array jobs: `AWS_BATCH_JOB_ARRAY_INDEX`, `AWS_BATCH_JOB_ARRAY_SIZE`.
-    /// * Kubernetes' indexed jobs: `JOB_COMPLETION_INDEX`. Kubernetes does not tell how many there are, so the job must set
-    ///   `CATOPTRIC_SHARDS` to its number of completions.
+    /// * Kubernetes' indexed jobs: `JOB_COMPLETION_INDEX`. Kubernetes does not pass their number, so the job must
+    ///   set `CATOPTRIC_SHARDS` to its number of completions.
     ///
     /// # Errors
     /// [`BakeError::Shard`] where none of these is set, or one of them is no number or does not fit the others.
@@ -108,7 +109,8 @@ impl Shard {
             return fitting(KUBERNETES, number(KUBERNETES, None)?, number("CATOPTRIC_SHARDS", None)?);
         }
         let problem = format!(
-            "no scheduler has given this task an index: {SLURM} (Slurm), {AWS} (AWS Batch) and {KUBERNETES} (Kubernetes, \
+            "no scheduler has given this task an index: {SLURM} (Slurm), {AWS} (AWS Batch) and {KUBERNETES} \
+            (Kubernetes, \
              with CATOPTRIC_SHARDS) are not set; give the shard as i/n, such as 0/4"
         );
         Err(BakeError::Shard { place: "the environment".into(), problem })

@@ -1,4 +1,4 @@
-//! How far a bake has come, told from what is in its store alone.
+//! The progress of a bake, from the contents of its store alone.
 
 use crate::error::BakeError;
 use crate::identity::PlanHash;
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// How units that are there are looked at.
+/// The check of published units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// By their sizes alone, as the store lists them: fast, and finds truncated units.
@@ -18,18 +18,18 @@ pub enum Check {
     Contents,
 }
 
-/// How far a bake has come.
+/// The progress of a bake.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Status {
     /// The bake's name: its plan's hash.
     pub plan: String,
-    /// Whether units were read whole ([`Check::Contents`]).
+    /// True if units were read whole ([`Check::Contents`]).
     pub verified: bool,
-    /// How many units there should be.
+    /// The number of units of the plan.
     pub total: u64,
-    /// How many are there and good, as far as was looked.
+    /// The number of good units, as far as they were checked.
     pub complete: u64,
-    /// How many are not there.
+    /// The number of missing units.
     pub missing: u64,
     /// Those that are there and bad.
     pub bad: Vec<BadUnit>,
@@ -46,12 +46,12 @@ pub struct BadUnit {
     pub number: u64,
     /// Its file's name in the store.
     pub file: String,
-    /// What is wrong with it.
+    /// Its fault.
     pub why: UnitFault,
 }
 
 impl Status {
-    /// Whether all units are there and good, so that they can be merged.
+    /// True if all units are there and good, so that they can be merged.
     pub fn is_complete(&self) -> bool {
         self.complete == self.total
     }
@@ -117,7 +117,7 @@ pub fn status(plan: &Plan, store: &dyn Store, check: Check) -> Result<Status, Ba
     Ok(status)
 }
 
-/// What is found of a unit.
+/// The state of a unit in the store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Found {
     Good,

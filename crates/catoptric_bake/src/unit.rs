@@ -1,9 +1,9 @@
-//! Unit files: the parts of a bake that are published one by one. One that is there with a fitting hash is done; nothing else is
-//! recorded.
+//! Unit files: the parts of a bake that are published one by one. One that is there with a fitting hash is done;
+//! nothing else is recorded.
 //!
-//! Layout, numbers little-endian: magic (8), format version (4), zero (4), plan hash (32), unit number (8), bytes of the
-//! payload (8), payload, BLAKE3 of all before (32). The hash stands at the end in every version, so that damage is told
-//! from files of other versions, plans and units.
+//! Layout, numbers little-endian: magic (8), format version (4), zero (4), plan hash (32), unit number (8), bytes of
+//! the payload (8), payload, BLAKE3 of all before (32). The hash stands at the end in every version, so that damage is
+//! distinguished from files of other versions, plans and units.
 
 use crate::identity::{Identity, PlanHash};
 use serde::Serialize;
@@ -68,7 +68,8 @@ pub enum UnitFault {
 }
 
 impl UnitFault {
-    /// Whether the file is of no use to anybody and may be replaced. Whole files are left alone: somebody put them there.
+    /// True if the file is of no use to anybody and may be replaced. Whole files are left alone: somebody put them
+    /// there.
     pub fn is_damage(self) -> bool {
         matches!(self, Self::Truncated { .. } | Self::Longer { .. } | Self::Foreign | Self::Damaged)
     }
@@ -132,7 +133,7 @@ pub fn encode(plan: PlanHash, number: u64, payload: &[u8]) -> Vec<u8> {
 pub fn decode(bytes: &[u8], plan: PlanHash, number: u64) -> Result<&[u8], UnitFault> {
     let found = bytes.len() as u64;
     if !bytes.starts_with(&MAGIC) {
-        // The beginning of the magic, or nothing at all, is what is left of a unit.
+        // The remainder of a unit is the beginning of the magic, or nothing at all.
         let torn = MAGIC.starts_with(bytes);
         return Err(if torn { UnitFault::Truncated { expected: FRAME_BYTES, found } } else { UnitFault::Foreign });
     }
@@ -166,7 +167,7 @@ pub fn decode(bytes: &[u8], plan: PlanHash, number: u64) -> Result<&[u8], UnitFa
     Ok(payload)
 }
 
-/// The payload of a unit of a plan whose hash is known, of the size that the plan says.
+/// The payload of a unit of a plan with this hash, of the plan's size.
 pub(crate) fn decode_planned<'a>(
     bytes: &'a [u8],
     identity: &Identity,
@@ -241,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_files_that_do_not_belong_there_are_told_from_damage() {
+    fn whole_files_of_other_plans_are_not_damage() {
         let other = PlanHash([8; 32]);
         let faults = [
             (sealed(|bytes| bytes[8] = 2), UnitFault::OtherVersion { found: 2 }),

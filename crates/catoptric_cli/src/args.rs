@@ -50,12 +50,18 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         catoptric project room.toml --reflector ball --eye -2,1,3 --points points.csv -o paths.csv\n  \
         catoptric project room.glb --camera 0 --size 640x480 --order 2 --points points.npy -o paths.npy --jacobian\n\n\
-        Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or f8\n\
-        numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row is named.\n\
-        Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), path,\n\
-        focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, ... and, with\n\
-        --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a structured NPY array\n\
-        (absent values are NaN there). Points with infinitely many paths have no row. Only reflectors and lenses block.")]
+        Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or \
+        f8\n\
+        numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row is \
+        named.\n\
+        Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), \
+        path,\n\
+        focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, ... and, \
+        with\n\
+        --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a structured NPY \
+        array\n\
+        (absent values are NaN there). Points with infinitely many paths have no row. Only reflectors and lenses \
+        block.")]
     Project(Box<ProjectArgs>),
     /// Precompute what a method looks up, in units that survive interruptions
     #[command(after_help = "Examples:\n  \
@@ -100,7 +106,7 @@ pub(crate) struct CompletionsArgs {
     pub(crate) shell: Shell,
 }
 
-/// What is to be seen, and what its parts are.
+/// The scene and the roles of its parts.
 #[derive(Args)]
 pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
@@ -112,6 +118,13 @@ pub(crate) struct SceneArgs {
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
     pub(crate) reflector: Vec<String>,
+    #[command(flatten)]
+    pub(crate) pose: PoseArgs,
+}
+
+/// Roles of the scene's parts, and its moment.
+#[derive(Args)]
+pub(crate) struct PoseArgs {
     /// Make objects of this node or material name glass (repeat; later roles win)
     #[arg(long, value_name = "GLOB[:IOR]")]
     pub(crate) lens: Vec<String>,
@@ -123,7 +136,7 @@ pub(crate) struct SceneArgs {
     pub(crate) time: f32,
 }
 
-/// From where it is seen.
+/// The view of the scene.
 #[derive(Args)]
 pub(crate) struct ViewArgs {
     /// Picture size in pixels
@@ -132,13 +145,13 @@ pub(crate) struct ViewArgs {
     /// A camera of the scene [default: its first, else one that frames it]
     #[arg(long, value_name = "NAME or INDEX", conflicts_with = "eye")]
     pub(crate) camera: Option<String>,
-    /// Where the eye is
+    /// Position of the eye
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
     pub(crate) eye: Option<Vec3>,
-    /// What the eye looks at
+    /// Point that the eye looks at
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
     pub(crate) target: Option<Vec3>,
-    /// What is up [default: 0,1,0]
+    /// Upward direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
     pub(crate) up: Option<Vec3>,
     /// Vertical field of view in degrees [default: the camera's; 40 with --eye]
@@ -146,7 +159,7 @@ pub(crate) struct ViewArgs {
     pub(crate) fov: Option<f32>,
 }
 
-/// How well, and how often.
+/// The quality and number of frames.
 #[derive(Args)]
 pub(crate) struct DrawArgs {
     /// Antialiasing samples a pixel
@@ -155,10 +168,10 @@ pub(crate) struct DrawArgs {
     /// Highest number of reflections and refractions on a path; what lies beyond is black
     #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
     pub(crate) order: u32,
-    /// What moves from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
+    /// Motion from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
     #[arg(long, value_enum, default_value = "none")]
     pub(crate) motion: Motion,
-    /// What computes
+    /// Processor that draws
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) backend: Backend,
     /// A merged bake for the method (repeat)
@@ -207,7 +220,7 @@ pub(crate) struct RenderArgs {
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
     pub(crate) set: Vec<(String, String)>,
-    /// Where the picture goes: .png (8-bit sRGB) or .exr (linear RGBA floats)
+    /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats)
     #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path)]
     pub(crate) output: PathBuf,
     /// Write times and counts to this file (JSON)
@@ -278,13 +291,14 @@ impl Args for BakeArgs {
 /// The steps of a bake, one by one.
 #[derive(Subcommand)]
 pub(crate) enum BakeStep {
-    /// Write the plan of a bake into a folder and say what it will take
+    /// Write the plan of a bake into a folder and print its estimated costs
     #[command(after_help = "Example:\n  catoptric bake plan room.toml --method light_field -o room.parts")]
     Plan(BakePlanArgs),
     /// Make the units of a plan that are missing
     #[command(after_help = "Examples:\n  catoptric bake run room.parts\n  \
         catoptric bake run room.parts --shard 2/8 --max-time 50m\n\n\
-        Units that are done are skipped, whoever made them. While it works it prints a JSON line a unit on standard error,\n\
+        Units that are done are skipped, whoever made them. While it works it prints a JSON line a unit on standard \
+        error,\n\
         or shows a bar where that is a terminal.")]
     Run(BakeRunArgs),
     /// Say how far a bake has come; exit code 0: complete, 3: not yet
@@ -294,7 +308,8 @@ pub(crate) enum BakeStep {
     #[command(after_help = "Example:\n  \
         catoptric bake views room.toml --method light_field --set st=16 --set uv=64 -o views/views.toml\n  \
         (make the pictures)\n  \
-        catoptric bake room.toml --method light_field --set st=16 --set uv=64 --set views=views/views.toml -o room.bake")]
+        catoptric bake room.toml --method light_field --set st=16 --set uv=64 --set views=views/views.toml -o \
+        room.bake")]
     Views(BakeViewsArgs),
     /// Merge all units into one file
     #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
@@ -305,17 +320,17 @@ pub(crate) enum BakeStep {
 pub(crate) struct BakeViewsArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
-    /// Where the manifest goes; pictures are looked for beside it
+    /// File of the manifest; pictures are looked for beside it
     #[arg(long, short, value_name = "FILE.toml")]
     pub(crate) output: PathBuf,
 }
 
-/// What is baked.
+/// The contents of a bake.
 #[derive(Args)]
 pub(crate) struct BakeWhatArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// The method; `catoptric methods` says which bake
+    /// The method; `catoptric methods` lists which bake
     #[arg(long, value_name = "ID")]
     pub(crate) method: String,
     /// Settings of the method, over the scene's own (TOML, KEY = VALUE a line)
@@ -333,9 +348,16 @@ pub(crate) struct BakeWhatArgs {
 pub(crate) struct BakeAllArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
-    /// Where the bake goes; units are kept in FILE.parts until all are made
+    /// File of the bake; units are kept in FILE.parts until all are made
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
+}
+
+/// When a bake pauses.
+#[derive(Args)]
+pub(crate) struct StopArgs {
     /// Stop before the next unit after this time, such as 50m or 1h30m
     #[arg(long, value_name = "TIME", value_parser = parse::duration)]
     pub(crate) max_time: Option<Duration>,
@@ -358,9 +380,8 @@ pub(crate) struct BakeRunArgs {
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
     #[arg(long, value_name = "I/N or auto")]
     pub(crate) shard: Option<String>,
-    /// Stop before the next unit after this time, such as 50m or 1h30m
-    #[arg(long, value_name = "TIME", value_parser = parse::duration)]
-    pub(crate) max_time: Option<Duration>,
+    #[command(flatten)]
+    pub(crate) stop: StopArgs,
 }
 
 #[derive(Args)]
@@ -384,7 +405,7 @@ pub(crate) struct BakeMergeArgs {
     /// The folder of the plan
     #[arg(value_name = "FOLDER")]
     pub(crate) place: String,
-    /// Where the bake goes
+    /// File of the bake
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: PathBuf,
 }
@@ -393,9 +414,8 @@ pub(crate) struct BakeMergeArgs {
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) format: JsonArgs,
 }
 
 #[derive(Args)]
@@ -406,13 +426,13 @@ pub(crate) struct ProjectArgs {
     /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
     #[arg(long, value_name = "NAME or GLOB")]
     pub(crate) reflector: Vec<String>,
-    /// Where the eye is [default: the camera's eye]
+    /// Position of the eye [default: the camera's eye]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
     /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers
     #[arg(long, value_name = "FILE", value_parser = parse::table_path)]
     pub(crate) points: PathBuf,
-    /// Where the paths go: .csv or .npy
+    /// File of the paths: .csv or .npy
     #[arg(long, short, value_name = "FILE", value_parser = parse::table_path)]
     pub(crate) output: PathBuf,
     /// The most bounces on a path; at a lens both branches count
@@ -424,10 +444,10 @@ pub(crate) struct ProjectArgs {
     /// A camera of the scene; with --eye it is moved there [default: its first, else one that frames it]
     #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target")]
     pub(crate) camera: Option<String>,
-    /// What the eye looks at, in place of the camera's direction
+    /// Point that the eye looks at, in place of the camera's direction
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
     pub(crate) target: Option<Vec3>,
-    /// What is up [default: 0,1,0]
+    /// Upward direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
     pub(crate) up: Option<Vec3>,
     /// Vertical field of view in degrees [default: the camera's; 40 with --target]
@@ -446,13 +466,6 @@ pub(crate) struct ProjectArgs {
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
     pub(crate) set: Vec<(String, String)>,
-    /// Make objects of this node or material name glass (repeat; later roles win)
-    #[arg(long, value_name = "GLOB[:IOR]")]
-    pub(crate) lens: Vec<String>,
-    /// Make objects of this node or material name diffuse (repeat; later roles win)
-    #[arg(long, value_name = "GLOB")]
-    pub(crate) diffuse: Vec<String>,
-    /// Time in the file's animation, seconds
-    #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
-    pub(crate) time: f32,
+    #[command(flatten)]
+    pub(crate) pose: PoseArgs,
 }

@@ -1,7 +1,8 @@
 //! `--baked FILE`: what was precomputed, for the method that it was precomputed for.
 
 use crate::failure::Failure;
-use catoptric::methods::{MethodInfo, Quality, ReflectionMethod};
+use catoptric::methods::bake::Baked;
+use catoptric::methods::{MethodInfo, Quality};
 use catoptric::scene::Scene;
 use catoptric_bake::{BakedFile, MethodBake};
 use std::path::PathBuf;
@@ -13,7 +14,7 @@ use toml::Table;
 #[derive(Default)]
 pub(crate) struct Bakes {
     files: Vec<(String, Arc<BakedFile>)>,
-    /// How long opening them took.
+    /// The time of opening them, in milliseconds.
     pub(crate) open_ms: f64,
 }
 
@@ -27,7 +28,7 @@ impl Bakes {
         Ok(Self { files, open_ms })
     }
 
-    /// Whether each is of one of these methods.
+    /// Checks that each is of one of these methods.
     pub(crate) fn check_methods(&self, methods: &[&str]) -> Result<(), Failure> {
         for (name, file) in &self.files {
             let method = file.identity().method.as_str();
@@ -51,25 +52,25 @@ impl Bakes {
         }
     }
 
-    /// Gives a method the bake that fits the scene and its settings. Where there are bakes of the method, one must.
-    pub(crate) fn give(
+    /// The bake of a method that fits the scene and its settings. Where there are bakes of the method, one must.
+    pub(crate) fn fitting(
         &self,
-        method: &mut dyn ReflectionMethod,
+        method: &MethodInfo,
         settings: &Table,
         scene: &Scene,
         quality: Quality,
-    ) -> Result<(), Failure> {
-        let info = method.info();
+    ) -> Result<Option<Arc<dyn Baked>>, Failure> {
+        if self.of(method).next().is_none() {
+            return Ok(None);
+        }
+        let bake = MethodBake::new(method, settings, scene, quality)?;
         let mut problem = None;
-        if self.of(info).next().is_some() {
-            let bake = MethodBake::new(info, settings, scene, quality)?;
-            for (name, file) in self.of(info) {
-                match bake.check(file, name) {
-                    Ok(()) => return Ok(method.take_bake(file.clone())?),
-                    Err(error) => problem = problem.or(Some(error)),
-                }
+        for (name, file) in self.of(method) {
+            match bake.check(file, name) {
+                Ok(()) => return Ok(Some(file.clone())),
+                Err(error) => problem = problem.or(Some(error)),
             }
         }
-        problem.map_or(Ok(()), |error| Err(error.into()))
+        problem.map_or(Ok(None), |error| Err(error.into()))
     }
 }

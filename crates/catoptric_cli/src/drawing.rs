@@ -6,13 +6,14 @@ use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{Job, Quality, Report};
+use catoptric::methods::{Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, Projection, Scene, View};
 use clap::ArgMatches;
 use glam::{Affine3A, Quat, Vec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 const FRAMES_PER_SECOND: f32 = 30.0;
@@ -20,11 +21,11 @@ const ORBIT_STEP_DEG: f32 = 1.0;
 /// The field of view of `--eye` without `--fov`.
 const DEFAULT_FOV_DEG: f32 = 40.0;
 
-/// What is drawn, the same for every method.
+/// The scene, quality and frames to be drawn, the same for every method.
 pub(crate) struct Shot<'a> {
     pub(crate) model: Model,
     /// The scene of the first frame.
-    pub(crate) scene: Scene,
+    pub(crate) scene: Arc<Scene>,
     pub(crate) quality: Quality,
     pub(crate) frames: u32,
     pub(crate) motion: Motion,
@@ -36,14 +37,16 @@ pub(crate) struct Shot<'a> {
     view: &'a ViewArgs,
 }
 
-/// What a method drew.
+/// The result of drawing with one method.
 pub(crate) struct Drawing {
     /// The last frame.
     pub(crate) picture: Framebuffer,
     /// Its view.
     pub(crate) view: View,
-    /// Its scene, where it is not the first frame's.
-    pub(crate) moved_scene: Option<Scene>,
+    /// Its scene.
+    pub(crate) scene: Arc<Scene>,
+    /// The method, prepared for that scene.
+    pub(crate) prepared: Box<dyn Prepared>,
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) frame_ms: Vec<f64>,
     /// Times of each stage, frame by frame, in order.
@@ -79,16 +82,16 @@ impl<'a> Shot<'a> {
         let bakes = Bakes::open(&draw.baked)?;
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
-        let model = scene_source::load(args)?;
+        let model = scene_source::load(&args.scene, args.environment.as_deref())?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
-        let scene = scene_source::pose(&model, args.time, &roles)?;
+        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles)?);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bakes.open_ms));
         }
         let quality = Quality { samples: draw.samples, order: draw.order };
-        let (motion, time) = (draw.motion, args.time);
+        let (motion, time) = (draw.motion, args.pose.time);
         let shot = Self { model, scene, quality, frames, motion, setup_ms, bakes, roles, time, view };
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
@@ -96,17 +99,17 @@ impl<'a> Shot<'a> {
     }
 
     /// Prepares the method and draws all frames.
-    pub(crate) fn draw(&self, chosen: &mut Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
-        let method = chosen.method.as_mut();
-        self.bakes.give(method, &chosen.settings, &self.scene, self.quality)?;
-        let prepared = method.prepare(&self.scene, self.quality, progress)?;
+    pub(crate) fn draw(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        let bake = self.bakes.fitting(chosen.info, &chosen.settings, &self.scene, self.quality)?;
+        let prepared = chosen.method.prepare(&self.scene, self.quality, bake, progress)?;
         let mut setup_ms = self.setup_ms.clone();
-        setup_ms.extend(prepared.stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));
+        setup_ms.extend(prepared.report().stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));
         let [width, height] = self.view.size;
         let mut drawing = Drawing {
             picture: Framebuffer::new(width, height),
             view: self.frame_view(&self.scene, 0)?,
-            moved_scene: None,
+            scene: self.scene.clone(),
+            prepared,
             setup_ms,
             frame_ms: Vec::with_capacity(self.frames as usize),
             stages_ms: Vec::new(),
@@ -116,7 +119,7 @@ impl<'a> Shot<'a> {
             bytes: BTreeMap::new(),
             warnings: Vec::new(),
         };
-        drawing.note(&prepared);
+        drawing.note(&drawing.prepared.report().clone());
         for frame in 0..self.frames {
             let start = Instant::now();
             let mut stages = Vec::new();
@@ -124,26 +127,23 @@ impl<'a> Shot<'a> {
                 let time = self.time + frame as f32 / FRAMES_PER_SECOND;
                 let scene = scene_source::pose(&self.model, time, &self.roles)?;
                 stages.push(("pose", milliseconds(start)));
-                let prepared = method.prepare(&scene, self.quality, progress)?;
-                stages.extend(prepared.stages_ms.iter().copied());
-                drawing.note(&prepared);
-                drawing.moved_scene = Some(scene);
+                drawing.scene = Arc::new(scene);
+                drawing.prepared.update(&drawing.scene, self.quality, progress)?;
+                let report = drawing.prepared.report().clone();
+                stages.extend(report.stages_ms.iter().copied());
+                drawing.note(&report);
             }
-            let scene = drawing.moved_scene.as_ref().unwrap_or(&self.scene);
-            drawing.view = self.frame_view(scene, frame)?;
-            let job = Job { scene, view: &drawing.view, quality: self.quality, progress };
-            let report = method.render(&job, &mut drawing.picture)?;
+            drawing.view = self.frame_view(&drawing.scene, frame)?;
+            let built = drawing.prepared.frame(&drawing.view, progress)?;
+            let mut report = built.report().clone();
+            report.add(built.draw(&mut drawing.picture, progress)?);
+            drop(built);
             drawing.frame_ms.push(milliseconds(start));
             stages.extend(report.stages_ms.iter().copied());
             drawing.note(&report);
             drawing.note_stages(&stages);
         }
         Ok(drawing)
-    }
-
-    /// The scene of the last frame.
-    pub(crate) fn last_scene<'b>(&'b self, drawing: &'b Drawing) -> &'b Scene {
-        drawing.moved_scene.as_ref().unwrap_or(&self.scene)
     }
 
     fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
@@ -199,7 +199,7 @@ impl Drawing {
     }
 }
 
-/// The camera asked for.
+/// The camera that the options name.
 pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         let up = args.up.unwrap_or(Vec3::Y);

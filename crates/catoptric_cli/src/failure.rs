@@ -1,13 +1,13 @@
-//! How the program ends when it cannot do what was asked.
+//! The ends of the program other than success: messages and exit codes.
 
 use std::fmt::Display;
 use std::process::ExitCode;
 
-/// What a command has to say in the end.
+/// The message and exit code of a command that did not succeed.
 pub(crate) struct Output {
     /// For standard output.
     pub(crate) text: String,
-    /// The exit code: not 0 where that says something although nothing went wrong.
+    /// The exit code; other than 0 also if it carries an answer although nothing went wrong.
     pub(crate) code: u8,
 }
 
@@ -42,7 +42,7 @@ impl Failure {
                 ExitCode::from(2)
             }
             Self::Input(error) => {
-                // The library's messages already say what caused them.
+                // The library's messages already contain their causes.
                 eprintln!("error: {error}");
                 ExitCode::from(1)
             }

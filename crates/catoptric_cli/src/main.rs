@@ -29,7 +29,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does what is asked; gives the exit code.
+/// Runs the command; returns the exit code.
 fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
     set_threads(&cli.global)?;
     let terminal = Terminal::new(&cli.global);

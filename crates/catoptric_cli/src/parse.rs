@@ -1,4 +1,4 @@
-//! Readers of option values; each message says what is allowed.
+//! Readers of option values; each message names what is allowed.
 
 use catoptric::picture::PictureFormat;
 use glam::{DVec3, Vec3};

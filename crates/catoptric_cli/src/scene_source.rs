@@ -1,21 +1,22 @@
 //! From the word SCENE and the options about it to a model.
 
-use crate::args::SceneArgs;
+use crate::args::{PoseArgs, SceneArgs};
 use crate::failure::Failure;
 use catoptric::error::SceneError;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Model, PoseOptions, Role, Scene, builtin, import};
+use catoptric::scene::{Model, PoseOptions, Role, Scene};
+use catoptric_scenes::{builtin, import};
 use clap::ArgMatches;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The model that SCENE names, with the environment asked for.
-pub(crate) fn load(args: &SceneArgs) -> Result<Model, SceneError> {
-    let mut model = match args.scene.strip_prefix("builtin:") {
+/// The model that SCENE names, with the environment of `--environment`.
+pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, SceneError> {
+    let mut model = match scene.strip_prefix("builtin:") {
         Some(spec) => builtin::parse(spec)?,
-        None => import::load(Path::new(&args.scene))?,
+        None => import::load(Path::new(scene))?,
     };
-    if let Some(path) = &args.environment {
+    if let Some(path) = environment {
         model.environment = Some(Arc::new(import::load_environment(path)?));
     }
     Ok(model)
@@ -24,7 +25,7 @@ pub(crate) fn load(args: &SceneArgs) -> Result<Model, SceneError> {
 /// The scene at one moment.
 pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule]) -> Result<Scene, Failure> {
     model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
-        // The one message that does not say which scene it is about.
+        // The one message that does not name its scene.
         SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
         error => error.into(),
     })
@@ -35,8 +36,12 @@ pub(crate) type RoleWord = (String, String);
 
 /// The roles given on the command line, in the order in which they stand there: later ones win.
 pub(crate) fn role_words(args: &SceneArgs, options: &ArgMatches) -> Vec<RoleWord> {
+    words_of(&args.reflector, &args.pose, options)
+}
+
+fn words_of(reflector: &[String], pose: &PoseArgs, options: &ArgMatches) -> Vec<RoleWord> {
     let mut words: Vec<(usize, RoleWord)> = Vec::new();
-    for (name, patterns) in [("reflector", &args.reflector), ("lens", &args.lens), ("diffuse", &args.diffuse)] {
+    for (name, patterns) in [("reflector", reflector), ("lens", &pose.lens), ("diffuse", &pose.diffuse)] {
         let places = options.indices_of(name).into_iter().flatten();
         words.extend(places.zip(patterns).map(|(place, pattern)| (place, (name.to_owned(), pattern.clone()))));
     }
@@ -44,7 +49,7 @@ pub(crate) fn role_words(args: &SceneArgs, options: &ArgMatches) -> Vec<RoleWord
     words.into_iter().map(|(_, word)| word).collect()
 }
 
-/// What the words stand for.
+/// The parameters that the words stand for.
 pub(crate) fn rules(words: &[RoleWord]) -> Result<Vec<RoleRule>, Failure> {
     let rule = |(name, pattern): &RoleWord| {
         let rule = match name.as_str() {
@@ -60,4 +65,9 @@ pub(crate) fn rules(words: &[RoleWord]) -> Result<Vec<RoleRule>, Failure> {
 /// The roles given on the command line.
 pub(crate) fn roles(args: &SceneArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
     rules(&role_words(args, options))
+}
+
+/// The same without `--reflector`, for commands in which it names no role.
+pub(crate) fn pose_roles(args: &PoseArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
+    rules(&words_of(&[], args, options))
 }

@@ -2,13 +2,13 @@
 
 use crate::baked::Bakes;
 use crate::failure::Failure;
-use catoptric::methods::{self, MethodInfo, ReflectionMethod};
+use catoptric::methods::{self, Method, MethodInfo};
 use catoptric::scene::Model;
 use toml::{Table, Value};
 
 /// A method that is ready to be prepared, and the settings it was made from.
 pub(crate) struct Chosen {
-    pub(crate) method: Box<dyn ReflectionMethod>,
+    pub(crate) method: Box<dyn Method>,
     pub(crate) info: &'static MethodInfo,
     pub(crate) settings: Table,
 }
@@ -26,11 +26,11 @@ pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, F
     choose_baked(id, model, given, &Bakes::default())
 }
 
-/// The same; what neither says is as the method's bake has it.
+/// The same; settings that neither gives are those of the method's bake.
 pub(crate) fn choose_baked(id: &str, model: &Model, given: &Table, bakes: &Bakes) -> Result<Chosen, Failure> {
     let info = methods::find(id).map_err(Failure::usage)?;
     let mut settings = model.method_settings.get(id).cloned().unwrap_or_default();
-    // What is wrong in the scene is the scene's fault, what is wrong on the command line is wrong usage.
+    // A wrong setting in the scene is an input error, one on the command line is wrong usage.
     methods::create(id, &settings).map_err(|error| Failure::input(format!("{}: {error}", model.name)))?;
     settings.extend(given.clone());
     let settings = bakes.settings(info, settings)?;
@@ -39,10 +39,10 @@ pub(crate) fn choose_baked(id: &str, model: &Model, given: &Table, bakes: &Bakes
 }
 
 /// All settings of a method with the values in force, as JSON.
-pub(crate) fn in_force(info: &MethodInfo, settings: &Table) -> serde_json::Map<String, serde_json::Value> {
-    let values = (info.in_force)(settings).unwrap_or_else(|_| settings.clone());
+pub(crate) fn effective(info: &MethodInfo, settings: &Table) -> serde_json::Map<String, serde_json::Value> {
+    let values = (info.effective)(settings).unwrap_or_else(|_| settings.clone());
     let value = |name: &str| values.get(name).map_or(serde_json::Value::Null, json);
-    (info.settings)().into_iter().map(|setting| (setting.name.clone(), value(&setting.name))).collect()
+    (info.settings)().iter().map(|setting| (setting.name.into(), value(setting.name))).collect()
 }
 
 fn json(value: &Value) -> serde_json::Value {
@@ -66,7 +66,7 @@ mod tests {
     fn presets_show_in_the_settings_in_force() {
         let info = methods::find("sample_based_camera").unwrap();
         let given: Table = toml::from_str("preset = 'faithful'\ndownsampling = 3").unwrap();
-        let all = in_force(info, &given);
+        let all = effective(info, &given);
         assert_eq!((all["camera"].as_str(), all["downsampling"].as_u64()), (Some("pinhole"), Some(3)));
         assert_eq!(all.len(), (info.settings)().len());
     }

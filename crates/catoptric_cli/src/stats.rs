@@ -2,7 +2,7 @@
 
 use crate::drawing::{Drawing, Shot, median};
 use crate::settings::{self, Chosen};
-use catoptric::methods::projection::RoundTrip;
+use catoptric::methods::projection::measure::round_trip::RoundTrip;
 use catoptric::metrics::PictureError;
 use catoptric::scene::Role;
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -59,7 +59,7 @@ pub(crate) struct Stats {
     pub(crate) setup_ms: Times,
     pub(crate) frame_ms: FrameTimes,
     pub(crate) stages_ms: Times,
-    /// Of the first frame alone, which makes what later frames keep.
+    /// Times of the first frame alone, which makes what later frames keep.
     pub(crate) first_stages_ms: Times,
     pub(crate) counts: Counts,
     pub(crate) bytes: BTreeMap<String, u64>,
@@ -69,17 +69,17 @@ pub(crate) struct Stats {
 /// The error of a picture against the reference.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct ErrorReport {
-    /// Of the whole picture.
+    /// The error over the whole picture.
     pub(crate) image: Option<PictureError>,
-    /// Of the pixels that show a reflector or lens; null where there are none.
+    /// The error over the pixels that show a reflector or lens; null if there are none.
     pub(crate) reflector: Option<PictureError>,
-    /// Where scene points appear, in pixels; null for methods that do not project points.
+    /// The projection error in pixels; null for methods that do not project points.
     pub(crate) projection_px: Option<RoundTrip>,
 }
 
 impl Stats {
     pub(crate) fn new(shot: &Shot<'_>, chosen: &Chosen, drawing: &Drawing) -> Self {
-        let scene = shot.last_scene(drawing);
+        let scene = &drawing.scene;
         let mut named: BTreeMap<String, u64> = owned(&drawing.counts);
         named.entry("scene_triangles".into()).or_insert(scene.triangles.len() as u64);
         let reflector_triangles =
@@ -91,7 +91,7 @@ impl Stats {
             version: env!("CARGO_PKG_VERSION"),
             scene: shot.model.name.clone(),
             method: chosen.info.id,
-            settings: settings::in_force(chosen.info, &chosen.settings),
+            settings: settings::effective(chosen.info, &chosen.settings),
             backend: "cpu",
             device: device(),
             threads: catoptric::parallel::thread_count(),
@@ -119,7 +119,7 @@ fn owned(counts: &BTreeMap<&'static str, u64>) -> BTreeMap<String, u64> {
     counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
 }
 
-/// The processor's name, or its kind where the system does not tell.
+/// The processor's name, or its kind if the system has no name.
 pub(crate) fn device() -> String {
     let described = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;

@@ -1,17 +1,16 @@
-//! What the program says while it works.
+//! Messages of the program while it works.
 
 use crate::args::Global;
-use catoptric::progress::Progress;
+use catoptric::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashSet;
 use std::io::IsTerminal;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Work that is over sooner shows no bar.
 const PATIENCE: Duration = Duration::from_secs(2);
-/// More warnings than this are counted, not printed, unless asked for.
+/// More warnings than this are counted, not printed, without `--verbose`.
 const MAX_WARNINGS: usize = 12;
 
 /// Messages and progress on standard error.
@@ -20,16 +19,14 @@ pub(crate) struct Terminal {
     pub(crate) verbose: bool,
     bars: bool,
     start: Instant,
-    steps: AtomicU64,
     stage: Mutex<Stage>,
 }
 
 #[derive(Default)]
 struct Stage {
-    /// What the stages belong to, such as a method.
+    /// The subject of the stages, such as a method.
     subject: String,
     name: String,
-    total: u64,
     bar: Option<ProgressBar>,
 }
 
@@ -40,7 +37,6 @@ impl Terminal {
             verbose: global.verbose > 0,
             bars: !global.quiet && std::io::stderr().is_terminal(),
             start: Instant::now(),
-            steps: AtomicU64::new(0),
             stage: Mutex::default(),
         }
     }
@@ -72,7 +68,7 @@ impl Terminal {
         }
     }
 
-    /// Whether progress is shown as a bar.
+    /// True if progress is shown as a bar.
     pub(crate) fn shows_bars(&self) -> bool {
         self.bars
     }
@@ -101,40 +97,58 @@ impl Terminal {
     }
 }
 
-impl Progress for Terminal {
-    fn begin(&self, stage: &str, steps: u64) {
-        self.steps.store(0, Ordering::Relaxed);
-        if let Ok(mut current) = self.stage.lock() {
-            current.name = stage.into();
-            current.total = steps;
+impl Terminal {
+    /// Shows a stage's bar, or removes it when the stage is complete.
+    fn show(&self, stage: &mut Stage, name: &str, done: u64, of: u64) {
+        if stage.name != name || (of > 0 && done >= of) {
+            stage.clear();
         }
-    }
-
-    fn advance(&self, steps: u64) {
-        let done = self.steps.fetch_add(steps, Ordering::Relaxed) + steps;
-        if !self.bars || self.start.elapsed() < PATIENCE {
+        if of > 0 && done >= of {
             return;
         }
-        // Whoever cannot have the lock now leaves the drawing to the next one: workers must not wait for a terminal.
-        if let Ok(mut stage) = self.stage.try_lock() {
-            let total = stage.total;
-            let message = format!("{} {}", stage.subject, stage.name).trim().to_owned();
-            let bar = stage.bar.get_or_insert_with(|| {
-                let bar = ProgressBar::new(total).with_message(message);
-                match ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta} left") {
-                    Ok(style) => bar.with_style(style),
-                    Err(_) => bar,
-                }
-            });
-            bar.set_position(done.min(total));
+        stage.name.replace_range(.., name);
+        let message = format!("{} {name}", stage.subject).trim().to_owned();
+        let bar = stage.bar.get_or_insert_with(|| {
+            let (bar, template) = match of {
+                // The number of steps is unknown.
+                0 => (ProgressBar::new_spinner(), "{msg} {spinner} {pos} steps, {elapsed}"),
+                _ => (ProgressBar::new(of), "{msg} {wide_bar} {percent:>3} % {eta} left"),
+            };
+            let bar = bar.with_message(message);
+            match ProgressStyle::with_template(template) {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        });
+        bar.set_position(done);
+    }
+}
+
+impl Stage {
+    fn clear(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
         }
     }
+}
 
-    fn end(&self) {
-        if let Ok(mut stage) = self.stage.lock()
-            && let Some(bar) = stage.bar.take()
-        {
-            bar.finish_and_clear();
+impl Progress for Terminal {
+    fn at(&self, name: &str, done: u64, of: u64) -> Result<(), Cancelled> {
+        if self.bars && self.start.elapsed() >= PATIENCE {
+            // Whoever cannot have the lock now leaves the drawing to the next one: workers must not wait for a
+            // terminal.
+            if let Ok(mut stage) = self.stage.try_lock() {
+                self.show(&mut stage, name, done, of);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        if let Ok(stage) = self.stage.get_mut() {
+            stage.clear();
         }
     }
 }

@@ -2,4 +2,8 @@
 
 pub mod baking;
 pub mod drawing;
+pub mod readme;
 pub mod scenes;
+mod session;
+
+pub use session::{Drawn, Session};

@@ -1,4 +1,4 @@
-//! Small scenes whose pictures are known in closed form.
+//! Small scenes whose pictures have a closed form.
 
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric::scene::{Camera, Material, PoseOptions, Sampler, Scene, Texture};
@@ -170,8 +170,8 @@ pub fn eyes_within_and_on_a_sphere() -> (Scene, [(Vec3, Vec3); 4]) {
     (sphere_in_room(true), eyes)
 }
 
-/// A room with a ball and a speck of a mirror, among points and lines, some of them mirrors, too; and eyes with what they
-/// look at.
+/// A room with a ball and a speck of a mirror, among points and lines, some of them mirrors, too; and eyes with what
+/// they look at.
 pub fn things_without_size() -> (Scene, [(Vec3, Vec3); 2]) {
     let mut builder = SceneBuilder::new();
     let grey = builder.flat("grey", Vec3::splat(0.5));
@@ -181,6 +181,7 @@ pub fn things_without_size() -> (Scene, [(Vec3, Vec3); 2]) {
     let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
     builder.sphere("ball", Vec3::ZERO, 0.3, mirror);
     builder.sphere("speck", Vec3::new(0.7, 0.0, 0.0), 1e-6, mirror);
+    builder.sphere("crumb", Vec3::new(-0.5, 0.0, 0.3), 0.02, mirror);
     builder.quad("mirror point", Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO, Vec3::ZERO, mirror);
     builder.quad("mirror line", Vec3::new(0.0, -0.8, 0.0), Vec3::X, Vec3::X, mirror);
     let eye = Vec3::new(0.0, 0.5, 2.0);
@@ -188,7 +189,7 @@ pub fn things_without_size() -> (Scene, [(Vec3, Vec3); 2]) {
 }
 
 impl SceneBuilder {
-    /// An unlit parallelogram whose colour tells the position: (share along `u`, share along `v`, 1).
+    /// An unlit parallelogram whose colour encodes the position: (share along `u`, share along `v`, 1).
     pub fn ruler(&mut self, name: &str, corner: Vec3, u: Vec3, v: Vec3) {
         let material = self.flat(name, Vec3::ONE);
         self.primitive(

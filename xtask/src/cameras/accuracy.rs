@@ -1,11 +1,11 @@
 //! Figure 17: where heads and tails of reflected rays appear, and differences from ray tracing.
 
-use super::print;
-use super::stage::{BUNDLE, CAMERAS, PINHOLE, Stage, rgb};
+use super::{BUNDLE, CAMERAS, PINHOLE};
 use crate::panels::{below, beside_of_width, cut};
+use crate::stage::{Stage, print, rgb};
 use anyhow::Result;
 use catoptric::math::Aabb;
-use catoptric::methods::projection::VertexProjector;
+use catoptric::methods::projector::{Projections, VertexProjector};
 use catoptric::scene::Ray;
 use glam::{DVec3, Vec2, Vec3};
 use image::{Rgb, RgbImage};
@@ -30,11 +30,11 @@ struct Reflected {
     head: Vec3,
 }
 
-/// Where a point appears nearest to where it belongs; none where it does not appear.
+/// The appearance of a point nearest to its true place; returns `None` if it does not appear.
 fn appearance(projector: &dyn VertexProjector, point: Vec3, near: Vec2) -> Option<Vec2> {
-    let mut found = Vec::new();
-    projector.project(point, &mut found);
-    let places = found.iter().map(|projection| projection.image_px);
+    let mut found = Projections::default();
+    projector.project(&[point], &mut found);
+    let places = found.all().iter().map(|projection| projection.image_px);
     places.min_by(|a, b| a.distance(near).total_cmp(&b.distance(near)))
 }
 
@@ -75,7 +75,7 @@ pub(crate) fn draw() -> Result<RgbImage> {
     print("| cameras | point | asked | p50 px | p99 px | max px | missing |\n|---|---|---|---|---|---|---|")?;
     let mut rows = Vec::new();
     for (label, settings) in [("pinholes, 1 px", PINHOLE), ("ray bundles, 0.1 px", BUNDLE)] {
-        let drawings = stage.ask(settings, |projector| {
+        let drawings = stage.session(CAMERAS, settings)?.with_projector(&stage.view, |projector| -> Result<_> {
             for (name, is_head) in [("tail", false), ("head", true)] {
                 let point = |ray: &Reflected| if is_head { ray.head } else { ray.tail };
                 let place = |ray: &Reflected| appearance(projector, point(ray), ray.pixel);
@@ -88,7 +88,7 @@ pub(crate) fn draw() -> Result<RgbImage> {
                 .filter_map(|index| rays.get(index))
                 .map(|ray| zoomed(&picture, ray, projector))
                 .collect::<Vec<_>>())
-        })?;
+        })??;
         rows.push(beside_of_width(&drawings, WIDTH));
     }
     let mut differences = Vec::new();

@@ -1,7 +1,7 @@
 //! Figure 19: what building the cameras takes.
 
-use super::print;
-use super::stage::{CAMERAS, Stage, count, median, stage_ms};
+use super::CAMERAS;
+use crate::stage::{Stage, count, median, print, stage_ms};
 use anyhow::{Context, Result};
 use catoptric::methods::Report;
 
@@ -13,13 +13,13 @@ pub(crate) const SCENES: [(&str, &str, u32); 4] = [
     ("automobile", "car", 1),
 ];
 
-/// How often each tree is built.
+/// The number of times that each tree is built.
 const REPETITIONS: usize = 5;
 
 /// The size of the picture whose rays are down-sampled.
 const SIZE: [u32; 2] = [720, 480];
 
-/// What building takes, a number of times.
+/// The times of building, repeatedly.
 struct Builds {
     last: Report,
     ray_map_ms: f64,
@@ -29,7 +29,8 @@ struct Builds {
 /// The statistics of section VII.B for both kinds of cameras.
 pub(crate) fn print_table() -> Result<()> {
     print(
-        "| scene | cameras | resolution | rays, thousands | coverage % | leaves | ray lists | rays in lists | size KB | \
+        "| scene | cameras | resolution | rays, thousands | coverage % | leaves | ray lists | rays in lists | size KB \
+        | \
          ray map ms | construction ms |",
     )?;
     print("|---|---|---|---|---|---|---|---|---|---|---|")?;
@@ -40,11 +41,12 @@ pub(crate) fn print_table() -> Result<()> {
         for camera in ["pinhole", "ray_bundle"] {
             for (resolution, spacing) in [("quarter", 4), ("half", 2)] {
                 eprintln!("{label}: {camera}, {resolution}");
-                let settings = format!("camera = '{camera}', accuracy_px = 1.0, downsampling = {spacing}");
+                let settings = format!("camera = '{camera}'\naccuracy_px = 1.0\ndownsampling = {spacing}");
                 let built = build(&stage, &settings)?;
                 let report = &built.last;
                 print(&format!(
-                    "| {label} | {camera} | {resolution} | {:.1} | {coverage:.0} | {} | {} | {} | {:.0} | {:.0} | {:.0} |",
+                    "| {label} | {camera} | {resolution} | {:.1} | {coverage:.0} | {} | {} | {} | {:.0} | {:.0} | \
+                    {:.0} |",
                     count(report, "ray_map_rays") as f64 / 1000.0,
                     count(report, "leaves"),
                     count(report, "ray_lists"),
@@ -65,7 +67,7 @@ fn build(stage: &Stage, settings: &str) -> Result<Builds> {
     let mut last = Report::default();
     let (mut ray_map, mut construction) = (Vec::new(), Vec::new());
     for _ in 0..REPETITIONS {
-        last = pool.install(|| stage.prepare_view(CAMERAS, settings))?;
+        last = pool.install(|| -> Result<_> { Ok(stage.session(CAMERAS, settings)?.prepare_view(&stage.view)?) })?;
         ray_map.push(stage_ms(&last, "ray_map"));
         construction.push(stage_ms(&last, "build"));
     }

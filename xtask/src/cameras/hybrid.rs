@@ -1,8 +1,8 @@
 //! Figure 21: some reflectors show environment maps, the others what sample-based cameras give.
 
-use super::stage::{CAMERAS, Drawn, Stage, flip, rgb};
-use super::{FULL, print};
+use super::{CAMERAS, FULL};
 use crate::panels::{below, beside_of_width};
+use crate::stage::{Frames, Stage, flip, print, rgb};
 use anyhow::Result;
 use image::RgbImage;
 
@@ -41,8 +41,8 @@ pub(crate) fn draw() -> Result<RgbImage> {
     Ok(below(&rows))
 }
 
-/// How many reflectors show environment maps.
-fn mapped_count(drawn: &Drawn) -> u64 {
+/// The number of reflectors that show environment maps.
+fn mapped_count(drawn: &Frames) -> u64 {
     drawn.report.fallbacks.get("environment_mapped_reflectors").copied().unwrap_or_default()
 }
 

@@ -1,16 +1,16 @@
 //! Long precomputation of methods, in units that can be made anywhere and in any order.
 //!
-//! A method says here what its units are and makes them; planning, publishing, resuming and merging them, and the file that
+//! A method declares its units here and makes them; planning, publishing, resuming and merging them, and the file that
 //! results, are the crate `catoptric_bake`'s.
 
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::scene::Scene;
 
-/// What a method precomputes for a scene.
+/// The long precomputation of a method for a scene.
 ///
-/// A unit's bytes depend on the scene, the settings and its number alone: neither on threads, nor on the machine (of the same
-/// floating point), nor on other units.
+/// A unit's bytes depend on the scene, the settings and its number alone: neither on threads, nor on the machine (of
+/// the same floating point), nor on other units.
 pub trait BakeWork: Sync {
     /// The version of the layout of the units' bytes: bytes of another version are not understood.
     fn payload_version(&self) -> u32;
@@ -18,25 +18,25 @@ pub trait BakeWork: Sync {
     /// The settings that units depend on, with their values in force.
     fn settings(&self) -> toml::Table;
 
-    /// Gives a hasher all of the scene that units depend on.
+    /// Writes all of the scene that units depend on into a hasher.
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8]));
 
     /// The units, in order.
     fn units(&self) -> Vec<BakeUnit>;
 
-    /// What makes them; builds what all units share.
+    /// The maker of the units; builds what all units share.
     ///
     /// # Errors
-    /// [`RenderError::Setting`] where what they are made of is not at hand.
+    /// [`RenderError::Setting`] if an input that they are made of is missing.
     fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError>;
 }
 
 /// Makes the units of a bake, on any thread.
 pub trait UnitMaker: Sync {
-    /// A unit; empty where there is none of that number.
+    /// A unit; empty if there is none of that number.
     ///
     /// # Errors
-    /// [`RenderError::Setting`] where a file that a setting names cannot be used.
+    /// [`RenderError::Setting`] if a file that a setting names cannot be used.
     fn make(&self, number: usize) -> Result<MadeUnit, RenderError>;
 
     /// Time that one core takes for all units, about, in seconds: found by making a small part of them.
@@ -48,25 +48,25 @@ pub trait UnitMaker: Sync {
 pub struct MadeUnit {
     /// Its bytes.
     pub bytes: Vec<u8>,
-    /// What people may want to know of how it was made, such as what is left of an error; no part of the bake.
+    /// A note for people on how it was made, such as the remaining error; no part of the bake.
     pub note: Option<String>,
 }
 
 /// One unit of a bake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BakeUnit {
-    /// What it is, for people.
+    /// Its name, for people.
     pub name: String,
-    /// How many bytes it has.
+    /// Its number of bytes.
     pub bytes: u64,
 }
 
 /// All units of a finished bake.
 pub trait Baked: Send + Sync {
-    /// How many there are.
+    /// The number of units.
     fn unit_count(&self) -> usize;
 
-    /// The bytes of a unit; empty where there is none of that number.
+    /// The bytes of a unit; empty if there is none of that number.
     fn unit(&self, number: usize) -> &[u8];
 }
 

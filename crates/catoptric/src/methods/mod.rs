@@ -1,18 +1,23 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
 pub mod bake;
+pub mod limits;
 pub mod lookup;
+mod lookup_shader;
+pub mod path_query;
 pub mod projection;
+pub mod projector;
 pub mod reference;
+mod reflector_maps;
 mod settings;
 
-pub use settings::{SettingInfo, Settings};
-pub(crate) use settings::{from_table_with_presets, within};
+pub use settings::{ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, Settings};
+pub(crate) use settings::{SettingValue, declare_choices, declare_settings, within};
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::projection::finder::PathSearch;
-use crate::methods::projection::{ProjectedPaths, VertexProjector};
+use crate::methods::path_query::PathSearch;
+use crate::methods::projector::VertexProjector;
 use crate::progress::Progress;
 use crate::raster::RasterReport;
 use crate::scene::{Scene, View};
@@ -20,7 +25,7 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// How a method finds reflections.
+/// The way in which a method finds reflections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// The ray-traced truth.
@@ -42,34 +47,46 @@ impl Family {
     }
 }
 
-/// What a method is and can do.
+/// A method's name, abilities and declarations.
 #[derive(Debug)]
 pub struct MethodInfo {
     /// The name in the program: that of the method's folder.
     pub id: &'static str,
-    /// Which half of the problem it solves.
+    /// The half of the problem that it solves.
     pub family: Family,
     /// One line for tables.
     pub summary: &'static str,
     /// Author, year and title of the source.
     pub paper: &'static str,
-    /// What must hold for its pictures to be right.
+    /// The conditions under which its pictures are right.
     pub assumptions: &'static str,
     /// Runs on the CPU.
     pub cpu: bool,
     /// Runs on the GPU.
     pub gpu: bool,
-    /// What it precomputes for long, if anything.
+    /// Its long precomputation, if it has any.
     pub bake: Option<bake::MakeBakeWork>,
     /// Its settings with their defaults.
     pub settings: fn() -> Vec<SettingInfo>,
     /// All settings with the values that a table of some of them leads to, presets included.
-    pub in_force: fn(&toml::Table) -> Result<toml::Table, RenderError>,
+    pub effective: fn(&toml::Table) -> Result<toml::Table, RenderError>,
+    /// Errors that it must not exceed on built-in scenes.
+    pub limits: &'static limits::ErrorLimits,
     /// Makes the method from a table of settings; unknown names and values that are not allowed are errors.
-    pub create: fn(&toml::Table) -> Result<Box<dyn ReflectionMethod>, RenderError>,
+    pub create: fn(&toml::Table) -> Result<Box<dyn Method>, RenderError>,
 }
 
-/// How well a picture is to be drawn.
+impl MethodInfo {
+    /// Refuses a bake, for methods that precompute nothing.
+    pub(crate) fn refuse_bake(&self, bake: Option<Arc<dyn bake::Baked>>) -> Result<(), RenderError> {
+        match bake {
+            None => Ok(()),
+            Some(_) => Err(RenderError::Limit { method: self.id, problem: "it uses no baked files".into() }),
+        }
+    }
+}
+
+/// The quality of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quality {
     /// Antialiasing samples a pixel, at least 1.
@@ -78,36 +95,57 @@ pub struct Quality {
     pub order: u32,
 }
 
-/// One picture to be drawn.
+/// One picture to be drawn: the arguments that drawing has everywhere.
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
-    /// The scene; the same that the method was prepared for.
+    /// The scene.
     pub scene: &'a Scene,
-    /// What is to be seen.
+    /// The view of it.
     pub view: &'a View,
-    /// How well.
+    /// Samples and order.
     pub quality: Quality,
-    /// Who is told how far it has come.
+    /// Receives the progress, and may cancel.
     pub progress: &'a dyn Progress,
 }
 
-/// What a method has to say about its work.
+/// Times, counts and warnings of a step of a method's work.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// Time of each stage in milliseconds, in order.
     pub stages_ms: Vec<(&'static str, f64)>,
     /// Counted things: rays, triangles, vertices...
     pub counts: BTreeMap<&'static str, u64>,
-    /// How often something could not be done and what was drawn instead.
+    /// Counts of things that could not be drawn exactly, by the reason or by what was drawn instead.
     pub fallbacks: BTreeMap<&'static str, u64>,
     /// Memory of the method's own tables.
     pub bytes: BTreeMap<&'static str, u64>,
-    /// What the user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
 }
 
 impl Report {
-    /// Takes over what the rasteriser says.
+    /// The empty report: of steps that do nothing.
+    pub(crate) fn none() -> &'static Self {
+        static NONE: Report = Report {
+            stages_ms: Vec::new(),
+            counts: BTreeMap::new(),
+            fallbacks: BTreeMap::new(),
+            bytes: BTreeMap::new(),
+            warnings: Vec::new(),
+        };
+        &NONE
+    }
+
+    /// Adds the report of a later step: its stages behind these, its numbers in place of these.
+    pub fn add(&mut self, later: Self) {
+        self.stages_ms.extend(later.stages_ms);
+        self.counts.extend(later.counts);
+        self.fallbacks.extend(later.fallbacks);
+        self.bytes.extend(later.bytes);
+        self.warnings.extend(later.warnings);
+    }
+
+    /// Adds the rasteriser's times and counts.
     pub fn add_raster(&mut self, raster: &RasterReport) {
         self.stages_ms.push(("raster_setup", raster.setup_ms));
         self.stages_ms.push(("raster_and_shade", raster.tiles_ms));
@@ -117,72 +155,80 @@ impl Report {
     }
 }
 
-/// A way to draw reflections, with its settings.
-pub trait ReflectionMethod: Send {
-    /// What the method is.
+/// A method with its settings: makes what draws a scene.
+///
+/// States that must not be mixed up are types: a [`Method`] prepares a scene, what is [`Prepared`] makes frames, a
+/// [`Frame`] draws. Each step can be cancelled through its [`Progress`] and then leaves what it started from usable.
+pub trait Method: Send + Sync {
+    /// The method's name and abilities.
     fn info(&self) -> &'static MethodInfo;
 
-    /// Builds what depends on the scene alone, not on the view. Must be called before [`Self::render`], and again
-    /// whenever the scene or the quality changes.
-    fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError>;
-
-    /// Takes what was precomputed for the scene and the settings ([`MethodInfo::bake`]), in place of what [`Self::prepare`] would
-    /// do in its stead. Must be called before that.
+    /// Builds what depends on the scene alone, not on the view. `bake` replaces long precomputation
+    /// ([`MethodInfo::bake`]).
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where the method precomputes nothing.
-    fn take_bake(&mut self, baked: Arc<dyn bake::Baked>) -> Result<(), RenderError> {
-        drop(baked);
-        Err(RenderError::Limit { method: self.info().id, problem: "it uses no baked files".into() })
+    /// [`RenderError::Limit`] if the method cannot draw the scene, if the bake does not fit it, and if the
+    /// method uses no bakes; [`RenderError::Cancelled`].
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn bake::Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError>;
+}
+
+/// A method prepared for a scene. Keeps tables that hold from frame to frame.
+pub trait Prepared: Send {
+    /// Times, counts and warnings of the preparation, or of the last update.
+    fn report(&self) -> &Report;
+
+    /// Replaces the scene after objects, reflectors or materials have changed, or the quality. Keeps tables that still
+    /// hold.
+    ///
+    /// # Errors
+    /// As [`Method::prepare`]; the earlier scene stays prepared then.
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError>;
+
+    /// Builds what depends on the view, but for what only pictures need.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] if the method cannot draw the view; [`RenderError::Cancelled`].
+    fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError>;
+}
+
+/// One view of a prepared scene: can be drawn and queried, as often as needed.
+pub trait Frame: Sync {
+    /// Times and counts of building the frame.
+    fn report(&self) -> &Report;
+
+    /// Draws the picture into `target`, which has the view's size.
+    ///
+    /// # Errors
+    /// [`RenderError::Samples`], [`RenderError::Limit`] as the rasteriser's; [`RenderError::Cancelled`], the picture is
+    /// then drawn in part.
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError>;
+
+    /// Projects scene points to where they appear; `None` for methods that do not project points.
+    fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
+        None
     }
 
-    /// Builds what depends on the view too and not on what moves among the mirrors, as [`Self::render`] does first where
-    /// it is missing, and says what that took. Nothing for methods that keep nothing of the kind.
+    /// Finds paths on some objects from an eye (the view's, perhaps with more digits) to scene points by the method's
+    /// own search; `None` where there is no better one than to complete the [`Frame::projector`]'s appearances
+    /// ([`projection::find::projected_paths::path_search`]).
     ///
     /// # Errors
-    /// As [`Self::render`].
-    fn prepare_view(&mut self, job: &Job<'_>) -> Result<Report, RenderError> {
-        let _ = job;
-        Ok(Report::default())
-    }
-
-    /// Draws one picture into `target`, which has the view's size.
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError>;
-
-    /// What says where scene points appear in this view; none for methods that do not project points.
-    ///
-    /// # Errors
-    /// As [`Self::render`].
-    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
-        let _ = job;
+    /// [`RenderError::Limit`] for paths of more bounces than the search can follow.
+    fn path_search(&self, eye: DVec3, objects: &[u32]) -> Result<Option<Box<dyn PathSearch + '_>>, RenderError> {
+        let _ = (eye, objects);
         Ok(None)
-    }
-
-    /// What finds the paths of one to `job.quality.order` bounces on these objects from an eye (the view's, perhaps
-    /// with more digits) to scene points; none for methods that do not project points.
-    ///
-    /// Unless a method knows better, the appearances that its projector finds in the view are completed to paths.
-    ///
-    /// # Errors
-    /// As [`Self::render`].
-    fn path_search<'a>(
-        &'a mut self,
-        job: &Job<'a>,
-        eye: DVec3,
-        objects: &[u32],
-    ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
-        let _ = eye;
-        let (scene, view, order) = (job.scene, job.view, job.quality.order);
-        let complete = |projector| -> Box<dyn PathSearch + 'a> {
-            Box::new(ProjectedPaths::new(scene, view, projector, order, objects))
-        };
-        Ok(self.projector(job)?.map(complete))
     }
 }
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
-    static ALL: [&MethodInfo; 9] = [
+    static ALL: &[&MethodInfo] = &[
         &reference::INFO,
         &lookup::environment_map::INFO,
         &lookup::light_field::INFO,
@@ -193,15 +239,15 @@ pub fn all() -> &'static [&'static MethodInfo] {
         &projection::explosion_map::INFO,
         &projection::reflector_search::INFO,
     ];
-    &ALL
+    ALL
 }
 
 /// The method with this id and these settings.
-pub fn create(id: &str, settings: &toml::Table) -> Result<Box<dyn ReflectionMethod>, RenderError> {
+pub fn create(id: &str, settings: &toml::Table) -> Result<Box<dyn Method>, RenderError> {
     (find(id)?.create)(settings)
 }
 
-/// What the method with this id is.
+/// The entry of the method with this id.
 pub fn find(id: &str) -> Result<&'static MethodInfo, RenderError> {
     all().iter().copied().find(|info| info.id == id).ok_or_else(|| RenderError::UnknownMethod {
         id: id.into(),

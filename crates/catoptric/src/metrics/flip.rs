@@ -1,4 +1,4 @@
-//! LDR-FLIP: how different two pictures look to someone who flips between them.
+//! LDR-FLIP: the visible difference of two pictures shown in alternation.
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference Evaluator for
 //! Alternating Images". Colours are filtered with the eye's contrast sensitivity and compared in an opponent space
@@ -38,7 +38,7 @@ const RGB_FROM_XYZ: [[f32; 3]; 3] = [
 /// XYZ of white (illuminant D65).
 const WHITE: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_4];
 
-type Plane = Vec<f32>;
+type FloatPlane = Vec<f32>;
 
 /// LDR-FLIP of every pixel, 0 to 1, rows from the top. Linear values are clamped to 0..1 first; NaN counts as 0.
 ///
@@ -53,9 +53,9 @@ pub fn flip_map(test: &Framebuffer, reference: &Framebuffer, pixels_per_degree: 
         return Ok(Vec::new());
     }
     let pixels_per_degree = if pixels_per_degree.is_finite() { pixels_per_degree.clamp(1.0, 1000.0) } else { 1000.0 };
-    let size = Size { width, height };
+    let size = PictureSize { width, height };
     let filters = Filters::new(pixels_per_degree);
-    let [test, reference] = [test, reference].map(|picture| Seen::new(picture, size, &filters));
+    let [test, reference] = [test, reference].map(|picture| FilteredPicture::new(picture, size, &filters));
     let largest = {
         let green = hunt_adjusted_lab([0.0, 1.0, 0.0]);
         let blue = hunt_adjusted_lab([0.0, 0.0, 1.0]);
@@ -82,23 +82,23 @@ pub fn flip_map(test: &Framebuffer, reference: &Framebuffer, pixels_per_degree: 
 }
 
 #[derive(Clone, Copy)]
-struct Size {
+struct PictureSize {
     width: usize,
     height: usize,
 }
 
-/// A picture as the eye sees it.
-struct Seen {
+/// A picture filtered by the eye's contrast sensitivity.
+struct FilteredPicture {
     /// L*, a*, b* after the contrast filter, a* and b* scaled by lightness (Hunt's effect).
     lab: Vec<[f32; 3]>,
     /// Strength of edges.
-    edges: Plane,
+    edges: FloatPlane,
     /// Strength of points.
-    points: Plane,
+    points: FloatPlane,
 }
 
-impl Seen {
-    fn new(picture: &Framebuffer, size: Size, filters: &Filters) -> Self {
+impl FilteredPicture {
+    fn new(picture: &Framebuffer, size: PictureSize, filters: &Filters) -> Self {
         let opponent = opponent_planes(picture, size);
         let (edges, points) = features(&opponent[0], size, filters);
         let [achromatic, red_green, blue_yellow] = opponent;
@@ -121,7 +121,7 @@ impl Seen {
 }
 
 /// The three planes of YCxCz, the opponent space in which the eye's sensitivity is given.
-fn opponent_planes(picture: &Framebuffer, size: Size) -> [Plane; 3] {
+fn opponent_planes(picture: &Framebuffer, size: PictureSize) -> [FloatPlane; 3] {
     std::array::from_fn(|channel| {
         let mut plane = vec![0.0; size.width * size.height];
         parallel::for_each_chunk_mut(&mut plane, size.width, |row, out| {
@@ -166,8 +166,8 @@ fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
 }
 
 /// Strength of edges and points in the lightness of a picture.
-fn features(achromatic: &[f32], size: Size, filters: &Filters) -> (Plane, Plane) {
-    let lightness: Plane = achromatic.iter().map(|value| (value + 16.0) / 116.0).collect();
+fn features(achromatic: &[f32], size: PictureSize, filters: &Filters) -> (FloatPlane, FloatPlane) {
+    let lightness: FloatPlane = achromatic.iter().map(|value| (value + 16.0) / 116.0).collect();
     let strength = |filter: &Kernel| {
         let mut along_x = separable(&lightness, size, filter, &filters.feature_blur);
         let along_y = separable(&lightness, size, &filters.feature_blur, filter);
@@ -185,7 +185,7 @@ type Kernel = Vec<f32>;
 struct Filters {
     achromatic: Kernel,
     red_green: Kernel,
-    /// Two separable filters whose sum is meant.
+    /// Two separable filters to be summed.
     blue_yellow: [Kernel; 2],
     feature_blur: Kernel,
     edge: Kernel,
@@ -245,8 +245,8 @@ fn balanced(mut kernel: Kernel) -> Kernel {
 }
 
 /// The plane filtered with `horizontal` along rows and `vertical` along columns.
-fn separable(plane: &[f32], size: Size, horizontal: &[f32], vertical: &[f32]) -> Plane {
-    let Size { width, height } = size;
+fn separable(plane: &[f32], size: PictureSize, horizontal: &[f32], vertical: &[f32]) -> FloatPlane {
+    let PictureSize { width, height } = size;
     let mut rows = vec![0.0; plane.len()];
     parallel::for_each_chunk_mut(&mut rows, width, |row, out| {
         let source = &plane[row * width..][..width];

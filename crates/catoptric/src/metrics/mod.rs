@@ -1,4 +1,4 @@
-//! How far a picture is from the reference: FLIP, RMSE and the share of visibly wrong pixels.
+//! The error of a picture against the reference: FLIP, RMSE and the share of visibly wrong pixels.
 //!
 //! All numbers exist for the whole picture and for a part of it, usually the pixels that show a reflector or a lens.
 
@@ -16,7 +16,10 @@ use serde::Serialize;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MetricError {
     /// The two pictures differ in size.
-    #[error("pictures of {}x{} and {}x{} pixels cannot be compared: both must have the same size", test.0, test.1, reference.0, reference.1)]
+    #[error(
+        "pictures of {}x{} and {}x{} pixels cannot be compared: both must have the same size",
+        test.0, test.1, reference.0, reference.1
+    )]
     Size {
         /// Width and height of the picture under test.
         test: (u32, u32),
@@ -26,11 +29,11 @@ pub enum MetricError {
     /// The picture's pixels or the mask do not match its size.
     #[error("{what} holds {found} values where the picture has {expected} pixels")]
     Length {
-        /// Which array is at fault.
+        /// The array at fault.
         what: &'static str,
-        /// How many values it holds.
+        /// The number of values it holds.
         found: usize,
-        /// How many it must hold.
+        /// The number it must hold.
         expected: usize,
     },
 }
@@ -67,7 +70,7 @@ struct PixelDifference {
 }
 
 impl Comparison {
-    /// Compares two linear pictures; the second is the truth. FLIP sees them clamped to the range of sRGB.
+    /// Compares two linear pictures; the second is the truth. FLIP clamps them to the range of sRGB.
     ///
     /// # Errors
     /// [`MetricError`] when the sizes differ.
@@ -78,12 +81,12 @@ impl Comparison {
         Ok(Self { width: test.width, height: test.height, flip, pixels })
     }
 
-    /// The error of the whole picture; none when it has no pixels.
+    /// The error of the whole picture; `None` if it has no pixels.
     pub fn whole(&self) -> Option<PictureError> {
         self.sum(|_| true)
     }
 
-    /// The error of those pixels where the mask is true; none when there are none.
+    /// The error of those pixels where the mask is true; `None` if there are no such pixels.
     ///
     /// # Errors
     /// [`MetricError::Length`] when the mask does not have one value a pixel.

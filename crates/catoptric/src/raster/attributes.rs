@@ -4,24 +4,24 @@
 //! homogeneous points, and the weights, divided by their sum, are the barycentric coordinates in space. It needs no
 //! division by w, so it serves triangles that cross the near plane or pass behind the eye.
 
-use super::samples::LANES;
+use crate::math::lanes::{LANES, Lanes};
 use crate::scene::PicturePoint;
 use crate::scene::shade::Barycentrics;
 use glam::Vec2;
 
 /// Corners of eight triangles, each with the position at which it is shaded.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Corners {
-    x: [[f32; LANES]; 3],
-    y: [[f32; LANES]; 3],
-    w: [[f32; LANES]; 3],
-    at_x: [f32; LANES],
-    at_y: [f32; LANES],
-    /// How far outside the triangle the position may count, as a share of its size.
-    leeway: [f32; LANES],
+pub(super) struct CornerLanes {
+    x: [Lanes; 3],
+    y: [Lanes; 3],
+    w: [Lanes; 3],
+    at_x: Lanes,
+    at_y: Lanes,
+    /// The greatest distance of a position outside the triangle, as a share of its size.
+    leeway: Lanes,
 }
 
-impl Corners {
+impl CornerLanes {
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, points: [&PicturePoint; 3], leeway: f32) {
         self.leeway[lane] = leeway;
@@ -35,11 +35,11 @@ impl Corners {
     /// Gives all lanes the same triangle.
     #[inline(always)]
     pub(super) fn set_all(&mut self, points: [&PicturePoint; 3], leeway: f32) {
-        self.leeway = [leeway; LANES];
+        self.leeway = Lanes::splat(leeway);
         for (corner, point) in points.into_iter().enumerate() {
-            self.x[corner] = [point.xy.x; LANES];
-            self.y[corner] = [point.xy.y; LANES];
-            self.w[corner] = [point.w; LANES];
+            self.x[corner] = Lanes::splat(point.xy.x);
+            self.y[corner] = Lanes::splat(point.xy.y);
+            self.w[corner] = Lanes::splat(point.w);
         }
     }
 
@@ -50,16 +50,15 @@ impl Corners {
 }
 
 /// Weights of the second and third corner, their change along x, and along y: eight of each.
-pub(super) type Weights = [[f32; LANES]; 6];
+pub(super) type Weights = [Lanes; 6];
 
 /// The barycentric coordinates of eight triangles.
 ///
 /// Positions outside by more than the leeway (samples lie inside the *snapped* triangle, a hair outside this one) are
-/// moved to where it ends. A triangle that is
-/// seen exactly edge-on gives its middle, without change.
+/// moved to where it ends. A triangle that is exactly edge-on gives its middle, without change.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of many arrays, for the vectoriser
-pub(super) fn weights(corners: &Corners, out: &mut Weights) {
+pub(super) fn weights(corners: &CornerLanes, out: &mut Weights) {
     // All loads come first and nothing branches, so that the loop becomes vector instructions.
     for i in 0..LANES {
         let (px, py) = (corners.at_x[i], corners.at_y[i]);
@@ -149,7 +148,7 @@ pub(super) fn depth_at(points: [&PicturePoint; 3], at: Vec2) -> f32 {
 
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
 pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2) -> Barycentrics {
-    let (mut corners, mut out) = (Corners::default(), Weights::default());
+    let (mut corners, mut out) = (CornerLanes::default(), Weights::default());
     corners.set(0, points, 0.0);
     corners.set_position(0, at);
     weights(&corners, &mut out);

@@ -1,13 +1,13 @@
-//! Which triangles may show in which tiles.
+//! The sorting of triangles into the tiles that they may show in.
 
 use super::kernel::{TILE, TilePlace, touches_tile};
-use super::setup::{Frame, Outcome, SetupTriangle, set_up};
+use super::setup::{PictureSetup, SetupOutcome, SetupTriangle, set_up};
 use super::{DrawList, RasterReport};
 use std::ops::Range;
 
 /// A piece of a list that is set up at once.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
+pub(super) struct ListPart {
     pub(super) list: u32,
     pub(super) triangles: Range<u32>,
     /// The id of the list's first triangle.
@@ -19,7 +19,7 @@ pub(super) struct Piece {
 pub(super) struct Bins {
     pub(super) list: u32,
     pub(super) setup: Vec<SetupTriangle>,
-    /// Where each tile's numbers begin in `indices`; one more at the end. Empty: no triangle is in the picture.
+    /// The start of each tile's numbers in `indices`; one more at the end. Empty: no triangle is in the picture.
     starts: Vec<u32>,
     indices: Vec<u32>,
     pub(super) report: RasterReport,
@@ -44,12 +44,12 @@ pub(super) struct TileGrid {
 }
 
 impl TileGrid {
-    pub(super) fn new(frame: &Frame) -> Self {
+    pub(super) fn new(frame: &PictureSetup) -> Self {
         let tiles = |size: u32| (size as usize).div_ceil(TILE);
         Self { columns: tiles(frame.width), rows: tiles(frame.height) }
     }
 
-    pub(super) fn place(&self, frame: &Frame, tile: usize) -> TilePlace {
+    pub(super) fn place(&self, frame: &PictureSetup, tile: usize) -> TilePlace {
         let pixel = [(tile % self.columns * TILE) as i32, (tile / self.columns * TILE) as i32];
         let [cx, cy] = frame.center();
         TilePlace { pixel, from_center: [pixel[0] - cx, pixel[1] - cy] }
@@ -57,7 +57,7 @@ impl TileGrid {
 }
 
 /// Sets up a piece of a list and sorts its triangles into tiles.
-pub(super) fn bin(frame: &Frame, grid: &TileGrid, list: &DrawList, piece: &Piece) -> Bins {
+pub(super) fn bin(frame: &PictureSetup, grid: &TileGrid, list: &DrawList, piece: &ListPart) -> Bins {
     let mut report = RasterReport::default();
     let mut setup: Vec<SetupTriangle> = Vec::with_capacity(piece.triangles.len());
     let mut pairs: Vec<(u32, u32)> = Vec::with_capacity(piece.triangles.len() * 3 / 2);
@@ -76,7 +76,7 @@ pub(super) fn bin(frame: &Frame, grid: &TileGrid, list: &DrawList, piece: &Piece
                 setup.push(triangle);
             }
         });
-        report.clipped += u64::from(outcome == Outcome::Clipped);
+        report.clipped += u64::from(outcome == SetupOutcome::Clipped);
     }
     report.binned = pairs.len() as u64;
     if pairs.is_empty() {
@@ -100,9 +100,9 @@ pub(super) fn bin(frame: &Frame, grid: &TileGrid, list: &DrawList, piece: &Piece
     Bins { list: piece.list, setup, starts, indices, report }
 }
 
-/// Calls `found` for every tile that a triangle may show in, and says whether there was one.
+/// Calls `found` for every tile that a triangle may show in, and returns whether there was one.
 #[inline]
-fn for_each_tile(frame: &Frame, grid: &TileGrid, triangle: &SetupTriangle, mut found: impl FnMut(u32)) -> bool {
+fn for_each_tile(frame: &PictureSetup, grid: &TileGrid, triangle: &SetupTriangle, mut found: impl FnMut(u32)) -> bool {
     let [first_column, last_column] = triangle.columns.map(|pixel| pixel as usize / TILE);
     let [first_row, last_row] = triangle.rows.map(|pixel| pixel as usize / TILE);
     // Few tiles: the kernel finds out faster than a test here.

@@ -1,9 +1,9 @@
-//! What the rasteriser hands to shaders.
+//! The rasteriser's input to shaders.
 
 use crate::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3};
 
-/// What a pixel shows in one layer.
+/// The surface of a pixel in one layer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LayerSurface {
     /// The list that drew it.
@@ -20,7 +20,7 @@ pub struct LayerSurface {
 /// A part of a pixel that shows one chain of surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fragment<'a> {
-    /// Where it is shaded, in pixels: the pixel's centre, or the centroid of its samples where it is covered in part.
+    /// The shaded position, in pixels: the pixel's centre, or the centroid of its samples where it is covered in part.
     pub position: Vec2,
     /// The surfaces, layer 0 first; a chain ends where a layer shows nothing. Empty: the background.
     pub chain: &'a [LayerSurface],
@@ -33,7 +33,7 @@ pub struct Fragment<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct FragmentBatch<'a> {
     pub(super) positions: &'a [Vec2],
-    /// Where the chain of each fragment ends in `surfaces`; the next one begins there.
+    /// The end of each fragment's chain in `surfaces`; the next one begins there.
     pub(super) chain_ends: &'a [u32],
     pub(super) surfaces: &'a [LayerSurface],
     /// The same for all.
@@ -41,12 +41,12 @@ pub struct FragmentBatch<'a> {
 }
 
 impl<'a> FragmentBatch<'a> {
-    /// How many fragments there are.
+    /// The number of fragments.
     pub fn len(&self) -> usize {
         self.positions.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no fragments.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
@@ -76,7 +76,7 @@ pub trait FragmentShader: Sync {
         shade_all(self, batch, colors);
     }
 
-    /// Whether a surface is there at all at a sample. Asked only for triangles that are
+    /// Returns true if a surface is there at all at a sample. Called only for triangles that are
     /// [`alpha_tested`](super::DrawTriangle::alpha_tested); `position` is the sample's, in pixels.
     fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
         let _ = (surface, position);

@@ -1,4 +1,4 @@
-//! Small pictures of triangle numbers, for look-ups rather than for eyes: which triangles lie at a place?
+//! Small pictures of triangle numbers: look-ups of the triangles at a place.
 
 use glam::{Vec2, Vec4};
 
@@ -9,7 +9,7 @@ pub(crate) struct IdMap {
     height: u32,
     /// The triangle that was drawn first at each texel.
     first: Vec<u32>,
-    /// The link that tells of another one there.
+    /// The link to another triangle at the texel.
     links: Vec<u32>,
     /// Numbers with the link to the next.
     others: Vec<[u32; 2]>,
@@ -25,8 +25,8 @@ impl IdMap {
         Self { width, height, first: vec![NONE; texels], links: vec![NONE; texels], others: Vec::new() }
     }
 
-    /// Draws a triangle, given in texels, after those that are there; what is not finite or has no area is left out. Says
-    /// whether it holds any texel's centre.
+    /// Draws a triangle, given in texels, after those that are there; triangles that are not finite or have no area are
+    /// left out. Says whether it holds any texel's centre.
     #[inline(always)] // see `covered`
     pub(crate) fn draw(&mut self, id: u32, corners: [Vec2; 3]) -> bool {
         let Self { width, height, first, links, others } = self;
@@ -44,10 +44,10 @@ impl IdMap {
         any
     }
 
-    /// The index of the texel at a place; none outside the map.
+    /// The index of the texel at a place; returns `None` outside the map.
     #[inline]
     fn texel(&self, place: Vec2) -> Option<usize> {
-        // Casts saturate: what is left of 0 or not a number must be told before.
+        // Casts saturate: places left of 0 and NaN are sorted out before.
         let inside = place.x >= 0.0 && place.y >= 0.0;
         let (x, y) = (place.x as u32, place.y as u32);
         (inside && x < self.width && y < self.height).then(|| y as usize * self.width as usize + x as usize)
@@ -59,7 +59,7 @@ impl IdMap {
         self.first.get(texel).copied().unwrap_or(NONE)
     }
 
-    /// The triangles at a place, in texels, the one drawn first first; none outside the map.
+    /// The triangles at a place, in texels, the one drawn first first; `None` outside the map.
     #[inline]
     pub(crate) fn at(&self, place: Vec2) -> impl Iterator<Item = u32> {
         let texel = self.texel(place);
@@ -100,7 +100,7 @@ const ON_EDGE: f32 = 1e-4;
 pub(crate) fn covered(corners: [Vec2; 3], width: u32, height: u32, mut emit: impl FnMut(u32, u32)) {
     let [a, b, c] = corners;
     let area = (b - a).perp_dot(c - a);
-    // Also what is not a number.
+    // NaN ends here too.
     if area == 0.0 || !area.is_finite() || width == 0 || height == 0 {
         return;
     }
@@ -114,7 +114,7 @@ pub(crate) fn covered(corners: [Vec2; 3], width: u32, height: u32, mut emit: imp
     let first = |low: f32| (low as u32).saturating_add(u32::from((low as u32 as f32) < low));
     let (left, top) = (low.x - ON_EDGE, first(low.y - ON_EDGE));
     let (right, bottom) = (end_x.min((width - 1) as f32), (end_y as u32).min(height - 1));
-    // Where rows cross the three edges; the fourth component is never asked.
+    // The crossings of rows with the three edges; the fourth component is unused.
     let (from_x, from_y) = (Vec4::new(a.x, b.x, c.x, 0.0) - 0.5, Vec4::new(a.y, b.y, c.y, 0.0) - 0.5);
     let (edge_x, edge_y) = (Vec4::new(b.x, c.x, a.x, 0.0) - 0.5 - from_x, Vec4::new(b.y, c.y, a.y, 0.0) - 0.5 - from_y);
     let slope = edge_x / edge_y;
@@ -158,7 +158,7 @@ mod tests {
         for y in 0..height {
             for x in 0..width {
                 let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-                // How far within a triangle the place is, in texels.
+                // The distance of the place within a triangle's edges, in texels.
                 let within = |id: u32| {
                     let [a, b, c] = triangles[id as usize];
                     let from_edge = |p: Vec2, q: Vec2| (q - p).normalize().perp_dot(place - p);

@@ -7,8 +7,9 @@
 //! 1/256 px is divided by 16 (rounding down, which keeps its sign); within a block of 8 x 8 pixels it then changes by
 //! less than 2^31 for any triangle within the guard band.
 
-use super::samples::{LANES, Pattern};
+use super::samples::Pattern;
 use super::setup::{SUBPIXELS, SetupTriangle};
+use crate::math::lanes::LANES;
 use bytemuck::{Pod, Zeroable};
 
 /// Width and height of a block, in pixels.
@@ -44,7 +45,7 @@ pub(super) struct TilePlace {
     pub(super) from_center: [i32; 2],
 }
 
-/// Where triangles may be drawn in a tile.
+/// The pixels of a tile in which triangles may be drawn.
 #[derive(Clone, Copy)]
 pub(super) struct StencilMask<'a> {
     /// A label a sample.
@@ -56,7 +57,7 @@ pub(super) struct StencilMask<'a> {
 }
 
 /// The samples of a tile in one layer.
-pub(super) struct Target<'a> {
+pub(super) struct LayerSamples<'a> {
     pub(super) keys: &'a mut [Keys],
     pub(super) ids: &'a mut [Ids],
 }
@@ -72,7 +73,7 @@ pub(super) fn draw_triangles(
     setup: &[SetupTriangle],
     indices: &[u32],
     stencil: Option<StencilMask<'_>>,
-    target: &mut Target<'_>,
+    target: &mut LayerSamples<'_>,
 ) {
     draw_triangles_portably(pattern, place, setup, indices, stencil, target);
 }
@@ -85,7 +86,7 @@ pub(super) fn draw_triangles_portably(
     setup: &[SetupTriangle],
     indices: &[u32],
     stencil: Option<StencilMask<'_>>,
-    target: &mut Target<'_>,
+    target: &mut LayerSamples<'_>,
 ) {
     for &index in indices {
         let triangle = &setup[index as usize];
@@ -141,7 +142,7 @@ pub(super) fn edges(triangle: &SetupTriangle, place: &TilePlace) -> [Edge; 3] {
     [Edge::new(a, b, place), Edge::new(b, c, place), Edge::new(c, a, place)]
 }
 
-/// Whether a triangle may cover a sample of a tile.
+/// Returns true if a triangle may cover a sample of a tile.
 pub(super) fn touches_tile(triangle: &SetupTriangle, place: &TilePlace) -> bool {
     edges(triangle, place).iter().all(|edge| edge.constant + edge.change_over(TILE as i64)[1] >= 0)
 }
@@ -154,7 +155,7 @@ pub(super) fn overlap(range: [u16; 2], first_pixel: i32) -> Option<[usize; 2]> {
     (first <= last).then_some([first as usize, last as usize])
 }
 
-/// What the lanes of a group differ by, for a triangle.
+/// The differences between the lanes of a group, for a triangle.
 struct LanePattern {
     edges: [[i32; LANES]; 3],
     key: [f32; LANES],
@@ -182,7 +183,7 @@ fn draw<const STENCIL: bool>(
     place: &TilePlace,
     triangle: &SetupTriangle,
     stencil: Option<StencilMask<'_>>,
-    target: &mut Target<'_>,
+    target: &mut LayerSamples<'_>,
 ) {
     let Some(columns) = overlap(triangle.columns, place.pixel[0]) else { return };
     let Some(rows) = overlap(triangle.rows, place.pixel[1]) else { return };
@@ -194,7 +195,7 @@ fn draw<const STENCIL: bool>(
         lane_pattern(pattern, 0, &edges, [key_step_x, key_step_y]),
         lane_pattern(pattern, pattern.halves - 1, &edges, [key_step_x, key_step_y]),
     ];
-    let steps = Steps::new(&edges, key_step_x);
+    let steps = ColumnSteps::new(&edges, key_step_x);
     let changes = edges.map(|edge| edge.change_over(BLOCK as i64));
 
     for block_y in rows[0] / BLOCK..=rows[1] / BLOCK {
@@ -207,7 +208,7 @@ fn draw<const STENCIL: bool>(
                 let value = edges[e].at(x0, y0);
                 rejected |= value + changes[e][1] < 0;
                 inside &= value + changes[e][0] >= 0;
-                // Where the whole block is inside, the value may be too large: any that stays positive serves.
+                // The value may be too large if the whole block is inside: any that stays positive serves.
                 bases[e] = value.min(i32::MAX as i64 - changes[e][1]) as i32;
             }
             if rejected {
@@ -234,13 +235,13 @@ fn draw<const STENCIL: bool>(
     }
 }
 
-/// What edges and key change by from the first column of a block to each.
-struct Steps {
+/// The change of edges and key from the first column of a block to each.
+struct ColumnSteps {
     edges: [[i32; BLOCK]; 3],
     key: [f32; BLOCK],
 }
 
-impl Steps {
+impl ColumnSteps {
     #[inline(always)]
     fn new(edges: &[Edge; 3], key_step: f32) -> Self {
         let mut steps = Self { edges: [[0; BLOCK]; 3], key: [0.0; BLOCK] };
@@ -279,11 +280,11 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
     pattern: &Pattern,
     place: &BlockPlace,
     plane: &BlockPlane,
-    steps: &Steps,
+    steps: &ColumnSteps,
     lanes: &[LanePattern; 2],
     triangle: &SetupTriangle,
     stencil: Option<StencilMask<'_>>,
-    target: &mut Target<'_>,
+    target: &mut LayerSamples<'_>,
 ) {
     let (samples_log2, group_log2) = (pattern.samples_log2, LANES.trailing_zeros());
     let half_mask = pattern.halves - 1;
@@ -341,7 +342,7 @@ fn draw_group<const STENCIL: bool, const EDGES: bool>(
     let [low, high] = triangle.key_range;
     let none = [0u32; LANES];
     let labels = *labels.unwrap_or(&none);
-    // All is read before anything is written: what might overlap is not turned into vector instructions.
+    // All is read before anything is written: arrays that might overlap are not turned into vector instructions.
     let [x, y, z] = lane.edges;
     let steps = lane.key;
     let (mut new_keys, mut new_ids) = (keys.0.map(f32::to_bits), ids.0);

@@ -19,38 +19,38 @@ mod tests;
 mod tile;
 
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
-pub(crate) use samples::PATTERNS;
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub(crate) use scene_list::shade_looks;
-pub use scene_list::{Look, LookShader, SceneShader, scene_draw_list};
+pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::parallel;
+use crate::progress::{Cancelled, Progress, Silent};
 use crate::scene::{PicturePoint, View};
 use bin::{Bins, TileGrid, bin};
 use glam::Vec2;
 use kernel::TILE;
 use plan::Plan;
 use samples::Pattern;
-use setup::{Frame, MAX_PICTURE_PX};
+use setup::{MAX_PICTURE_PX, PictureSetup};
 use std::sync::{Mutex, PoisonError};
-use tile::{Scratch, TileWork};
+use tile::{TileScratch, TileWork};
 
 /// A triangle to be drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DrawTriangle {
     /// Indices into the list's vertices. Triangles that point beyond them are not drawn.
     pub vertices: [u32; 3],
-    /// What the shader is told: the triangle of the scene whose attributes it carries.
+    /// The source handed to the shader: the triangle of the scene whose attributes it carries.
     pub source: u32,
     /// A number that later lists can be confined to: [`Stencil::group`].
     pub group: u32,
     /// Triangles of a list with the same number (other than 0) are parts of one smooth surface, whose look does not
-    /// depend on which of them is seen: where several meet in a pixel at the same depth they are shaded as one.
+    /// depend on which of them is visible: where several meet in a pixel at the same depth they are shaded as one.
     pub patch: u32,
-    /// The shader is asked at every sample whether the surface is there: [`FragmentShader::is_present`]. At equal
+    /// The shader tests at every sample whether the surface is there: [`FragmentShader::is_present`]. At equal
     /// depth such triangles lie behind all others.
     pub alpha_tested: bool,
 }
@@ -62,15 +62,15 @@ pub struct Stencil {
     pub list: u32,
     /// The group of its triangles.
     pub group: u32,
-    /// Which of the two ways on from there.
+    /// The branch of light on from the layer below.
     pub branch: Branch,
 }
 
-/// The ways on from a surface where light may divide, as on glass into what is reflected and what is refracted.
+/// The branches at a surface where light may divide, as on glass into reflected and refracted light.
 ///
-/// A sample shows one surface a layer. So where surfaces with lists in their second branch (even empty ones) are seen,
-/// the layers above are drawn again with those lists in place of the first branch's, and what the shader gives is
-/// added: each sequence of branches that is seen in a tile is drawn and shaded once. Pictures without such surfaces
+/// A sample shows one surface a layer. So where surfaces with lists in their second branch (even empty ones) are
+/// visible, the layers above are drawn again with those lists in place of the first branch's, and what the shader gives
+/// is added: each sequence of branches that shows in a tile is drawn and shaded once. Pictures without such surfaces
 /// cost nothing more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Branch {
@@ -86,23 +86,23 @@ pub enum Branch {
 pub struct DrawList {
     /// Vertices in the picture's homogeneous coordinates. In perspective views `w` orders visibility, in orthographic
     /// ones `depth` does (nearer is smaller, the first drawn wins where they are equal). Triangles with a vertex that
-    /// is not finite are not drawn; what is nearer than the view's near plane is cut off.
+    /// is not finite are not drawn; parts nearer than the view's near plane are cut off.
     pub vertices: Vec<PicturePoint>,
-    /// For every vertex a signed distance, linear in space (the height above a mirror, say): what is below 0 is cut
+    /// For every vertex a signed distance, linear in space (the height above a mirror, say): parts below 0 are cut
     /// off. Empty: nothing is.
     pub clip_distances: Vec<f32>,
     /// Triangles; both windings are drawn.
     pub triangles: Vec<DrawTriangle>,
-    /// For every triangle what its corners are in its source: the weights of the source's second and third vertex.
+    /// For every triangle its corners' coordinates in its source: the weights of the source's second and third vertex.
     /// Empty (or missing for a triangle): the corners are the source's own.
     pub corners: Vec<[Vec2; 3]>,
-    /// The layer: 0 is what the eye sees directly, 1 what is seen in that by one reflection, and so on.
+    /// The layer: 0 for directly visible surfaces, 1 for their reflections in layer 0, and so on.
     pub layer: u32,
-    /// Where it may be drawn: none in layer 0, and a list of the layer below in all others.
+    /// The samples it is confined to: `None` in layer 0, and a list of the layer below in all others.
     pub stencil: Option<Stencil>,
 }
 
-/// What the rasteriser did.
+/// The rasteriser's counts and times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RasterReport {
     /// Triangles in all lists.
@@ -121,19 +121,20 @@ pub struct RasterReport {
 
 /// Draws `lists` into `target`, which has the view's size, with `samples` coverage samples a pixel.
 ///
-/// Every pixel becomes the mean over its samples of what the shader gives, summed over the branches that they show;
+/// Every pixel becomes the mean over its samples of the shader's colours, summed over the branches that they show;
 /// alpha becomes 1.
 ///
 /// # Errors
-/// [`RenderError::Samples`] when `samples` is none of [`SAMPLE_COUNTS`]; [`RenderError::Limit`] when the picture is larger than 16,384 pixels
-/// or differs in size from the target, when a list is in a layer beyond 63, or when a stencil is missing or names no
-/// list of the layer below.
+/// [`RenderError::Samples`] when `samples` is none of [`SAMPLE_COUNTS`]; [`RenderError::Limit`] when the picture is
+/// larger than 16,384 pixels or differs in size from the target, when a list is in a layer beyond 63, or when a stencil
+/// is missing or names no list of the layer below; [`RenderError::Cancelled`], the target is then drawn in part.
 pub fn draw<S: FragmentShader + ?Sized>(
     view: &View,
     samples: u32,
     lists: &[DrawList],
     shader: &S,
     target: &mut Framebuffer,
+    progress: &dyn Progress,
 ) -> Result<RasterReport, RenderError> {
     let pixels = view.width as usize * view.height as usize;
     if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
@@ -148,17 +149,17 @@ pub fn draw<S: FragmentShader + ?Sized>(
         return Ok(report);
     }
     let mut tiles = split_into_tiles(target, &sorted.grid);
-    sorted.for_each_tile(&mut tiles, shader, |work, scratch, tile| {
+    sorted.for_each_tile(progress, &mut tiles, shader, |work, scratch, tile| {
         tile.fragments = work.draw(scratch, &mut tile.rows);
-    });
+    })?;
     report.fragments = tiles.iter().map(|tile| tile.fragments).sum();
     report.tiles_ms = clock.lap_ms();
     Ok(report)
 }
 
-/// Calls `seen` with the pixel (column, row) and the triangle for all triangles of a list in layer 0 that are seen at the samples of a
-/// picture's pixels; pixels are told in any order and on all threads, those of one triangle and pixel perhaps more than once. Nothing is
-/// shaded, and where none of the list's triangles may be seen nothing is drawn.
+/// Calls `seen` with the pixel (column, row) and the triangle for all triangles of a list in layer 0 that show at
+/// the samples of a picture's pixels; pixels come in any order and on all threads, those of one triangle and pixel
+/// possibly more than once. Nothing is shaded, and nothing is drawn if none of the list's triangles may show.
 ///
 /// # Errors
 /// Those of [`draw`].
@@ -172,8 +173,9 @@ pub(crate) fn for_each_seen<S: FragmentShader + ?Sized>(
 ) -> Result<(), RenderError> {
     let sorted = Sorted::new(view, samples, lists)?;
     let mut tiles = vec![(); sorted.grid.columns * sorted.grid.rows];
-    sorted.for_each_tile(&mut tiles, shader, |work, scratch, ()| work.for_each_seen(list, scratch, &seen));
-    Ok(())
+    let work =
+        |work: &TileWork<'_, S>, scratch: &mut TileScratch, (): &mut ()| work.for_each_seen(list, scratch, &seen);
+    Ok(sorted.for_each_tile(&Silent, &mut tiles, shader, work)?)
 }
 
 fn limit(problem: String) -> RenderError {
@@ -182,7 +184,7 @@ fn limit(problem: String) -> RenderError {
 
 /// Lists that are ready to be drawn tile by tile.
 struct Sorted<'a> {
-    frame: Frame,
+    frame: PictureSetup,
     plan: Plan<'a>,
     grid: TileGrid,
     bins: Vec<Bins>,
@@ -194,7 +196,7 @@ impl<'a> Sorted<'a> {
         if width > MAX_PICTURE_PX || height > MAX_PICTURE_PX {
             return Err(limit(format!("the picture has {width} x {height} pixels; a side can have {MAX_PICTURE_PX}")));
         }
-        let frame = Frame::new(view, Pattern::new(samples)?);
+        let frame = PictureSetup::new(view, Pattern::new(samples)?);
         let total: usize = lists.iter().map(|list| list.triangles.len()).sum();
         let piece_size = (total / (parallel::thread_count() * 8)).clamp(1024, 65_536) as u32;
         let plan = Plan::new(lists, piece_size)?;
@@ -221,19 +223,20 @@ impl<'a> Sorted<'a> {
     /// Calls `work` for every tile, on all cores.
     fn for_each_tile<S: FragmentShader + ?Sized, T: Send>(
         &self,
+        progress: &dyn Progress,
         tiles: &mut [T],
         shader: &S,
-        work: impl Fn(&TileWork<'_, S>, &mut Scratch, &mut T) + Sync,
-    ) {
-        let scratches: Mutex<Vec<Scratch>> = Mutex::default();
-        parallel::for_each_mut(tiles, |index, tile| {
+        work: impl Fn(&TileWork<'_, S>, &mut TileScratch, &mut T) + Sync,
+    ) -> Result<(), Cancelled> {
+        let scratches: Mutex<Vec<TileScratch>> = Mutex::default();
+        parallel::for_each_mut_stage(progress, "drawing", tiles, |index, tile| {
             let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
             let mut scratch = locked().pop().unwrap_or_default();
             let Self { frame, plan, grid, bins } = self;
             let place = grid.place(frame, index);
             work(&TileWork { frame, plan, bins, shader, tile: index, place }, &mut scratch, tile);
             locked().push(scratch);
-        });
+        })
     }
 }
 

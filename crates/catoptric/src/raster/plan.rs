@@ -1,6 +1,6 @@
-//! What a call draws in which order: layers, their pieces of work, and the labels of their stencils.
+//! The order of a call's drawing: layers, their pieces of work, and the labels of their stencils.
 
-use super::bin::Piece;
+use super::bin::ListPart;
 use super::{Branch, DrawList, DrawTriangle};
 use crate::error::RenderError;
 use crate::scene::PicturePoint;
@@ -10,7 +10,7 @@ use std::ops::Range;
 /// The most layers of a picture.
 const MAX_LAYERS: u32 = 64;
 
-/// What is known of a list beside its geometry.
+/// Properties of a list beside its geometry.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ListPlan {
     /// The id of its first triangle; ids go on through all lists.
@@ -19,7 +19,7 @@ pub(super) struct ListPlan {
     pub(super) label: u32,
     /// It is the second branch that it shows.
     pub(super) second: bool,
-    /// Whether any of its triangles is.
+    /// True if any of its triangles is.
     pub(super) alpha_tested: bool,
 }
 
@@ -28,19 +28,19 @@ pub(super) struct ListPlan {
 pub(super) struct LayerPlan {
     /// Its pieces, in drawing order.
     pub(super) pieces: Range<usize>,
-    /// What its stencils ask for, sorted: list and group. The label of an entry is its place, plus 1.
+    /// The surfaces its stencils name, sorted: list and group. The label of an entry is its place, plus 1.
     stencils: Vec<(u32, u32)>,
-    /// For every stencil whether a list asks for its second branch; empty: none does.
+    /// For every stencil, true if a list lies in its second branch; empty: no list does.
     divided: Vec<bool>,
 }
 
 impl LayerPlan {
-    /// The label of samples that show a triangle of this list and group; 0 if no stencil asks for them.
+    /// The label of samples that show a triangle of this list and group; 0 if no stencil names them.
     pub(super) fn label(&self, list: u32, group: u32) -> u32 {
         self.stencils.binary_search(&(list, group)).map_or(0, |place| place as u32 + 1)
     }
 
-    /// Whether light divides at the surfaces of a label.
+    /// Returns true if light divides at the surfaces of a label.
     pub(super) fn divides(&self, label: u32) -> bool {
         label != 0 && self.divided.get(label as usize - 1).copied().unwrap_or(false)
     }
@@ -52,7 +52,7 @@ pub(super) struct Plan<'a> {
     pub(super) lists: &'a [DrawList],
     pub(super) list_plans: Vec<ListPlan>,
     pub(super) layers: Vec<LayerPlan>,
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Vec<ListPart>,
 }
 
 impl<'a> Plan<'a> {
@@ -115,7 +115,7 @@ impl<'a> Plan<'a> {
                 let count = list.triangles.len() as u32;
                 for first in (0..count).step_by(piece_size.max(1) as usize) {
                     let triangles = first..first.saturating_add(piece_size).min(count);
-                    pieces.push(Piece { list: index as u32, triangles, first_id: list_plans[index].first_id });
+                    pieces.push(ListPart { list: index as u32, triangles, first_id: list_plans[index].first_id });
                 }
             }
             plan.pieces = start..pieces.len();
@@ -134,7 +134,7 @@ impl<'a> Plan<'a> {
         (list as u32, &self.lists[list].triangles[(id - self.list_plans[list].first_id) as usize])
     }
 
-    /// Whether light divides at a triangle that is seen in a layer.
+    /// Returns true if light divides at a triangle that shows in a layer.
     pub(super) fn divides(&self, layer: usize, id: u32) -> bool {
         let (list, triangle) = self.triangle(id);
         self.layers.get(layer + 1).is_some_and(|above| above.divides(above.label(list, triangle.group)))
@@ -147,7 +147,7 @@ impl<'a> Plan<'a> {
         triangle.vertices.map(|vertex| &vertices[vertex as usize])
     }
 
-    /// Where a triangle's corners are in its source; none where they are the source's own.
+    /// The places of a triangle's corners in its source; `None` if they are the source's own.
     #[inline]
     pub(super) fn corners_in_source(&self, list: u32, id: u32) -> Option<&[Vec2; 3]> {
         let list = list as usize;

@@ -1,20 +1,21 @@
-//! From samples to fragments: the samples of a pixel that show the same chain of surfaces are shaded together.
+//! Fragments from samples: the samples of a pixel that show the same chain of surfaces are shaded together.
 
 use super::attributes::depth_at;
 use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
 use super::plan::Plan;
-use super::samples::{LANES, Pattern};
+use super::samples::Pattern;
+use crate::math::lanes::LANES;
 use glam::Vec2;
 
 /// Parts of one surface that meet in a pixel differ in depth by less than this share of it.
 const SAME_DEPTH: f32 = 2e-3;
 
-/// Where a fragment's colour goes.
+/// The destination of a fragment's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct FragmentTarget {
     pub(super) column: u8,
     pub(super) row: u8,
-    /// How many samples show it.
+    /// The number of samples that show it.
     pub(super) weight: u8,
 }
 
@@ -25,7 +26,7 @@ pub(super) struct Chains {
     pub(super) targets: Vec<FragmentTarget>,
     /// Ids of the triangles of all chains.
     pub(super) ids: Vec<u32>,
-    /// Where each fragment's chain ends in `ids`.
+    /// The end of each fragment's chain in `ids`.
     pub(super) ends: Vec<u32>,
 }
 
@@ -37,7 +38,7 @@ impl Chains {
         self.ends.clear();
     }
 
-    /// Keeps those fragments whose chains (ids, layer 0 first) are wanted.
+    /// Keeps those fragments whose chains (ids, layer 0 first) pass a filter.
     pub(super) fn retain(&mut self, wanted: impl Fn(&[u32]) -> bool) {
         let (mut fragments, mut end, mut start) = (0, 0, 0);
         for index in 0..self.ends.len() {
@@ -123,7 +124,7 @@ pub(super) fn resolve(
                 if together {
                     split(&place, all, &mut prefix, 0, &mut add);
                 } else if let Some(depth) = place.one_chain(all, &mut prefix) {
-                    // Parts of one surface alone: no edge of anything that is seen.
+                    // Parts of one surface alone: no edge of anything visible.
                     add(all, &prefix[..depth]);
                 } else {
                     place.merges = false;
@@ -140,7 +141,7 @@ pub(super) fn resolve(
     }
 }
 
-/// Whether the samples of a pixel that show one of several chains are shaded together.
+/// Returns true if the samples of a pixel that show one of several chains are shaded together.
 ///
 /// The places of a few samples that lie to one side of an edge differ much from their mean; with many samples a pixel
 /// each counts little, and shading them together is worth more.
@@ -190,11 +191,11 @@ struct PixelPlace<'a> {
     plan: &'a Plan<'a>,
     pattern: &'a Pattern,
     layers: &'a [Vec<Ids>],
-    /// Where its samples are in the layers.
+    /// The indices of its samples in the layers.
     first: usize,
     /// Its corner in the picture.
     corner: Vec2,
-    /// Whether parts of one surface count as one.
+    /// True if parts of one surface count as one.
     merges: bool,
 }
 
@@ -283,7 +284,7 @@ fn samples_of(layer: &[u32], id: u32) -> u32 {
 }
 
 /// Calls `found` for every different chain among the samples in `mask`, in the order of their first samples within
-/// each layer. `prefix[..depth]` is what they have in common so far.
+/// each layer. `prefix[..depth]` is their common prefix so far.
 fn split(place: &PixelPlace<'_>, mask: u32, prefix: &mut [u32; 64], depth: usize, found: &mut impl FnMut(u32, &[u32])) {
     let Some(layer) = place.layer(depth) else {
         found(mask, &prefix[..depth]);

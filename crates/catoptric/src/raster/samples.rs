@@ -1,40 +1,15 @@
-//! Where the coverage samples of a pixel lie.
+//! The positions of a pixel's coverage samples.
 
 use crate::error::RenderError;
+use crate::math::lanes::LANES;
+use crate::scene::SAMPLE_PATTERNS;
 use glam::Vec2;
-
-/// Samples of a pixel, in sixteenths of its width from its top left corner: the standard patterns of Direct3D 11
-/// ("D3D11_STANDARD_MULTISAMPLE_PATTERN") and Vulkan ("standardSampleLocations").
-pub(crate) const PATTERNS: [&[[u8; 2]]; 5] = [
-    &[[8, 8]],
-    &[[12, 12], [4, 4]],
-    &[[6, 2], [14, 6], [2, 10], [10, 14]],
-    &[[9, 5], [7, 11], [13, 9], [5, 3], [3, 13], [1, 7], [11, 15], [15, 1]],
-    &[
-        [9, 9],
-        [7, 5],
-        [5, 10],
-        [12, 7],
-        [3, 6],
-        [10, 13],
-        [13, 11],
-        [11, 3],
-        [6, 14],
-        [8, 1],
-        [4, 2],
-        [2, 12],
-        [0, 8],
-        [15, 4],
-        [14, 15],
-        [1, 0],
-    ],
-];
 
 const fn positions<const N: usize>(pattern: usize) -> [Vec2; N] {
     let mut result = [Vec2::ZERO; N];
     let mut index = 0;
     while index < N {
-        let [x, y] = PATTERNS[pattern][index];
+        let [x, y] = SAMPLE_PATTERNS[pattern][index];
         result[index] = Vec2::new(x as f32 / 16.0, y as f32 / 16.0);
         index += 1;
     }
@@ -65,10 +40,7 @@ pub fn sample_positions(samples: u32) -> Result<&'static [Vec2], RenderError> {
     }
 }
 
-/// Values that are worked on together: one a sample.
-pub(super) const LANES: usize = 8;
-
-/// How the samples of a row of pixels are cut into groups of [`LANES`]: several pixels, one pixel or half a pixel.
+/// The division of the samples of a row of pixels into groups of [`LANES`]: several pixels, one pixel or half a pixel.
 ///
 /// The samples of a pixel follow each other, those of the next pixel come after them.
 #[derive(Clone, Debug)]
@@ -95,7 +67,7 @@ impl Pattern {
     /// The pattern of a number of samples a pixel.
     pub(super) fn new(samples: u32) -> Result<Self, RenderError> {
         let positions = sample_positions(samples)?;
-        let pattern = PATTERNS[samples.trailing_zeros() as usize];
+        let pattern = SAMPLE_PATTERNS[samples.trailing_zeros() as usize];
         let count = pattern.len();
         let offset = |half: usize, lane: usize, axis: usize| {
             let index = half * LANES + lane;

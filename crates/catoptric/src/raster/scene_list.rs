@@ -1,19 +1,17 @@
-//! Scenes as they stand: their objects as a list to draw, and a shader for what is seen directly.
+//! Scenes without virtual geometry: their objects as a list to draw, and a shader for directly visible surfaces.
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
-use crate::scene::shade::{Encounter, SurfacePoint};
-use crate::scene::{AlphaMode, PicturePoint, Ray, RayDifferential, Scene, SurfaceQuery, View, ViewRays};
-use crate::surface::SurfaceHit;
+use crate::scene::{PicturePoint, Ray, Scene, SurfaceQuery, View, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Vertices that are transformed at once.
 const VERTICES_AT_ONCE: usize = 4096;
 
-/// The triangles of the wanted objects as a list in layer 0, seen from `view`. `group` gives the group of an object's
-/// triangles, or none where the object is not wanted. Sources are the scene's triangles.
+/// The triangles of selected objects as a list in layer 0, seen from `view`. `group` gives the group of an object's
+/// triangles, or `None` if the object is left out. Sources are the scene's triangles.
 ///
-/// The list is as the tessellation stands: what is nearer than the near plane is cut off while drawing.
+/// The list is the tessellation's: parts nearer than the near plane are cut off while drawing.
 pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option<u32>) -> DrawList {
     let mut vertices_from = Vec::new();
     let mut triangles = Vec::new();
@@ -22,7 +20,7 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
         let Some(group) = group(index as u32) else { continue };
         let alpha_tested = scene.is_alpha_tested(index as u32);
         let analytic = scene.patch_of_object(index as u32);
-        // What is seen in a mesh that reflects or refracts may change much between two samples.
+        // Reflections and refractions in a mesh may change much between two samples.
         let is_smooth = !scene.role_of(index as u32).is_specular();
         let part = |triangle: u32| scene.triangle_parts.get(triangle as usize).copied().filter(|_| is_smooth);
         let first = object.vertices.start;
@@ -56,78 +54,29 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     DrawList { vertices, triangles, ..DrawList::default() }
 }
 
-impl Scene {
-    /// The point that a drawn surface (its source a triangle of the scene) shows on a ray.
-    ///
-    /// On an analytic surface it is where the ray meets the surface itself; beside its silhouette, where the ray
-    /// misses, the point of the tessellation.
-    #[inline]
-    pub fn drawn_point(&self, surface: &LayerSurface, ray: &Ray) -> SurfacePoint {
-        match self.exact_hit(surface, ray) {
-            Some((object, hit)) => self.exact_encounter(object, &hit, ray, None).point,
-            None => self.surface_point(surface.source, &surface.barycentrics),
-        }
-    }
-
-    /// Like [`Self::drawn_point`], with its changes a pixel.
-    #[inline]
-    pub fn drawn_encounter(&self, surface: &LayerSurface, ray: &Ray, change: &RayDifferential) -> Encounter {
-        match self.exact_hit(surface, ray) {
-            Some((object, hit)) => self.exact_encounter(object, &hit, ray, Some(change)),
-            None => self.encounter(surface.source, &surface.barycentrics),
-        }
-    }
-
-    #[inline]
-    fn exact_hit(&self, surface: &LayerSurface, ray: &Ray) -> Option<(u32, SurfaceHit)> {
-        let object = self.triangle_objects[surface.source as usize];
-        let exact = self.objects[object as usize].surface.as_ref()?;
-        // The tessellation was drawn at this place: of a ray's meetings with the surface the one near it is meant.
-        let drawn = self.position_on(surface.source, surface.barycentrics.value);
-        let distance = (drawn - ray.origin).dot(ray.direction);
-        Some((object, exact.refine(ray.origin, ray.direction, distance)?))
-    }
-
-    /// Whether a drawn surface is there at all, by its alpha.
-    pub fn is_surface_present(&self, surface: &LayerSurface) -> bool {
-        let point = self.surface_point(surface.source, &surface.barycentrics);
-        self.is_present(self.material_of(point.object), &point)
-    }
-
-    /// The [`DrawTriangle::patch`] of all triangles of an object that is one smooth surface: an analytic one.
-    pub fn patch_of_object(&self, object: u32) -> Option<u32> {
-        self.objects[object as usize].surface.as_ref().map(|_| u32::MAX - object)
-    }
-
-    /// Whether an object's material has holes where its alpha is low.
-    pub fn is_alpha_tested(&self, object: u32) -> bool {
-        self.material_of(object).alpha_mode != AlphaMode::Opaque
-    }
-}
-
-/// What a fragment of a scene looks like.
+/// The appearance of a fragment of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Look {
+pub enum ShadingRequest {
     /// This.
     Color(Vec3),
-    /// What a point of a diffuse surface scatters: many such points are worked out together.
+    /// Light scattered by a point of a diffuse surface: many such points are worked out together.
     Scattered {
         /// The point.
         query: SurfaceQuery,
-        /// What becomes of its radiance on the way.
+        /// The factor on its radiance along the way.
         throughput: Vec3,
-        /// What comes from before it.
+        /// The radiance from before it.
         added: Vec3,
     },
 }
 
-impl Look {
-    /// What a surface (not one that reflects) looks like along a ray.
+impl ShadingRequest {
+    /// The appearance of a surface (not one that reflects) along a ray.
     #[inline]
     pub fn of_diffuse(scene: &Scene, surface: &LayerSurface, ray: &Ray, throughput: Vec3, added: Vec3) -> Self {
         let object = scene.triangle_objects[surface.source as usize];
         if scene.objects[object as usize].surface.is_some() {
-            let point = scene.drawn_point(surface, ray);
+            let point = scene.drawn_point(surface.source, &surface.barycentrics, ray);
             return Self::Color(added + throughput * scene.radiance(&point, -ray.direction));
         }
         let (triangle, barycentrics) = (surface.source, surface.barycentrics);
@@ -148,14 +97,14 @@ impl Look {
     }
 }
 
-/// A shader of a scene's surfaces: it says what a fragment looks like, and leaves what diffuse surfaces scatter to be
-/// worked out for many points together. Sources are the scene's triangles.
+/// A shader of a scene's surfaces: it gives the appearance of a fragment, and leaves the scattering of diffuse surfaces
+/// to be worked out for many points together. Sources are the scene's triangles.
 pub trait LookShader: Sync {
     /// The scene.
     fn scene(&self) -> &Scene;
 
-    /// What a fragment looks like.
-    fn look(&self, fragment: &Fragment<'_>) -> Look;
+    /// The appearance of a fragment.
+    fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest;
 }
 
 impl<S: LookShader> FragmentShader for S {
@@ -168,24 +117,24 @@ impl<S: LookShader> FragmentShader for S {
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
-        self.scene().is_surface_present(surface)
+        self.scene().is_surface_present(surface.source, &surface.barycentrics)
     }
 }
 
-/// The colours of a batch, with all scattering points worked out together; `look` is told which fragment it is.
+/// The colours of a batch, with all scattering points worked out together; `look` receives the fragment's index.
 #[inline(always)] // for the instructions of its caller
 pub(crate) fn shade_looks(
     scene: &Scene,
     batch: &FragmentBatch<'_>,
     colors: &mut [Vec3],
-    mut look: impl FnMut(usize, &Fragment<'_>) -> Look,
+    mut look: impl FnMut(usize, &Fragment<'_>) -> ShadingRequest,
 ) {
     let mut queries = Vec::with_capacity(batch.len());
     let mut targets = Vec::with_capacity(batch.len());
     for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
         match look(index, &fragment) {
-            Look::Color(found) => *color = found,
-            Look::Scattered { query, throughput, added } => {
+            ShadingRequest::Color(found) => *color = found,
+            ShadingRequest::Scattered { query, throughput, added } => {
                 queries.push(query);
                 targets.push((index as u32, throughput));
                 *color = added;
@@ -199,8 +148,8 @@ pub(crate) fn shade_looks(
     }
 }
 
-/// Shades what is seen directly: the first surface of a chain, or the environment. Sources are the scene's triangles.
-/// Objects that reflect or refract are black.
+/// Shades directly visible surfaces: the first surface of a chain, or the environment. Sources are the scene's
+/// triangles. Objects that reflect or refract are black.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneShader<'a> {
     scene: &'a Scene,
@@ -220,15 +169,15 @@ impl LookShader for SceneShader<'_> {
     }
 
     #[inline]
-    fn look(&self, fragment: &Fragment<'_>) -> Look {
+    fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest {
         let ray = self.rays.ray(fragment.position.x, fragment.position.y);
         let Some(surface) = fragment.chain.first() else {
-            return Look::Color(self.scene.background(ray.direction));
+            return ShadingRequest::Color(self.scene.background(ray.direction));
         };
         let object = self.scene.triangle_objects[surface.source as usize];
         if self.scene.role_of(object).is_specular() {
-            return Look::Color(Vec3::ZERO);
+            return ShadingRequest::Color(Vec3::ZERO);
         }
-        Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO)
+        ShadingRequest::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO)
     }
 }

@@ -1,4 +1,4 @@
-//! From picture points to triangles in fixed point: near plane, guard band, snapping, depth plane.
+//! Triangle set-up from picture points to fixed point: near plane, guard band, snapping, depth plane.
 
 use super::samples::Pattern;
 use crate::scene::{PicturePoint, Projection, View};
@@ -14,9 +14,9 @@ const GUARD_BAND_PX: f64 = 16_383.0;
 /// The largest width and height of a picture; it must lie well within the guard band.
 pub(super) const MAX_PICTURE_PX: u32 = 16_384;
 
-/// What is the same for all triangles of a picture.
+/// Constants of a picture, the same for all its triangles.
 #[derive(Clone, Debug)]
-pub(super) struct Frame {
+pub(super) struct PictureSetup {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) pattern: Pattern,
@@ -24,7 +24,7 @@ pub(super) struct Frame {
     near: f64,
 }
 
-impl Frame {
+impl PictureSetup {
     pub(super) fn new(view: &View, pattern: Pattern) -> Self {
         let near = if view.near.is_finite() { view.near.max(f32::MIN_POSITIVE) } else { f32::MIN_POSITIVE };
         Self {
@@ -50,7 +50,7 @@ pub(super) struct SetupTriangle {
     pub(super) corners: [[i32; 2]; 3],
     /// The number of the triangle in the picture, over all lists.
     pub(super) id: u32,
-    /// Whether the shader is asked at every sample.
+    /// True if the shader tests its presence at every sample.
     pub(super) alpha_tested: bool,
     /// The key's plane: its change a pixel along x and y, and its value at the centre of the picture.
     pub(super) key_plane: [f64; 3],
@@ -64,11 +64,11 @@ pub(super) struct SetupTriangle {
 
 /// A homogeneous point from the picture's centre, in double precision.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+struct SetupPoint {
     x: f64,
     y: f64,
     w: f64,
-    /// The key times w: what is linear in space.
+    /// The key times w, which is linear in space.
     key_w: f64,
     /// Distance behind the near plane.
     beyond_near: f64,
@@ -76,9 +76,9 @@ struct Point {
     clip_distance: f64,
 }
 
-impl Point {
+impl SetupPoint {
     #[inline]
-    fn new(frame: &Frame, point: &PicturePoint, clip_distance: f32) -> Self {
+    fn new(frame: &PictureSetup, point: &PicturePoint, clip_distance: f32) -> Self {
         let [cx, cy] = frame.center();
         let w = point.w as f64;
         let (key_w, depth) = if frame.perspective { (1.0, w) } else { (-(point.depth as f64) * w, point.depth as f64) };
@@ -122,9 +122,9 @@ impl Point {
     }
 }
 
-/// What became of a triangle.
+/// The result of setting up a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Outcome {
+pub(super) enum SetupOutcome {
     /// Nothing of it is in the picture, or it is degenerate or not finite.
     Culled,
     /// It was drawn whole.
@@ -136,47 +136,47 @@ pub(super) enum Outcome {
 /// Makes the triangles to be drawn for one triangle and hands them to `emit`.
 #[inline]
 pub(super) fn set_up(
-    frame: &Frame,
+    frame: &PictureSetup,
     points: [&PicturePoint; 3],
     clip_distances: [f32; 3],
     id: u32,
     alpha_tested: bool,
     mut emit: impl FnMut(SetupTriangle),
-) -> Outcome {
+) -> SetupOutcome {
     let finite = |p: &PicturePoint| p.xy.is_finite() && p.w.is_finite() && p.depth.is_finite();
     if !points.iter().all(|p| finite(p)) || !clip_distances.iter().all(|d| d.is_finite()) {
-        return Outcome::Culled;
+        return SetupOutcome::Culled;
     }
-    let points: [Point; 3] = std::array::from_fn(|i| Point::new(frame, points[i], clip_distances[i]));
-    let piece = |corners: [&Point; 3]| finish(frame, corners, &points, id, alpha_tested);
-    let whole = |p: &Point| {
+    let points: [SetupPoint; 3] = std::array::from_fn(|i| SetupPoint::new(frame, points[i], clip_distances[i]));
+    let piece = |corners: [&SetupPoint; 3]| finish(frame, corners, &points, id, alpha_tested);
+    let whole = |p: &SetupPoint| {
         p.beyond_near >= 0.0 && p.clip_distance >= 0.0 && p.w > 0.0 && p.guard_distances().iter().all(|d| *d >= 0.0)
     };
     if points.iter().all(whole) {
         return match piece([&points[0], &points[1], &points[2]]) {
             Some(triangle) => {
                 emit(triangle);
-                Outcome::Whole
+                SetupOutcome::Whole
             }
-            None => Outcome::Culled,
+            None => SetupOutcome::Culled,
         };
     }
     let mut polygon = Polygon::new(&points);
     polygon.clip(|p| p.beyond_near, |_| {});
     polygon.clip(|p| p.clip_distance, |_| {});
-    // Orthographic points have w = 1; whatever else comes is cut off before the division.
+    // Orthographic points have w = 1; other points behind the eye are cut off before the division.
     if polygon.points().iter().any(|p| p.w <= 0.0) {
-        return Outcome::Culled;
+        return SetupOutcome::Culled;
     }
     for side in 0..4 {
         polygon.clip(|p| p.guard_distances()[side], |p| p.set_on_guard(side));
     }
     let corners = polygon.points();
-    let mut outcome = Outcome::Culled;
+    let mut outcome = SetupOutcome::Culled;
     for index in 2..corners.len() {
         if let Some(triangle) = piece([&corners[0], &corners[index - 1], &corners[index]]) {
             emit(triangle);
-            outcome = Outcome::Clipped;
+            outcome = SetupOutcome::Clipped;
         }
     }
     outcome
@@ -184,24 +184,24 @@ pub(super) fn set_up(
 
 /// A convex polygon; clipping a triangle by six planes gives at most nine corners.
 struct Polygon {
-    points: [Point; 9],
+    points: [SetupPoint; 9],
     len: usize,
 }
 
 impl Polygon {
-    fn new(corners: &[Point; 3]) -> Self {
+    fn new(corners: &[SetupPoint; 3]) -> Self {
         let mut points = [corners[0]; 9];
         points[..3].copy_from_slice(corners);
         Self { points, len: 3 }
     }
 
-    fn points(&self) -> &[Point] {
+    fn points(&self) -> &[SetupPoint] {
         &self.points[..self.len]
     }
 
     /// Keeps the part where `distance` is not negative (Sutherland and Hodgman 1974). `settle` moves new points onto
     /// the border, from where rounding has left them.
-    fn clip(&mut self, distance: impl Fn(&Point) -> f64, settle: impl Fn(&mut Point)) {
+    fn clip(&mut self, distance: impl Fn(&SetupPoint) -> f64, settle: impl Fn(&mut SetupPoint)) {
         let old = self.points;
         let old = &old[..self.len];
         self.len = 0;
@@ -213,8 +213,8 @@ impl Polygon {
             }
             if (here >= 0.0) != (there >= 0.0) {
                 let mut point = match here >= 0.0 {
-                    true => Point::between(current, next, here, there),
-                    false => Point::between(next, current, there, here),
+                    true => SetupPoint::between(current, next, here, there),
+                    false => SetupPoint::between(next, current, there, here),
                 };
                 settle(&mut point);
                 self.push(point);
@@ -222,7 +222,7 @@ impl Polygon {
         }
     }
 
-    fn push(&mut self, point: Point) {
+    fn push(&mut self, point: SetupPoint) {
         // Rounding can make a polygon not quite convex; corners beyond the possible nine are then of no size.
         if self.len < self.points.len() {
             self.points[self.len] = point;
@@ -233,9 +233,9 @@ impl Polygon {
 
 #[inline]
 fn finish(
-    frame: &Frame,
-    corners: [&Point; 3],
-    original: &[Point; 3],
+    frame: &PictureSetup,
+    corners: [&SetupPoint; 3],
+    original: &[SetupPoint; 3],
     id: u32,
     alpha_tested: bool,
 ) -> Option<SetupTriangle> {
@@ -277,8 +277,8 @@ fn finish(
 }
 
 /// The coefficients of the key as a linear function of the picture position (Olano and Greer 1997).
-fn key_plane(points: &[Point; 3]) -> Option<[f64; 3]> {
-    let cross = |p: &Point, q: &Point| [p.y * q.w - p.w * q.y, p.w * q.x - p.x * q.w, p.x * q.y - p.y * q.x];
+fn key_plane(points: &[SetupPoint; 3]) -> Option<[f64; 3]> {
+    let cross = |p: &SetupPoint, q: &SetupPoint| [p.y * q.w - p.w * q.y, p.w * q.x - p.x * q.w, p.x * q.y - p.y * q.x];
     let [a, b, c] = points;
     let rows = [cross(b, c), cross(c, a), cross(a, b)];
     let determinant = a.x * rows[0][0] + a.y * rows[0][1] + a.w * rows[0][2];

@@ -1,25 +1,26 @@
 //! A tile of the picture: its layers of samples are drawn, and read back as fragments.
 
 use super::DrawTriangle;
-use super::attributes::{Corners, Weights, barycentrics, in_source, lane, weights};
+use super::attributes::{CornerLanes, Weights, barycentrics, in_source, lane, weights};
 use super::bin::Bins;
 use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
 use super::kernel::{
-    BLOCK, EMPTY, Ids, Keys, StencilMask, TILE_BLOCKS, Target, TilePlace, draw_triangles, edges, groups_in_tile,
+    BLOCK, EMPTY, Ids, Keys, LayerSamples, StencilMask, TILE_BLOCKS, TilePlace, draw_triangles, edges, groups_in_tile,
     overlap,
 };
 use super::plan::{LayerPlan, Plan};
 use super::resolve::{Chains, resolve};
-use super::samples::{LANES, Pattern};
-use super::setup::{Frame, SetupTriangle};
+use super::samples::Pattern;
+use super::setup::{PictureSetup, SetupTriangle};
+use crate::math::lanes::LANES;
 use glam::{Vec2, Vec3, Vec4};
 
-/// How far beside a piece of a surface its attributes are believed, in sizes of the piece.
+/// The distance beside a piece of a surface up to which its attributes are valid, in sizes of the piece.
 const PIECE_LEEWAY: f32 = 1.0;
 
-/// What a worker needs for a tile, reused from tile to tile.
+/// A worker's buffers for a tile, reused from tile to tile.
 #[derive(Debug, Default)]
-pub(super) struct Scratch {
+pub(super) struct TileScratch {
     keys: Vec<Keys>,
     layers: Vec<Vec<Ids>>,
     labels: Vec<Ids>,
@@ -28,9 +29,9 @@ pub(super) struct Scratch {
     colors: Vec<Vec3>,
 }
 
-/// A tile and what it is drawn from.
+/// A tile and the input of its drawing.
 pub(super) struct TileWork<'a, S: ?Sized> {
-    pub(super) frame: &'a Frame,
+    pub(super) frame: &'a PictureSetup,
     pub(super) plan: &'a Plan<'a>,
     pub(super) bins: &'a [Bins],
     pub(super) shader: &'a S,
@@ -38,9 +39,9 @@ pub(super) struct TileWork<'a, S: ?Sized> {
     pub(super) place: TilePlace,
 }
 
-/// What the layers of a tile show for one sequence of branches.
-struct Shown {
-    /// How many layers show anything.
+/// The visible surfaces in a tile's layers for one sequence of branches.
+struct VisibleLayers {
+    /// The number of layers that show anything.
     layers: usize,
     /// Bit k: light divides at surfaces that layer k shows.
     divides: u64,
@@ -48,7 +49,7 @@ struct Shown {
 
 impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     /// Draws the tile; `rows` are its pixels in the picture. Returns the number of fragments that were shaded.
-    pub(super) fn draw(&self, scratch: &mut Scratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
+    pub(super) fn draw(&self, scratch: &mut TileScratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
         if self.frame.pattern.samples > 1 {
             for row in rows.iter_mut() {
                 row.fill([0.0, 0.0, 0.0, 1.0]);
@@ -58,7 +59,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     }
 
     /// Calls `seen` with the pixel and the triangle for all triangles of a list in layer 0 that samples show.
-    pub(super) fn for_each_seen(&self, list: u32, scratch: &mut Scratch, seen: &impl Fn([u32; 2], &DrawTriangle)) {
+    pub(super) fn for_each_seen(&self, list: u32, scratch: &mut TileScratch, seen: &impl Fn([u32; 2], &DrawTriangle)) {
         let may_show = |bins: &Bins| bins.list == list && !bins.of_tile(self.tile).is_empty();
         if !self.bins.iter().any(may_show) || self.draw_layers(0, 0, scratch).layers == 0 {
             return;
@@ -86,19 +87,19 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         }
     }
 
-    /// Draws what is seen by a sequence of branches, and by all that differ from it in a later layer.
+    /// Draws the surfaces of a sequence of branches, and by all that differ from it in a later layer.
     ///
     /// Layers below `first_layer` stand in `scratch` already. The branches in layers from there on are first ones.
     fn draw_branches(
         &self,
         second_branches: u64,
         first_layer: usize,
-        scratch: &mut Scratch,
+        scratch: &mut TileScratch,
         rows: &mut [&mut [[f32; 4]]],
     ) -> u64 {
         let shown = self.draw_layers(second_branches, first_layer, scratch);
         let mut fragments = self.shade(second_branches, shown.layers, scratch, rows);
-        // From the last layer down: what is drawn again leaves the layers below as they are.
+        // From the last layer down: drawing a layer again leaves the layers below unchanged.
         let mut divides = shown.divides;
         while divides != 0 {
             let layer = divides.ilog2();
@@ -109,13 +110,19 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     }
 
     /// Shades the fragments of the layers in `scratch` and adds them to the picture.
-    fn shade(&self, second_branches: u64, layers: usize, scratch: &mut Scratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
+    fn shade(
+        &self,
+        second_branches: u64,
+        layers: usize,
+        scratch: &mut TileScratch,
+        rows: &mut [&mut [[f32; 4]]],
+    ) -> u64 {
         let (plan, pattern) = (self.plan, &self.frame.pattern);
-        let Scratch { layers: ids, chains, surfaces, colors, .. } = scratch;
+        let TileScratch { layers: ids, chains, surfaces, colors, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
         resolve(plan, pattern, &ids[..layers], extent, self.place.pixel, chains);
         if second_branches != 0 {
-            // What takes none of the second branches has been drawn before.
+            // Surfaces without second branches have been drawn before.
             chains.retain(|chain| {
                 let mut taken = (0..plan.layers.len()).filter(|layer| second_branches >> layer & 1 != 0);
                 taken.all(|layer| chain.get(layer).is_some_and(|&id| plan.divides(layer, id)))
@@ -143,10 +150,10 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     }
 
     /// Draws the layers from `first_layer` on into `scratch`.
-    fn draw_layers(&self, second_branches: u64, first_layer: usize, scratch: &mut Scratch) -> Shown {
+    fn draw_layers(&self, second_branches: u64, first_layer: usize, scratch: &mut TileScratch) -> VisibleLayers {
         let Self { frame, plan, bins, shader, tile, place } = *self;
         let groups = groups_in_tile(frame.pattern.samples);
-        let Scratch { keys, layers, labels, .. } = scratch;
+        let TileScratch { keys, layers, labels, .. } = scratch;
         let mut divides = 0u64;
         for (index, layer) in plan.layers.iter().enumerate().skip(first_layer) {
             let in_blocks = match index.checked_sub(1) {
@@ -167,7 +174,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
             };
             let bins = || bins[layer.pieces.clone()].iter().filter(visible);
             if bins().next().is_none() {
-                return Shown { layers: index, divides };
+                return VisibleLayers { layers: index, divides };
             }
             if layers.len() <= index {
                 layers.push(Vec::new());
@@ -177,7 +184,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
             keys.resize(groups, Keys([f32::NEG_INFINITY; LANES]));
             ids.clear();
             ids.resize(groups, Ids([EMPTY; LANES]));
-            let mut target = Target { keys, ids };
+            let mut target = LayerSamples { keys, ids };
             let stencil = |bins: &Bins| {
                 let wanted = plan.list_plans[bins.list as usize].label;
                 (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
@@ -195,11 +202,11 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
                 }
             }
         }
-        Shown { layers: plan.layers.len(), divides }
+        VisibleLayers { layers: plan.layers.len(), divides }
     }
 }
 
-/// Gives every sample the label of what it shows in the layer below, and says which labels each block holds and
+/// Gives every sample the label of its surface in the layer below, and collects which labels each block holds and
 /// whether light divides at any of them.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
@@ -246,13 +253,13 @@ fn label(
     (in_blocks, divided)
 }
 
-/// Draws a triangle sample by sample; `is_present` says whether it is there at a position in the picture (in pixels).
+/// Draws a triangle sample by sample; `is_present` is true if it is there at a position in the picture (in pixels).
 fn draw_tested(
     pattern: &Pattern,
     place: &TilePlace,
     triangle: &SetupTriangle,
     stencil: Option<StencilMask<'_>>,
-    target: &mut Target<'_>,
+    target: &mut LayerSamples<'_>,
     is_present: impl Fn(Vec2) -> bool,
 ) {
     let Some(columns) = overlap(triangle.columns, place.pixel[0]) else { return };
@@ -289,7 +296,7 @@ fn draw_tested(
     }
 }
 
-/// A surface as the shader sees it at a position in the picture.
+/// A surface as passed to the shader at a position in the picture.
 fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
     let (list, triangle) = plan.triangle(id);
     let mut barycentrics = barycentrics(plan.corners(list, triangle), position);
@@ -305,9 +312,9 @@ fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
     "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
 ))]
 fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &mut Vec<LayerSurface>) {
-    // All of what stands there is overwritten.
+    // All values from before are overwritten.
     surfaces.resize(chains.ids.len(), LayerSurface::default());
-    let (mut corners, mut result) = (Corners::default(), Weights::default());
+    let (mut corners, mut result) = (CornerLanes::default(), Weights::default());
     let mut fragment_weights = [0u8; LANES];
     let mut fragment = 0;
     for (index, surfaces) in surfaces.chunks_mut(LANES).enumerate() {

@@ -1,9 +1,10 @@
-//! Where is what in a baked file.
+//! The layout of a baked file.
 //!
-//! Numbers are little-endian. Header: magic (8), format version (4), zero (4), bytes of the file (8), bytes of the identity
-//! (8), number of units (8). Then the identity as canonical JSON; at a multiple of 64 the table, for each unit its offset (8),
-//! the bytes of its payload (8) and BLAKE3 of that (32); the payloads, each at a multiple of 64; at a multiple of 64 BLAKE3 of
-//! all before the first payload. Gaps are zero. So the bytes of a baked file follow from identity and payloads alone.
+//! Numbers are little-endian. Header: magic (8), format version (4), zero (4), bytes of the file (8), bytes of the
+//! identity (8), number of units (8). Then the identity as canonical JSON; at a multiple of 64 the table, for each unit
+//! its offset (8), the bytes of its payload (8) and BLAKE3 of that (32); the payloads, each at a multiple of 64; at a
+//! multiple of 64 BLAKE3 of all before the first payload. Gaps are zero. So the bytes of a baked file follow from
+//! identity and payloads alone.
 
 use crate::error::BakeError;
 use crate::identity::{Identity, MAX_IDENTITY_BYTES, SCHEMA};
@@ -21,21 +22,21 @@ const HEADER_BYTES: usize = 40;
 pub(crate) const HASH_BYTES: usize = 32;
 const ROW_BYTES: u64 = 48;
 
-/// The part of any version's identity that says which version it is.
+/// The part of any version's identity that holds the version.
 #[derive(Deserialize)]
-struct AnyIdentity {
-    schema: u32,
+pub(crate) struct AnyIdentity {
+    pub(crate) schema: u32,
 }
 
-/// Where is what in a file with an identity.
+/// The layout of a file with an identity.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
     identity: Vec<u8>,
-    /// Where the table is.
+    /// The position of the table.
     table: usize,
-    /// Where the first payload is, and the table's gap ends.
+    /// The position of the first payload, and the end of the table's gap.
     pub(crate) payloads: u64,
-    /// Where each payload is.
+    /// The positions of the payloads.
     pub(crate) units: Vec<Range<u64>>,
     /// The bytes of the whole file.
     pub(crate) file_bytes: u64,
@@ -46,14 +47,14 @@ fn aligned(offset: u64) -> Option<u64> {
     offset.checked_next_multiple_of(ALIGNMENT)
 }
 
-/// Where the table begins and ends, its gap included.
+/// The range of the table, its gap included.
 fn table_of(identity_bytes: u64, unit_count: u64) -> Option<Range<u64>> {
     let start = aligned((HEADER_BYTES as u64).checked_add(identity_bytes)?)?;
     Some(start..aligned(start.checked_add(unit_count.checked_mul(ROW_BYTES)?)?)?)
 }
 
 impl Layout {
-    /// Of a file that is to be written. None when its size is beyond all numbers.
+    /// The layout of a file that is to be written; returns `None` if its size overflows.
     pub(crate) fn of(identity: &Identity) -> Option<Self> {
         let bytes = identity.canonical_bytes();
         let table = table_of(bytes.len() as u64, identity.unit_count())?;
@@ -94,7 +95,7 @@ pub(super) struct Head {
     pub(super) identity: Identity,
     /// Payloads with their hashes; all lie within the file.
     pub(super) units: Vec<(Range<usize>, [u8; HASH_BYTES])>,
-    /// Where the last gap ends and the file's hash begins.
+    /// The end of the last gap and beginning of the file's hash.
     pub(super) footer: usize,
 }
 
@@ -165,7 +166,7 @@ fn read_identity(file: &str, text: &[u8]) -> Result<Identity, BakeError> {
     Ok(identity)
 }
 
-/// Refuses what does not begin as baked files do, and says what it seems to be.
+/// Refuses files that do not begin as baked files do, and names the format that they seem to have.
 fn check_kind(file: &str, bytes: &[u8]) -> Result<(), BakeError> {
     const BAKE: &str = "bake first, or name the file that a merge has written";
     let (kind, remedy) = match bytes {

@@ -5,7 +5,7 @@ mod layout;
 mod tests;
 
 pub use layout::{ALIGNMENT, FORMAT_VERSION};
-pub(crate) use layout::{HASH_BYTES, Layout};
+pub(crate) use layout::{AnyIdentity, HASH_BYTES, Layout};
 
 use crate::error::BakeError;
 use crate::identity::{Identity, PlanHash};
@@ -19,10 +19,10 @@ use std::path::Path;
 
 /// A bake, ready to be looked up. Threads may share it.
 ///
-/// The file must not change while it is open: its bytes are those of the disk, not a copy. Merging replaces a file by rename,
-/// so an open one stays as it was, and nothing of ours writes into one. If somebody truncates it in place, reading what is
-/// gone kills the process (SIGBUS on Unix; Windows does not let them); if somebody writes into it, later look-ups see that
-/// unchecked. Where that cannot be ruled out, copy the file first.
+/// The file must not change while it is open: its bytes are those of the disk, not a copy. Merging replaces a file by
+/// rename, so an open one stays as it was, and nothing of ours writes into one. If somebody truncates it in place,
+/// reading what is gone kills the process (SIGBUS on Unix; Windows does not let them); if somebody writes into it,
+/// later look-ups return that unchecked. If that cannot be ruled out, copy the file first.
 pub struct BakedFile {
     map: Mmap,
     identity: Identity,
@@ -40,9 +40,9 @@ impl BakedFile {
     /// Maps a baked file and checks it whole, on all cores: that reads it once, at the speed of the disk.
     ///
     /// # Errors
-    /// [`BakeError::Absent`], [`BakeError::NoFile`] (a folder, say), [`BakeError::Read`], [`BakeError::Foreign`] (another kind of
-    /// file, or an empty one), [`BakeError::Version`], [`BakeError::Length`] (truncated or longer), [`BakeError::Damaged`], and
-    /// [`BakeError::Invalid`] for one that no program of ours has written.
+    /// [`BakeError::Absent`], [`BakeError::NoFile`] (a folder, say), [`BakeError::Read`], [`BakeError::Foreign`]
+    /// (another kind of file, or an empty one), [`BakeError::Version`], [`BakeError::Length`] (truncated or longer),
+    /// [`BakeError::Damaged`], and [`BakeError::Invalid`] for one that no program of ours has written.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, BakeError> {
         let path = path.as_ref();
         let file = path.display().to_string();
@@ -62,7 +62,8 @@ impl BakedFile {
         }
         let opened = File::open(path).map_err(fail)?;
         // SAFETY: the map is only read, as plain bytes, for which any values are allowed. That nobody changes the file
-        // meanwhile cannot be had from any operating system; this type's documentation asks for it and says what happens.
+        // meanwhile is a guarantee that no operating system gives; this type's documentation requires it and names what
+        // happens.
         #[allow(unsafe_code, reason = "files cannot be mapped otherwise, and copies would not fit into memory")]
         let map = unsafe { Mmap::map(&opened) }.map_err(fail)?;
         let (identity, units) = check(&file, &map)?;
@@ -84,7 +85,7 @@ impl BakedFile {
         Ok(Self { map, identity, units })
     }
 
-    /// What it is a bake of.
+    /// The identity of the bake.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
@@ -94,7 +95,7 @@ impl BakedFile {
         self.identity.hash()
     }
 
-    /// How many units there are.
+    /// The number of units.
     pub fn unit_count(&self) -> u64 {
         self.units.len() as u64
     }

@@ -123,7 +123,7 @@ fn identities_that_lie_are_refused() {
 }
 
 #[test]
-fn other_files_are_told_apart() {
+fn other_files_are_distinguished() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.bake");
     let message = |bytes: &[u8]| {
@@ -188,7 +188,8 @@ proptest! {
         }
         let bytes = resealed(bytes);
         if let Ok(baked) = BakedFile::from_bytes("a.bake", &bytes) {
-            // A change of text that means as much: another method's name, say. Then every bit is what it would be written as.
+            // A change of text to another valid one, such as another method's name. Then every bit is what it would be
+            // written as.
             prop_assert!(baked.unit(2) == payload(&plan(&[3, 0, 64]), 2));
             prop_assert_eq!(baked.identity().units[2].bytes, 64);
         }

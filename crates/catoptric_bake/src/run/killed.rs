@@ -1,6 +1,6 @@
 //! Processes that are killed while they write, that write at the same time, and that find the disk full.
 //!
-//! The processes are this test program, which is told by the environment to be a writer.
+//! The processes are this test program, which a variable of the environment makes a writer.
 
 use super::*;
 use crate::merge::merge;
@@ -21,12 +21,12 @@ fn planned() -> Plan {
 /// A process that bakes into a folder.
 fn writer(folder: &Path) -> Child {
     let mut command = Command::new(std::env::current_exe().unwrap());
-    command.args(["--exact", "run::killed::bakes_when_it_is_told_to"]).env(FOLDER, folder);
+    command.args(["--exact", "run::killed::bakes_when_the_environment_names_a_folder"]).env(FOLDER, folder);
     command.stdout(Stdio::null()).spawn().unwrap()
 }
 
 #[test]
-fn bakes_when_it_is_told_to() {
+fn bakes_when_the_environment_names_a_folder() {
     let Some(folder) = std::env::var_os(FOLDER) else { return };
     let (plan, store) = (planned(), LocalStore::open(folder).unwrap());
     run(&plan, &store, &work(&plan), &RunOptions::default()).unwrap();

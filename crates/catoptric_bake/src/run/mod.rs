@@ -1,4 +1,4 @@
-//! Makes the units of a plan that are missing, on all cores, until it is done or told to stop.
+//! Makes the missing units of a plan on all cores, until all are done or a stop is requested.
 
 #[cfg(test)]
 mod killed;
@@ -16,15 +16,15 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-/// How often a unit is published that others remove or damage in the meantime.
+/// The number of attempts to publish a unit that others remove or damage in the meantime.
 const ATTEMPTS: usize = 3;
 
-/// What is to be baked. Also any function from a unit's number to its payload.
+/// The work of a bake. Also any function from a unit's number to its payload.
 pub trait Work: Sync {
     /// The payload of a unit: of as many bytes as planned, and the same bits on every machine, thread and try.
     ///
     /// # Errors
-    /// What went wrong, in words.
+    /// The fault, in words.
     fn unit(&self, number: u64) -> Result<Payload, String>;
 }
 
@@ -34,29 +34,29 @@ impl<F: Fn(u64) -> Result<Vec<u8>, String> + Sync> Work for F {
     }
 }
 
-/// What a unit holds.
+/// The contents of a unit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Payload {
     /// As many as planned.
     pub bytes: Vec<u8>,
-    /// What people may want to know of how it was made; it is told once and kept nowhere.
+    /// A note for people on how it was made; it is reported once and kept nowhere.
     pub note: Option<String>,
 }
 
-/// How a run goes.
+/// The options of a run.
 #[derive(Clone, Copy)]
 pub struct RunOptions<'a> {
-    /// Which units are made.
+    /// The shard whose units are made.
     pub shard: Shard,
-    /// How units that are there are looked at. Contents are the default: reading a unit takes far less than making it, and
-    /// what is found now need not be made again after a merge that refused. Sizes are for stores that are slow or costly to
-    /// read; the merge finds the rest.
+    /// The check of published units. Contents are the default: reading a unit takes far less than making it,
+    /// and what is found now need not be made again after a merge that refused. Sizes are for stores that are slow or
+    /// costly to read; the merge finds the rest.
     pub check: Check,
     /// Stops the run before the next unit once it is set; units at work are finished.
     pub stop: &'a AtomicBool,
     /// Stops the run before the next unit from this time on.
     pub until: Option<Instant>,
-    /// Is told of every unit that is done or was done already; called from any thread.
+    /// Called for every unit that is done or was done already, from any thread.
     pub on_unit: &'a (dyn Fn(&UnitDone<'_>) + Sync),
 }
 
@@ -67,7 +67,7 @@ impl Default for RunOptions<'_> {
     }
 }
 
-/// What became of a unit.
+/// The outcome of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -90,16 +90,16 @@ pub struct UnitDone<'a> {
     pub name: &'a str,
     /// The bytes of its payload.
     pub bytes: u64,
-    /// What became of it.
+    /// Its outcome.
     pub outcome: Outcome,
-    /// What its maker says of how it was made; none where it was not made now.
+    /// The maker's note on how it was made; `None` if it was not made now.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'a str>,
-    /// How long that took.
+    /// The time that took.
     pub seconds: f64,
-    /// How many units of the shard are done; threads may report in another order than they count.
+    /// The number of units of the shard that are done; threads may report in another order than they count.
     pub done: u64,
-    /// How many units are in the shard.
+    /// The number of units in the shard.
     pub total: u64,
 }
 
@@ -113,18 +113,18 @@ pub enum Reason {
     Time,
 }
 
-/// What a run did with the units of its shard.
+/// The counts of a run over the units of its shard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RunReport {
-    /// How many were missing and are published.
+    /// Units that were missing and are published.
     pub made: u64,
-    /// How many were there.
+    /// Units that were there.
     pub skipped: u64,
-    /// How many were there, damaged, and are replaced.
+    /// Units that were damaged and are replaced.
     pub replaced: u64,
-    /// How many were made here while another writer published them first.
+    /// Units that were made here while another writer published them first.
     pub beaten: u64,
-    /// How many are left to do.
+    /// Units that are left to do.
     pub left: u64,
     /// Why the run stopped, when units are left.
     pub stopped: Option<Reason>,
@@ -132,13 +132,13 @@ pub struct RunReport {
 
 /// Makes the units of a shard that are missing or damaged.
 ///
-/// Each thread of rayon's current pool takes one unit at a time, in the order of their numbers, and holds at most its payload
-/// and its file in memory. Work may use rayon itself.
+/// Each thread of rayon's current pool takes one unit at a time, in the order of their numbers, and holds at most its
+/// payload and its file in memory. Work may use rayon itself.
 ///
 /// # Errors
 /// The first failure, after which no more units are begun: [`BakeError::Work`] and [`BakeError::Size`] of the work;
-/// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole that
-/// does not belong there has a unit's name; and those of the store. What was published until then is kept.
+/// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole
+/// that does not belong there has a unit's name; and those of the store. What was published until then is kept.
 pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions<'_>) -> Result<RunReport, BakeError> {
     let total = options.shard.unit_count(plan.identity.unit_count());
     let run = Run {
@@ -150,12 +150,12 @@ pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions
         total,
         next_rank: AtomicU64::new(0),
         failed: AtomicBool::new(false),
-        progress: Mutex::new(Progress { report: RunReport { left: total, ..RunReport::default() }, failure: None }),
+        progress: Mutex::new(RunState { report: RunReport { left: total, ..RunReport::default() }, failure: None }),
     };
     // One loop a thread, not a parallel iterator: a thread that waits for work's own parallel loops could begin another
     // unit of an iterator meanwhile, and memory would not be bounded.
     rayon::broadcast(|_| run.take_units());
-    let Progress { mut report, failure } = run.progress.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let RunState { mut report, failure } = run.progress.into_inner().unwrap_or_else(PoisonError::into_inner);
     if report.left == 0 {
         report.stopped = None;
     }
@@ -171,10 +171,10 @@ struct Run<'a> {
     total: u64,
     next_rank: AtomicU64,
     failed: AtomicBool,
-    progress: Mutex<Progress>,
+    progress: Mutex<RunState>,
 }
 
-struct Progress {
+struct RunState {
     report: RunReport,
     failure: Option<BakeError>,
 }
@@ -205,7 +205,7 @@ impl Run<'_> {
         }
     }
 
-    fn progress(&self) -> std::sync::MutexGuard<'_, Progress> {
+    fn progress(&self) -> std::sync::MutexGuard<'_, RunState> {
         // Nothing that could panic is done while it is held.
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -253,7 +253,7 @@ impl Run<'_> {
         });
     }
 
-    /// What became of a unit, and what its maker says of it.
+    /// The outcome of a unit, and its maker's note.
     fn look_or_make(&self, number: u64) -> Result<(Outcome, Option<String>), BakeError> {
         match self.listing.find(number, self.options.check)? {
             Found::Good => return Ok((Outcome::Skipped, None)),
@@ -274,8 +274,8 @@ impl Run<'_> {
         Ok((self.publish(number, &unit::encode(self.listing.hash, number, &bytes))?, note))
     }
 
-    /// Publishes a unit. A damaged one in its place is looked at again just before it is removed, and only once the good one
-    /// is ready: so it is rare that a good one of another writer is removed.
+    /// Publishes a unit. A damaged one in its place is looked at again just before it is removed, and only once the
+    /// good one is ready: so it is rare that a good one of another writer is removed.
     fn publish(&self, number: u64, bytes: &[u8]) -> Result<Outcome, BakeError> {
         let name = self.file_name(number);
         let file = || self.store.place(&name);

@@ -15,7 +15,7 @@ fn sizes(count: u64) -> Vec<u64> {
     (0..count).map(|number| number * 37 % 101).collect()
 }
 
-/// What merging gives, after a look that all is there.
+/// The merged file, after a check that all units are there.
 fn merged(plan: &Plan, store: &dyn Store) -> Vec<u8> {
     assert!(status(plan, store, Check::Contents).unwrap().is_complete());
     let folder = tempfile::tempdir().unwrap();
@@ -51,17 +51,17 @@ fn what_is_there_is_skipped() {
 }
 
 #[test]
-fn progress_tells_every_unit_once() {
+fn progress_reports_every_unit_once() {
     let (plan, store) = (plan(&sizes(20)), MemoryStore::default());
-    let told = Mutex::new(Vec::new());
+    let reported = Mutex::new(Vec::new());
     let on_unit = |done: &UnitDone<'_>| {
         assert_eq!((done.name, done.total), (plan.identity.units[done.number as usize].name.as_str(), 20));
         assert_eq!((done.bytes, done.outcome), (plan.identity.units[done.number as usize].bytes, Outcome::Made));
-        told.lock().unwrap().push((done.number, done.done));
+        reported.lock().unwrap().push((done.number, done.done));
     };
     let options = RunOptions { on_unit: &on_unit, ..RunOptions::default() };
     on_threads(3, || run(&plan, &store, &work(&plan), &options)).unwrap();
-    let (mut numbers, mut counts): (Vec<u64>, Vec<u64>) = told.into_inner().unwrap().into_iter().unzip();
+    let (mut numbers, mut counts): (Vec<u64>, Vec<u64>) = reported.into_inner().unwrap().into_iter().unzip();
     numbers.sort_unstable();
     counts.sort_unstable();
     assert_eq!((numbers, counts), ((0..20).collect(), (1..=20).collect()));
@@ -196,7 +196,7 @@ fn whole_files_of_others_are_left_alone() {
     let expected = UnitFault::OtherPlan { found: other.hash() };
     assert!(matches!(error, BakeError::Misplaced { fault, .. } if fault == expected), "{error}");
     assert_eq!(store.get("unit-000001.bin").unwrap().unwrap(), foreign);
-    // Of another size: noticed only once it would be replaced.
+    // A file of another size is noticed only once it would be replaced.
     store.remove("unit-000001.bin").unwrap();
     let longer = unit::encode(planned.hash(), 1, &[1; 9]);
     store.create("unit-000001.bin", &longer).unwrap();

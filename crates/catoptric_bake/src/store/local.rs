@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// A folder of a local or network file system.
 ///
 /// A file is written under a temporary name in the same folder, flushed to the disk, linked to its name, which fails
-/// where there is one already, and the folder is flushed. So nobody sees a part of it, also not after a power cut.
+/// if there is one already, and the folder is flushed. No reader gets a part of it, also not after a power cut.
 #[derive(Clone, Debug)]
 pub struct LocalStore {
     folder: PathBuf,
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn temporaries_of_killed_writers_are_told_from_units() {
+    fn temporaries_of_killed_writers_are_no_units() {
         let folder = tempfile::tempdir().unwrap();
         let store = LocalStore::open(folder.path()).unwrap();
         let (temporary, path) =

@@ -1,4 +1,4 @@
-//! Where plans and units are published: a folder, or what can do as little as an object store.
+//! Stores in which plans and units are published: a folder, or anything with the operations of an object store.
 
 mod local;
 
@@ -6,7 +6,7 @@ pub use local::LocalStore;
 
 use crate::error::BakeError;
 
-/// What happened to a file that was to be created.
+/// The outcome of creating a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Created {
     /// It is there now, whole.
@@ -24,9 +24,9 @@ pub struct Entry {
     pub bytes: u64,
 }
 
-/// Where plans and units are published. Names are flat: no folders within.
+/// A place in which plans and units are published. Names are flat: no folders within.
 ///
-/// Only what object stores can do is asked: nothing is overwritten, appended to, locked or renamed.
+/// Only operations of object stores are needed: nothing is overwritten, appended to, locked or renamed.
 pub trait Store: Sync {
     /// Publishes a file, whole or not at all, unless there is one of that name. Once it has returned the file survives
     /// a power cut. Of several writers at once one gets [`Created::New`].
@@ -35,7 +35,7 @@ pub trait Store: Sync {
     /// [`BakeError::Full`] for a full disk, [`BakeError::Write`] otherwise.
     fn create(&self, name: &str, bytes: &[u8]) -> Result<Created, BakeError>;
 
-    /// The bytes of a file; none when there is no such file.
+    /// The bytes of a file; returns `None` if there is no such file.
     ///
     /// # Errors
     /// [`BakeError::Read`].
@@ -49,9 +49,9 @@ pub trait Store: Sync {
 
     /// Removes a file; that it was gone already is no error.
     ///
-    /// For damaged units alone: since nothing is overwritten, the bad one must go before a good one can be created in its
-    /// place. Two writers that do so at once may remove each other's good unit, and publish it again: at worst a unit is
-    /// missing, never wrong, and the next run makes it.
+    /// For damaged units alone: since nothing is overwritten, the bad one must go before a good one can be created in
+    /// its place. Two writers that do so at once may remove each other's good unit, and publish it again: at worst a
+    /// unit is missing, never wrong, and the next run makes it.
     ///
     /// # Errors
     /// [`BakeError::Write`].
@@ -60,8 +60,8 @@ pub trait Store: Sync {
     /// A file's path or address, for messages; the store's own for an empty name.
     fn place(&self, name: &str) -> String;
 
-    /// Temporary files: of writers at work, or left over by ones that were killed. They are never taken for units and may
-    /// be deleted when no writer is at work.
+    /// Temporary files: of writers at work, or left over by ones that were killed. They are never taken for units and
+    /// may be deleted when no writer is at work.
     ///
     /// # Errors
     /// [`BakeError::Read`].

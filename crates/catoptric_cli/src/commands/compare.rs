@@ -11,16 +11,17 @@ use crate::settings::{self, Chosen};
 use crate::stats::{ErrorReport, Stats};
 use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::Job;
-use catoptric::methods::projection::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
+use catoptric::light::path_tracer::specular_mask;
+use catoptric::methods::Quality;
+use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
 use catoptric::metrics::{Comparison, heat_map_rgb8};
-use catoptric::{methods, picture};
+use catoptric::picture;
 use clap::ArgMatches;
 use selection::Selected;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// What every method is measured against.
+/// The reference's picture, against which every method is measured.
 struct Truth {
     drawing: Drawing,
     stats: Stats,
@@ -34,7 +35,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     let selected = selection::select(&args.method, &args.set)?;
     check_backend(&args.draw)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
-    let mut truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
+    let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
     let mut methods = Vec::new();
     let ids: Vec<&str> = selected.methods.iter().map(|wanted| wanted.id.as_str()).collect();
     shot.bakes.check_methods(&ids)?;
@@ -45,19 +46,19 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     let folder = staging.path();
 
     terminal.set_subject("reference");
-    let drawing = shot.draw(&mut truth_method, terminal)?;
-    let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
+    let drawing = shot.draw(&truth_method, terminal)?;
+    let mask = specular_mask(&drawing.scene, &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
     picture::write(&folder.join("reference.png"), &drawing.picture)?;
     let truth = Truth { drawing, stats, mask, projection_every: args.projection_every };
 
     let mut entries = Vec::new();
     let mut stems = HashSet::from(["reference".to_owned()]);
-    for (wanted, mut chosen) in methods {
+    for (wanted, chosen) in methods {
         terminal.set_subject(&wanted.label);
         let is_truth = chosen.info.id == "reference" && chosen.settings == truth_method.settings;
         let stem = if is_truth { "reference".to_owned() } else { unique(&mut stems, wanted.file_stem()) };
-        let outcome = match measure(&shot, &truth, &mut chosen, is_truth, folder, &stem, terminal) {
+        let outcome = match measure(&shot, &truth, &chosen, is_truth, folder, &stem, terminal) {
             Ok(measured) => Outcome::Measured(Box::new(measured)),
             Err(Failure::Usage(problem)) => Outcome::Failed(problem),
             Err(Failure::Input(error)) => Outcome::Failed(error.to_string()),
@@ -96,7 +97,7 @@ fn entry(wanted: &Selected, chosen: &Chosen, is_truth: bool, outcome: Outcome) -
         label: wanted.label.clone(),
         variant: wanted.variant.clone(),
         info: chosen.info,
-        settings: settings::in_force(chosen.info, &chosen.settings),
+        settings: settings::effective(chosen.info, &chosen.settings),
         is_truth,
         outcome,
     }
@@ -106,22 +107,23 @@ fn entry(wanted: &Selected, chosen: &Chosen, is_truth: bool, outcome: Outcome) -
 fn measure(
     shot: &Shot<'_>,
     truth: &Truth,
-    chosen: &mut Chosen,
+    chosen: &Chosen,
     is_truth: bool,
     folder: &Path,
     stem: &str,
     terminal: &Terminal,
 ) -> Result<Measured, Failure> {
     let drawn;
-    let (drawing, stats) = if is_truth {
-        (&truth.drawing, truth.stats.clone())
+    let (drawing, stats, projection_px) = if is_truth {
+        (&truth.drawing, truth.stats.clone(), None)
     } else {
-        drawn = shot.draw(chosen, terminal)?;
+        let mut new = shot.draw(chosen, terminal)?;
+        let projection_px = projection_error(shot.quality, &mut new, truth.projection_every, terminal)?;
+        drawn = new;
         let stats = Stats::new(shot, chosen, &drawn);
-        (&drawn, stats)
+        (&drawn, stats, projection_px)
     };
     let comparison = Comparison::new(&drawing.picture, &truth.drawing.picture)?;
-    let projection_px = projection_error(shot, chosen, drawing, truth.projection_every, terminal)?;
     let error = ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px };
     let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
     if !is_truth {
@@ -131,19 +133,18 @@ fn measure(
     Ok(Measured { stats, error, picture: picture_name, flip })
 }
 
-/// How far from their pixels the method finds the points that pixels show; none for methods that project no points.
+/// The method's projection error in pixels, by round trips; returns `None` if it projects no points.
 fn projection_error(
-    shot: &Shot<'_>,
-    chosen: &mut Chosen,
-    drawing: &Drawing,
+    quality: Quality,
+    drawing: &mut Drawing,
     every: u32,
     terminal: &Terminal,
 ) -> Result<Option<RoundTrip>, Failure> {
-    let (scene, view) = (shot.last_scene(drawing), &drawing.view);
-    let job = Job { scene, view, quality: shot.quality, progress: terminal };
-    let Some(projector) = chosen.method.projector(&job)? else { return Ok(None) };
-    let options = RoundTripOptions { order: shot.quality.order, every };
-    Ok(Some(round_trip(scene, view, projector.as_ref(), options, terminal)))
+    let Drawing { scene, view, prepared, .. } = drawing;
+    let frame = prepared.frame(view, terminal)?;
+    let Some(projector) = frame.projector() else { return Ok(None) };
+    let options = RoundTripOptions { order: quality.order, every };
+    Ok(Some(round_trip(scene, view, projector.as_ref(), options, terminal)?))
 }
 
 fn write_pictures(

@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
-    let mut model = scene_source::load(&args.scene)?;
-    let scene = scene_source::pose(&model, args.scene.time, &roles)?;
+    let mut model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref())?;
+    let scene = scene_source::pose(&model, args.scene.pose.time, &roles)?;
     model.warnings.extend(settings::unknown_methods(&model));
-    if args.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
+    if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
 
 fn as_json(model: &Model, scene: &Scene) -> Value {

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use catoptric::methods::{MethodInfo, SettingInfo, all};
 
 #[derive(serde::Serialize)]
-struct Entry {
+struct MethodRow {
     id: &'static str,
     family: &'static str,
     summary: &'static str,
@@ -18,7 +18,7 @@ struct Entry {
     settings: Vec<SettingInfo>,
 }
 
-impl Entry {
+impl MethodRow {
     fn new(info: &MethodInfo) -> Self {
         Self {
             id: info.id,
@@ -35,7 +35,7 @@ impl Entry {
 }
 
 pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
-    let entries: Vec<Entry> = all().iter().map(|info| Entry::new(info)).collect();
+    let entries: Vec<MethodRow> = all().iter().map(|info| MethodRow::new(info)).collect();
     if args.json {
         return pretty(&entries);
     }
@@ -49,7 +49,11 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         text += &format!("{} ({}; {})\n  {}\n", entry.id, entry.family, backends.join(", "), entry.summary);
         text += &format!("  paper: {}\n  assumes: {}\n", entry.paper, entry.assumptions);
         for setting in &entry.settings {
-            text += &format!("  --set {}={}: {}\n", setting.name, setting.default, setting.help);
+            let values = if setting.values().is_empty() { String::new() } else { format!(" ({})", setting.values()) };
+            text += &format!("  --set {}={}{values}: {}\n", setting.name, setting.default, setting.help);
+            for choice in setting.choices {
+                text += &format!("      {}: {}\n", choice.name, choice.help);
+            }
         }
         text += "\n";
     }

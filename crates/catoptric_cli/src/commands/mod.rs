@@ -1,4 +1,4 @@
-//! What each command does; each gives the text that goes to standard output.
+//! The commands; each returns the text that goes to standard output.
 
 pub(crate) mod bake;
 pub(crate) mod compare;

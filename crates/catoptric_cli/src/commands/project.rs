@@ -5,14 +5,16 @@ mod npy;
 mod output;
 mod search;
 
-use crate::args::{ProjectArgs, SceneArgs, ViewArgs};
+use crate::args::{ProjectArgs, ViewArgs};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
-use catoptric::methods::projection::finder::{FoundPath, PathSearch};
-use catoptric::methods::projection::{MAX_BOUNCES, PathVisibility};
+use catoptric::methods::path_query::{FoundPath, PathSearch};
+use catoptric::methods::projection::find::path_visibility::PathVisibility;
+use catoptric::methods::projection::find::projected_paths::path_search;
+use catoptric::methods::projector::MAX_BOUNCES;
 use catoptric::methods::{self, Job, Quality};
-use catoptric::progress::Progress;
+use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Projection, Role, Scene, View};
 use catoptric::{parallel, picture};
@@ -21,30 +23,31 @@ use glam::DVec3;
 use input::Points;
 use output::{Row, Table};
 use std::io;
+use std::sync::Arc;
 
 /// Points that are read, projected and written together.
 const CHUNK: usize = 16_384;
 /// Points that a thread takes at a time.
 const PIECE: usize = 128;
-/// The picture that approximate methods sample where none is asked for.
+/// The size of the picture that approximate methods sample without `--size`.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
-/// What became of the points.
+/// The counts of points by their outcome.
 #[derive(Clone, Copy, Default)]
-struct Counts {
+struct PointCounts {
     points: u64,
     reflections: u64,
     without: u64,
     infinite: u64,
 }
 
-/// What is asked about every point.
+/// The search and view for every point.
 struct Query<'a> {
     search: &'a dyn PathSearch,
-    /// None where nothing blocks, or where the search has left out what is blocked.
+    /// `None` if nothing blocks, or if the search has left out blocked paths.
     visibility: Option<PathVisibility<'a>>,
     eye: DVec3,
-    /// The picture that bounce points are seen on.
+    /// The picture in which bounce points have their pixels.
     view: Option<&'a View>,
     table: &'a Table,
 }
@@ -61,32 +64,37 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     if args.eye.is_some() && args.eye.map(|eye| eye.as_vec3()) == args.target {
         return Err(Failure::usage("--eye and --target are the same point"));
     }
-    let scene_args = scene_args(args);
-    let roles = scene_source::roles(&scene_args, options)?;
+    let roles = scene_source::pose_roles(&args.pose, options)?;
     picture::check_writable(&args.output)?;
     let mut points = Points::open(&args.points)?;
-    let model = scene_source::load(&scene_args)?;
-    let scene = scene_source::pose(&model, args.time, &roles)?;
+    let model = scene_source::load(&args.scene, None)?;
+    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
-    let mut chosen = match args.method.as_str() {
+    let chosen = match args.method.as_str() {
         search::EXACT => None,
         id => Some(settings::choose(id, &model, &given)?),
     };
     terminal.set_subject(&args.method);
     let quality = Quality { samples: 1, order: args.order };
     let job = Job { scene: &scene, view: &view, quality, progress: terminal };
-    let search = match &mut chosen {
-        None => search::exact_search(&scene, eye, args.order, &objects, !args.ignore_visibility)?,
-        Some(chosen) => {
-            let prepared = chosen.method.prepare(&scene, quality, terminal)?;
-            terminal.warn(&prepared.warnings);
-            chosen.method.path_search(&job, eye, &objects)?.ok_or_else(|| {
-                Failure::input(format!("--method {}: it does not say where points appear", args.method))
-            })?
+    let mut prepared = match &chosen {
+        None => None,
+        Some(chosen) => Some(chosen.method.prepare(&scene, quality, None, terminal)?),
+    };
+    let frame = match &mut prepared {
+        None => None,
+        Some(prepared) => {
+            terminal.warn(&prepared.report().warnings);
+            Some(prepared.frame(&view, terminal)?)
         }
+    };
+    let search = match &frame {
+        None => search::exact_search(&job, eye, &objects, !args.ignore_visibility)?,
+        Some(frame) => path_search(frame.as_ref(), &job, eye, &objects)?
+            .ok_or_else(|| Failure::input(format!("--method {}: it does not say where points appear", args.method)))?,
     };
     let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
     // The exact search looks itself.
@@ -95,14 +103,12 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let view = args.size.map(|_| &view);
     let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
 
-    // What goes wrong with the points is told apart from what goes wrong with the file that is written.
+    // Errors of the points are distinguished from errors of the written file.
     let mut problem = None;
-    let mut counts = Counts::default();
+    let mut counts = PointCounts::default();
     let written = picture::write_file(&args.output, |writer| {
         let mut sink = table.begin(writer)?;
-        terminal.begin("projecting", points.total_bytes());
         let streamed = stream(&mut points, &query, terminal, |rows| sink.write(rows));
-        terminal.end();
         match streamed {
             Ok(sum) => {
                 counts = sum;
@@ -111,6 +117,10 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
             Err(StreamError::Points(failure)) => {
                 problem = Some(failure);
                 Err(io::Error::other("the points cannot be read"))
+            }
+            Err(StreamError::Cancelled(cancelled)) => {
+                problem = Some(cancelled.into());
+                Err(io::Error::other("cancelled"))
             }
             Err(StreamError::Output(error)) => Err(error),
         }
@@ -121,18 +131,6 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     written?;
     terminal.warn(settings::unknown_methods(&model).iter().chain(&model.warnings));
     Ok(terminal.unless_quiet(summary(args, &counts)))
-}
-
-/// The options about the scene that the command shares with others. What `--reflector` names is no role here.
-fn scene_args(args: &ProjectArgs) -> SceneArgs {
-    SceneArgs {
-        scene: args.scene.clone(),
-        environment: None,
-        reflector: Vec::new(),
-        lens: args.lens.clone(),
-        diffuse: args.diffuse.clone(),
-        time: args.time,
-    }
 }
 
 /// The reflectors and lenses that paths may touch.
@@ -168,7 +166,7 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
     Ok(specular.into_iter().filter(|object| wanted[*object as usize]).collect())
 }
 
-/// The view that bounce points are seen in, and the exact eye.
+/// The view in which bounce points have their pixels, and the exact eye.
 fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
     let eye = args.eye.map(|eye| eye.as_vec3());
     let view_args = ViewArgs {
@@ -197,6 +195,7 @@ fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
 }
 
 enum StreamError {
+    Cancelled(Cancelled),
     Points(Failure),
     Output(io::Error),
 }
@@ -207,10 +206,9 @@ fn stream(
     query: &Query<'_>,
     progress: &dyn Progress,
     mut write: impl FnMut(&[u8]) -> io::Result<()>,
-) -> Result<Counts, StreamError> {
-    let mut counts = Counts::default();
+) -> Result<PointCounts, StreamError> {
+    let mut counts = PointCounts::default();
     let mut chunk = points.read(CHUNK).map_err(StreamError::Points)?;
-    let mut bytes = 0;
     while !chunk.is_empty() {
         let first = counts.points;
         let (pieces, next) = rayon::join(|| query.answer(first, &chunk), || points.read(CHUNK));
@@ -222,20 +220,19 @@ fn stream(
             counts.infinite += piece.infinite;
         }
         chunk = next.map_err(StreamError::Points)?;
-        progress.advance(points.bytes_read().saturating_sub(bytes));
-        bytes = points.bytes_read();
+        progress.at("projecting", points.bytes_read(), points.total_bytes()).map_err(StreamError::Cancelled)?;
     }
     Ok(counts)
 }
 
 impl Query<'_> {
     /// The rows of a chunk of points, in pieces, in order.
-    fn answer(&self, first: u64, chunk: &[DVec3]) -> Vec<(Vec<u8>, Counts)> {
+    fn answer(&self, first: u64, chunk: &[DVec3]) -> Vec<(Vec<u8>, PointCounts)> {
         parallel::map_init_collect(chunk.len().div_ceil(PIECE), Vec::new, |found, piece| {
             let start = piece * PIECE;
             let points = &chunk[start..(start + PIECE).min(chunk.len())];
             let mut rows = self.table.rows();
-            let mut counts = Counts { points: points.len() as u64, ..Counts::default() };
+            let mut counts = PointCounts { points: points.len() as u64, ..PointCounts::default() };
             for (index, &point) in points.iter().enumerate() {
                 found.clear();
                 let outcome = self.search.search(point, found);
@@ -263,10 +260,11 @@ impl Query<'_> {
     }
 }
 
-fn summary(args: &ProjectArgs, counts: &Counts) -> String {
-    let Counts { points, reflections, without, infinite } = counts;
+fn summary(args: &ProjectArgs, counts: &PointCounts) -> String {
+    let PointCounts { points, reflections, without, infinite } = counts;
     let output = args.output.display();
     format!(
-        "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with infinitely many\n"
+        "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with \
+        infinitely many\n"
     )
 }

@@ -7,25 +7,27 @@ use crate::failure::Failure;
 use crate::settings;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
+use catoptric::light::path_tracer::specular_mask;
 use catoptric::{methods, picture};
 use clap::ArgMatches;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
     methods::find(&args.method).map_err(Failure::usage)?;
     check_backend(&args.draw)?;
-    check_outputs(args)?;
+    let outputs = outputs(args)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     shot.bakes.check_methods(&[&args.method])?;
-    let mut chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
+    let chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
+    make_writable(&outputs)?;
     terminal.set_subject(&args.method);
-    let drawing = shot.draw(&mut chosen, terminal)?;
+    let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);
     picture::write(&args.output, &drawing.picture)?;
     if let Some(path) = &args.mask {
-        let mask = methods::reference::specular_mask(shot.last_scene(&drawing), &drawing.view);
+        let mask = specular_mask(&drawing.scene, &drawing.view);
         picture::write_mask(path, drawing.view.width, drawing.view.height, &mask)?;
     }
     if let Some(path) = &args.stats {
@@ -36,13 +38,25 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
 }
 
-/// Finds outputs that cannot be written before the work is done.
-fn check_outputs(args: &RenderArgs) -> Result<(), Failure> {
-    let outputs: Vec<&PathBuf> =
-        [Some(&args.output), args.stats.as_ref(), args.mask.as_ref()].into_iter().flatten().collect();
+/// The files to be written; each has a name of its own.
+fn outputs(args: &RenderArgs) -> Result<Vec<&Path>, Failure> {
+    let all = [Some(&args.output), args.stats.as_ref(), args.mask.as_ref()];
+    let outputs: Vec<&Path> = all.into_iter().flatten().map(PathBuf::as_path).collect();
     for (index, path) in outputs.iter().enumerate() {
         if outputs[..index].contains(path) {
             return Err(Failure::usage(format!("{} is named for two outputs", path.display())));
+        }
+    }
+    Ok(outputs)
+}
+
+/// Makes the folders of the outputs, and finds outputs that cannot be written before the work is done.
+fn make_writable(outputs: &[&Path]) -> Result<(), Failure> {
+    for path in outputs {
+        if let Some(folder) = path.parent() {
+            let fail =
+                |error: std::io::Error| Failure::input(format!("{}: cannot make its folder: {error}", path.display()));
+            std::fs::create_dir_all(folder).map_err(fail)?;
         }
         picture::check_writable(path)?;
     }

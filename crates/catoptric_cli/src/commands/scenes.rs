@@ -3,7 +3,7 @@
 use super::pretty;
 use crate::args::JsonArgs;
 use crate::failure::Failure;
-use catoptric::scene::builtin;
+use catoptric_scenes::builtin;
 use serde_json::json;
 
 pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {

@@ -12,20 +12,20 @@ use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
-/// Everything that the report says.
+/// The contents of the report.
 pub(crate) struct Report {
     /// The command that made it.
     pub(crate) command: String,
     /// The run of the reference that all are measured against.
     pub(crate) truth: Stats,
-    /// How many pixels show a reflector or lens.
+    /// The number of pixels that show a reflector or lens.
     pub(crate) reflector_pixels: usize,
     pub(crate) entries: Vec<Entry>,
 }
 
 /// One method, or one variant of it.
 pub(crate) struct Entry {
-    /// As it was asked for: `ID` or `ID:KEY=VALUE,...`.
+    /// The argument of `--method`: `ID` or `ID:KEY=VALUE,...`.
     pub(crate) label: String,
     pub(crate) variant: Option<String>,
     pub(crate) info: &'static MethodInfo,
@@ -46,7 +46,7 @@ pub(crate) struct Measured {
     pub(crate) error: ErrorReport,
     /// File name of the picture in the report's folder.
     pub(crate) picture: String,
-    /// File name of the FLIP map; none for the truth itself.
+    /// File name of the FLIP map; `None` for the reference itself.
     pub(crate) flip: Option<String>,
 }
 
@@ -91,7 +91,7 @@ enum EntryJson<'a> {
         stats: &'a Stats,
         error: &'a ErrorReport,
         reference_ms: f64,
-        /// How many times faster than the reference a frame is; null where the clock saw no time.
+        /// The reference's time of a frame divided by this one's; null if that is 0.
         speedup: f64,
         picture: &'a str,
         flip_picture: Option<&'a str>,

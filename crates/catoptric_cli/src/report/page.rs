@@ -53,11 +53,15 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                     h2 { "Error beside time" }
                     div.card.wide { (table(report)) }
                     p.soft {
-                        "FLIP is the difference that people see when they flip between two pictures: 0 is none, 1 the largest. "
-                        "RMSE is of linear values. “Off by > 0.1” is the share of pixels with an sRGB channel off by more than 0.1. "
-                        "Projection is how far from a pixel's centre the method finds the point that the pixel shows in a mirror or "
+                        "FLIP is the difference that people see when they flip between two pictures: 0 is none, 1 the \
+                        largest. "
+                        "RMSE is of linear values. “Off by > 0.1” is the share of pixels with an sRGB channel off by \
+                        more than 0.1. "
+                        "Projection is how far from a pixel's centre the method finds the point that the pixel shows \
+                        in a mirror or "
                         "through glass; missing is the share of points that it does not find. "
-                        "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best method."
+                        "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best \
+                        method."
                     }
                     div.card.wide.plot { (PreEscaped(plot.inline())) }
                     h2 { "Pictures" }
@@ -136,7 +140,8 @@ fn table(report: &Report) -> Markup {
                                 }
                                 td.group { (speedup(reference_ms, measured)) }
                             }
-                            Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" { "could not draw this scene, see below" } }
+                            Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" { "could not draw \
+                                this scene, see below" } }
                         }
                     }
                 }
@@ -145,7 +150,7 @@ fn table(report: &Report) -> Markup {
     }
 }
 
-/// Whether no other method has a lower value. The reference does not compete, and alone nobody is best.
+/// True if no other method has a lower value. The reference does not compete, and a single method is not best.
 fn is_best(report: &Report, entry: &Entry, column: &Column) -> bool {
     let competitors = || report.measured().filter(|(other, _)| !other.is_truth).map(|(_, measured)| measured);
     if entry.is_truth || competitors().count() < 2 {
@@ -187,7 +192,8 @@ fn card(index: usize, entry: &Entry) -> Markup {
                     }
                     @for warning in &measured.stats.warnings { p.note { (warning) } }
                     @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
-                        p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " times" }
+                        p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " \
+                            times" }
                     }
                     (details(measured))
                 }
@@ -266,7 +272,7 @@ fn details(measured: &Measured) -> Markup {
         details {
             summary { "Settings, times and counts" }
             div.lists {
-                @for (title, rows) in lists.iter().filter(|(_, rows): &&(&str, Vec<(String, String)>)| !rows.is_empty()) {
+                @for (title, rows) in lists.iter().filter(|list: &&(&str, Vec<(String, String)>)| !list.1.is_empty()) {
                     div {
                         h4 { (title) }
                         ul { @for (name, value) in rows { li { span { (name) } span { (value) } } } }

@@ -2,27 +2,28 @@
 //!
 //! See this folder's `README.md`.
 
-mod path;
 mod settings;
 
-pub(crate) use path::LEAST_THROUGHPUT;
-pub use path::{Background, Beyond, NearPlane, PathTracer};
-pub use settings::{PathModel, ReferenceSettings, SamplePlacement};
+pub use settings::{Paths, ReferenceSettings, SamplePlacement};
 
-use super::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use super::bake::Baked;
+use super::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::light::path_tracer::{NearPlane, PathTracer};
+use crate::light::tracer::Tracer;
 use crate::math::random;
+use crate::methods::limits::ErrorLimits;
 use crate::parallel;
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::raster::sample_positions;
 use crate::scene::{Scene, View};
-use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What the reference is.
+/// The reference's entry in the registry.
 pub static INFO: MethodInfo = MethodInfo {
     id: "reference",
     family: Family::Reference,
@@ -34,43 +35,95 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: None,
     settings: ReferenceSettings::describe,
-    in_force: ReferenceSettings::in_force,
-    create: |table| Ok(Box::new(Reference { settings: ReferenceSettings::from_table(table)?, tracer: None })),
+    effective: ReferenceSettings::effective,
+    limits: &ErrorLimits { settings: "", scenes: &[] },
+    create: |table| Ok(Box::new(Reference { settings: ReferenceSettings::from_table(table)? })),
 };
 
-/// Pixels a side of the squares that threads take one by one.
+/// Pixels a side of the squares that threads take one by one. A size for threads; chosen, not measured.
 const TILE: u32 = 16;
 
 /// The ray tracer as a method.
 struct Reference {
     settings: ReferenceSettings,
-    tracer: Option<Tracer>,
 }
 
-impl ReflectionMethod for Reference {
+/// The hierarchy over a scene.
+struct PreparedReference {
+    settings: ReferenceSettings,
+    scene: Arc<Scene>,
+    quality: Quality,
+    tracer: Tracer,
+    report: Report,
+}
+
+/// One view.
+struct ReferenceFrame<'a> {
+    prepared: &'a PreparedReference,
+    view: View,
+}
+
+impl Method for Reference {
     fn info(&self) -> &'static MethodInfo {
         &INFO
     }
 
-    fn prepare(&mut self, scene: &Scene, _quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
-        progress.begin("building the hierarchy", 1);
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        INFO.refuse_bake(bake)?;
+        Ok(Box::new(PreparedReference::new(&self.settings, scene, quality, progress)?))
+    }
+}
+
+impl PreparedReference {
+    fn new(
+        settings: &ReferenceSettings,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let stage = Stage::begin(progress, "building the hierarchy", 1)?;
         let mut watch = Stopwatch::new();
         let tracer = Tracer::build(scene, |_| true);
-        let tracer = self.tracer.insert(if self.settings.count_tests { tracer.counting_tests() } else { tracer });
+        let tracer = if settings.count_tests { tracer.counting_tests() } else { tracer };
         let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
         report.bytes.insert("bvh", tracer.byte_count());
-        progress.end();
-        Ok(report)
+        stage.advance(1)?;
+        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, tracer, report })
+    }
+}
+
+impl Prepared for PreparedReference {
+    fn report(&self) -> &Report {
+        &self.report
     }
 
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        let Some(tracer) = &self.tracer else {
-            let problem = "it has not been prepared for the scene".into();
-            return Err(RenderError::Limit { method: INFO.id, problem });
-        };
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        *self = Self::new(&self.settings, scene, quality, progress)?;
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(ReferenceFrame { prepared: self, view: view.clone() }))
+    }
+}
+
+impl Frame for ReferenceFrame<'_> {
+    fn report(&self) -> &Report {
+        Report::none()
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedReference { settings, scene, quality, tracer, .. } = self.prepared;
         let mut watch = Stopwatch::new();
         let tests_before = tracer.test_count();
-        let rays = render(&self.settings, tracer, job, target);
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        let rays = draw(settings, tracer, &job, target)?;
         let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
         report.counts.insert("rays_traced", rays);
         if let (Some(before), Some(after)) = (tests_before, tracer.test_count()) {
@@ -81,20 +134,23 @@ impl ReflectionMethod for Reference {
 }
 
 /// Draws the view and returns the number of rays traced.
-fn render(settings: &ReferenceSettings, tracer: &Tracer, job: &Job<'_>, target: &mut Framebuffer) -> u64 {
+fn draw(
+    settings: &ReferenceSettings,
+    tracer: &Tracer,
+    job: &Job<'_>,
+    target: &mut Framebuffer,
+) -> Result<u64, RenderError> {
     let (width, height) = (job.view.width, job.view.height);
     let columns = width.div_ceil(TILE);
     let tiles = columns as usize * height.div_ceil(TILE) as usize;
     let rays = AtomicU64::new(0);
-    job.progress.begin("tracing", tiles as u64);
-    let init = || PathTracer::new(job.scene, tracer, settings.paths, job.quality.order);
-    let pictures = parallel::map_init_collect(tiles, init, |paths, tile| {
+    let init = || PathTracer::new(job.scene, tracer, settings.paths.into(), job.quality.order);
+    let pictures = parallel::map_init_stage(job.progress, "tracing", tiles, init, |paths, tile| {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let pixels = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);
         rays.fetch_add(paths.take_ray_count(), Ordering::Relaxed);
-        job.progress.advance(1);
         pixels
-    });
+    })?;
     for (tile, pixels) in pictures.iter().enumerate() {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let tile_width = TILE.min(width - x0) as usize;
@@ -103,8 +159,7 @@ fn render(settings: &ReferenceSettings, tracer: &Tracer, job: &Job<'_>, target: 
             target.pixels[start..start + tile_width].copy_from_slice(pixels);
         }
     }
-    job.progress.end();
-    rays.into_inner()
+    Ok(rays.into_inner())
 }
 
 /// Compiled with most of the shading for the instructions that the machine has.
@@ -154,22 +209,4 @@ fn stratified(seed: u64, [x, y]: [u32; 2], sample: u32, samples: u32) -> Vec2 {
     let pixel = (x as u64) << 32 | y as u64;
     let jitter = |axis: u64| random::unit(seed, pixel, (sample as u64) << 1 | axis);
     Vec2::new((column as f32 + jitter(0)) / in_row as f32, (row as f32 + jitter(1)) / rows as f32)
-}
-
-/// For every pixel whether the first surface at its centre is a reflector or lens; rows from the top.
-pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
-    let tracer = Tracer::build(scene, |_| true);
-    let (rays, near) = (view.rays(), NearPlane::new(view));
-    let mut mask = vec![false; view.width as usize * view.height as usize];
-    parallel::for_each_chunk_mut(&mut mask, view.width as usize, |y, row| {
-        for (x, pixel) in row.iter_mut().enumerate() {
-            let ray = rays.ray(x as f32 + 0.5, y as f32 + 0.5);
-            let hit = tracer.first_hit(scene, &ray, near.distance(&ray));
-            *pixel = hit.is_some_and(|hit| {
-                let encounter = tracer.encounter(scene, &ray, &hit, None);
-                scene.role_of(encounter.point.object).is_specular()
-            });
-        }
-    });
-    mask
 }

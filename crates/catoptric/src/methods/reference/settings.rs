@@ -1,50 +1,48 @@
 //! The reference's settings.
 
-use crate::methods::Settings;
-use serde::{Deserialize, Serialize};
+use crate::light::path_tracer::PathModel;
+use crate::methods::{declare_choices, declare_settings};
 
-/// Which paths are followed at refracting surfaces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PathModel {
-    /// Both children at every surface.
-    #[default]
-    Tree,
-    /// Both children at the first, then the one with the larger Fresnel coefficient (Hakura, Snyder 2001, section 3).
-    TwoPath,
+declare_choices! {
+    /// The paths that are followed at refracting surfaces.
+    pub enum Paths {
+        /// Both children at every surface.
+        Tree = "tree",
+        /// Both children at the first surface, then the one with the larger Fresnel coefficient
+        /// (Hakura, Snyder 2001, section 3).
+        TwoPath = "two_path",
+    }
 }
 
-/// Where the samples of a pixel lie.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum SamplePlacement {
-    /// Where the rasteriser has them, for the counts that it knows; else as `Random`.
-    #[default]
-    Pattern,
-    /// Jittered in the cells of a grid, differently in every pixel.
-    Random,
+impl From<Paths> for PathModel {
+    fn from(paths: Paths) -> Self {
+        match paths {
+            Paths::Tree => Self::Tree,
+            Paths::TwoPath => Self::TwoPath,
+        }
+    }
 }
 
-/// Settings of the reference.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ReferenceSettings {
-    /// Which paths are followed at refracting surfaces.
-    pub paths: PathModel,
-    /// Where the samples of a pixel lie.
-    pub samples: SamplePlacement,
-    /// Seed of the jitter.
-    pub seed: u64,
-    /// Whether tests of triangles are counted.
-    pub count_tests: bool,
+declare_choices! {
+    /// The places of the samples in a pixel.
+    pub enum SamplePlacement {
+        /// The rasteriser's for 1, 2, 4, 8 and 16 samples, so that edges are antialiased alike; else as `random`.
+        Pattern = "pattern",
+        /// Jittered in the cells of a grid, differently in every pixel.
+        Random = "random",
+    }
 }
 
-impl Settings for ReferenceSettings {
-    const METHOD: &'static str = "reference";
-    const HELP: &'static [(&'static str, &'static str)] = &[
-        ("paths", "tree: both children at every surface; two_path: the greedy model of the hybrid paper"),
-        ("samples", "pattern: where the rasteriser has them (1, 2, 4, 8, 16 samples); random: jittered a pixel"),
-        ("seed", "seed of the jitter, a whole number"),
-        ("count_tests", "true: reports the tests of rays against triangles and surfaces, which makes it slower"),
-    ];
+declare_settings! {
+    /// Settings of the reference.
+    pub struct ReferenceSettings of "reference" {
+        /// The paths that are followed at refracting surfaces.
+        paths: Paths = Paths::Tree;
+        /// The places of the samples in a pixel.
+        samples: SamplePlacement = SamplePlacement::Pattern;
+        /// Seed of the jitter.
+        seed: u64 = 0;
+        /// Reports the tests of rays against triangles and surfaces, which takes longer.
+        count_tests: bool = false;
+    }
 }

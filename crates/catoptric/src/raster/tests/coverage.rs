@@ -1,23 +1,24 @@
-//! Which samples a triangle covers.
+//! Coverage of samples by triangles.
 
 use super::super::kernel::{
-    BLOCK, EMPTY, Ids, Keys, TILE, TILE_BLOCKS, Target, TilePlace, draw_triangles, draw_triangles_portably,
+    BLOCK, EMPTY, Ids, Keys, LayerSamples, TILE, TILE_BLOCKS, TilePlace, draw_triangles, draw_triangles_portably,
     groups_in_tile,
 };
-use super::super::samples::{LANES, Pattern, SAMPLE_COUNTS};
-use super::super::setup::{Frame, SetupTriangle, set_up};
+use super::super::samples::{Pattern, SAMPLE_COUNTS};
+use super::super::setup::{PictureSetup, SetupTriangle, set_up};
 use super::*;
+use crate::math::lanes::LANES;
 use crate::math::random::Stream;
 
 const SIZE: u32 = TILE as u32;
 
 /// The samples of a picture of one tile.
-struct Samples {
+struct TileSamples {
     keys: Vec<Keys>,
     ids: Vec<Ids>,
 }
 
-impl Samples {
+impl TileSamples {
     fn new(samples: u32) -> Self {
         let groups = groups_in_tile(samples as usize);
         Self { keys: vec![Keys([f32::NEG_INFINITY; LANES]); groups], ids: vec![Ids([EMPTY; LANES]); groups] }
@@ -28,7 +29,7 @@ impl Samples {
     }
 }
 
-fn set_up_all(frame: &Frame, list: &DrawList) -> Vec<SetupTriangle> {
+fn set_up_all(frame: &PictureSetup, list: &DrawList) -> Vec<SetupTriangle> {
     let mut setup = Vec::new();
     for (id, triangle) in list.triangles.iter().enumerate() {
         let corners = triangle.vertices.map(|vertex| &list.vertices[vertex as usize]);
@@ -39,19 +40,19 @@ fn set_up_all(frame: &Frame, list: &DrawList) -> Vec<SetupTriangle> {
 
 const PLACE: TilePlace = TilePlace { pixel: [0, 0], from_center: [-(SIZE as i32) / 2, -(SIZE as i32) / 2] };
 
-fn draw_one_by_one(samples: u32, list: &DrawList, mut each: impl FnMut(&Samples)) {
+fn draw_one_by_one(samples: u32, list: &DrawList, mut each: impl FnMut(&TileSamples)) {
     let pattern = Pattern::new(samples).unwrap();
-    let frame = Frame::new(&view(SIZE, SIZE, true), pattern.clone());
+    let frame = PictureSetup::new(&view(SIZE, SIZE, true), pattern.clone());
     let setup = set_up_all(&frame, list);
     for index in 0..setup.len() as u32 {
-        let mut result = Samples::new(samples);
-        let mut target = Target { keys: &mut result.keys, ids: &mut result.ids };
+        let mut result = TileSamples::new(samples);
+        let mut target = LayerSamples { keys: &mut result.keys, ids: &mut result.ids };
         draw_triangles(&pattern, &PLACE, &setup, &[index], None, &mut target);
         each(&result);
     }
 }
 
-/// How many of the triangles cover each sample, each triangle drawn alone.
+/// The number of triangles that cover each sample, each triangle drawn alone.
 fn times_covered(samples: u32, list: &DrawList) -> Vec<u32> {
     let mut times = vec![0; (SIZE * SIZE * samples) as usize];
     draw_one_by_one(samples, list, |result| {
@@ -185,11 +186,11 @@ fn visible_triangles_are_those_that_rays_meet() {
         };
         clipped += triangles.iter().filter(|t| t.iter().any(|p| -p.z < view.near)).count();
         let pattern = Pattern::new(samples).unwrap();
-        let frame = Frame::new(&view, pattern.clone());
+        let frame = PictureSetup::new(&view, pattern.clone());
         let setup = set_up_all(&frame, &list(triangles.iter().map(|t| t.map(|p| transform.apply(p)))));
         let indices: Vec<u32> = (0..setup.len() as u32).collect();
-        let mut result = Samples::new(samples);
-        let mut target = Target { keys: &mut result.keys, ids: &mut result.ids };
+        let mut result = TileSamples::new(samples);
+        let mut target = LayerSamples { keys: &mut result.keys, ids: &mut result.ids };
         draw_triangles(&pattern, &PLACE, &setup, &indices, None, &mut target);
         for (index, id) in result.ids().iter().enumerate() {
             let (pixel, sample) = (index / samples as usize, index % samples as usize);
@@ -220,14 +221,14 @@ fn instruction_sets_agree_bit_for_bit() {
     let mut random = Stream::new(5);
     for samples in SAMPLE_COUNTS {
         let pattern = Pattern::new(samples).unwrap();
-        let frame = Frame::new(&view, pattern.clone());
+        let frame = PictureSetup::new(&view, pattern.clone());
         let triangles: Vec<_> = (0..200).map(|_| random_triangle(&mut random).map(|p| transform.apply(p))).collect();
         let setup = set_up_all(&frame, &list(triangles));
         let indices: Vec<u32> = (0..setup.len() as u32).collect();
-        let (mut fast, mut portable) = (Samples::new(samples), Samples::new(samples));
-        let mut target = Target { keys: &mut fast.keys, ids: &mut fast.ids };
+        let (mut fast, mut portable) = (TileSamples::new(samples), TileSamples::new(samples));
+        let mut target = LayerSamples { keys: &mut fast.keys, ids: &mut fast.ids };
         draw_triangles(&pattern, &PLACE, &setup, &indices, None, &mut target);
-        let mut target = Target { keys: &mut portable.keys, ids: &mut portable.ids };
+        let mut target = LayerSamples { keys: &mut portable.keys, ids: &mut portable.ids };
         draw_triangles_portably(&pattern, &PLACE, &setup, &indices, None, &mut target);
         assert!(fast.ids() == portable.ids());
         let bits = |keys: &[Keys]| -> Vec<u32> { keys.iter().flat_map(|k| k.0.map(f32::to_bits)).collect() };

@@ -4,6 +4,7 @@ use super::super::samples::SAMPLE_COUNTS;
 use super::super::{Branch, LayerSurface, Stencil};
 use super::*;
 use crate::error::RenderError;
+use crate::progress::Silent;
 
 /// A full picture at a depth, in a layer, with a group.
 fn full(depth: f32, layer: u32, group: u32, stencil: Option<Stencil>) -> DrawList {
@@ -93,7 +94,7 @@ fn every_chain_of_a_pixel_is_shaded_once() {
         1 => Vec3::Y,
         _ => Vec3::Z,
     });
-    let report = draw(&view(1, 1, true), 16, &[mirror, seen], &shader, &mut target).unwrap();
+    let report = draw(&view(1, 1, true), 16, &[mirror, seen], &shader, &mut target, &Silent).unwrap();
     let [none, mirror, both, alpha] = target.pixel(0, 0);
     // The rectangles' diagonals split a chain into two triangles' parts.
     assert!(report.fragments <= 1 + 2 + 4, "{}", report.fragments);
@@ -101,17 +102,17 @@ fn every_chain_of_a_pixel_is_shaded_once() {
     assert!(both > 0.15 && mirror > 0.15);
 }
 
-/// Holes where the first barycentric coordinate is small.
-struct Holes;
+/// No surface left of column 20.25.
+struct CutLeft;
 
-impl FragmentShader for Holes {
+impl FragmentShader for CutLeft {
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
         fragment.chain.first().map_or(Vec3::ZERO, |surface| if surface.source < 2 { Vec3::X } else { Vec3::Y })
     }
 
     fn is_present(&self, surface: &LayerSurface, position: Vec2) -> bool {
         assert_eq!(surface.list, 0);
-        // The shader is told of the same place twice.
+        // The shader receives the same place twice.
         let expected = position / 64.0;
         let at = surface.barycentrics.value;
         let place = if surface.source == 0 { Vec2::new(at.x + at.y, at.y) } else { Vec2::new(at.x, at.x + at.y) };
@@ -131,7 +132,7 @@ fn alpha_tests_cut_holes_before_depth_is_written() {
     near.vertices.extend(list(rectangle(Vec2::ZERO, Vec2::splat(64.0), 5.0)).vertices);
     for samples in SAMPLE_COUNTS {
         let mut target = Framebuffer::new(64, 64);
-        draw(&view(64, 64, true), samples, &[near.clone()], &Holes, &mut target).unwrap();
+        draw(&view(64, 64, true), samples, &[near.clone()], &CutLeft, &mut target, &Silent).unwrap();
         for y in 0..64 {
             assert_eq!(target.pixel(19, y), [0.0, 1.0, 0.0, 1.0]);
             assert_eq!(target.pixel(21, y), [1.0, 0.0, 0.0, 1.0]);
@@ -157,7 +158,7 @@ fn stencils_must_name_a_list_of_the_layer_below() {
     ];
     for lists in cases {
         let mut target = Framebuffer::new(4, 4);
-        let result = draw(&view(4, 4, true), 1, &lists, &Paint(coverage), &mut target);
+        let result = draw(&view(4, 4, true), 1, &lists, &Paint(coverage), &mut target, &Silent);
         assert!(matches!(result, Err(RenderError::Limit { .. })));
     }
 }

@@ -9,11 +9,12 @@ mod robustness;
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentShader, draw};
 use crate::framebuffer::Framebuffer;
+use crate::progress::Silent;
 use crate::scene::{PicturePoint, Projection, View};
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 
 /// A view from the origin along -z with y up; perspective ones have a vertical field of view of 60 degrees,
-/// orthographic ones see 2 units up and down.
+/// orthographic ones show 2 units up and down.
 fn view(width: u32, height: u32, perspective: bool) -> View {
     let projection = if perspective {
         Projection::Perspective { fov_y: 60.0f32.to_radians() }
@@ -59,16 +60,16 @@ impl<F: Fn(&Fragment<'_>) -> Vec3 + Sync> FragmentShader for Paint<F> {
 /// The picture of lists with a shader that is a function.
 fn picture(view: &View, samples: u32, lists: &[DrawList], shade: impl Fn(&Fragment<'_>) -> Vec3 + Sync) -> Framebuffer {
     let mut target = Framebuffer::new(view.width, view.height);
-    draw(view, samples, lists, &Paint(shade), &mut target).unwrap();
+    draw(view, samples, lists, &Paint(shade), &mut target, &Silent).unwrap();
     target
 }
 
-/// White where anything is seen: the coverage of a pixel.
+/// White on all surfaces: the coverage of a pixel.
 fn coverage(fragment: &Fragment<'_>) -> Vec3 {
     if fragment.chain.is_empty() { Vec3::ZERO } else { Vec3::ONE }
 }
 
-/// Where the ray from the origin through `direction` (its z is -1) meets a triangle: depth and barycentric
+/// The hit of the ray from the origin through `direction` (its z is -1) with a triangle: depth and barycentric
 /// coordinates, in double precision, by solving for them directly.
 fn meet(corners: &[Vec3; 3], direction: DVec3) -> Option<(f64, [f64; 3])> {
     let [a, b, c] = corners.map(Vec3::as_dvec3);

@@ -1,12 +1,13 @@
 //! Triangles that are parts of one surface.
 
 use super::*;
-use crate::methods::reference::specular_mask;
-use crate::methods::{self, Job, Quality};
+use crate::light::path_tracer::specular_mask;
+use crate::methods::{self, Quality};
 use crate::progress::Silent;
 use crate::raster::{RasterReport, SceneShader, scene_draw_list};
-use crate::scene::{PoseOptions, builtin};
-use std::sync::Mutex;
+use crate::scene::PoseOptions;
+use catoptric_scenes::builtin;
+use std::sync::{Arc, Mutex};
 
 fn with_patch(mut list: DrawList, patch: impl Fn(u32) -> u32) -> DrawList {
     for triangle in &mut list.triangles {
@@ -19,7 +20,7 @@ fn with_patch(mut list: DrawList, patch: impl Fn(u32) -> u32) -> DrawList {
 fn drawn(list: DrawList, samples: u32) -> (RasterReport, Framebuffer) {
     let view = view(64, 64, true);
     let mut target = Framebuffer::new(view.width, view.height);
-    let report = draw(&view, samples, &[list], &Paint(coverage), &mut target).unwrap();
+    let report = draw(&view, samples, &[list], &Paint(coverage), &mut target, &Silent).unwrap();
     (report, target)
 }
 
@@ -78,11 +79,12 @@ fn the_part_in_the_middle_is_shaded() {
 #[test]
 fn smooth_meshes_of_scenes_are_shaded_once_a_pixel_and_look_as_they_are() {
     let scene = builtin::parse("colonnade?tess=24").unwrap().pose(&PoseOptions::default()).unwrap();
+    let scene = Arc::new(scene);
     let view = scene.view(&scene.camera(None).unwrap(), 240, 135);
     let list = scene_draw_list(&scene, &view, |_| Some(0));
     let shown = |list: DrawList| {
         let mut target = Framebuffer::new(view.width, view.height);
-        let report = draw(&view, 8, &[list], &SceneShader::new(&scene, &view), &mut target).unwrap();
+        let report = draw(&view, 8, &[list], &SceneShader::new(&scene, &view), &mut target, &Silent).unwrap();
         (report.fragments, target)
     };
     let (alone, plain) = shown(with_patch(list.clone(), |_| 0));
@@ -90,10 +92,10 @@ fn smooth_meshes_of_scenes_are_shaded_once_a_pixel_and_look_as_they_are() {
     let pixels = u64::from(view.width * view.height);
     assert!(together < alone - pixels / 10, "{together} fragments, {alone} without parts");
     let quality = Quality { samples: 8, order: 1 };
-    let mut reference = methods::create("reference", &toml::Table::new()).unwrap();
-    reference.prepare(&scene, quality, &Silent).unwrap();
+    let reference = methods::create("reference", &toml::Table::new()).unwrap();
+    let mut prepared = reference.prepare(&scene, quality, None, &Silent).unwrap();
     let mut truth = Framebuffer::new(view.width, view.height);
-    reference.render(&Job { scene: &scene, view: &view, quality, progress: &Silent }, &mut truth).unwrap();
+    prepared.frame(&view, &Silent).unwrap().draw(&mut truth, &Silent).unwrap();
     let is_specular = specular_mask(&scene, &view);
     // The root of the mean square over all that neither reflects nor refracts.
     let error = |picture: &Framebuffer| {

@@ -3,6 +3,7 @@
 use super::super::LayerSurface;
 use super::*;
 use crate::math::random::Stream;
+use crate::progress::Silent;
 use glam::Vec4;
 
 /// Every triangle cut into four at the middles of its sides (in space), as pieces of it.
@@ -58,10 +59,10 @@ fn pieces_carry_the_attributes_of_their_source() {
 }
 
 #[test]
-fn alpha_tests_see_pieces_in_their_source() {
+fn alpha_tests_of_pieces_use_their_source() {
     /// Nothing is there where the second vertex weighs more than a third.
-    struct Holes;
-    impl FragmentShader for Holes {
+    struct CutCorner;
+    impl FragmentShader for CutCorner {
         fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
             coverage(fragment)
         }
@@ -74,7 +75,7 @@ fn alpha_tests_see_pieces_in_their_source() {
     whole.triangles[0].alpha_tested = true;
     let [found, expected] = [in_four(&whole), whole].map(|list| {
         let mut target = Framebuffer::new(32, 32);
-        draw(&view, 4, &[list], &Holes, &mut target).unwrap();
+        draw(&view, 4, &[list], &CutCorner, &mut target, &Silent).unwrap();
         target
     });
     let differing = expected.pixels.iter().zip(&found.pixels).filter(|(a, b)| a != b).count();

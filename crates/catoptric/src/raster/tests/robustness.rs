@@ -5,6 +5,7 @@ use super::super::{Branch, Stencil};
 use super::*;
 use crate::error::RenderError;
 use crate::math::random::Stream;
+use crate::progress::Silent;
 
 #[test]
 fn broken_triangles_are_skipped_without_harm() {
@@ -103,7 +104,7 @@ fn pictures_of_any_size_are_drawn() {
 #[test]
 fn limits_are_errors() {
     let draw_into = |view: &View, samples: u32, mut target: Framebuffer| {
-        draw(view, samples, &[], &Paint(coverage), &mut target).map(|_| ())
+        draw(view, samples, &[], &Paint(coverage), &mut target, &Silent).map(|_| ())
     };
     let small = view(4, 4, true);
     assert!(draw_into(&small, 1, Framebuffer::new(4, 4)).is_ok());

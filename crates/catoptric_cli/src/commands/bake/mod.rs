@@ -9,7 +9,7 @@ use crate::args::{
 use crate::failure::{Failure, Output};
 use crate::terminal::Terminal;
 use catoptric::picture;
-use catoptric::progress::Progress;
+use catoptric::progress::Stage;
 use catoptric_bake::{
     Check, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
     merge_through, status, unit,
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Set when the program is asked to stop.
+/// Set when a signal requests the program to stop.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Exit code of a bake that stopped before its end: try again.
@@ -63,7 +63,7 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
     plan.publish(&store)?;
     let before = status(&plan, &store, Check::Sizes)?;
     terminal.say(&format!("{name}: {}", summary(&plan, &before)));
-    let report = work(&plan, &store, &units, Shard::ALL, args.max_time, terminal)?;
+    let report = work(&plan, &store, &units, Shard::ALL, args.stop.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &name.to_string(), terminal));
     }
@@ -111,13 +111,14 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     if let Some(difference) = plan.identity.difference(bake.identity()) {
         return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
     }
-    let report = work(&plan, &store, &bake.units()?, shard, args.max_time, terminal)?;
+    let report = work(&plan, &store, &bake.units()?, shard, args.stop.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &args.place, terminal));
     }
     let RunReport { made, skipped, replaced, beaten, .. } = report;
     let text = format!(
-        "{}: shard {shard}: {made} units made, {skipped} were there, {replaced} replaced, {beaten} made by others first\n",
+        "{}: shard {shard}: {made} units made, {skipped} were there, {replaced} replaced, {beaten} made by others \
+        first\n",
         args.place
     );
     Ok(terminal.unless_quiet(text).into())
@@ -175,7 +176,7 @@ fn folder(place: &str) -> Result<&Path, Failure> {
     }
 }
 
-/// Makes units until the shard is done, the time is up or the program is told to stop.
+/// Makes units until the shard is done, the time is up or a signal requests a stop.
 fn work(
     plan: &Plan,
     store: &LocalStore,
@@ -184,7 +185,7 @@ fn work(
     max_time: Option<Duration>,
     terminal: &Terminal,
 ) -> Result<RunReport, Failure> {
-    // Who asks twice means it: what is published stays.
+    // A second signal ends the program at once: published units stay.
     let ask = || {
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(i32::from(STOPPED));
@@ -193,7 +194,8 @@ fn work(
     ctrlc::set_handler(ask).map_err(|error| Failure::input(format!("cannot listen for signals: {error}")))?;
     let until = max_time.map(|time| Instant::now() + time);
     terminal.set_subject(&plan.identity.method);
-    terminal.begin("baking", shard.unit_count(plan.identity.unit_count()));
+    let count = shard.unit_count(plan.identity.unit_count()) as usize;
+    let stage = Stage::begin(terminal, "baking", count)?;
     let bars = terminal.shows_bars();
     let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
         Ok(line) if !bars => terminal.say(&line),
@@ -201,13 +203,12 @@ fn work(
             if let Some(note) = done.note {
                 terminal.say_above(&format!("{}: {note}", done.name));
             }
-            terminal.advance(1);
+            // The terminal cancels nothing.
+            let _ = stage.advance(1);
         }
     };
     let options = RunOptions { shard, stop: &STOP, until, on_unit: &tell, ..RunOptions::default() };
-    let report = catoptric_bake::run(plan, store, units, &options);
-    terminal.end();
-    Ok(report?)
+    Ok(catoptric_bake::run(plan, store, units, &options)?)
 }
 
 fn stopped(report: &RunReport, place: &str, terminal: &Terminal) -> Output {
@@ -216,7 +217,7 @@ fn stopped(report: &RunReport, place: &str, terminal: &Terminal) -> Output {
     Output { text: terminal.unless_quiet(text), code: STOPPED }
 }
 
-/// How much there is to do.
+/// The amount of work.
 fn summary(plan: &Plan, found: &Status) -> String {
     let Estimate { core_hours, bytes } = plan.estimate;
     let to_make = found.to_make().len() as f64 / found.total.max(1) as f64;

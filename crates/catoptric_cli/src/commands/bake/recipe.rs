@@ -1,6 +1,6 @@
-//! What a plan says about how its work is made again, on this machine or another.
+//! The recipe of a plan: how its work is made again, on this machine or another.
 
-use crate::args::{BakeWhatArgs, SceneArgs};
+use crate::args::BakeWhatArgs;
 use crate::failure::Failure;
 use crate::scene_source::{self, RoleWord};
 use crate::settings;
@@ -17,7 +17,7 @@ use toml::Table;
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Recipe {
-    /// Files by their whole paths: machines that share a bake's folder must see them there, too.
+    /// Files by their whole paths: machines that share a bake's folder need them there, too.
     scene: String,
     environment: Option<PathBuf>,
     roles: Vec<RoleWord>,
@@ -28,7 +28,7 @@ pub(super) struct Recipe {
     order: u32,
 }
 
-/// What a recipe leads to.
+/// The scene and work of a recipe.
 pub(super) struct Ingredients {
     pub(super) scene: Scene,
     settings: Table,
@@ -52,7 +52,7 @@ impl Recipe {
             scene,
             environment: args.scene.environment.as_deref().map(whole),
             roles: scene_source::role_words(&args.scene, options),
-            time: args.scene.time,
+            time: args.scene.pose.time,
             method: args.method.clone(),
             settings,
             order: args.order,
@@ -62,14 +62,7 @@ impl Recipe {
     /// Loads the scene.
     pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
         let roles = scene_source::rules(&self.roles)?;
-        let model = scene_source::load(&SceneArgs {
-            scene: self.scene.clone(),
-            environment: self.environment.clone(),
-            reflector: Vec::new(),
-            lens: Vec::new(),
-            diffuse: Vec::new(),
-            time: self.time,
-        })?;
+        let model = scene_source::load(&self.scene, self.environment.as_deref())?;
         let scene = scene_source::pose(&model, self.time, &roles)?;
         let chosen = settings::choose(&self.method, &model, &self.settings)?;
         let quality = Quality { samples: 1, order: self.order };

@@ -1,4 +1,4 @@
-//! Which methods are compared, with which settings.
+//! The compared methods and their settings.
 
 use crate::failure::Failure;
 use crate::{parse, settings};
@@ -16,7 +16,7 @@ pub(super) struct Selected {
     pub(super) settings: Table,
 }
 
-/// What is compared with what.
+/// The selection of a comparison.
 #[derive(Debug)]
 pub(super) struct Selection {
     /// Settings of the reference that all are measured against.
@@ -25,7 +25,7 @@ pub(super) struct Selection {
 }
 
 impl Selected {
-    /// A file name that says which method it is.
+    /// A file name that names the method.
     pub(super) fn file_stem(&self) -> String {
         let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
         self.label.chars().map(safe).collect()
@@ -67,13 +67,13 @@ pub(super) fn select(wanted: &[String], set: &[(String, String)]) -> Result<Sele
 
 /// Those of the given settings that are for this method.
 fn settings_for(info: &MethodInfo, set: &[(String, String)], used: &mut [bool]) -> Table {
-    let names: Vec<String> = (info.settings)().into_iter().map(|setting| setting.name).collect();
+    let names: Vec<&str> = (info.settings)().into_iter().map(|setting| setting.name).collect();
     let mut table = Table::new();
     for ((key, text), used) in set.iter().zip(used) {
         let name = match key.split_once('.') {
-            // An unknown name is kept: the method's own message says what it knows.
+            // An unknown name is kept: the method's own message lists the names that it has.
             Some((id, name)) if id == info.id => name,
-            None if names.contains(key) => key,
+            None if names.contains(&key.as_str()) => key,
             _ => continue,
         };
         table.insert(name.into(), settings::value(text));

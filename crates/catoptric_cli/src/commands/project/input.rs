@@ -25,7 +25,7 @@ enum Source {
 
 struct CsvPoints {
     reader: csv::Reader<File>,
-    /// Where x, y and z stand in a row.
+    /// The columns of x, y and z.
     columns: [usize; 3],
     record: ByteRecord,
 }
@@ -37,7 +37,7 @@ struct NpyPoints {
     next: u64,
 }
 
-/// How a number is stored.
+/// The storage of a number.
 #[derive(Clone, Copy)]
 struct NumberKind {
     double: bool,
@@ -72,7 +72,7 @@ impl Points {
         }
     }
 
-    /// The next points, at most `count`; none at the end.
+    /// The next points, at most `count`; empty at the end.
     pub(super) fn read(&mut self, count: usize) -> Result<Vec<DVec3>, Failure> {
         let mut points = Vec::new();
         while points.len() < count {
@@ -84,7 +84,7 @@ impl Points {
                 Ok(Some(point)) => points.push(point),
                 Ok(None) => break,
                 Err(problem) => {
-                    // Lines are counted only where they are asked for.
+                    // Lines are counted only for messages.
                     let line = match &self.source {
                         Source::Csv(csv) => csv.line(&self.path),
                         Source::Npy(_) => String::new(),
@@ -148,7 +148,7 @@ impl CsvPoints {
         Ok(Some(point))
     }
 
-    /// Where the last row starts, for messages. The reader's own count is off after empty lines.
+    /// The position at which the last row starts, for messages. The reader's own count is off after empty lines.
     fn line(&self, path: &Path) -> String {
         let inner: usize = self.record.iter().flatten().filter(|byte| **byte == b'\n').count();
         let end = self.reader.position().byte();

@@ -13,7 +13,7 @@ const MAX_HEADER: usize = 4096;
 /// Digits that are kept free for the number of rows.
 const COUNT_WIDTH: usize = 20;
 
-/// What a file says about its array.
+/// The header of an array file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     /// The kind of its numbers, such as `<f8`; empty for structured arrays.
@@ -67,7 +67,7 @@ impl Header {
     }
 }
 
-/// Writes a structured array of rows whose number is not known before.
+/// Writes a structured array of rows whose number follows at the end.
 pub(super) struct RowWriter<W: Write + Seek> {
     writer: W,
     start: u64,

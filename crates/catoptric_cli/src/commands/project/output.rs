@@ -1,15 +1,15 @@
 //! Rows of found paths, as text or as an array.
 
 use super::npy::RowWriter;
-use catoptric::methods::projection::SpecularPath;
-use catoptric::methods::projection::finder::FoundPath;
+use catoptric::methods::path_query::FoundPath;
+use catoptric::methods::projector::SpecularPath;
 use catoptric::scene::Scene;
 use glam::DVec2;
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
 use std::path::Path;
 
-/// What the columns of the output are, and how rows are written.
+/// The columns of the output, and the writer of its rows.
 pub(super) struct Table {
     format: Format,
     order: usize,

@@ -1,23 +1,22 @@
 //! The exact search for paths.
 
 use catoptric::error::RenderError;
-use catoptric::methods::projection::exact_search::{ExactSearch, SearchSettings};
-use catoptric::methods::projection::finder::PathSearch;
-use catoptric::scene::Scene;
+use catoptric::methods::Job;
+use catoptric::methods::path_query::PathSearch;
+use catoptric::methods::projection::find::exact_search::{ExactSearch, SearchSettings};
 use glam::DVec3;
 
-/// What `--method` calls it.
+/// Its name in `--method`.
 pub(super) const EXACT: &str = "exact";
 
-/// The exact search for all paths of one to `order` bounces on these objects; blocked ones too, as far as they are
-/// found, unless `visible_only`.
+/// The exact search for all paths of one to `job.quality.order` bounces on these objects; blocked ones too, as far as
+/// they are found, unless `visible_only`.
 pub(super) fn exact_search<'a>(
-    scene: &'a Scene,
+    job: &Job<'a>,
     eye: DVec3,
-    order: u32,
     objects: &[u32],
     visible_only: bool,
 ) -> Result<Box<dyn PathSearch + 'a>, RenderError> {
     let settings = SearchSettings { visible_only, ..SearchSettings::default() };
-    Ok(Box::new(ExactSearch::new(scene, eye, order, objects, &settings)?))
+    Ok(Box::new(ExactSearch::new(job.scene, eye, job.quality.order, objects, &settings, job.progress)?))
 }

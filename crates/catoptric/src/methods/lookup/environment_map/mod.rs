@@ -2,9 +2,7 @@
 //!
 //! See this folder's `README.md`.
 
-mod cube_map;
-mod maps;
-mod parallax;
+mod limits;
 mod settings;
 
 pub use settings::{EnvironmentMapSettings, Parallax, Source};
@@ -12,13 +10,15 @@ pub use settings::{EnvironmentMapSettings, Parallax, Source};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::lookup::shader::draw;
-use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::methods::bake::Baked;
+use crate::methods::lookup_shader::draw;
+use crate::methods::reflector_maps::ReflectorMaps;
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::progress::Progress;
-use crate::scene::Scene;
-pub(in crate::methods) use maps::ReflectorMaps;
+use crate::scene::{Scene, View};
+use std::sync::Arc;
 
-/// What environment maps are.
+/// Description of the method in the registry.
 pub static INFO: MethodInfo = MethodInfo {
     id: "environment_map",
     family: Family::Lookup,
@@ -30,41 +30,88 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: None,
     settings: EnvironmentMapSettings::describe,
-    in_force: EnvironmentMapSettings::in_force,
+    effective: EnvironmentMapSettings::effective,
+    limits: &limits::LIMITS,
     create: |table| {
         let settings = EnvironmentMapSettings::from_table(table)?;
-        Ok(Box::new(EnvironmentMap { settings, maps: ReflectorMaps::default() }))
+        Ok(Box::new(EnvironmentMap { settings }))
     },
 };
 
 struct EnvironmentMap {
     settings: EnvironmentMapSettings,
-    /// Of all reflectors and lenses; with order 0 of none.
-    maps: ReflectorMaps,
 }
 
-impl ReflectionMethod for EnvironmentMap {
+/// The maps of all reflectors and lenses of a scene; of none with order 0.
+struct PreparedMaps {
+    settings: EnvironmentMapSettings,
+    scene: Arc<Scene>,
+    quality: Quality,
+    maps: ReflectorMaps,
+    report: Report,
+}
+
+/// One view.
+struct MapsFrame<'a> {
+    prepared: &'a PreparedMaps,
+    view: View,
+}
+
+impl Method for EnvironmentMap {
     fn info(&self) -> &'static MethodInfo {
         &INFO
     }
 
-    fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        INFO.refuse_bake(bake)?;
+        Ok(Box::new(PreparedMaps::new(&self.settings, scene, quality, progress)?))
+    }
+}
+
+impl PreparedMaps {
+    fn new(
+        settings: &EnvironmentMapSettings,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
-        let reflectors = scene.specular_objects();
-        self.maps = ReflectorMaps::capture(&self.settings, scene, &reflectors, quality.order, progress)?;
-        let mut report = Report::default();
-        report.counts.insert("captured_faces", self.maps.captured_faces());
-        let bytes = self.maps.byte_count();
-        report.stages_ms = vec![("capture", watch.lap_ms())];
-        report.bytes.insert("environment_maps", bytes);
-        Ok(report)
+        let maps = ReflectorMaps::capture(&settings.into(), scene, &scene.specular_objects(), quality.order, progress)?;
+        let mut report = Report { stages_ms: vec![("capture", watch.lap_ms())], ..Report::default() };
+        report.counts.insert("captured_faces", maps.captured_faces());
+        report.bytes.insert("environment_maps", maps.byte_count());
+        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, maps, report })
+    }
+}
+
+impl Prepared for PreparedMaps {
+    fn report(&self) -> &Report {
+        &self.report
     }
 
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        if !self.maps.fit(job.scene) {
-            let problem = "it has not been prepared for the scene".into();
-            return Err(RenderError::Limit { method: INFO.id, problem });
-        }
-        draw(job, &self.maps, |_| true, target)
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        *self = Self::new(&self.settings, scene, quality, progress)?;
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(MapsFrame { prepared: self, view: view.clone() }))
+    }
+}
+
+impl Frame for MapsFrame<'_> {
+    fn report(&self) -> &Report {
+        Report::none()
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedMaps { scene, quality, maps, .. } = self.prepared;
+        draw(&Job { scene, view: &self.view, quality: *quality, progress }, maps, |_| true, target)
     }
 }

@@ -1,20 +1,21 @@
 //! Inferred layers as work in units: those of a viewpoint each.
 
 use super::INFO;
-use super::infer::Inference;
-use super::known::Known;
-use super::least_squares::Residual;
-use super::maps::Layer;
+use super::inference::Inference;
+use super::inference::least_squares::Residual;
 use super::settings::{LayeredEnvironmentMapSettings, Textures};
-use super::texture::{TEXEL_BYTES, Texel, Texture};
+use super::shells::layer_geometry::LayerGeometry;
+use super::textures::maps::Layer;
+use super::textures::texture::{LayerTexel, LayerTexture, TEXEL_BYTES};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
-use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
+use crate::methods::{Quality, Settings};
 use crate::progress::Silent;
 use crate::scene::Scene;
 
-/// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each first. Also how they are
+/// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each
+/// first. Also how they are
 /// inferred: it changes with what they hold.
 const PAYLOAD_VERSION: u32 = 5;
 
@@ -25,7 +26,7 @@ const ESTIMATE_SHARES: [u32; 2] = [6, 3];
 pub(super) struct LayersWork<'a> {
     scene: &'a Scene,
     settings: LayeredEnvironmentMapSettings,
-    known: Known,
+    known: LayerGeometry,
 }
 
 impl<'a> LayersWork<'a> {
@@ -36,7 +37,7 @@ impl<'a> LayersWork<'a> {
         scene: &'a Scene,
         quality: Quality,
     ) -> Result<Self, RenderError> {
-        let known = Known::new(settings, scene, quality.order);
+        let known = LayerGeometry::new(settings, scene, quality.order);
         let problem = match () {
             () if quality.order == 0 => "order 0 shows no reflection: there is nothing to bake",
             () if known.groups.is_empty() => "the scene has no reflector and no lens: there is nothing to bake",
@@ -51,23 +52,23 @@ impl<'a> LayersWork<'a> {
 }
 
 /// The part that a unit is of, and its viewpoint.
-fn part_and_viewpoint(known: &Known, number: usize) -> Option<(usize, u32)> {
+fn part_and_viewpoint(known: &LayerGeometry, number: usize) -> Option<(usize, u32)> {
     let count = known.viewpoint_count();
     let part = number.checked_div(count as usize).filter(|part| *part < known.part_count())?;
     Some((part, (number % count as usize) as u32))
 }
 
 /// Bytes of a unit of a part.
-fn unit_bytes(known: &Known, part: usize, size: u32) -> usize {
+fn unit_bytes(known: &LayerGeometry, part: usize, size: u32) -> usize {
     known.strata_of(part).iter().map(|stratum| stratum.shell.layout(size).texel_count() * TEXEL_BYTES).sum()
 }
 
-/// Whether a bake has the units of a scene.
+/// Checks that a bake has the units of a scene.
 ///
 /// # Errors
 /// [`RenderError::Limit`] where it is one of other groups or sizes.
 pub(super) fn check(
-    known: &Known,
+    known: &LayerGeometry,
     settings: &LayeredEnvironmentMapSettings,
     baked: &dyn Baked,
 ) -> Result<(), RenderError> {
@@ -79,9 +80,10 @@ pub(super) fn check(
     if fits { Ok(()) } else { Err(RenderError::Limit { method: INFO.id, problem }) }
 }
 
-/// The layers of a part and a viewpoint from a bake that was checked; `bare` are the same layers, whatever their textures.
+/// The layers of a part and a viewpoint from a bake that was checked; `bare` are the same layers, whatever their
+/// textures.
 pub(super) fn baked_layers(
-    known: &Known,
+    known: &LayerGeometry,
     bare: &[Layer],
     baked: &dyn Baked,
     part: usize,
@@ -93,7 +95,8 @@ pub(super) fn baked_layers(
         let layout = bare.texture.layout.clone();
         let texels;
         (texels, rest) = rest.split_at(layout.texel_count().min(rest.len()));
-        let texture = Texture { layout, texels: texels.iter().map(|bytes| Texel::of_bytes(*bytes)).collect() };
+        let texture =
+            LayerTexture { layout, texels: texels.iter().map(|bytes| LayerTexel::of_bytes(*bytes)).collect() };
         Layer { distances: bare.distances.clone(), texture, ..*bare }
     };
     bare.iter().map(layer).collect()
@@ -106,11 +109,7 @@ impl BakeWork for LayersWork<'_> {
 
     fn settings(&self) -> toml::Table {
         let settings = LayeredEnvironmentMapSettings { textures: Textures::Inferred, ..self.settings.clone() };
-        let mut table = toml::Table::try_from(settings).unwrap_or_default();
-        // How it is looked up is no part of it.
-        for name in ["transfer", "edges", "tau", "angle_deg", "count_tests"] {
-            table.remove(name);
-        }
+        let mut table = settings.baked();
         table.insert("order".into(), i64::from(self.known.order).into());
         table
     }
@@ -136,7 +135,7 @@ impl BakeWork for LayersWork<'_> {
     }
 
     fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError> {
-        let projected = self.known.projected(&self.settings, self.scene, &Silent);
+        let projected = self.known.projected(&self.settings, self.scene, &Silent)?;
         Ok(Box::new(LayersMaker { work: self, projected }))
     }
 }
@@ -144,7 +143,7 @@ impl BakeWork for LayersWork<'_> {
 /// Makes the layers of viewpoints.
 struct LayersMaker<'a> {
     work: &'a LayersWork<'a>,
-    /// Of every part.
+    /// Layers of every part.
     projected: Vec<Vec<Layer>>,
 }
 

@@ -1,34 +1,37 @@
-//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and the layers inferred from that
+//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and
+//! the layers inferred from that
 //! (Hakura, Snyder 2001, figures 5 and 7).
 
 use super::INFO;
-use super::infer::Inference;
-use super::known::Known;
+use super::inference::Inference;
 use super::mesh::{self, AdaptiveMesh, Criteria};
 use super::settings::LayeredEnvironmentMapSettings;
-use super::texture::Texture;
+use super::shells::layer_geometry::LayerGeometry;
+use super::textures::texture::LayerTexture;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::lookup::greedy::First;
 use crate::methods::{Job, Quality, Settings};
+use crate::optics::path::bundle::BounceKind;
 use crate::progress::Progress;
-use crate::raster::{self, Fragment, Look, LookShader};
+use crate::raster::{self, Fragment, LookShader, ShadingRequest};
 use crate::scene::{Scene, ViewRays};
 use glam::Vec3;
 
 /// How much darker each division of a triangle is shown.
 const DARKER: f32 = 0.6;
 
-/// A layer as inference knows it, for one viewpoint. Pictures have linear colours times opacity, and opacity.
+/// A layer of one viewpoint, as inferred. Pictures have linear colours times opacity, and opacity.
 #[derive(Clone, Debug)]
 pub struct InferredLayer {
     /// Its shell's kind, as in reports.
     pub shell: &'static str,
-    /// What the group shows of the layer by the path that is reflected first, traced: a right-hand side of the equations.
+    /// What the group shows of the layer by the path that is reflected first, traced: a right-hand side of the
+    /// equations.
     pub reflected: Framebuffer,
     /// The same by the path that is refracted first.
     pub refracted: Framebuffer,
-    /// The finest level of the texture that is inferred from both: a square; or the faces of a cube, three above three (+x, -x, +y, then -y,
+    /// The finest level of the texture that is inferred from both: a square; or the faces of a cube, three above three
+    /// (+x, -x, +y, then -y,
     /// +z, -z).
     pub texture: Framebuffer,
 }
@@ -36,7 +39,8 @@ pub struct InferredLayer {
 /// The layers about a group of reflectors and lenses, the nearest first, inferred for one of its viewpoints.
 ///
 /// # Errors
-/// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] where the scene has no such group or the group no such
+/// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] where the scene has no such
+/// group or the group no such
 /// viewpoint, and where textures do not fit into memory.
 pub fn inferred_layers(
     settings: &LayeredEnvironmentMapSettings,
@@ -59,13 +63,13 @@ pub fn inferred_layers(
     let seen = inference.seen(number, viewpoint)?;
     let mut layers = Vec::new();
     for part in [number].into_iter().chain(known.groups.len()..known.part_count()) {
-        let projected = known.projected_part(settings, scene, part, progress);
+        let projected = known.projected_part(settings, scene, part, progress)?;
         layers.extend(inference.infer(part, &projected, viewpoint, progress)?.0);
     }
     let size = settings.picture_size;
     let layer = |index: usize| {
         let mut pictures =
-            First::BOTH.map(|_| Framebuffer { pixels: clear(size * size), ..Framebuffer::new(size, size) });
+            BounceKind::BOTH.map(|_| Framebuffer { pixels: clear(size * size), ..Framebuffer::new(size, size) });
         for (number, observation) in seen.list.iter().enumerate() {
             let [x, y] = observation.pixel;
             let picture = &mut pictures[observation.first as usize];
@@ -78,10 +82,14 @@ pub fn inferred_layers(
     Ok((0..layers.len()).map(layer).collect())
 }
 
-/// What settings that may come from anywhere say of a scene.
-fn known_by(settings: &LayeredEnvironmentMapSettings, scene: &Scene, quality: Quality) -> Result<Known, RenderError> {
+/// Checks settings against a scene.
+fn known_by(
+    settings: &LayeredEnvironmentMapSettings,
+    scene: &Scene,
+    quality: Quality,
+) -> Result<LayerGeometry, RenderError> {
     settings.check().map_err(|problem| RenderError::Setting { method: INFO.id, problem })?;
-    Ok(Known::new(settings, scene, quality.order))
+    Ok(LayerGeometry::new(settings, scene, quality.order))
 }
 
 fn clear(pixels: u32) -> Vec<[f32; 4]> {
@@ -89,7 +97,7 @@ fn clear(pixels: u32) -> Vec<[f32; 4]> {
 }
 
 /// The finest level of a texture as a picture.
-fn unfolded(texture: &Texture) -> Framebuffer {
+fn unfolded(texture: &LayerTexture) -> Framebuffer {
     let (size, faces) = (texture.layout.size(), texture.layout.faces());
     let columns = faces.min(3);
     let mut picture = Framebuffer::new(columns * size, faces / columns * size);
@@ -104,7 +112,8 @@ fn unfolded(texture: &Texture) -> Framebuffer {
     picture
 }
 
-/// Draws reflectors and lenses lighter or darker by how often the triangle of the adaptive mesh that is seen was divided, before the scene.
+/// Draws reflectors and lenses lighter or darker by how often the triangle of the adaptive mesh that is seen was
+/// divided, before the scene.
 ///
 /// # Errors
 /// [`RenderError::Setting`] for settings that are not allowed; those of [`raster::draw`].
@@ -116,9 +125,9 @@ pub fn subdivision(
     let (scene, view, samples) = (job.scene, job.view, job.quality.samples);
     let known = known_by(settings, scene, job.quality)?;
     let paths = |object: u32| known.paths(scene, object);
-    let (lists, mesh) = mesh::drawn(scene, view, samples, &known.welds, &paths, Criteria::of(settings), |_| true)?;
+    let (lists, mesh) = mesh::drawn(job, &known.welds, &paths, Criteria::of(settings), |_| true)?;
     let shader = LevelShader { scene, rays: view.rays(), mesh: &mesh };
-    raster::draw(view, samples, &lists, &shader, target)?;
+    raster::draw(view, samples, &lists, &shader, target, job.progress)?;
     Ok(())
 }
 
@@ -133,15 +142,15 @@ impl LookShader for LevelShader<'_> {
         self.scene
     }
 
-    fn look(&self, fragment: &Fragment<'_>) -> Look {
+    fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest {
         let ray = self.rays.ray(fragment.position.x, fragment.position.y);
         let Some(surface) = fragment.chain.first() else {
-            return Look::Color(self.scene.background(ray.direction));
+            return ShadingRequest::Color(self.scene.background(ray.direction));
         };
         if !self.scene.role_of(self.scene.triangle_objects[surface.source as usize]).is_specular() {
-            return Look::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
+            return ShadingRequest::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO);
         }
         let level = self.mesh.leaves.get(surface.group as usize).map_or(0, |leaf| leaf.level);
-        Look::Color(Vec3::splat(DARKER.powi(level as i32)))
+        ShadingRequest::Color(Vec3::splat(DARKER.powi(level as i32)))
     }
 }

@@ -2,23 +2,24 @@
 
 use super::INFO;
 use super::capture::{Capture, leaves};
-use super::layout::{Layout, SLABS};
-use super::rows::{Row, RowSize, Rows};
+use super::layout::{SLABS, SlabLayout};
 use super::settings::{Compression, LightFieldSettings};
 use super::slabs::Slabs;
+use super::slabs::rows::{RowSize, Rows, ViewRow};
 #[cfg(feature = "files")]
-use super::views::Views;
+use super::slabs::views::Views;
 use crate::error::RenderError;
-use crate::methods::Quality;
 use crate::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
-use crate::methods::lookup::memory::fit_into_memory;
-use crate::methods::lookup::regions::Regions;
+use crate::methods::lookup::shared::memory::fit_into_memory;
+use crate::methods::lookup::shared::regions::Regions;
+use crate::methods::{Quality, Settings};
 use crate::progress::Progress;
 use crate::scene::Scene;
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 
-/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured: it
+/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are
+/// captured: it
 /// changes with what they hold.
 const PAYLOAD_VERSION: u32 = 2;
 
@@ -28,8 +29,8 @@ const NAMES: [&str; SLABS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 /// The front of the number that stands for pictures of views, where these are not at hand: they are baked.
 const PICTURES: &str = "pictures:";
 
-/// Where views come from.
-enum Source {
+/// Source of views.
+enum ViewSource {
     /// The scene: they are captured.
     Scene,
     /// Pictures, with a number that stands for them.
@@ -41,13 +42,13 @@ enum Source {
 
 /// The slabs about all regions of a scene.
 pub(super) struct SlabsWork<'a> {
-    source: Source,
+    source: ViewSource,
     scene: &'a Scene,
     settings: LightFieldSettings,
     /// Highest number of specular events on a path from the eye.
     order: u32,
     pub(super) regions: Regions,
-    layouts: Vec<Layout>,
+    layouts: Vec<SlabLayout>,
 }
 
 impl<'a> SlabsWork<'a> {
@@ -59,12 +60,12 @@ impl<'a> SlabsWork<'a> {
         let regions = Regions::of(scene, settings.region_margin);
         // Nothing of reflectors is seen at order 0.
         let count = if quality.order == 0 { 0 } else { regions.boxes.len() };
-        let layouts = regions.boxes[..count].iter().map(|region| Layout::new(*region, settings.st, settings.uv));
-        let layouts: Vec<Layout> = layouts.collect();
+        let layouts = regions.boxes[..count].iter().map(|region| SlabLayout::new(*region, settings.st, settings.uv));
+        let layouts: Vec<SlabLayout> = layouts.collect();
         let source = if settings.views.is_empty() || count == 0 {
-            Source::Scene
+            ViewSource::Scene
         } else if settings.views.starts_with(PICTURES) {
-            Source::Baked(settings.views.clone())
+            ViewSource::Baked(settings.views.clone())
         } else {
             Self::pictures(settings, &layouts)?
         };
@@ -72,26 +73,26 @@ impl<'a> SlabsWork<'a> {
     }
 
     #[cfg(feature = "files")]
-    fn pictures(settings: &LightFieldSettings, layouts: &[Layout]) -> Result<Source, RenderError> {
+    fn pictures(settings: &LightFieldSettings, layouts: &[SlabLayout]) -> Result<ViewSource, RenderError> {
         let views = Views::open(std::path::Path::new(&settings.views))?;
         views.check(settings, layouts)?;
         let number = format!("{PICTURES}{:016x}", views.fingerprint()?);
-        Ok(Source::Pictures(views, number))
+        Ok(ViewSource::Pictures(views, number))
     }
 
     #[cfg(not(feature = "files"))]
-    fn pictures(_: &LightFieldSettings, _: &[Layout]) -> Result<Source, RenderError> {
+    fn pictures(_: &LightFieldSettings, _: &[SlabLayout]) -> Result<ViewSource, RenderError> {
         Err(RenderError::Setting { method: INFO.id, problem: "views: this program reads no files".into() })
     }
 
-    /// What the manifest of views must say that are made elsewhere.
+    /// Expected manifest of views that are made elsewhere.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where the scene has not just one region.
     #[cfg(feature = "files")]
     pub(super) fn manifest(&self) -> Result<String, RenderError> {
         match &self.layouts[..] {
-            [layout] => super::views::manifest(layout),
+            [layout] => super::slabs::views::manifest(layout),
             others => {
                 let problem = format!("views are of one region, the scene has {}; give it a [region]", others.len());
                 Err(RenderError::Setting { method: INFO.id, problem })
@@ -125,7 +126,7 @@ impl<'a> SlabsWork<'a> {
         hasher.finish()
     }
 
-    /// Of every region, captured now.
+    /// Slabs of every region, captured now.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where pictures of views cannot be used.
@@ -133,7 +134,7 @@ impl<'a> SlabsWork<'a> {
     pub(super) fn captured(&self, progress: &dyn Progress) -> Result<Vec<Slabs>, RenderError> {
         self.fit_into_memory("bake them without compression: such files need no memory")?;
         let maker = self.row_maker()?;
-        let slabs = |(region, layout): (usize, &Layout)| {
+        let slabs = |(region, layout): (usize, &SlabLayout)| {
             let first = region * self.rows_a_region();
             let rows = Rows::captured(layout, self.settings.compression, progress, |row| maker.row(first + row))?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
@@ -141,10 +142,11 @@ impl<'a> SlabsWork<'a> {
         self.layouts.iter().enumerate().map(slabs).collect()
     }
 
-    /// Of every region, from a bake.
+    /// Slabs of every region, from a bake.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where it is one of other regions or sizes, or would not fit into memory when decompressed.
+    /// [`RenderError::Limit`] where it is one of other regions or sizes, or would not fit into memory when
+    /// decompressed.
     pub(super) fn baked(&self, units: &Arc<dyn Baked>) -> Result<Vec<Slabs>, RenderError> {
         let wrong = || {
             let (found, wanted) = (units.unit_count(), self.units().len());
@@ -158,7 +160,7 @@ impl<'a> SlabsWork<'a> {
         if self.settings.compression != Compression::None {
             self.fit_into_memory("bake them without compression: such files are not decompressed")?;
         }
-        let slabs = |(number, layout): (usize, &Layout)| {
+        let slabs = |(number, layout): (usize, &SlabLayout)| {
             let first = number * self.rows_a_region();
             let rows = Rows::baked(units, first, layout, self.settings.compression).ok_or_else(wrong)?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
@@ -169,7 +171,7 @@ impl<'a> SlabsWork<'a> {
     /// # Errors
     /// [`RenderError::Limit`] where they do not.
     fn fit_into_memory(&self, remedy: &str) -> Result<(), RenderError> {
-        let row = |layout: &Layout| RowSize::new(layout, self.settings.compression).bytes() as u64;
+        let row = |layout: &SlabLayout| RowSize::new(layout, self.settings.compression).bytes() as u64;
         let bytes = self.layouts.iter().map(row).sum::<u64>() * self.rows_a_region() as u64;
         let LightFieldSettings { st, uv, .. } = self.settings;
         fit_into_memory(
@@ -180,7 +182,7 @@ impl<'a> SlabsWork<'a> {
         )
     }
 
-    fn capture(&self, layout: &Layout) -> Capture<'a> {
+    fn capture(&self, layout: &SlabLayout) -> Capture<'a> {
         Capture::new(self.scene, layout, self.settings.capture_samples, self.order.saturating_sub(1))
     }
 
@@ -188,10 +190,10 @@ impl<'a> SlabsWork<'a> {
     /// [`RenderError::Setting`] where the pictures of the views are not at hand.
     fn row_maker(&self) -> Result<RowMaker<'_>, RenderError> {
         let captures = match &self.source {
-            Source::Scene => self.layouts.iter().map(|layout| self.capture(layout)).collect(),
+            ViewSource::Scene => self.layouts.iter().map(|layout| self.capture(layout)).collect(),
             #[cfg(feature = "files")]
-            Source::Pictures(..) => Vec::new(),
-            Source::Baked(number) => {
+            ViewSource::Pictures(..) => Vec::new(),
+            ViewSource::Baked(number) => {
                 let problem = format!("views = `{number}` are those of a bake: give that, or the pictures' manifest");
                 return Err(RenderError::Setting { method: INFO.id, problem });
             }
@@ -215,35 +217,28 @@ impl BakeWork for SlabsWork<'_> {
     }
 
     fn settings(&self) -> toml::Table {
-        let LightFieldSettings { st, uv, capture_samples, compression, region_margin, .. } = self.settings;
         let pictures = match &self.source {
-            Source::Scene => None,
+            ViewSource::Scene => None,
             #[cfg(feature = "files")]
-            Source::Pictures(_, number) => Some(number),
-            Source::Baked(number) => Some(number),
+            ViewSource::Pictures(_, number) => Some(number),
+            ViewSource::Baked(number) => Some(number),
         };
-        let mut table = toml::Table::new();
-        let mut put = |name: &str, value: toml::Value| table.insert(name.into(), value);
-        put("st", i64::from(st).into());
-        put("uv", i64::from(uv).into());
-        if let Ok(name) = toml::Value::try_from(compression) {
-            put("compression", name);
-        }
+        let mut table = self.settings.baked();
         match pictures {
-            Some(number) => drop(put("views", number.as_str().into())),
-            None => {
-                put("capture_samples", i64::from(capture_samples).into());
-                put("order", i64::from(self.order).into());
+            Some(number) => {
+                table.remove("capture_samples");
+                table.insert("views".into(), number.as_str().into());
             }
+            None => drop(table.insert("order".into(), i64::from(self.order).into())),
         }
-        if self.scene.region.is_none() {
-            put("region_margin", f64::from(region_margin).into());
+        if self.scene.region.is_some() {
+            table.remove("region_margin");
         }
         table
     }
 
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8])) {
-        let Source::Scene = self.source else {
+        let ViewSource::Scene = self.source else {
             // Pictures are of places alone.
             self.layouts.iter().for_each(|layout| sink(format!("{:?}", layout.region).as_bytes()));
             return;
@@ -271,16 +266,16 @@ impl BakeWork for SlabsWork<'_> {
 /// Makes rows of all regions.
 struct RowMaker<'a> {
     work: &'a SlabsWork<'a>,
-    /// Of every region, where views are captured.
+    /// Captures of every region.
     captures: Vec<Capture<'a>>,
 }
 
 impl RowMaker<'_> {
-    fn row(&self, number: usize) -> Result<Row, RenderError> {
+    fn row(&self, number: usize) -> Result<ViewRow, RenderError> {
         let (region, row) = (number / self.work.rows_a_region(), number % self.work.rows_a_region());
         match &self.work.source {
             #[cfg(feature = "files")]
-            Source::Pictures(views, _) => views.row(&self.work.layouts[region], row),
+            ViewSource::Pictures(views, _) => views.row(&self.work.layouts[region], row),
             _ => Ok(self.captures[region].row(row)),
         }
     }

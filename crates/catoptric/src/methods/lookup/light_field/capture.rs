@@ -1,19 +1,19 @@
-//! What slabs hold, traced view by view.
+//! Capture of slabs, traced view by view.
 
-use super::blocks::compress;
-use super::layout::{Layout, SLABS, Slab, along};
-use super::rows::Row;
+use super::layout::{SLABS, Slab, SlabLayout, along};
 use super::settings::Compression;
-use super::texels::{Levels, packed, stored};
+use super::slabs::blocks::compress;
+use super::slabs::rows::ViewRow;
+use super::slabs::texels::{ViewLevels, packed, stored};
 use crate::clock::Stopwatch;
+use crate::light::path_tracer::{PathModel, PathTracer};
+use crate::light::tracer::Tracer;
 use crate::math::Aabb;
-use crate::methods::lookup::regions::is_within;
-use crate::methods::reference::{PathModel, PathTracer};
+use crate::methods::lookup::shared::regions::is_within;
 use crate::scene::{Ray, RayDifferential, Scene};
-use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
 
-/// A share of a region's size that is more than rounding.
+/// A share of a region's size that is more than rounding. Chosen well above rounding, not measured.
 const OUTSIDE: f32 = 1e-3;
 
 /// Captures rows of views.
@@ -22,8 +22,8 @@ pub(super) struct Capture<'a> {
     tracer: Tracer,
     /// The reflectors and lenses of the region, where they stay in their places.
     leaving: Option<Tracer>,
-    layout: Layout,
-    levels: Levels,
+    layout: SlabLayout,
+    levels: ViewLevels,
     /// Samples a side of a pixel.
     samples: u32,
     /// Specular events on what slabs show.
@@ -31,24 +31,26 @@ pub(super) struct Capture<'a> {
 }
 
 impl<'a> Capture<'a> {
-    /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up to
+    /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up
+    /// to
     /// `order` specular events.
-    pub(super) fn new(scene: &'a Scene, layout: &Layout, samples: u32, order: u32) -> Self {
+    pub(super) fn new(scene: &'a Scene, layout: &SlabLayout, samples: u32, order: u32) -> Self {
         let leaves = |object: u32| leaves(scene, object, &layout.region);
         let tracer = Tracer::build(scene, |object| !leaves(object));
         let leaving = scene.region.is_none().then(|| Tracer::build(scene, leaves));
-        let (levels, layout) = (Levels::new(layout.uv), layout.clone());
+        let (levels, layout) = (ViewLevels::new(layout.uv), layout.clone());
         Self { scene, tracer, leaving, layout, levels, samples: samples.isqrt(), order }
     }
 
-    /// Time that one core takes for all rows, about, in seconds: that of one view of each slab and of its compression, times the
+    /// Time that one core takes for all rows, about, in seconds: that of one view of each slab and of its compression,
+    /// times the
     /// number of views.
     pub(super) fn estimate_core_secs(&self, compression: Compression) -> f64 {
         let mut watch = Stopwatch::new();
         let mut paths = self.paths();
         let middle = self.layout.st / 2;
         for slab in 0..SLABS {
-            let mut row = Row::default();
+            let mut row = ViewRow::default();
             self.view(&mut paths, slab, middle, middle, &mut row);
             compress(compression, self.layout.uv, &row.texels, &mut Vec::new());
         }
@@ -60,11 +62,11 @@ impl<'a> Capture<'a> {
     }
 
     /// One row: that of a number, slab after slab.
-    pub(super) fn row(&self, number: usize) -> Row {
+    pub(super) fn row(&self, number: usize) -> ViewRow {
         let st = self.layout.st;
         let (slab, t) = (number / st as usize, (number % st as usize) as u32);
         let mut paths = self.paths();
-        let mut row = Row::with_room_for(&self.layout);
+        let mut row = ViewRow::with_room_for(&self.layout);
         for s in 0..st {
             self.view(&mut paths, slab, s, t, &mut row);
             self.levels.append(&mut row.texels);
@@ -73,7 +75,7 @@ impl<'a> Capture<'a> {
     }
 
     /// Appends the finest level of a view.
-    fn view(&self, paths: &mut PathTracer<'_>, slab: usize, s: u32, t: u32, row: &mut Row) {
+    fn view(&self, paths: &mut PathTracer<'_>, slab: usize, s: u32, t: u32, row: &mut ViewRow) {
         let (layout, count) = (&self.layout, self.samples);
         let slab = &layout.slabs[slab];
         let (eye, longer) = (slab.eye(s, t), slab.spacing.max_element());
@@ -115,9 +117,12 @@ impl<'a> Capture<'a> {
 }
 
 impl Capture<'_> {
-    /// How far before the plane of views, along the axis, a ray is captured from. In a region that is given, whose reflectors
-    /// may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none of the region
-    /// again. So what stands in a region, as the floor that a reflector sinks into, is seen where it should be. Of rays that
+    /// How far before the plane of views, along the axis, a ray is captured from. In a region that is given, whose
+    /// reflectors
+    /// may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none of the
+    /// region
+    /// again. So what stands in a region, as the floor that a reflector sinks into, is seen where it should be. Of
+    /// rays that
     /// meet none, where they are nearest to the region's middle.
     fn start(&self, slab: &Slab, eye: Vec3, slope: Vec2, direction: Vec3, length: f32) -> f32 {
         let region = &self.layout.region;
@@ -133,7 +138,7 @@ impl Capture<'_> {
     }
 }
 
-/// Whether slabs about a region hold no light of an object, because it is a reflector or lens in there.
+/// Returns true for reflectors and lenses in a region, whose light its slabs do not hold.
 pub(super) fn leaves(scene: &Scene, object: u32, region: &Aabb) -> bool {
     scene.role_of(object).is_specular() && is_within(scene, object, region)
 }

@@ -3,66 +3,69 @@
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
 use crate::math::Aabb;
+use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
-/// Views see a little more than is asked of them, so that a neighbour's pixel is there when what is near appears shifted
-/// in it: slopes up to this.
-pub(super) const STEEPEST: f32 = 1.0625;
+/// Views see a little more than is asked of them, so that a neighbour's pixel is there when what is near appears
+/// shifted
+/// in it: slopes up to this. Chosen, not measured.
+pub(crate) const STEEPEST: f32 = 1.0625;
 
 /// Slabs, in the order +x, -x, +y, -y, +z, -z of the directions that they hold.
-pub(super) const SLABS: usize = 6;
+pub(crate) const SLABS: usize = 6;
 
 /// One slab: a plane of views (st) on a face of the region, that look out of it along an axis.
 ///
 /// With half the field of view `theta = pi / 4` a ray that leaves the region within `pi / 4` of the axis, by direction
-/// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the plane of
+/// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the
+/// plane of
 /// views has side 3l (section 5).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Slab {
+pub(crate) struct Slab {
     /// The axis along which it looks.
-    pub(super) axis: usize,
+    pub(crate) axis: usize,
     /// 1 where it looks along the axis, -1 where against.
-    pub(super) sign: f32,
+    pub(crate) sign: f32,
     /// The plane of the views: this coordinate along the axis.
     plane: f32,
     /// The other two coordinates of the first view.
     low: Vec2,
     /// Steps from view to view, one over them, and as shares of the longer.
-    pub(super) spacing: Vec2,
+    pub(crate) spacing: Vec2,
     per_step: Vec2,
-    pub(super) aspect: Vec2,
+    pub(crate) aspect: Vec2,
     /// The parallax of its focal plane, from view to view along the longer spacing.
-    pub(super) focal: f32,
+    pub(crate) focal: f32,
 }
 
 /// Rays in slabs, side by side, component by component: the compiler makes vector instructions of loops over them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct SlabRays<const LANES: usize> {
+pub(crate) struct SlabRays<const LANES: usize> {
     /// 1 where a slab holds the ray; else 0, and the rest means nothing, but is finite.
-    pub(super) held: [f32; LANES],
-    pub(super) slab: [u32; LANES],
-    /// Where it meets the plane of views, in views from the first.
-    pub(super) st: [[f32; LANES]; 2],
+    pub(crate) held: Lanes<LANES>,
+    pub(crate) slab: [u32; LANES],
+    /// Intersection with the plane of views, in views from the first.
+    pub(crate) st: [Lanes<LANES>; 2],
     /// Its direction: steps along the other axes a step along the slab's.
-    pub(super) slope: [[f32; LANES]; 2],
+    pub(crate) slope: [Lanes<LANES>; 2],
     /// How far along the axis the plane lies ahead of the point that it was asked for.
-    pub(super) ahead: [f32; LANES],
+    pub(crate) ahead: Lanes<LANES>,
 }
 
 /// The slabs about a region.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Layout {
-    pub(super) region: Aabb,
+pub(crate) struct SlabLayout {
+    pub(crate) region: Aabb,
     /// Views a side of a slab.
-    pub(super) st: u32,
+    pub(crate) st: u32,
     /// Pixels a side of a view.
-    pub(super) uv: u32,
-    pub(super) slabs: [Slab; SLABS],
+    pub(crate) uv: u32,
+    pub(crate) slabs: [Slab; SLABS],
 }
 
 /// The two coordinates across an axis.
 #[inline]
-pub(super) fn across(axis: usize, of: Vec3) -> Vec2 {
+pub(crate) fn across(axis: usize, of: Vec3) -> Vec2 {
     match axis {
         0 => Vec2::new(of.y, of.z),
         1 => Vec2::new(of.z, of.x),
@@ -72,7 +75,7 @@ pub(super) fn across(axis: usize, of: Vec3) -> Vec2 {
 
 /// The vector with a coordinate along an axis and two across it.
 #[inline]
-pub(super) fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
+pub(crate) fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
     match axis {
         0 => Vec3::new(value, across.x, across.y),
         1 => Vec3::new(across.y, value, across.x),
@@ -82,27 +85,27 @@ pub(super) fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
 
 impl<const LANES: usize> Default for SlabRays<LANES> {
     fn default() -> Self {
-        let (none, two) = ([0.0; LANES], [[0.0; LANES]; 2]);
+        let (none, two) = (Lanes::ZERO, [Lanes::ZERO; 2]);
         Self { held: none, slab: [0; LANES], st: two, slope: two, ahead: none }
     }
 }
 
 /// All bits where something holds, or none: what is chosen by them is chosen without a branch.
 #[inline(always)] // for the instructions of its caller
-pub(super) fn bits(holds: bool) -> u32 {
+pub(crate) fn bits(holds: bool) -> u32 {
     u32::from(holds).wrapping_neg()
 }
 
 /// The component of vectors whose bits are set.
 #[inline(always)] // for the instructions of its caller
-fn chosen<const LANES: usize>(axis: &[[u32; LANES]; 3], of: [&[f32; LANES]; 3]) -> [f32; LANES] {
+fn chosen<const LANES: usize>(axis: &[[u32; LANES]; 3], of: [&Lanes<LANES>; 3]) -> Lanes<LANES> {
     let mut value = [0; LANES];
     for k in 0..3 {
         for lane in 0..LANES {
             value[lane] |= of[k][lane].to_bits() & axis[k][lane];
         }
     }
-    let mut chosen = [0.0; LANES];
+    let mut chosen = Lanes::ZERO;
     for lane in 0..LANES {
         chosen[lane] = f32::from_bits(value[lane]);
     }
@@ -121,19 +124,19 @@ impl Slab {
         Self { axis, sign, plane, low, spacing, per_step: 1.0 / spacing, aspect, focal: 0.0 }
     }
 
-    /// Where a view is, in the world.
-    pub(super) fn eye(&self, s: u32, t: u32) -> Vec3 {
+    /// Position of a view, in world space.
+    pub(crate) fn eye(&self, s: u32, t: u32) -> Vec3 {
         along(self.axis, self.plane, self.low + self.spacing * Vec2::new(s as f32, t as f32))
     }
 
     /// The direction with a slope, as long as it is along the axis 1.
-    pub(super) fn direction(&self, slope: Vec2) -> Vec3 {
+    pub(crate) fn direction(&self, slope: Vec2) -> Vec3 {
         along(self.axis, self.sign, slope)
     }
 
     /// How far before the plane of views, along the axis, the ray through a place of it leaves the region: 0 where it
     /// leaves by that plane. Of rays that miss the region, where they are about nearest to it.
-    pub(super) fn exit(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
+    pub(crate) fn exit(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let depth = region.size()[self.axis];
         let (low, high, at) = (across(self.axis, region.min), across(self.axis, region.max), across(self.axis, eye));
         // At a distance `back` before the plane the ray is at `at - slope back`.
@@ -149,9 +152,10 @@ impl Slab {
         enter(at.x, slope.x, low.x, high.x).max(enter(at.y, slope.y, low.y, high.y)).clamp(0.0, depth)
     }
 
-    /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on its way
+    /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on
+    /// its way
     /// through that; of rays that miss it, [`Self::exit`].
-    pub(super) fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
+    pub(crate) fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let long = self.direction(slope);
         let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
         // Axes that the ray is across are at both infinities, or no numbers where it runs along a side.
@@ -164,19 +168,20 @@ impl Slab {
     }
 }
 
-impl Layout {
+impl SlabLayout {
     /// About a region with a size along all axes; `st` is at least 2.
-    pub(super) fn new(region: Aabb, st: u32, uv: u32) -> Self {
+    pub(crate) fn new(region: Aabb, st: u32, uv: u32) -> Self {
         Self { region, st, uv, slabs: [0, 1, 2, 3, 4, 5].map(|index| Slab::new(index, &region, st)) }
     }
 
-    /// The rays from points, where slabs hold them: all from points of the region are held. The largest component of the
+    /// The rays from points, where slabs hold them: all from points of the region are held. The largest component of
+    /// the
     /// direction chooses the slab (section 5).
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn locate<const LANES: usize>(
+    pub(crate) fn locate<const LANES: usize>(
         &self,
-        points: &[[f32; LANES]; 3],
-        directions: &[[f32; LANES]; 3],
+        points: &Vec3Lanes<LANES>,
+        directions: &Vec3Lanes<LANES>,
     ) -> SlabRays<LANES> {
         let mut axis = [[0; LANES]; 3];
         for lane in 0..LANES {
@@ -185,7 +190,7 @@ impl Layout {
             axis[1][lane] = !axis[0][lane] & bits(y >= z);
             axis[2][lane] = !axis[0][lane] & !axis[1][lane];
         }
-        let along = |of: &[[f32; LANES]; 3], first: usize| {
+        let along = |of: &Vec3Lanes<LANES>, first: usize| {
             chosen(&axis, [&of[first % 3], &of[(first + 1) % 3], &of[(first + 2) % 3]])
         };
         let (forward, place) = (along(directions, 0), along(points, 0));
@@ -228,7 +233,7 @@ impl Layout {
 
     /// A number of each slab of several.
     #[inline(always)] // for the instructions of its caller
-    pub(super) fn each<const LANES: usize>(&self, slabs: &[u32; LANES], number: impl Fn(&Slab) -> f32) -> [f32; LANES] {
+    pub(crate) fn each<const LANES: usize>(&self, slabs: &[u32; LANES], number: impl Fn(&Slab) -> f32) -> Lanes<LANES> {
         let mut value = [0; LANES];
         for (slab, of) in self.slabs.iter().enumerate() {
             let number = number(of).to_bits();
@@ -236,7 +241,7 @@ impl Layout {
                 value[lane] |= number & bits(slabs[lane] == slab as u32);
             }
         }
-        let mut each = [0.0; LANES];
+        let mut each = Lanes::ZERO;
         for lane in 0..LANES {
             each[lane] = f32::from_bits(value[lane]);
         }
@@ -245,17 +250,17 @@ impl Layout {
 
     /// The step of slopes from pixel to pixel of a view.
     #[inline]
-    pub(super) fn pixel(&self) -> f32 {
+    pub(crate) fn pixel(&self) -> f32 {
         2.0 * STEEPEST / (self.uv - 1) as f32
     }
 
-    /// The slope of a pixel; the outermost pixels' middles lie on the border of what a view sees.
-    pub(super) fn slope_of(&self, u: f32, v: f32) -> Vec2 {
+    /// The slope of a pixel; the outermost pixels' middles lie on the border of a view's field.
+    pub(crate) fn slope_of(&self, u: f32, v: f32) -> Vec2 {
         Vec2::new(u, v) * self.pixel() - STEEPEST
     }
 
     /// The pixel of a slope.
-    pub(super) fn place_of(&self, slope: Vec2) -> Vec2 {
+    pub(crate) fn place_of(&self, slope: Vec2) -> Vec2 {
         (slope + STEEPEST) / self.pixel()
     }
 }
@@ -264,16 +269,15 @@ impl Layout {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
-    use crate::methods::lookup::lanes::one;
 
     fn vector(random: &mut Stream) -> Vec3 {
         Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
     }
 
     /// One ray with its slab, place on the plane of views and slope.
-    fn located(layout: &Layout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
-        let ray = layout.locate(&one(point), &one(direction));
-        let pair = |of: [[f32; 1]; 2]| Vec2::new(of[0][0], of[1][0]);
+    fn located(layout: &SlabLayout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
+        let ray = layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
+        let pair = |of: [Lanes<1>; 2]| Vec2::new(of[0][0], of[1][0]);
         (ray.held[0] > 0.0).then(|| (layout.slabs[ray.slab[0] as usize], pair(ray.st), pair(ray.slope)))
     }
 
@@ -281,7 +285,7 @@ mod tests {
     #[test]
     fn every_ray_through_the_region_is_in_a_slab() {
         let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
-        let layout = Layout::new(region, 9, 16);
+        let layout = SlabLayout::new(region, 9, 16);
         let mut random = Stream::new(17);
         let count = if cfg!(debug_assertions) { 200_000 } else { 10_000_000 };
         for _ in 0..count {
@@ -301,7 +305,7 @@ mod tests {
 
     #[test]
     fn a_cube_has_views_over_three_times_its_side() {
-        let layout = Layout::new(Aabb { min: Vec3::ZERO, max: Vec3::splat(2.0) }, 4, 8);
+        let layout = SlabLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::splat(2.0) }, 4, 8);
         for slab in &layout.slabs {
             assert_eq!(slab.spacing * 3.0, Vec2::splat(6.0));
         }
@@ -310,7 +314,7 @@ mod tests {
     #[test]
     fn rays_leave_the_region_and_are_nearest_to_its_middle() {
         let region = Aabb { min: Vec3::new(-1.0, -0.5, -0.25), max: Vec3::new(1.0, 0.5, 0.25) };
-        let layout = Layout::new(region, 5, 8);
+        let layout = SlabLayout::new(region, 5, 8);
         let mut random = Stream::new(5);
         for _ in 0..2000 {
             let point = region.center() + region.size() * 0.5 * vector(&mut random);
@@ -332,7 +336,7 @@ mod tests {
 
     #[test]
     fn rays_that_miss_the_region_or_mean_nothing_are_not_held() {
-        let layout = Layout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
+        let layout = SlabLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
         for (point, direction) in [
             (Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)),
             (Vec3::NAN, Vec3::X),

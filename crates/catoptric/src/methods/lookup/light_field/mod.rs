@@ -3,36 +3,32 @@
 //! See this folder's `README.md`.
 
 mod bake;
-mod blocks;
 mod capture;
-mod depth;
-mod fetch;
 mod layout;
-mod rows;
+mod limits;
 mod settings;
 mod slabs;
 mod stored;
-mod texels;
 mod transfer;
-#[cfg(feature = "files")]
-mod views;
 
 pub use settings::{Background, Compression, Disparity, LightFieldSettings, Preset, Transfer};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::light::path_tracer::{PathModel, PathTracer};
+use crate::light::radiance_field::RadianceField;
+use crate::light::reflector_shader::{ReflectorShader, reflector_radiance};
+use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
-use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
-use crate::methods::lookup::memory::fit_into_memory;
-use crate::methods::lookup::reflector::{ArrivingLight, ReflectorLook, reflector_radiance};
-use crate::methods::lookup::shader::draw;
-use crate::methods::reference::{Beyond, PathModel, PathTracer};
-use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
-use crate::progress::Progress;
-use crate::scene::shade::Encounter;
-use crate::scene::{Projection, Ray, RayDifferential, Role, Scene};
-use crate::surface::tracer::Tracer;
+use crate::methods::lookup::shared::memory::fit_into_memory;
+use crate::methods::lookup::shared::regions::Regions;
+use crate::methods::lookup_shader::draw;
+use crate::methods::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::progress::{Cancelled, Progress};
+use crate::scene::shade::SurfaceInteraction;
+use crate::scene::{Projection, Ray, RayDifferential, Role, Scene, View};
 use bake::SlabsWork;
 use glam::Vec3;
 pub use slabs::{SlabCoordinates, Slabs};
@@ -40,7 +36,7 @@ use std::sync::Arc;
 use stored::stored_radiance;
 use transfer::RayTransfer;
 
-/// What light fields are.
+/// Description of the method in the registry.
 pub static INFO: MethodInfo = MethodInfo {
     id: "light_field",
     family: Family::Lookup,
@@ -54,18 +50,21 @@ pub static INFO: MethodInfo = MethodInfo {
         Ok(Box::new(SlabsWork::for_baking(&settings, scene, quality)?))
     }),
     settings: LightFieldSettings::describe,
-    in_force: LightFieldSettings::in_force,
+    effective: LightFieldSettings::effective,
+    limits: &limits::LIMITS,
     create: |table| {
         let settings = LightFieldSettings::from_table(table)?;
-        Ok(Box::new(LightField { settings, baked: None, fields: None }))
+        Ok(Box::new(LightField { settings }))
     },
 };
 
-/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting `views` names
+/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting
+/// `views` names
 /// once they are there.
 ///
 /// # Errors
-/// [`RenderError::Limit`] where the scene has no region and no reflector, [`RenderError::Setting`] where it has several regions.
+/// [`RenderError::Limit`] where the scene has no region and no reflector, [`RenderError::Setting`] where it has
+/// several regions.
 #[cfg(feature = "files")]
 pub fn views_manifest(settings: &LightFieldSettings, scene: &Scene) -> Result<String, RenderError> {
     let settings = LightFieldSettings { views: String::new(), ..settings.clone() };
@@ -74,27 +73,41 @@ pub fn views_manifest(settings: &LightFieldSettings, scene: &Scene) -> Result<St
 
 struct LightField {
     settings: LightFieldSettings,
-    /// What slabs are taken from in place of capturing them.
-    baked: Option<Arc<dyn Baked>>,
-    fields: Option<Fields>,
 }
 
-/// What all reflectors and lenses look up.
+/// The light fields of a scene.
+struct PreparedFields {
+    settings: LightFieldSettings,
+    scene: Arc<Scene>,
+    quality: Quality,
+    /// The source of slabs, where they are not captured.
+    baked: Option<Arc<dyn Baked>>,
+    fields: Fields,
+    report: Report,
+}
+
+/// One view.
+struct FieldsFrame<'a> {
+    prepared: &'a PreparedFields,
+    view: View,
+}
+
+/// The radiance that all reflectors and lenses look up.
 struct Fields {
-    /// What the slabs hold: [`SlabsWork::fingerprint`].
+    /// Identity of the slabs' contents: [`SlabsWork::fingerprint`].
     fingerprint: u64,
-    /// Of every object its region's number, if it lies in one.
+    /// Number of every object's region, if it lies in one.
     region_of: Vec<Option<u32>>,
-    regions: Vec<Region>,
+    regions: Vec<FieldRegion>,
     /// Highest number of specular events of a path.
     order: u32,
-    /// Of objects outside all regions.
+    /// Maps of objects outside all regions.
     maps: ReflectorMaps,
 }
 
 /// A region with what is in it.
-struct Region {
-    slabs: Slabs,
+struct FieldRegion {
+    slabs: Arc<Slabs>,
     inside: Inside,
 }
 
@@ -108,120 +121,61 @@ enum Inside {
     Stored(RayTransfer),
 }
 
-impl ReflectionMethod for LightField {
+impl Method for LightField {
     fn info(&self) -> &'static MethodInfo {
         &INFO
     }
 
-    fn take_bake(&mut self, baked: Arc<dyn Baked>) -> Result<(), RenderError> {
-        self.baked = Some(baked);
-        self.fields = None;
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        let (fields, report) = Fields::new(&self.settings, scene, quality, bake.as_ref(), None, progress)?;
+        let (settings, scene) = (self.settings.clone(), scene.clone());
+        Ok(Box::new(PreparedFields { settings, scene, quality, baked: bake, fields, report }))
+    }
+}
+
+impl Prepared for PreparedFields {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        let (baked, old) = (self.baked.as_ref(), Some(&self.fields));
+        let (fields, report) = Fields::new(&self.settings, scene, quality, baked, old, progress)?;
+        (self.fields, self.report, self.scene, self.quality) = (fields, report, scene.clone(), quality);
         Ok(())
     }
 
-    fn prepare(&mut self, scene: &Scene, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let mut watch = Stopwatch::new();
-        let mut report = Report::default();
-        let work = SlabsWork::new(&self.settings, scene, quality)?;
-        if self.settings.transfer == Transfer::Stored {
-            let (st, uv) = (self.settings.transfer_st, self.settings.transfer_uv);
-            let bytes = RayTransfer::most_bytes([st, uv]) * work.region_count() as u64;
-            fit_into_memory(
-                INFO.id,
-                &format!("rays of transfer_st = {st} and transfer_uv = {uv}"),
-                bytes,
-                "transfer = traced",
-            )?;
-        }
-        let fingerprint = work.fingerprint();
-        let slabs = match (self.fields.take(), &self.baked) {
-            // What moves, moves within the regions.
-            (Some(known), _) if known.fingerprint == fingerprint => {
-                known.regions.into_iter().map(|region| region.slabs).collect()
-            }
-            (Some(_), Some(_)) => {
-                let problem = "the scene is no longer that of the baked file: without a [region] that reflectors stay in, \
-                               a bake is of one moment";
-                return Err(RenderError::Limit { method: INFO.id, problem: problem.into() });
-            }
-            (None, Some(baked)) => work.baked(baked)?,
-            (_, None) => {
-                let slabs = work.captured(progress)?;
-                report.counts.insert("captured_rays", slabs.iter().map(Slabs::ray_count).sum());
-                slabs
-            }
-        };
-        report.stages_ms.push((if self.baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
-        let region_of = work.regions.region_of;
-        let region = |(number, slabs): (usize, Slabs)| {
-            let is_inside = |object: u32| region_of[object as usize] == Some(number as u32);
-            let inside = match self.settings.transfer {
-                Transfer::First => Inside::First,
-                Transfer::Traced => Inside::Traced(Tracer::build(scene, is_inside)),
-                Transfer::Stored => {
-                    let tracer = Tracer::build(scene, is_inside);
-                    let is_lens = |object: &u32| scene.material_of(*object).role == Role::Lens && is_inside(*object);
-                    let has_lenses = scene.specular_objects().iter().any(is_lens);
-                    let sizes = [self.settings.transfer_st, self.settings.transfer_uv];
-                    let bounds = &work.regions.boxes[number];
-                    let order = quality.order;
-                    Inside::Stored(RayTransfer::capture(scene, &tracer, bounds, sizes, order, has_lenses, progress))
-                }
-            };
-            Region { slabs, inside }
-        };
-        let regions: Vec<Region> = slabs.into_iter().enumerate().map(region).collect();
-        let stored: Vec<&RayTransfer> = regions
-            .iter()
-            .filter_map(|region| match &region.inside {
-                Inside::Stored(transfer) => Some(transfer),
-                _ => None,
-            })
-            .collect();
-        if !stored.is_empty() {
-            report.stages_ms.push(("ray_transfer", watch.lap_ms()));
-            report.bytes.insert("ray_transfer", stored.iter().map(|transfer| transfer.byte_count()).sum());
-            report.counts.insert("transferred_rays", stored.iter().map(|transfer| transfer.ray_count()).sum());
-        }
-        let outside = |object: &u32| region_of[*object as usize].is_none();
-        let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
-        let maps = EnvironmentMapSettings::default();
-        let maps = ReflectorMaps::capture(&maps, scene, &others, quality.order, progress)?;
-        report.stages_ms.push(("environment_maps", watch.lap_ms()));
-        report.counts.insert("regions", regions.len() as u64);
-        report.bytes.insert("slabs", regions.iter().map(|region| region.slabs.byte_count()).sum());
-        if !others.is_empty() {
-            report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
-            report.bytes.insert("environment_maps", maps.byte_count());
-        }
-        if !regions.is_empty() && self.baked.is_none() {
-            let (st, uv) = (self.settings.st, self.settings.uv);
-            report.warnings.push(format!(
-                "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; `catoptric bake` keeps larger ones"
-            ));
-        }
-        self.fields = Some(Fields { fingerprint, region_of, regions, order: quality.order, maps });
-        Ok(report)
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(FieldsFrame { prepared: self, view: view.clone() }))
+    }
+}
+
+impl Frame for FieldsFrame<'_> {
+    fn report(&self) -> &Report {
+        Report::none()
     }
 
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        let Some(fields) = self.fields.as_ref().filter(|fields| fields.region_of.len() == job.scene.objects.len())
-        else {
-            let problem = "it has not been prepared for the scene".into();
-            return Err(RenderError::Limit { method: INFO.id, problem });
-        };
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedFields { settings, scene, quality, fields, .. } = self.prepared;
+        let job = &Job { scene, view: &self.view, quality: *quality, progress };
         // Orthographic views have no eye that could be in a region.
         let eye = matches!(job.view.projection, Projection::Perspective { .. }).then(|| job.view.eye());
         let region = eye.and_then(|eye| fields.regions.iter().position(|region| region.slabs.holds(eye)));
-        match (self.settings.background, region) {
-            (Background::Scene, _) => draw(job, &Seen { fields, behind: None }, |_| true, target),
+        match (settings.background, region) {
+            (Background::Scene, _) => draw(job, &FieldShader { fields, behind: None }, |_| true, target),
             (Background::Slabs, Some(region)) => {
-                let seen = Seen { fields, behind: Some(&fields.regions[region].slabs) };
+                let seen = FieldShader { fields, behind: Some(&*fields.regions[region].slabs) };
                 let is_wanted = |object: u32| fields.region_of[object as usize] == Some(region as u32);
                 draw(job, &seen, is_wanted, target)
             }
             (Background::Slabs, None) => {
-                let mut report = draw(job, &Seen { fields, behind: None }, |_| true, target)?;
+                let mut report = draw(job, &FieldShader { fields, behind: None }, |_| true, target)?;
                 report.fallbacks.insert("frames_with_a_drawn_background", 1);
                 report.warnings.push(
                     "light_field: the eye is in no region, so the scene is drawn behind its reflectors; \
@@ -234,57 +188,164 @@ impl ReflectionMethod for LightField {
     }
 }
 
+impl Fields {
+    /// Captures the fields of a scene, or loads a bake; keeps the slabs of `old` where these are of the same scene.
+    fn new(
+        settings: &LightFieldSettings,
+        scene: &Scene,
+        quality: Quality,
+        baked: Option<&Arc<dyn Baked>>,
+        old: Option<&Self>,
+        progress: &dyn Progress,
+    ) -> Result<(Self, Report), RenderError> {
+        let mut watch = Stopwatch::new();
+        let mut report = Report::default();
+        let work = SlabsWork::new(settings, scene, quality)?;
+        if settings.transfer == Transfer::Stored {
+            let (st, uv) = (settings.transfer_st, settings.transfer_uv);
+            let bytes = RayTransfer::most_bytes([st, uv]) * work.region_count() as u64;
+            let table = format!("rays of transfer_st = {st} and transfer_uv = {uv}");
+            fit_into_memory(INFO.id, &table, bytes, "transfer = traced")?;
+        }
+        let fingerprint = work.fingerprint();
+        let slabs: Vec<Arc<Slabs>> = match (old, baked) {
+            // Objects move within the regions.
+            (Some(old), _) if old.fingerprint == fingerprint => {
+                old.regions.iter().map(|region| region.slabs.clone()).collect()
+            }
+            (Some(_), Some(_)) => {
+                let problem = "the scene is no longer that of the baked file: without a [region] that reflectors stay \
+                    in, \
+                               a bake is of one moment";
+                return Err(RenderError::Limit { method: INFO.id, problem: problem.into() });
+            }
+            (None, Some(baked)) => work.baked(baked)?.into_iter().map(Arc::new).collect(),
+            (_, None) => {
+                let slabs = work.captured(progress)?;
+                report.counts.insert("captured_rays", slabs.iter().map(Slabs::ray_count).sum());
+                slabs.into_iter().map(Arc::new).collect()
+            }
+        };
+        report.stages_ms.push((if baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
+        let region_of = work.regions.region_of.clone();
+        let region = |(number, slabs): (usize, Arc<Slabs>)| -> Result<FieldRegion, Cancelled> {
+            let inside = Inside::new(settings, scene, quality, &work.regions, number, progress)?;
+            Ok(FieldRegion { slabs, inside })
+        };
+        let regions: Vec<FieldRegion> = slabs.into_iter().enumerate().map(region).collect::<Result<_, _>>()?;
+        if settings.transfer == Transfer::Stored && !regions.is_empty() {
+            report.stages_ms.push(("ray_transfer", watch.lap_ms()));
+        }
+        let outside = |object: &u32| region_of[*object as usize].is_none();
+        let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();
+        let maps = ReflectorMapSettings::default();
+        let maps = ReflectorMaps::capture(&maps, scene, &others, quality.order, progress)?;
+        report.stages_ms.push(("environment_maps", watch.lap_ms()));
+        if !others.is_empty() {
+            report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
+            report.bytes.insert("environment_maps", maps.byte_count());
+        }
+        if !regions.is_empty() && baked.is_none() {
+            let (st, uv) = (settings.st, settings.uv);
+            report.warnings.push(format!(
+                "light_field: captured {st} x {st} views of {uv} x {uv} a slab in memory; `catoptric bake` keeps \
+                larger ones"
+            ));
+        }
+        let fields = Self { fingerprint, region_of, regions, order: quality.order, maps };
+        fields.describe(&mut report);
+        Ok((fields, report))
+    }
+
+    /// Counts and bytes.
+    fn describe(&self, report: &mut Report) {
+        let stored = || self.regions.iter().filter_map(|region| region.inside.stored());
+        if stored().next().is_some() {
+            report.bytes.insert("ray_transfer", stored().map(RayTransfer::byte_count).sum());
+            report.counts.insert("transferred_rays", stored().map(RayTransfer::ray_count).sum());
+        }
+        report.counts.insert("regions", self.regions.len() as u64);
+        report.bytes.insert("slabs", self.regions.iter().map(|region| region.slabs.byte_count()).sum());
+    }
+}
+
+impl Inside {
+    /// The rays of a region, by its number.
+    fn new(
+        settings: &LightFieldSettings,
+        scene: &Scene,
+        quality: Quality,
+        regions: &Regions,
+        number: usize,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let is_inside = |object: u32| regions.region_of[object as usize] == Some(number as u32);
+        Ok(match settings.transfer {
+            Transfer::First => Self::First,
+            Transfer::Traced => Self::Traced(Tracer::build(scene, is_inside)),
+            Transfer::Stored => {
+                let tracer = Tracer::build(scene, is_inside);
+                let is_lens = |object: &u32| scene.material_of(*object).role == Role::Lens && is_inside(*object);
+                let has_lenses = scene.specular_objects().iter().any(is_lens);
+                let sizes = [settings.transfer_st, settings.transfer_uv];
+                let (bounds, order) = (&regions.boxes[number], quality.order);
+                Self::Stored(RayTransfer::capture(scene, &tracer, bounds, sizes, order, has_lenses, progress)?)
+            }
+        })
+    }
+
+    fn stored(&self) -> Option<&RayTransfer> {
+        match self {
+            Self::Stored(transfer) => Some(transfer),
+            _ => None,
+        }
+    }
+}
+
 /// All that a view shows.
-struct Seen<'a> {
+struct FieldShader<'a> {
     fields: &'a Fields,
-    /// What is seen behind reflectors, in place of the scene.
+    /// Slabs that replace the scene behind reflectors.
     behind: Option<&'a Slabs>,
 }
 
-impl ReflectorLook for Seen<'_> {
-    fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
+impl ReflectorShader for FieldShader<'_> {
+    fn radiance(&self, scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray, change: &RayDifferential) -> Vec3 {
         self.fields.radiance(scene, encounter, ray, change)
     }
 
     fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
         match self.behind {
-            Some(slabs) => Beyond::radiance(&slabs, scene, ray, Some(change)),
+            Some(slabs) => RadianceField::radiance(slabs, scene, ray, Some(change)),
             None => scene.background(ray.direction),
         }
     }
 }
 
 impl Fields {
-    fn radiance(&self, scene: &Scene, encounter: &Encounter, ray: &Ray, change: &RayDifferential) -> Vec3 {
+    fn radiance(&self, scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let region = self.region_of[encounter.point.object as usize];
-        let Some(Region { slabs, inside }) = region.and_then(|region| self.regions.get(region as usize)) else {
+        let Some(FieldRegion { slabs, inside }) = region.and_then(|region| self.regions.get(region as usize)) else {
             return self.maps.radiance(scene, encounter, ray, change);
         };
         match inside {
-            Inside::First => reflector_radiance(Some(slabs), scene, encounter, ray, change),
+            Inside::First => reflector_radiance(Some(&**slabs), scene, encounter, ray, change),
             Inside::Stored(transfer) => stored_radiance(slabs, transfer, scene, encounter, ray, change),
-            Inside::Traced(tracer) => PathTracer::with_beyond(scene, tracer, PathModel::Tree, self.order, slabs)
+            Inside::Traced(tracer) => PathTracer::with_field(scene, tracer, PathModel::Tree, self.order, &**slabs)
                 .radiance_from(*ray, Some(*change), encounter),
         }
     }
 }
 
-impl Beyond for &Slabs {
+impl RadianceField for Slabs {
     fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3 {
         let none = RayDifferential::default();
         let RayDifferential { origin_dx, origin_dy, direction_dx, direction_dy } = change.unwrap_or(&none);
         Slabs::radiance(self, ray.origin, ray.direction, [*origin_dx, *origin_dy], [*direction_dx, *direction_dy])
             .unwrap_or_else(|| scene.background(ray.direction))
     }
-}
 
-impl ArrivingLight for Slabs {
-    fn radiance(&self, scene: &Scene, encounter: &Encounter, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
-        Slabs::radiance(self, encounter.point.position, direction, encounter.position_change, change)
-            .unwrap_or_else(|| scene.background(direction))
-    }
-
-    fn distance(&self, position: Vec3, direction: Vec3) -> f32 {
-        Slabs::distance(self, position, direction)
+    fn distance(&self, ray: &Ray) -> f32 {
+        Slabs::distance(self, ray.origin, ray.direction)
     }
 }

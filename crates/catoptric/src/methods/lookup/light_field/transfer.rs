@@ -1,37 +1,42 @@
-//! Which ray leaves a region for one that enters it: a second light field, of rays in place of light (Heidrich, Lensch, Cohen,
+//! Which ray leaves a region for one that enters it: a second light field, of rays in place of light (Heidrich,
+//! Lensch, Cohen,
 //! Seidel 1999, Light field techniques for reflections and refractions).
 
 use super::layout::{across, along};
-use super::texels::{packed, unpacked};
+use super::slabs::texels::{packed, unpacked};
+use crate::light::tracer::Tracer;
+use crate::light::two_path_tracer::TwoPathTracer;
 use crate::math::Aabb;
-use crate::methods::lookup::greedy::{First, GreedyPaths};
+use crate::optics::path::bundle::BounceKind;
 use crate::parallel;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{Ray, Scene};
-use crate::surface::tracer::Tracer;
 use glam::{Vec2, Vec3};
 
 /// Directions of views: +x, -x, +y, -y, +z, -z, towards the eye.
 const FRAMES: usize = 6;
 
-/// Half the width of the plane of views, which is as far from the middle of the region as its cube is wide, in such widths:
+/// Half the width of the plane of views, which is as far from the middle of the region as its cube is wide, in such
+/// widths:
 /// rays through that cube within 45 degrees of the axis get no further aside.
 const HALF_ST: f32 = 2.0;
 
 /// The same of the plane through the middle, where the rays' pixels are.
 const HALF_UV: f32 = 1.0;
 
-/// Places of the region are at least half a width before the plane of views; nearer ones are none of it.
-const LEAST_AHEAD: f32 = 0.25;
+/// Places of the region are at least half a width before the plane of views; nearer ones are none of it. Chosen, not
+/// measured.
+const MIN_AHEAD: f32 = 0.25;
 
-/// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much less would
-/// tear what is seen near the rim of a ball, where neighbours are 30 degrees apart.
+/// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much
+/// less would
+/// tear what is seen near the rim of a ball, where neighbours are 30 degrees apart. Not measured beyond that.
 const APART: f32 = 0.3;
 
 /// Positions are kept from -1 to 1 in widths of the cube, directions as they are.
 const UNIT: f32 = i16::MAX as f32;
 
-/// Where a ray leaves, and what light from there is multiplied with on the way, but for the first surface.
+/// A leaving ray, and the throughput of light from there on the way, without that of the first surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaving {
     pub(super) ray: Ray,
@@ -40,7 +45,7 @@ pub(super) struct Leaving {
 
 /// One kept ray.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct TransferEntry {
     origin: [i16; 3],
     direction: [i16; 3],
     /// [`packed`]; 0 where no light arrives, [`MISSED`] where no surface is met.
@@ -50,7 +55,7 @@ struct Entry {
 /// No share is as large.
 const MISSED: u32 = u32::MAX;
 
-impl Entry {
+impl TransferEntry {
     const fn without_ray(share: u32) -> Self {
         Self { origin: [0; 3], direction: [0; 3], share }
     }
@@ -65,16 +70,18 @@ pub(super) struct RayTransfer {
     /// Views a side, and pixels a side of each.
     st: u32,
     uv: u32,
-    /// Half the width of the plane of pixels: [`HALF_UV`], and as much as a view sees beyond that of what its neighbours show.
+    /// Half the width of the plane of pixels: [`HALF_UV`], and as much as a view sees beyond that of what its
+    /// neighbours show.
     half_uv: f32,
-    /// Of every ray the one that is reflected first and, where there are lenses, the one that is refracted.
+    /// Leaving rays of every ray: the one that is reflected first and, with lenses, the one that is refracted.
     ways: usize,
-    /// Of every row of views of every frame: view after view, row after row of pixels, way after way.
-    rows: Vec<Vec<Entry>>,
+    /// Rows of views of every frame: view after view, row after row of pixels, path after path.
+    rows: Vec<Vec<TransferEntry>>,
 }
 
 impl RayTransfer {
-    /// Of the reflectors and lenses that `tracer` knows, in a region, with paths of up to `order` events; `st` and `uv` are at
+    /// Of the reflectors and lenses that `tracer` knows, in a region, with paths of up to `order` events; `st` and
+    /// `uv` are at
     /// least 2.
     pub(super) fn capture(
         scene: &Scene,
@@ -84,15 +91,14 @@ impl RayTransfer {
         order: u32,
         has_lenses: bool,
         progress: &dyn Progress,
-    ) -> Self {
-        let paths = GreedyPaths { scene, tracer, order };
+    ) -> Result<Self, Cancelled> {
+        let paths = TwoPathTracer { scene, tracer, order };
         let half_uv = HALF_UV + 2.0 * HALF_ST / (st - 1) as f32;
         let (center, width) = (region.center(), region.size().max_element());
         let ways = if has_lenses { 2 } else { 1 };
         let mut transfer = Self { center, width, st, uv, half_uv, ways, rows: Vec::new() };
         let rows = FRAMES * st as usize;
-        progress.begin("tracing a ray-transfer light field", rows as u64);
-        let rows = parallel::map_collect(rows, |row| {
+        transfer.rows = parallel::map_stage(progress, "tracing a ray-transfer light field", rows, |row| {
             let (frame, t) = (row / st as usize, row as u32 % st);
             let mut entries = Vec::with_capacity((st * uv * uv) as usize * ways);
             for (s, v) in (0..st).flat_map(|s| (0..uv).map(move |v| (s, v))) {
@@ -101,18 +107,15 @@ impl RayTransfer {
                     transfer.push(&paths, &ray, &mut entries);
                 }
             }
-            progress.advance(1);
             entries
-        });
-        progress.end();
-        transfer.rows = rows;
-        transfer
+        })?;
+        Ok(transfer)
     }
 
     /// Memory of one with these sizes whose region has lenses.
     pub(super) fn most_bytes([st, uv]: [u32; 2]) -> u64 {
         let side = |count: u32| u64::from(count) * u64::from(count);
-        2 * FRAMES as u64 * side(st) * side(uv) * size_of::<Entry>() as u64
+        2 * FRAMES as u64 * side(st) * side(uv) * size_of::<TransferEntry>() as u64
     }
 
     /// Rays that are kept.
@@ -121,7 +124,7 @@ impl RayTransfer {
     }
 
     pub(super) fn byte_count(&self) -> u64 {
-        self.ray_count() * size_of::<Entry>() as u64
+        self.ray_count() * size_of::<TransferEntry>() as u64
     }
 
     /// The place of a view, and that of a pixel on the plane through the middle.
@@ -142,43 +145,45 @@ impl RayTransfer {
     }
 
     /// Appends what becomes of a ray.
-    fn push(&self, paths: &GreedyPaths<'_>, ray: &Ray, entries: &mut Vec<Entry>) {
+    fn push(&self, paths: &TwoPathTracer<'_>, ray: &Ray, entries: &mut Vec<TransferEntry>) {
         let Some(hit) = paths.tracer.first_hit(paths.scene, ray, 0.0) else {
-            entries.resize(entries.len() + self.ways, Entry::without_ray(MISSED));
+            entries.resize(entries.len() + self.ways, TransferEntry::without_ray(MISSED));
             return;
         };
         let point = paths.tracer.point(paths.scene, ray, &hit);
-        for first in First::BOTH.into_iter().take(self.ways) {
+        for first in BounceKind::BOTH.into_iter().take(self.ways) {
             let path = paths.follow(ray.direction, point, first);
             let entry = |ray| self.entry(&Leaving { ray, share: path.share });
-            entries.push(path.leaving.map_or(Entry::without_ray(0), entry));
+            entries.push(path.leaving.map_or(TransferEntry::without_ray(0), entry));
         }
     }
 
-    fn entry(&self, leaving: &Leaving) -> Entry {
+    fn entry(&self, leaving: &Leaving) -> TransferEntry {
         // Casts saturate.
         let kept = |value: Vec3| value.to_array().map(|value| (value * UNIT).round() as i16);
         let origin = kept((leaving.ray.origin - self.center) / self.width);
-        Entry { origin, direction: kept(leaving.ray.direction), share: packed(leaving.share) }
+        TransferEntry { origin, direction: kept(leaving.ray.direction), share: packed(leaving.share) }
     }
 
-    /// What becomes of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction), by a first
+    /// What becomes of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction),
+    /// by a first
     /// way; none where the rays about it were not kept, or carry nothing.
     ///
-    /// The four views about the ray are asked for the pixels where they see that place, as if it were a focal surface; those that
+    /// The four views about the ray are asked for the pixels where they see that place, as if it were a focal surface;
+    /// those that
     /// see no surface do not count, and the others count by their shares in the blend.
     #[inline]
-    pub(super) fn look_up(&self, position: Vec3, towards: Vec3, first: First) -> Option<Leaving> {
+    pub(super) fn look_up(&self, position: Vec3, towards: Vec3, first: BounceKind) -> Option<Leaving> {
         let way = match first {
-            First::Reflected => 0,
-            First::Refracted if self.ways > 1 => 1,
-            First::Refracted => return None,
+            BounceKind::Reflect => 0,
+            BounceKind::Transmit if self.ways > 1 => 1,
+            BounceKind::Transmit => return None,
         };
-        let mut near = [(0.0, Entry::without_ray(MISSED)); 16];
+        let mut near = [(0.0, TransferEntry::without_ray(MISSED)); 16];
         self.near(position, towards, way, &mut near)?;
         let (_, heaviest) = near.iter().filter(|(_, entry)| entry.share != MISSED && entry.share != 0).fold(
             None,
-            |best: Option<&(f32, Entry)>, next| match best {
+            |best: Option<&(f32, TransferEntry)>, next| match best {
                 Some(best) if best.0 >= next.0 => Some(best),
                 _ => Some(next),
             },
@@ -204,9 +209,10 @@ impl RayTransfer {
         Some(Leaving { ray: Ray { origin, direction }, share: share / met })
     }
 
-    /// The kept rays about one, with their shares in the blend; none where it is no ray through the region.
+    /// The stored rays about one, with their weights in the blend; returns `None` if it does not pass through the
+    /// region.
     #[inline]
-    fn near(&self, position: Vec3, towards: Vec3, way: usize, near: &mut [(f32, Entry); 16]) -> Option<()> {
+    fn near(&self, position: Vec3, towards: Vec3, way: usize, near: &mut [(f32, TransferEntry); 16]) -> Option<()> {
         let size = towards.abs();
         let axis = size.max_position();
         let sign = towards[axis].signum();
@@ -214,7 +220,7 @@ impl RayTransfer {
         let (aside, ahead) = (across(axis, place), 1.0 - place[axis] * sign);
         let meets = aside + across(axis, towards) * (ahead / size[axis]);
         let st = (meets + HALF_ST) * ((self.st - 1) as f32 / (2.0 * HALF_ST));
-        if !(st.is_finite() && ahead > LEAST_AHEAD) {
+        if !(st.is_finite() && ahead > MIN_AHEAD) {
             return None;
         }
         let frame = 2 * axis + usize::from(sign < 0.0);
@@ -261,7 +267,7 @@ fn vector(kept: [i16; 3]) -> Vec3 {
 mod tests {
     use super::*;
     use crate::math::random::Stream;
-    use crate::methods::lookup::regions::Regions;
+    use crate::methods::lookup::shared::regions::Regions;
     use crate::optics::{fresnel_dielectric, reflect, refract};
     use crate::progress::Silent;
     use crate::scene::Material;
@@ -281,7 +287,7 @@ mod tests {
     fn captured(scene: &Scene, sizes: [u32; 2], order: u32, has_lenses: bool) -> RayTransfer {
         let region = Regions::of(scene, 0.0).boxes[0];
         let tracer = Tracer::build(scene, |_| true);
-        RayTransfer::capture(scene, &tracer, &region, sizes, order, has_lenses, &Silent)
+        RayTransfer::capture(scene, &tracer, &region, sizes, order, has_lenses, &Silent).unwrap()
     }
 
     /// Places of the ball, and directions from there that do not graze it.
@@ -310,10 +316,10 @@ mod tests {
             let (mut random, mut sum) = (Stream::new(3), 0.0);
             for _ in 0..2000 {
                 let (normal, towards) = seen(&mut random, 0.3);
-                let found = transfer.look_up(normal * RADIUS, towards, First::Reflected).expect("it is seen");
+                let found = transfer.look_up(normal * RADIUS, towards, BounceKind::Reflect).expect("it is seen");
                 assert!(found.share.distance(Vec3::ONE) < 0.01);
                 sum += apart(&found.ray, normal * RADIUS, reflect(-towards, normal));
-                assert!(transfer.look_up(normal * RADIUS, towards, First::Refracted).is_none());
+                assert!(transfer.look_up(normal * RADIUS, towards, BounceKind::Transmit).is_none());
             }
             means.push(sum / 2000.0);
         }
@@ -334,14 +340,14 @@ mod tests {
             let back = normal - inner * (2.0 * normal.dot(inner));
             let outer = refract(inner, -back, IOR).unwrap();
             let transmitted = 1.0 - fresnel_dielectric(inner.dot(back), IOR);
-            let found = transfer.look_up(normal * RADIUS, towards, First::Refracted).expect("it is seen");
+            let found = transfer.look_up(normal * RADIUS, towards, BounceKind::Transmit).expect("it is seen");
             lost += (found.share.x - transmitted).abs() / 1000.0;
             off += apart(&found.ray, back * RADIUS, outer) / 1000.0;
         }
         assert!(off < 0.02 && lost < 0.005, "{off} apart, {lost} of the light");
         // One event is not enough to get out.
         let short = captured(&scene, [6, 24], 1, true);
-        assert!(short.look_up(Vec3::X * RADIUS, Vec3::X, First::Refracted).is_none());
+        assert!(short.look_up(Vec3::X * RADIUS, Vec3::X, BounceKind::Transmit).is_none());
     }
 
     #[test]
@@ -354,9 +360,9 @@ mod tests {
             (Vec3::splat(50.0), Vec3::X),
             (Vec3::splat(-50.0), Vec3::X),
         ] {
-            let found = transfer.look_up(position, towards, First::Reflected);
+            let found = transfer.look_up(position, towards, BounceKind::Reflect);
             assert!(found.is_none_or(|found| found.ray.direction.is_finite()), "{position} {towards}");
         }
-        assert!(transfer.look_up(Vec3::NAN, Vec3::X, First::Reflected).is_none());
+        assert!(transfer.look_up(Vec3::NAN, Vec3::X, BounceKind::Reflect).is_none());
     }
 }

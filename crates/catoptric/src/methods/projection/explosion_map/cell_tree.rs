@@ -1,49 +1,48 @@
-//! The cells of a reflector's rays in a hierarchy of beams: which of them may hold a point?
+//! The cells of a reflector's rays in a hierarchy of beams, which finds those that may hold a point.
 //!
-//! Spheres know where a point appears if the reflector is convex. Elsewhere rays cross, and between the reflector and
-//! the spheres about it these say little. A cell's points are mixtures of points of the three rays at its corners, so what is
-//! convex and holds these rays holds the cell: so the beams that path perturbation finds its samples with find cells, too.
+//! Spheres locate a point if the reflector is convex. Elsewhere rays cross, and between the reflector and
+//! the spheres about it these resolve little. A cell's points are mixtures of points of the three rays at its corners,
+//! so what is convex and holds these rays holds the cell: so the beams that path perturbation finds its samples with
+//! find cells, too.
 
-use super::subdivision::{Reach, Walks};
+use super::subdivision::{WalkReach, Walks};
 use crate::math::Aabb;
-use crate::methods::projection::ray_map::{self, BeamTree};
-use crate::methods::projection::virtual_objects::{Foot, Reflector};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
+use crate::methods::projection::find::ray_map;
+use crate::methods::projection::find::ray_map::BeamTree;
+use crate::methods::projection::find::virtual_objects::{ReflectionPoint, Reflector};
 use glam::{Vec2, Vec3};
 
-/// Cells of a leaf, looked at together: the compiler makes vector instructions of loops of this length.
-const LANES: usize = 8;
-
-/// A point this far outside a cell, in its weights, after two steps of Newton's method may be in it after more.
+/// A point this far outside a cell, in its weights, after two steps of Newton's method may be in it after more. Chosen,
+/// not measured.
 const NEAR: f32 = 0.25;
 
-/// Walks start from a cell next to a foot only if that is further away than this many times the size of the cell.
+/// Walks start from a cell next to a reflection point only if that is further away than this many times the size of the
+/// cell. Chosen, not measured.
 const APART: f32 = 2.0;
 
-/// Beams' spread is measured at this share of the scene's diagonal.
+/// Beams' spread is measured at this share of the scene's diagonal. Chosen, not measured.
 const TYPICAL_SHARE: f64 = 0.25;
 
-/// No more leaves than this are looked at for one point.
-const MOST_LEAVES: usize = 256;
-
-/// A component of eight vectors.
-type Lane = [f32; LANES];
+/// No more leaves than this are looked at for one point. A bound on time; chosen, not measured.
+const MAX_LEAVES: usize = 256;
 
 /// Eight cells, component by component: the ray at the first corner, and the steps to those at the others.
 #[derive(Clone, Copy, Debug, Default)]
-struct Leaf {
-    position: [Lane; 3],
-    edges: [[Lane; 3]; 2],
-    direction: [Lane; 3],
-    turns: [[Lane; 3]; 2],
+struct CellLeaf {
+    position: Vec3Lanes,
+    edges: [Vec3Lanes; 2],
+    direction: Vec3Lanes,
+    turns: [Vec3Lanes; 2],
 }
 
-/// What two steps of Newton's method say about a point and eight cells.
+/// Two steps of Newton's method from a point in eight cells.
 #[derive(Clone, Copy, Debug)]
-struct Answer {
-    weights: [Lane; 2],
+struct CellSolution {
+    weights: [Lanes; 2],
     /// The least of the three weights; below 0 outside, and where the cell leads away from the point.
-    inside: Lane,
-    /// Whether the cell's rays have crossed on the way.
+    inside: Lanes,
+    /// True if the cell's rays have crossed on the way.
     turned: [bool; LANES],
 }
 
@@ -51,13 +50,13 @@ struct Answer {
 #[derive(Clone, Debug)]
 pub(super) struct CellTree {
     beams: BeamTree,
-    leaves: Vec<Leaf>,
-    /// Of each lane of each leaf.
+    leaves: Vec<CellLeaf>,
+    /// For each lane of each leaf.
     triangles: Vec<u32>,
 }
 
 impl CellTree {
-    /// Of all triangles that have rays; points are expected within a scene with this diagonal.
+    /// Builds the tree of all triangles that have rays; points are expected within a scene with this diagonal.
     pub(super) fn new(reflector: &Reflector<'_>, diagonal: f32) -> Self {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         let shown = (0..mesh.triangles.len() as u32).filter(|index| rays.shows(mesh.triangles[*index as usize]));
@@ -70,7 +69,7 @@ impl CellTree {
         let triangles: Vec<u32> = order.into_iter().map(|(_, index)| index).collect();
         let (mut leaves, mut reaches, mut ends) = (Vec::new(), Vec::new(), Vec::new());
         for chunk in triangles.chunks(LANES) {
-            let mut leaf = Leaf::default();
+            let mut leaf = CellLeaf::default();
             for (lane, &index) in chunk.iter().enumerate() {
                 let corners = mesh.triangles[index as usize].map(|vertex| vertex as usize);
                 leaf.set(lane, corners.map(|at| mesh.positions[at]), corners.map(|at| rays.outgoing[at]));
@@ -91,13 +90,13 @@ impl CellTree {
         reflector: &Reflector<'_>,
         point: Vec3,
         walks: &mut Walks<'_>,
-        take: &mut dyn FnMut(&Foot),
+        reflection_points: &mut Vec<ReflectionPoint>,
     ) {
-        let mut near = Near { cells: [(0.0, 0, Vec2::ZERO, false); MOST_NEAR], count: 0 };
+        let mut near = Near { cells: [(0.0, 0, Vec2::ZERO, false); MAX_NEAR], count: 0 };
         find(self, point.to_array(), &mut near);
-        // From those that hold it on; neighbours of these are asked for what they do not lead to.
+        // From those that hold it on; neighbours of these start walks for the rest.
         let mesh = reflector.mesh;
-        let mut found = [(Vec3::NAN, false); MOST_NEAR];
+        let mut found = [(Vec3::NAN, false); MAX_NEAR];
         let mut count = 0;
         near.cells[..near.count].sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         for (inside, triangle, weights, turned) in near.cells[..near.count].iter().copied() {
@@ -107,11 +106,11 @@ impl CellTree {
             if inside < 0.0 && found[..count].iter().any(known) {
                 continue;
             }
-            walks.walk(triangle, weights, Reach::Near, &mut |foot| {
-                found[count] = (foot.position, turned);
-                count = (count + 1).min(MOST_NEAR - 1);
-                take(foot);
-            });
+            if let Some(reflection_point) = walks.walk(triangle, weights, WalkReach::Near) {
+                found[count] = (reflection_point.position, turned);
+                count = (count + 1).min(MAX_NEAR - 1);
+                reflection_points.push(reflection_point);
+            }
         }
     }
 
@@ -127,11 +126,11 @@ fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) {
     let mut looked = 0;
     tree.beams.visit(point, |leaf| {
         looked += 1;
-        if looked > MOST_LEAVES {
+        if looked > MAX_LEAVES {
             return;
         }
         let Some(cells) = tree.leaves.get(leaf as usize) else { return };
-        let answer = cells.answer(point);
+        let answer = cells.answer(point.into());
         for lane in 0..LANES {
             if answer.inside[lane] > -NEAR
                 && let Some(triangle) = tree.triangles.get(leaf as usize * LANES + lane)
@@ -143,24 +142,24 @@ fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) {
     });
 }
 
-/// Cells that hold a point or are next to those that do: no more than this.
-const MOST_NEAR: usize = 32;
+/// Cells that hold a point or are next to those that do: no more than this. A bound on time; chosen, not measured.
+const MAX_NEAR: usize = 32;
 
 /// How much of each holds the point, its triangle, the weights there, and whether its rays have crossed.
 struct Near {
-    cells: [(f32, u32, Vec2, bool); MOST_NEAR],
+    cells: [(f32, u32, Vec2, bool); MAX_NEAR],
     count: usize,
 }
 
 impl Near {
     /// Adds a cell, in the place of the one that holds the point least if there are too many.
     fn add(&mut self, inside: f32, triangle: u32, weights: Vec2, turned: bool) {
-        if self.count < MOST_NEAR {
+        if self.count < MAX_NEAR {
             self.cells[self.count] = (inside, triangle, weights, turned);
             self.count += 1;
             return;
         }
-        let least = (0..MOST_NEAR).min_by(|a, b| self.cells[*a].0.total_cmp(&self.cells[*b].0));
+        let least = (0..MAX_NEAR).min_by(|a, b| self.cells[*a].0.total_cmp(&self.cells[*b].0));
         if let Some(least) = least
             && self.cells[least].0 < inside
         {
@@ -169,65 +168,48 @@ impl Near {
     }
 }
 
-impl Leaf {
+impl CellLeaf {
     fn set(&mut self, lane: usize, positions: [Vec3; 3], directions: [Vec3; 3]) {
-        for axis in 0..3 {
-            self.position[axis][lane] = positions[0][axis];
-            self.direction[axis][lane] = directions[0][axis];
-            for k in 0..2 {
-                self.edges[k][axis][lane] = positions[k + 1][axis] - positions[0][axis];
-                self.turns[k][axis][lane] = directions[k + 1][axis] - directions[0][axis];
-            }
+        self.position.set(lane, positions[0]);
+        self.direction.set(lane, directions[0]);
+        for k in 0..2 {
+            self.edges[k].set(lane, positions[k + 1] - positions[0]);
+            self.turns[k].set(lane, directions[k + 1] - directions[0]);
         }
     }
 
     /// Two steps of Newton's method towards the ray through a point, from the middles of the cells.
     #[inline(always)]
-    fn answer(&self, point: [f32; 3]) -> Answer {
-        let third = [1.0 / 3.0; LANES];
-        let mut answer = Answer { weights: [third; 2], inside: [-1.0; LANES], turned: [false; LANES] };
+    fn answer(&self, point: Vec3) -> CellSolution {
+        let third = Lanes::splat(1.0 / 3.0);
+        let mut answer = CellSolution { weights: [third; 2], inside: Lanes::splat(-1.0), turned: [false; LANES] };
         for _ in 0..2 {
             for lane in 0..LANES {
                 let (u, v) = (answer.weights[0][lane], answer.weights[1][lane]);
-                let at = |from: &[Lane; 3], steps: &[[Lane; 3]; 2]| {
-                    [0, 1, 2].map(|axis| from[axis][lane] + steps[0][axis][lane] * u + steps[1][axis][lane] * v)
-                };
-                let (origin, direction) = (at(&self.position, &self.edges), at(&self.direction, &self.turns));
-                let from = [0, 1, 2].map(|axis: usize| point[axis] - origin[axis]);
-                let distance = dot(from, direction) / dot(direction, direction);
-                let side = |k: usize| {
-                    [0, 1, 2].map(|axis: usize| self.edges[k][axis][lane] + self.turns[k][axis][lane] * distance)
-                };
-                let (right, down) = (side(0), side(1));
-                let area = dot(cross(right, down), direction);
-                let step = [dot(cross(from, down), direction) / area, dot(cross(right, from), direction) / area];
-                let (u, v) = (u + step[0], v + step[1]);
+                let [right_edge, down_edge] = self.edges.each_ref().map(|of| of.vector(lane));
+                let [right_turn, down_turn] = self.turns.each_ref().map(|of| of.vector(lane));
+                let from = point - (self.position.vector(lane) + right_edge * u + down_edge * v);
+                let direction = self.direction.vector(lane) + right_turn * u + down_turn * v;
+                let distance = from.dot(direction) / direction.dot(direction);
+                let (right, down) = (right_edge + right_turn * distance, down_edge + down_turn * distance);
+                let area = right.cross(down).dot(direction);
+                let u = u + from.cross(down).dot(direction) / area;
+                let v = v + right.cross(from).dot(direction) / area;
                 answer.weights[0][lane] = u;
                 answer.weights[1][lane] = v;
                 let least = u.min(v).min(1.0 - u - v);
                 // Cells without an area and empty lanes give what is not a number, which `min` would pass over.
-                let ahead = distance > 0.0 && area != 0.0 && (u + v).is_finite();
+                let ahead = (distance > 0.0) & (area != 0.0) & (u + v).is_finite();
                 answer.inside[lane] = if ahead { least } else { f32::NEG_INFINITY };
-                let face = [0, 1].map(|k: usize| [0, 1, 2].map(|axis: usize| self.edges[k][axis][lane]));
-                answer.turned[lane] = dot(cross(face[0], face[1]), direction) * area < 0.0;
+                answer.turned[lane] = right_edge.cross(down_edge).dot(direction) * area < 0.0;
             }
         }
         answer
     }
 }
 
-#[inline(always)]
-fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline(always)]
-fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-/// Sorts places so that every run of [`LANES`], and of eight times as many, and so on, lies close together: halves across
-/// the longest side of their box, at a multiple of the largest run.
+/// Sorts places so that every run of [`LANES`], and of eight times as many, and so on, lies close together: halves
+/// across the longest side of their box, at a multiple of the largest run.
 fn gather(places: &mut [(Vec3, u32)]) {
     let count = places.len();
     if count <= LANES {
@@ -272,14 +254,14 @@ mod tests {
             // A small triangle, about across its rays, which may cross.
             let directions = [(); 3].map(|()| (Vec3::Z + vector(0.1)).normalize());
             let positions = [Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 0.1].map(|corner| corner + vector(0.02));
-            let mut leaf = Leaf::default();
+            let mut leaf = CellLeaf::default();
             leaf.set(3, positions, directions);
             let shares = (vector(0.5) + 0.5) / (vector(0.5) + 0.5).element_sum().max(3.0);
             let (u, v) = (shares.x, shares.y);
             let mix = |of: [Vec3; 3]| of[0] + (of[1] - of[0]) * u + (of[2] - of[0]) * v;
             let distance = 0.3;
             let point = mix(positions) + mix(directions) * distance;
-            let answer = leaf.answer(point.to_array());
+            let answer = leaf.answer(point);
             let found = [answer.weights[0][3], answer.weights[1][3]];
             let near = (found[0] - u).abs().max((found[1] - v).abs()) < 1e-2;
             assert!(near && answer.inside[3] > -1e-2, "{found:?}, not {u}, {v}");

@@ -1,11 +1,11 @@
 //! The cells of an explosion map: triangles of the reflector that show the side that is met, cut where it turns away,
 //! and extended beyond.
 
-use crate::methods::projection::virtual_objects::{CORNERS, Reflector, interpolated};
-use crate::surface::site::NO_NEIGHBOUR;
+use crate::methods::projection::find::virtual_objects::{CORNERS, Reflector, interpolated};
+use crate::surface::mesh::adjacency::NO_NEIGHBOUR;
 use glam::{Vec2, Vec3, Vec3A};
 
-/// A border of an open reflector is extended by this share of its radius.
+/// A border of an open reflector is extended by this share of its radius. Chosen, not measured.
 const BORDER_SHARE: f32 = 0.05;
 
 /// A place of the reflector with the ray that leaves there.
@@ -21,7 +21,7 @@ pub(super) struct RayCorner {
 
 /// A triangle of rays.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
+pub(super) struct MapCell {
     /// Indices of its corners.
     pub(super) corners: [u32; 3],
     /// The triangle of the reflector's mesh.
@@ -31,15 +31,15 @@ pub(super) struct Cell {
 
 /// All cells of a reflector.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cells {
+pub(super) struct MapCells {
     pub(super) corners: Vec<RayCorner>,
-    pub(super) cells: Vec<Cell>,
+    pub(super) cells: Vec<MapCell>,
 }
 
 /// Vertices that are no corner yet.
 const NONE: u32 = u32::MAX;
 
-impl Cells {
+impl MapCells {
     /// The cells of a reflector's rays.
     pub(super) fn new(reflector: &Reflector<'_>) -> Self {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
@@ -78,13 +78,13 @@ struct Maker<'a> {
     index: u32,
     /// The corner of each vertex.
     corner_of: &'a mut [u32],
-    all: &'a mut Cells,
+    all: &'a mut MapCells,
 }
 
 impl Maker<'_> {
     fn push(&mut self, corners: [u32; 3], beyond: bool) {
         if corners.iter().all(|corner| self.all.corners[*corner as usize].outgoing.is_finite()) {
-            self.all.cells.push(Cell { corners, triangle: self.index, beyond });
+            self.all.cells.push(MapCell { corners, triangle: self.index, beyond });
         }
     }
 
@@ -161,7 +161,7 @@ impl Maker<'_> {
         }
     }
 
-    /// What goes on beyond the border between two corners; `opposite` is the third.
+    /// Extends the cells beyond the border between two corners; `opposite` is the third.
     fn extend(&mut self, a: usize, b: usize, opposite: usize) {
         let mesh = self.reflector.mesh;
         let at = |k: usize| mesh.positions[self.triangle[k] as usize];
@@ -174,8 +174,8 @@ impl Maker<'_> {
             return;
         }
         // Straight out, across the edge.
-        let foot = CORNERS[a].lerp(CORNERS[b], share);
-        let out = (foot - CORNERS[opposite]) * by;
+        let reflection_point = CORNERS[a].lerp(CORNERS[b], share);
+        let out = (reflection_point - CORNERS[opposite]) * by;
         let [a, b] = [CORNERS[a], CORNERS[b]];
         let [near_a, near_b, far_a, far_b] = [a, b, a + out, b + out].map(|weights| self.place(weights));
         self.push([near_a, near_b, far_b], true);

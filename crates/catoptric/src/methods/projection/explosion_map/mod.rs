@@ -1,14 +1,13 @@
-//! Explosion maps: reflected rays of a reflector's vertices, by where they hit a near and a far sphere, tell where
+//! Explosion maps: reflected rays of a reflector's vertices, by where they hit a near and a far sphere, give where
 //! every point appears.
 //!
 //! See this folder's `README.md`.
 
 mod cell_tree;
 mod cells;
-mod chart;
-mod finder;
+mod limits;
+mod locator;
 mod map;
-mod mirror;
 mod profile;
 mod settings;
 mod subdivision;
@@ -17,83 +16,67 @@ mod vertices;
 pub use settings::{ExplosionMapSettings, Preset, Variant, VirtualVertex};
 pub use vertices::ReflectorMap;
 
-use super::virtual_objects::{Kept, Options, Recursion, Reflector};
-use crate::clock::Stopwatch;
-use crate::error::RenderError;
-use crate::framebuffer::Framebuffer;
-use crate::methods::projection::VertexProjector;
-use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
-use crate::progress::Progress;
-use crate::scene::Scene;
-use finder::Finder;
+use crate::methods::projection::draw::prepared::ProjectionMethod;
+use crate::methods::projection::find::virtual_objects::{
+    Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod,
+};
+use crate::methods::{Family, MethodInfo, Settings};
+use crate::scene::{Scene, View};
+use locator::Finder;
 
-/// What explosion maps are.
+/// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
     id: "explosion_map",
     family: Family::Projection,
-    summary: "maps of where a reflector's rays hit a near and a far sphere say in which tangent plane a vertex is mirrored",
+    summary: "maps of where a reflector's rays hit a near and a far sphere say in which tangent \
+        plane a vertex is mirrored",
     paper: "Ofek, Rappoport 1998, Interactive reflections on curved objects",
-    assumptions: "reflectors are finely tessellated; the spheres about them hold nothing but them; answers are approximate",
+    assumptions: "reflectors are finely tessellated; the spheres about them hold nothing but them; \
+        answers are approximate",
     cpu: true,
     gpu: false,
     bake: None,
     settings: ExplosionMapSettings::describe,
-    in_force: ExplosionMapSettings::in_force,
-    create: |table| Ok(Box::new(ExplosionMapMethod::new(ExplosionMapSettings::from_table(table)?))),
+    effective: ExplosionMapSettings::effective,
+    limits: &limits::LIMITS,
+    create: |table| Ok(Box::new(ProjectionMethod(ExplosionMaps(ExplosionMapSettings::from_table(table)?)))),
 };
 
-/// The method with what it keeps from frame to frame.
-struct ExplosionMapMethod {
-    settings: ExplosionMapSettings,
-    kept: Kept<Finder>,
-}
+/// The method with its settings.
+#[derive(Clone)]
+struct ExplosionMaps(ExplosionMapSettings);
 
-impl ExplosionMapMethod {
-    fn new(settings: ExplosionMapSettings) -> Self {
-        Self { settings, kept: Kept::new(INFO.id) }
+impl VirtualObjectMethod for ExplosionMaps {
+    type Locator = Finder;
+    type Pictures = ();
+
+    const INFO: &'static MethodInfo = &INFO;
+
+    fn longest_edge(&self) -> f32 {
+        self.0.longest_edge
     }
 
-    /// Builds the maps where the kept ones do not fit the view.
-    fn build(&mut self, job: &Job<'_>) -> Result<(), RenderError> {
-        if !self.kept.fits(job)? {
-            let settings = &self.settings;
-            let make = |reflector: &Reflector<'_>| Finder::new(reflector, &job.scene.bounds, settings);
-            self.kept.build(job, make);
-        }
-        Ok(())
+    fn pictures(&self, _: &[ReflectorMesh], _: u32, _: Option<&()>) {}
+
+    fn locators<'a>(
+        &'a self,
+        scene: &'a Scene,
+        _: &'a Reflectors<Self>,
+        _: &'a View,
+    ) -> impl Fn(&Reflector<'_>) -> Option<Finder> + 'a {
+        |reflector: &Reflector<'_>| Finder::new(reflector, &scene.bounds, &self.0)
     }
 
     fn options(&self) -> Options {
-        let recursion = match self.settings.virtual_vertex {
-            // The solver starts at feet that obey the law as well as the mesh knows.
-            VirtualVertex::Mirrored if self.settings.polish == 0 => Recursion::VirtualPoints,
-            _ => Recursion::Feet,
+        let recursion = match self.0.virtual_vertex {
+            // The solver starts at reflection points that obey the law as well as the mesh does.
+            VirtualVertex::Mirrored if self.0.polish == 0 => Recursion::VirtualPoints,
+            _ => Recursion::ReflectionPoints,
         };
-        Options { polish: self.settings.polish, recursion }
-    }
-}
-
-impl ReflectionMethod for ExplosionMapMethod {
-    fn info(&self) -> &'static MethodInfo {
-        &INFO
+        Options { polish: self.0.polish, recursion }
     }
 
-    fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
-        Ok(self.kept.prepare(scene, self.settings.longest_edge).0)
-    }
-
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        let mut watch = Stopwatch::new();
-        let mut report = Report::default();
-        self.build(job)?;
-        report.stages_ms.push(("build", watch.lap_ms()));
-        let sizes = [self.settings.edge_error_px, self.settings.piece_px];
-        self.kept.draw(job, self.options(), sizes, &mut report, target)?;
-        Ok(report)
-    }
-
-    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
-        self.build(job)?;
-        Ok(Some(Box::new(self.kept.projector(job, self.options())?)))
+    fn sizes_px(&self) -> [f32; 2] {
+        [self.0.edge_error_px, self.0.piece_px]
     }
 }

@@ -1,32 +1,32 @@
-//! Reflections in linear extrusions by their profile: the law of reflection holds in the plane across the axis, so a point's
-//! place is found among the rays of line segments instead of those of triangles (Ofek, Rappoport 1998).
+//! Reflections in linear extrusions by their profile: the law of reflection holds in the plane across the axis, so a
+//! point's place is found among the rays of line segments instead of those of triangles (Ofek, Rappoport 1998).
 
-use super::subdivision::{Reach, Walks};
-use crate::methods::projection::virtual_objects::{Extrusion, Foot, Locator, Reflector};
-use crate::optics::bundle::BounceKind;
+use super::subdivision::{WalkReach, Walks};
+use crate::math::lanes::{LANES, Lanes};
+use crate::methods::projection::find::virtual_objects::{
+    Extrusion, Locator, ReflectionPoint, ReflectionPoints, Reflector,
+};
+use crate::optics::path::bundle::BounceKind;
 use crate::scene::{Projection, View};
 use glam::{Vec2, Vec3};
 
-/// Segments that are looked at together: the compiler makes vector instructions of loops of this length.
-const LANES: usize = 8;
-
-/// Where the profile ends, its last segment goes on by this share of the reflector's radius.
+/// Where the profile ends, its last segment goes on by this share of the reflector's radius. Chosen, not measured.
 const BORDER_SHARE: f32 = 0.05;
 
 /// Places this far outside a segment, in shares of its length, still belong to it: rounding must not lose those between
-/// two.
+/// two. Chosen, not measured.
 const OUTSIDE: f32 = 1e-3;
 
 /// The rays of the segments of a profile for one view.
 pub(super) struct Profile {
-    eye: Source,
-    blocks: Vec<Block>,
-    /// Of each lane of each block.
+    eye: ProfileEye,
+    blocks: Vec<SegmentBlock>,
+    /// For each lane of each block.
     segments: Vec<u32>,
 }
 
 /// Where rays come from.
-enum Source {
+enum ProfileEye {
     /// From a point: in the plane, and how far along the axis.
     Point(Vec2, f32),
     /// In parallel; how far they go along the axis with a step in the plane.
@@ -35,24 +35,24 @@ enum Source {
 
 /// Eight segments with the rays that leave their ends, component by component. A lane without a segment holds zeros.
 #[derive(Clone, Copy, Debug, Default)]
-struct Block {
-    from: [[f32; LANES]; 2],
-    edge: [[f32; LANES]; 2],
+struct SegmentBlock {
+    from: [Lanes; 2],
+    edge: [Lanes; 2],
     /// The direction of the ray at the first end, and its change to the second.
-    direction: [[f32; LANES]; 2],
-    turn: [[f32; LANES]; 2],
+    direction: [Lanes; 2],
+    turn: [Lanes; 2],
     /// How far the segment goes, from 0 to 1 but where the profile ends.
-    low: [f32; LANES],
-    high: [f32; LANES],
+    low: Lanes,
+    high: Lanes,
 }
 
 impl Profile {
-    /// The rays of a reflector that is an extrusion; none where it is not, or rays do not come straight from the eye, or
-    /// run along the axis.
+    /// The rays of a reflector that is an extrusion; returns `None` if it is not, or rays do not come straight from the
+    /// eye, or run along the axis.
     pub(super) fn new(reflector: &Reflector<'_>) -> Option<Self> {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         let extrusion = mesh.extrusion.as_ref().filter(|_| rays.kind == BounceKind::Reflect)?;
-        let eye = Source::new(extrusion, reflector.view?)?;
+        let eye = ProfileEye::new(extrusion, reflector.view?)?;
         let mut profile = Self { eye, blocks: Vec::new(), segments: Vec::new() };
         for (index, segment) in extrusion.segments.iter().enumerate() {
             let vertices = segment.vertices.map(|vertex| vertex as usize);
@@ -66,7 +66,7 @@ impl Profile {
             let beyond = segment.open.map(|open| if open { border } else { OUTSIDE });
             let lane = profile.segments.len() % LANES;
             if lane == 0 {
-                profile.blocks.push(Block::default());
+                profile.blocks.push(SegmentBlock::default());
             }
             if let Some(block) = profile.blocks.last_mut() {
                 block.set(lane, places[0], edge, directions, [-beyond[0], 1.0 + beyond[1]]);
@@ -77,8 +77,9 @@ impl Profile {
     }
 }
 
-impl Locator for Profile {
-    fn locate(&self, reflector: &Reflector<'_>, point: Vec3, take: &mut dyn FnMut(&Foot)) {
+impl Profile {
+    /// Appends the reflection points of one scene point.
+    pub(super) fn locate_point(&self, reflector: &Reflector<'_>, point: Vec3, found: &mut Vec<ReflectionPoint>) {
         let Some(extrusion) = &reflector.mesh.extrusion else { return };
         let (place, height) = (extrusion.flattened(point), extrusion.height(point));
         let mut walks = Walks::new(reflector, point);
@@ -87,15 +88,23 @@ impl Locator for Profile {
             for (lane, _) in hold.iter().enumerate().filter(|(_, hold)| **hold) {
                 let Some(segment) = self.segments.get(number * LANES + lane) else { continue };
                 let segment = &extrusion.segments[*segment as usize];
-                for foot in block.feet(lane, place).into_iter().flatten() {
-                    let height = self.eye.foot_height(foot, place, height);
-                    if let Some((triangle, weights)) = extrusion.triangle_at(reflector.mesh, segment, foot, height) {
-                        // Its ray is that of the mesh but for rounding; the walk knows where the mesh ends.
-                        walks.walk(triangle, weights, Reach::Anywhere, take);
+                for reflection_point in block.reflection_points(lane, place).into_iter().flatten() {
+                    let height = self.eye.reflection_height(reflection_point, place, height);
+                    if let Some((triangle, weights)) =
+                        extrusion.triangle_at(reflector.mesh, segment, reflection_point, height)
+                    {
+                        // Its ray is that of the mesh but for rounding; the walk ends where the mesh does.
+                        found.extend(walks.walk(triangle, weights, WalkReach::Anywhere));
                     }
                 }
             }
         }
+    }
+}
+
+impl Locator for Profile {
+    fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints) {
+        found.extend(points, |point, found| self.locate_point(reflector, point, found));
     }
 
     fn byte_count(&self) -> u64 {
@@ -103,7 +112,7 @@ impl Locator for Profile {
     }
 }
 
-impl Source {
+impl ProfileEye {
     fn new(extrusion: &Extrusion, view: &View) -> Option<Self> {
         match view.projection {
             Projection::Perspective { .. } => {
@@ -118,12 +127,12 @@ impl Source {
         }
     }
 
-    /// How far along the axis the foot of a point is: on its way light keeps its slope.
-    fn foot_height(&self, foot: Vec2, place: Vec2, height: f32) -> f32 {
-        let after = place.distance(foot);
+    /// How far along the axis the reflection point of a point is: on its way light keeps its slope.
+    fn reflection_height(&self, reflection_point: Vec2, place: Vec2, height: f32) -> f32 {
+        let after = place.distance(reflection_point);
         match self {
             Self::Point(eye, eye_height) => {
-                let before = eye.distance(foot);
+                let before = eye.distance(reflection_point);
                 eye_height + (height - eye_height) * (before / (before + after))
             }
             Self::Parallel(slope) => height - slope * after,
@@ -131,7 +140,7 @@ impl Source {
     }
 }
 
-impl Block {
+impl SegmentBlock {
     fn set(&mut self, lane: usize, from: Vec2, edge: Vec2, directions: [Vec2; 2], [low, high]: [f32; 2]) {
         for axis in 0..2 {
             self.from[axis][lane] = from[axis];
@@ -152,7 +161,7 @@ impl Block {
         [perp(to_point, direction), perp(to_point, turn) - perp(edge, direction), -perp(edge, turn)]
     }
 
-    /// Whether segments have a ray through a point, or its continuation backwards.
+    /// True if segments have a ray through a point, or its continuation backwards.
     #[inline]
     fn hold(&self, place: Vec2) -> [bool; LANES] {
         let mut hold = [false; LANES];
@@ -170,7 +179,7 @@ impl Block {
     }
 
     /// The places of a segment whose rays lead to a point.
-    fn feet(&self, lane: usize, place: Vec2) -> [Option<Vec2>; 2] {
+    fn reflection_points(&self, lane: usize, place: Vec2) -> [Option<Vec2>; 2] {
         let [from, edge, direction, turn] =
             [&self.from, &self.edge, &self.direction, &self.turn].map(|of| Vec2::new(of[0][lane], of[1][lane]));
         let [c0, c1, c2] = self.form(lane, place);
@@ -178,9 +187,9 @@ impl Block {
         // Without cancellation.
         let sum = -0.5 * (c1 + root.copysign(c1));
         [sum / c2, c0 / sum].map(|share| {
-            let foot = from + edge * share;
-            let ahead = (place - foot).dot(direction + turn * share) > 0.0;
-            (ahead && share >= self.low[lane] && share <= self.high[lane]).then_some(foot)
+            let reflection_point = from + edge * share;
+            let ahead = (place - reflection_point).dot(direction + turn * share) > 0.0;
+            (ahead && share >= self.low[lane] && share <= self.high[lane]).then_some(reflection_point)
         })
     }
 }
@@ -197,20 +206,23 @@ mod tests {
         let mut tested = 0;
         for _ in 0..2000 {
             let (from, edge, directions) = (vector(), vector(), [vector().normalize(), vector().normalize()]);
-            let mut block = Block::default();
+            let mut block = SegmentBlock::default();
             block.set(5, from, edge, directions, [0.0, 1.0]);
             let share = 0.5 + 0.49 * vector().x;
-            let (foot, direction) = (from + edge * share, directions[0].lerp(directions[1], share));
+            let (reflection_point, direction) = (from + edge * share, directions[0].lerp(directions[1], share));
             let distance = 1.5 + vector().x;
-            let place = foot + direction * distance;
-            // Near a focal point, or along the segment, rounding moves the foot.
+            let place = reflection_point + direction * distance;
+            // Near a focal point, or along the segment, rounding moves the reflection point.
             let slope = (edge + (directions[1] - directions[0]) * distance).perp_dot(direction);
             if slope.abs() < 0.05 * edge.length() {
                 continue;
             }
             assert!(block.hold(place)[5], "{place}");
-            let found = block.feet(5, place);
-            assert!(found.iter().flatten().any(|found| found.distance(foot) < 1e-3), "{found:?}, not {foot}");
+            let found = block.reflection_points(5, place);
+            assert!(
+                found.iter().flatten().any(|found| found.distance(reflection_point) < 1e-3),
+                "{found:?}, not {reflection_point}"
+            );
             for other in found.into_iter().flatten() {
                 let share = (other - from).dot(edge) / edge.length_squared();
                 let direction = directions[0].lerp(directions[1], share);

@@ -1,27 +1,28 @@
 //! The reflection subdivision: the cells of rays that leave the reflector's triangles divide space, and a point's place
 //! in its cell is its reflection. The cell is found by walking from cell to cell.
 
-use crate::methods::projection::virtual_objects::{Foot, Reflector, interpolated, weights_of};
-use crate::surface::site::NO_NEIGHBOUR;
+use crate::methods::projection::find::virtual_objects::{ReflectionPoint, Reflector, interpolated, weights_of};
+use crate::surface::mesh::adjacency::NO_NEIGHBOUR;
 use glam::{Mat3, Vec2, Vec3};
 
-/// Newton's method gives up after so many steps, each of which may lead to another cell.
-const MOST_STEPS: u32 = 14;
+/// Newton's method gives up after so many steps, each of which may lead to another cell. A bound on time; chosen, not
+/// measured.
+const MAX_STEPS: u32 = 14;
 
 /// Steps that do not become shorter than this share of the one before lead nowhere if there are more than two of them.
 const SHRINKING: f32 = 0.7;
-const MOST_STRAYS: u32 = 2;
+const MAX_STRAYS: u32 = 2;
 
 /// How far walks may lead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Reach {
+pub(super) enum WalkReach {
     /// To cells next to where they start: there the point is, or nowhere near.
     Near,
     /// Anywhere.
     Anywhere,
 }
 
-impl Reach {
+impl WalkReach {
     /// A step leads over no more edges than this.
     fn most_edges(self) -> u32 {
         match self {
@@ -31,95 +32,96 @@ impl Reach {
     }
 }
 
-/// Steps this small, in the weights of the cell, are the last.
+/// Steps this small, in the weights of the cell, are the last. Chosen, not measured.
 const LAST_STEP: f32 = 1e-5;
 
-/// Where steps go to and fro over an edge between two cells, the place is known this well.
+/// Where steps go to and fro over an edge between two cells, the place is known this well. Chosen, not measured.
 const UNSURE_STEP: f32 = 0.02;
 
 /// A place this far outside its triangle, in its weights, is still in it: rounding must not send walks to and fro.
+/// Chosen, not measured.
 const OUTSIDE: f32 = 1e-4;
 
-/// A step goes no further than this share of the reflector's radius.
+/// A step goes no further than this share of the reflector's radius. Chosen, not measured.
 const LONGEST_STEP: f32 = 0.5;
 
-/// Where a reflector ends, the last cell goes on by this share of the reflector's radius.
+/// Where a reflector ends, the last cell goes on by this share of the reflector's radius. Chosen, not measured.
 const BORDER_SHARE: f32 = 0.05;
 
-/// No more walks than this for one point end in different cells.
-const MOST_CELLS: usize = 8;
+/// No more walks than this for one point end in different cells. A bound on time; chosen, not measured.
+const MAX_CELLS: usize = 8;
 
 /// Walks to the cells that hold one point; several may lead to one cell.
 pub(super) struct Walks<'a> {
     reflector: &'a Reflector<'a>,
     point: Vec3,
-    known: [u32; MOST_CELLS],
+    known: [u32; MAX_CELLS],
     count: usize,
 }
 
 impl<'a> Walks<'a> {
     pub(super) fn new(reflector: &'a Reflector<'a>, point: Vec3) -> Self {
-        Self { reflector, point, known: [u32::MAX; MOST_CELLS], count: 0 }
+        Self { reflector, point, known: [u32::MAX; MAX_CELLS], count: 0 }
     }
 
-    /// Walks from a place of a triangle, and calls `take` where that ends in a cell
-    /// that is not known.
-    pub(super) fn walk(&mut self, triangle: u32, weights: Vec2, reach: Reach, take: &mut dyn FnMut(&Foot)) {
-        locate(self.reflector, Spot { triangle, weights, beyond: false }, self.point, reach, &mut |found| {
-            if !self.known.contains(&found.triangle) && self.count < MOST_CELLS {
-                self.known[self.count] = found.triangle;
-                self.count += 1;
-                take(found);
-            }
-        });
+    /// Walks from a place of a triangle; returns `None` if that ends in no cell, or in one that an earlier walk found.
+    pub(super) fn walk(&mut self, triangle: u32, weights: Vec2, reach: WalkReach) -> Option<ReflectionPoint> {
+        let found = walk_from(self.reflector, WalkSpot { triangle, weights, beyond: false }, self.point, reach)?;
+        if self.known.contains(&found.triangle) || self.count >= MAX_CELLS {
+            return None;
+        }
+        self.known[self.count] = found.triangle;
+        self.count += 1;
+        Some(found)
     }
 }
 
-/// Calls `take` for the place in the cell that holds the point, walking from a first guess.
-fn locate(reflector: &Reflector<'_>, seed: Spot, point: Vec3, reach: Reach, take: &mut dyn FnMut(&Foot)) {
+/// The place in the cell that holds the point, at the end of a walk from a first guess.
+fn walk_from(reflector: &Reflector<'_>, seed: WalkSpot, point: Vec3, reach: WalkReach) -> Option<ReflectionPoint> {
     let mesh = reflector.mesh;
     let longest = LONGEST_STEP * mesh.radius;
     let mut at = seed;
-    if !at.settle(reflector, reach.most_edges()) && reach == Reach::Near {
-        return;
+    if !at.settle(reflector, reach.most_edges()) && reach == WalkReach::Near {
+        return None;
     }
     let (mut last_length, mut strays) = (f32::INFINITY, 0);
-    for count in 1..=MOST_STEPS {
-        let cell = Cell::new(reflector, at.triangle);
-        let Some((step, change)) = cell.step(at.weights, point) else { return };
+    for count in 1..=MAX_STEPS {
+        let cell = RayCell::new(reflector, at.triangle);
+        let (step, change) = cell.step(at.weights, point)?;
         let length = cell.length_of(step);
         strays += u32::from(length > SHRINKING * last_length && step.length() > UNSURE_STEP);
-        if strays > MOST_STRAYS {
-            return;
+        if strays > MAX_STRAYS {
+            return None;
         }
         last_length = length.min(longest);
         let step = if length > longest { step * (longest / length) } else { step };
         let before = at.triangle;
         at.weights += step;
-        if !at.settle(reflector, reach.most_edges()) && reach == Reach::Near {
-            return;
+        if !at.settle(reflector, reach.most_edges()) && reach == WalkReach::Near {
+            return None;
         }
         let size = step.length();
-        if at.triangle == before && size < LAST_STEP || count == MOST_STEPS && size < UNSURE_STEP {
+        if at.triangle == before && size < LAST_STEP || count == MAX_STEPS && size < UNSURE_STEP {
             if at.beyond && cell.length_of(at.outside()) > BORDER_SHARE * mesh.radius {
-                return;
+                return None;
             }
-            return finish(reflector, &at, change, take);
+            return Some(reflection_point_at(reflector, &at, change));
         }
     }
+    None
 }
 
 /// A place on the mesh.
 #[derive(Clone, Copy)]
-struct Spot {
+struct WalkSpot {
     triangle: u32,
     weights: Vec2,
-    /// Whether it lies outside its triangle because there is no other beyond the edge.
+    /// True if it lies outside its triangle because there is no other beyond the edge.
     beyond: bool,
 }
 
-impl Spot {
-    /// Goes over edges to the triangle that the place lies in; says whether it is not further than so many edges away.
+impl WalkSpot {
+    /// Goes over edges to the triangle that the place lies in; returns false if that is more than so many edges away.
     fn settle(&mut self, reflector: &Reflector<'_>, most_edges: u32) -> bool {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         self.beyond = false;
@@ -158,12 +160,12 @@ impl Spot {
 }
 
 /// A cell of rays: origins and directions, linear over its triangle.
-struct Cell {
+struct RayCell {
     origin: [Vec3; 3],
     direction: [Vec3; 3],
 }
 
-impl Cell {
+impl RayCell {
     fn new(reflector: &Reflector<'_>, triangle: u32) -> Self {
         let corners = reflector.mesh.triangles[triangle as usize];
         let steps = |values: &[Vec3]| {
@@ -192,12 +194,12 @@ impl Cell {
     }
 }
 
-/// Hands over a place; where the surface turns away, the silhouette.
-fn finish(reflector: &Reflector<'_>, spot: &Spot, change: [Vec3; 2], take: &mut dyn FnMut(&Foot)) {
+/// The reflection point at a place; where the surface turns away, that of the silhouette.
+fn reflection_point_at(reflector: &Reflector<'_>, spot: &WalkSpot, change: [Vec3; 2]) -> ReflectionPoint {
     let (mesh, rays) = (reflector.mesh, reflector.rays);
     let corners = mesh.triangles[spot.triangle as usize];
     let at = |values: &[Vec3]| interpolated(values, corners, spot.weights);
-    let foot = Foot {
+    let point = ReflectionPoint {
         position: at(&mesh.positions),
         normal: (at(&mesh.normals) * rays.side).normalize_or_zero(),
         position_change: Mat3::ZERO,
@@ -207,6 +209,6 @@ fn finish(reflector: &Reflector<'_>, spot: &Spot, change: [Vec3; 2], take: &mut 
         weights: spot.weights,
         beyond: false,
     };
-    let held = foot.held_at_horizon(mesh, rays, change);
-    take(&Foot { beyond: held.beyond || spot.beyond, ..held });
+    let held = point.held_at_horizon(mesh, rays, change);
+    ReflectionPoint { beyond: held.beyond || spot.beyond, ..held }
 }

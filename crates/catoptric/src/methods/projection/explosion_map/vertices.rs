@@ -1,13 +1,13 @@
 //! Explosion maps as they were meant: all vertices of a scene mirrored at once.
 
-use super::finder::Finder;
+use super::locator::Finder;
 use super::settings::ExplosionMapSettings;
-use crate::methods::projection::virtual_objects::{Reflector, ReflectorMesh, VertexRays};
+use crate::methods::projection::find::virtual_objects::{Reflector, ReflectorMesh, VertexRays};
 use crate::parallel;
 use crate::scene::{Scene, View};
 use glam::Vec3;
 
-/// Vertices that a thread takes at once.
+/// Vertices that a thread takes at once. A size for threads; chosen, not measured.
 const AT_ONCE: usize = 4096;
 
 /// The explosion map of one convex reflector, for views and vertices that change from frame to frame.
@@ -18,7 +18,7 @@ const AT_ONCE: usize = 4096;
 ///
 /// ```
 /// use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Preset, ReflectorMap};
-/// use catoptric::scene::builtin;
+/// use catoptric_scenes::builtin;
 /// use glam::Vec3;
 ///
 /// let scene = builtin::load("sphere_room", &[]).unwrap().pose(&Default::default()).unwrap();
@@ -33,19 +33,19 @@ pub struct ReflectorMap {
     mesh: ReflectorMesh,
     scene_bounds: crate::math::Aabb,
     settings: ExplosionMapSettings,
-    /// For the last view; none where the reflector shows nothing.
-    seen: Option<Seen>,
+    /// For the last view; `None` if the reflector shows nothing.
+    seen: Option<ViewMap>,
 }
 
-/// What depends on the view.
-struct Seen {
+/// View-dependent data.
+struct ViewMap {
     view: View,
     rays: VertexRays,
     finder: Finder,
 }
 
 impl ReflectorMap {
-    /// Of an object of a scene, not yet seen from anywhere.
+    /// Prepares an object of a scene, for no view yet.
     ///
     /// # Panics
     /// Where the scene has no such object.
@@ -64,12 +64,12 @@ impl ReflectorMap {
         let rays = VertexRays::of_view(&self.mesh, view);
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &rays, view: Some(view) };
         let finder = Finder::new(&reflector, &self.scene_bounds, &self.settings);
-        self.seen = finder.map(|finder| Seen { view: view.clone(), rays, finder });
+        self.seen = finder.map(|finder| ViewMap { view: view.clone(), rays, finder });
     }
 
     /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
-        let Some(Seen { view, rays, finder }) = &self.seen else { return images.fill(Vec3::NAN) };
+        let Some(ViewMap { view, rays, finder }) = &self.seen else { return images.fill(Vec3::NAN) };
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays, view: Some(view) };
         parallel::for_each_chunk_mut(images, AT_ONCE, |chunk, images| {
             let points = points.get(chunk * AT_ONCE..).unwrap_or_default();

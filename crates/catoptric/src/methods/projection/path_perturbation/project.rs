@@ -1,49 +1,67 @@
 //! Scene points to their appearances: candidates from the ray map, Taylor expansion, polish.
 
 use super::settings::{Candidates, PathPerturbationSettings};
-use crate::methods::projection::polish::{Effort, Polished, polished};
-use crate::methods::projection::ray_map::{
-    Approximation, Attempts, Candidate, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap, RaySample,
+use crate::methods::projection::find::polish::{Effort, Polished, polished};
+use crate::methods::projection::find::ray_map::{
+    Approximation, Candidate, CandidateFilter, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap,
+    RaySample,
 };
-use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
-use crate::optics::bundle::Eye;
+use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
+use crate::optics::path::bundle::Eye;
+use crate::optics::path::manifold::SpecularSurfaces;
 use crate::scene::PreciseView;
-use crate::surface::site::SpecularSurfaces;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 
 /// Two appearances on one sheet nearer than this, in pixels, are one: beside a fold the solver's answers scatter.
+/// Chosen, not measured.
 const SAME_PX: f32 = 0.3;
 
-/// A sample's answer this near to a polished one on the same sheet, in pixels, is taken for the same.
+/// A sample's answer this near to a polished one on the same sheet, in pixels, is taken for the same. Chosen, not
+/// measured.
 const KNOWN_PX: f32 = 0.5;
 
-/// The expansion's linear part is enough where what the second order adds is below this, in pixels.
+/// The expansion's linear part is enough where what the second order adds is below this, in pixels. Chosen, not
+/// measured.
 const NEGLIGIBLE_PX: f64 = 0.02;
 
 /// Answers of samples that reach further than this many times their neighbours are not trusted: the point's ray is
-/// nearer to another sample, or none passes the point.
+/// nearer to another sample, or none passes the point. Chosen, not measured.
 const TRUSTED_REACH: f64 = 3.0;
 
 /// The solver may go this many times the distance to its neighbours away from a sample: what lies there is others'.
+/// Chosen, not measured.
 const SOLVED_REACH: f64 = 3.0;
 
 /// A sample that leads less than this many distances of its neighbours away, with a second order below the square of
-/// it, knows: if the solver finds nothing there, there is nothing.
+/// it, knows: if the solver finds nothing there, there is nothing. Chosen, not measured.
 const SURE_REACH: f64 = 0.5;
 
 /// Expansions whose next order is larger than this share of the distance to their sample's neighbours mean nothing.
+/// Chosen, not measured.
 const LARGEST_REST: f64 = 0.75;
 
 /// Beyond this many times the distance to its neighbours an expansion is believed only where no other sample is nearer.
+/// Chosen, not measured.
 const OWN_REACH: f64 = 1.0;
 
-/// Points nearer to their last bounce than this share of the reflector's size lie on it.
+/// Points nearer to their last bounce than this share of the reflector's size lie on it. Chosen, not measured.
 const TOUCHING: f64 = 2e-4;
 
 /// Reflection points further from the sample of their cell than this many times its neighbours lie on another part of
-/// the surface, behind what is seen.
+/// the surface, behind what is seen. Chosen, not measured.
 const SAME_PART_REACH: f64 = 2.5;
+
+/// Nearest rays that are grouped (section III-C.1 of the paper, which has as many).
+const NEAREST_COUNT: usize = 5;
+
+/// Nearest rays whose directions differ by more than this, in degrees, are different reflections. The paper leaves it
+/// to the user; chosen, not measured.
+const GROUP_ANGLE_DEG: f64 = 20.0;
+
+/// Nearest rays whose reflection points lie further apart than this share of the reflector's size are, too. The paper
+/// leaves it to the user; chosen, not measured.
+const GROUP_DISTANCE: f64 = 0.25;
 
 /// Projects scene points by perturbing sample rays.
 pub(super) struct Perturber<'a> {
@@ -68,7 +86,17 @@ impl VertexProjector for Perturber<'_> {
         &self.paths
     }
 
-    fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
+    fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
+        found.extend(points, |point, found| self.project_point(path, point, found));
+    }
+
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
+        found.extend(&[point], |point, found| found.extend(self.followed(one, point.as_dvec3())));
+    }
+}
+
+impl Perturber<'_> {
+    fn project_point(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
         let Some(group) = self.map.groups.get(path as usize) else { return };
         if !point.is_finite() {
             return;
@@ -77,7 +105,7 @@ impl VertexProjector for Perturber<'_> {
         let exact = point.as_dvec3();
         let mut representatives: [u32; 8] = [0; 8];
         let mut representative_count = 0;
-        let mut attempts = Attempts::default();
+        let mut attempts = CandidateFilter::default();
         let mut take = |candidate: Candidate| {
             let ray = candidate.ray;
             if self.settings.candidates == Candidates::Nearest {
@@ -92,8 +120,8 @@ impl VertexProjector for Perturber<'_> {
             }
             let Some(attempt) = attempts.begin(&candidate) else { return };
             let outcome = self.perturb(path, group, ray, exact, &found[start..]);
-            attempts.end(attempt, !matches!(outcome, Outcome::Unsolved));
-            let Outcome::Seen(projection) = outcome else { return };
+            attempts.end(attempt, !matches!(outcome, PointOutcome::Unsolved));
+            let PointOutcome::Seen(projection) = outcome else { return };
             let same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
             };
@@ -104,31 +132,24 @@ impl VertexProjector for Perturber<'_> {
         SCRATCH.with_borrow_mut(|scratch| group.candidates(point, scratch, &mut take));
     }
 
-    fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
-        found.extend(self.followed(one, point.as_dvec3()));
-    }
-}
-
-impl Perturber<'_> {
     /// The paper's grouping (section III-C.1): near directions and near reflection points are one reflection.
     fn same_reflection(&self, group: &PathRays, a: u32, b: u32) -> bool {
         let (a, b) = (&group.samples[a as usize], &group.samples[b as usize]);
         let angle = a.rays.direction.dot(b.rays.direction).clamp(-1.0, 1.0).acos();
         let last = |sample: &RaySample| sample.sites.sites[sample.sites.count - 1].position;
         let size = group.path.bounces.last().map_or(0.0, |bounce| self.sizes[bounce.object as usize]);
-        angle <= f64::from(self.settings.group_angle_deg).to_radians()
-            && last(a).distance(last(b)) <= f64::from(self.settings.group_distance) * size
+        angle <= GROUP_ANGLE_DEG.to_radians() && last(a).distance(last(b)) <= GROUP_DISTANCE * size
     }
 
     /// The appearance that a sample ray leads to; unsolved where its expansion does not reach or the solver finds none.
-    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> Outcome {
+    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> PointOutcome {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let Some(mut neighbour) = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic)) else {
-            return Outcome::Unsolved;
+            return PointOutcome::Unsolved;
         };
         if !(neighbour.distance > 0.0 && group.is_trusted(ray, neighbour.linear)) {
-            return Outcome::Unsolved;
+            return PointOutcome::Unsolved;
         }
         let spacing = f64::from(group.reach[ray as usize]);
         if forced.is_none() {
@@ -136,7 +157,7 @@ impl Perturber<'_> {
         }
         let found = if self.settings.polish > 0 {
             if self.is_known(sample, &neighbour, known) {
-                return Outcome::Settled;
+                return PointOutcome::Settled;
             }
             let parameters = neighbour.parameters.clamp_length_max(TRUSTED_REACH * spacing);
             self.polished(sample, parameters, point, SOLVED_REACH * spacing)
@@ -146,13 +167,13 @@ impl Perturber<'_> {
         let Some(found) = found else {
             let px = |parameters: DVec2| group.picture_distance(ray, parameters);
             let sure = px(neighbour.linear) < SURE_REACH && px(neighbour.remainder) < SURE_REACH * SURE_REACH;
-            return if sure { Outcome::Settled } else { Outcome::Unsolved };
+            return if sure { PointOutcome::Settled } else { PointOutcome::Unsolved };
         };
-        self.seen(path, group, sample, &found, point).map_or(Outcome::Settled, Outcome::Seen)
+        self.seen(path, group, sample, &found, point).map_or(PointOutcome::Settled, PointOutcome::Seen)
     }
 
-    /// What an expansion alone says; none where nothing follows from it.
-    fn expanded(&self, group: &PathRays, ray: u32, neighbour: &Neighbour, point: DVec3) -> Option<Found> {
+    /// The appearance by an expansion alone; returns `None` if the expansion gives none.
+    fn expanded(&self, group: &PathRays, ray: u32, neighbour: &Neighbour, point: DVec3) -> Option<PointPath> {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let left_out = left_out(neighbour, forced);
@@ -168,7 +189,7 @@ impl Perturber<'_> {
         {
             return None;
         }
-        Some(Found {
+        Some(PointPath {
             reflection_point: neighbour.reflection_point,
             last: sample.rays.origin_near(neighbour.parameters),
             motion: sample.motion(neighbour.distance, parameters)?,
@@ -177,8 +198,15 @@ impl Perturber<'_> {
         })
     }
 
-    /// A path as an appearance; none where it is not seen.
-    fn seen(&self, path: u32, group: &PathRays, sample: &RaySample, found: &Found, point: DVec3) -> Option<Projection> {
+    /// A path as an appearance; returns `None` if it is not seen.
+    fn seen(
+        &self,
+        path: u32,
+        group: &PathRays,
+        sample: &RaySample,
+        found: &PointPath,
+        point: DVec3,
+    ) -> Option<Projection> {
         let object = group.path.bounces.last()?.object;
         if found.last.distance(point) < TOUCHING * self.sizes[object as usize] {
             return None;
@@ -198,8 +226,8 @@ impl Perturber<'_> {
         let ray = self.map.sample_at(group, place)?;
         if self.settings.polish == 0 {
             return match self.perturb(one.path, group, ray, point, &[]) {
-                Outcome::Seen(projection) => Some(projection),
-                Outcome::Settled | Outcome::Unsolved => None,
+                PointOutcome::Seen(projection) => Some(projection),
+                PointOutcome::Settled | PointOutcome::Unsolved => None,
             };
         }
         let sample = &group.samples[ray as usize];
@@ -208,7 +236,7 @@ impl Perturber<'_> {
         self.seen(one.path, group, sample, &found, point)
     }
 
-    /// Whether a sample's answer is one that another sample has led to: near it, and on the same sheet.
+    /// True if a sample's answer is one that another sample has led to: near it, and on the same sheet.
     fn is_known(&self, sample: &RaySample, neighbour: &Neighbour, known: &[Projection]) -> bool {
         if known.is_empty() {
             return false;
@@ -224,14 +252,14 @@ impl Perturber<'_> {
 
     /// The exact path near a sample's, whose first bounce is at most `reach` away from where `parameters` have it; none
     /// where the solver finds none, or one that meets surfaces from other sides.
-    fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3, reach: f64) -> Option<Found> {
+    fn polished(&self, sample: &RaySample, parameters: DVec2, point: DVec3, reach: f64) -> Option<PointPath> {
         let start = sample.sites_at(&self.surfaces, parameters)?;
         let effort = Effort { steps: self.settings.polish, reach, must_converge: true };
         let found = polished(&self.surfaces, &self.eye, &start, &sample.outside, point, effort)?;
         let Polished { sites, last, motion, .. } = found;
         let reflection_point = sites.sites[0].position;
         let optical_length = sample.optical_length_along(&self.eye, &sites, point);
-        Some(Found { reflection_point, last, motion, optical_length, left_out: DVec2::ZERO })
+        Some(PointPath { reflection_point, last, motion, optical_length, left_out: DVec2::ZERO })
     }
 
     /// The sample in whose cell a first reflection point is seen.
@@ -240,7 +268,7 @@ impl Perturber<'_> {
         self.map.sample_at(group, [x + self.margin_px, y + self.margin_px])
     }
 
-    /// Whether the ray map saw another part of the path's surfaces where a reflection point should be.
+    /// True if the ray map saw another part of the path's surfaces where a reflection point should be.
     fn is_hidden(&self, group: &PathRays, reflection_point: DVec3, [x, y]: [f64; 2]) -> bool {
         match self.map.sample_at(group, [x + self.margin_px, y + self.margin_px]) {
             Some(seen) => {
@@ -255,7 +283,7 @@ impl Perturber<'_> {
         &self,
         path: u32,
         sample: &RaySample,
-        found: &Found,
+        found: &PointPath,
         [x, y]: [f64; 2],
         point: DVec3,
     ) -> Option<Projection> {
@@ -277,7 +305,7 @@ impl Perturber<'_> {
     }
 }
 
-/// The expansion at the order that its remainder asks for.
+/// The expansion at the order that its remainder needs.
 fn of_sufficient_order(group: &PathRays, ray: u32, point: DVec3, quadratic: Neighbour) -> Neighbour {
     if group.distance_px(ray, quadratic.remainder) < NEGLIGIBLE_PX {
         return group.samples[ray as usize].neighbour(point, Approximation::Linear).unwrap_or(quadratic);
@@ -299,17 +327,17 @@ fn left_out(neighbour: &Neighbour, forced: Option<Approximation>) -> DVec2 {
     }
 }
 
-/// What comes of a sample.
-enum Outcome {
+/// Result of a sample.
+enum PointOutcome {
     Seen(Projection),
     /// A path that is not seen, or one that is known.
     Settled,
-    /// Another sample may know.
+    /// Undecided: another sample may lead to a path.
     Unsolved,
 }
 
 /// An appearance before it is put into the picture.
-struct Found {
+struct PointPath {
     reflection_point: DVec3,
     /// The last bounce point.
     last: DVec3,
@@ -319,10 +347,10 @@ struct Found {
     left_out: DVec2,
 }
 
-/// How candidates are found.
+/// Selection of candidates.
 pub(super) fn rule(settings: &PathPerturbationSettings) -> CandidateRule {
     match settings.candidates {
         Candidates::InReach => CandidateRule::InReach(TRUSTED_REACH as f32),
-        Candidates::Nearest => CandidateRule::Nearest(settings.nearest_count as usize),
+        Candidates::Nearest => CandidateRule::Nearest(NEAREST_COUNT),
     }
 }

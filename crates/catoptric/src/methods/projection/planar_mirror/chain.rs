@@ -1,8 +1,8 @@
 //! Reflections in a sequence of planes, in closed form.
 
 use super::planes::{MirrorPlane, Mirrors};
-use crate::methods::projection::projector::{MAX_BOUNCES, SpecularPath};
-use crate::optics::bundle::{Bounce, BounceKind};
+use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
+use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::Scene;
 use crate::surface::AnalyticSurface;
 use glam::{DMat3, DVec3, Vec3};
@@ -14,9 +14,9 @@ pub(super) struct Chain {
     pub(super) length: usize,
 }
 
-/// Where the rays of a path start.
+/// Start of the rays of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Source {
+pub(super) enum ChainStart {
     /// At a point.
     Point(DVec3),
     /// On a plane through the point, along the direction.
@@ -26,7 +26,7 @@ pub(super) enum Source {
 /// A path over all mirrors of a chain.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unfolded {
-    /// Where the path starts.
+    /// Start of the path.
     pub(super) eye: DVec3,
     /// The bounce points, from the eye.
     pub(super) bounces: [DVec3; MAX_BOUNCES],
@@ -34,8 +34,8 @@ pub(super) struct Unfolded {
     pub(super) image: DVec3,
 }
 
-impl Source {
-    /// The point from which a ray reaches `target`; none where the target lies behind the eye's plane.
+impl ChainStart {
+    /// The point from which a ray reaches `target`; returns `None` if the target lies behind the eye's plane.
     fn towards(self, target: DVec3) -> Option<DVec3> {
         match self {
             Self::Point(eye) => Some(eye),
@@ -48,7 +48,7 @@ impl Source {
 }
 
 impl Chain {
-    /// The chain with one more mirror at its end; none where it is as long as paths get.
+    /// The chain with one more mirror at its end; returns `None` if it is as long as paths get.
     pub(super) fn extended(&self, plane: u32) -> Option<Self> {
         let mut longer = *self;
         *longer.planes.get_mut(self.length)? = plane;
@@ -67,15 +67,15 @@ impl Chain {
         SpecularPath { bounces: self.planes().iter().map(bounce).collect() }
     }
 
-    /// How a step of the scene point moves its image.
+    /// Image change with the scene point.
     pub(super) fn image_change(&self, mirrors: &Mirrors) -> DMat3 {
         let reflection = |plane: &u32| mirrors.planes[*plane as usize].reflection().matrix3;
         self.planes().iter().map(reflection).fold(DMat3::IDENTITY, |product, next| product * next)
     }
 
-    /// The path to `point`, as if the mirrors went on for ever. None where a mirror does not lie between its
+    /// The path to `point`, as if the mirrors went on for ever. Returns `None` if a mirror does not lie between its
     /// neighbours on the path and their images, or turns its blind side to them.
-    pub(super) fn unfold(&self, mirrors: &Mirrors, source: Source, point: DVec3) -> Option<Unfolded> {
+    pub(super) fn unfold(&self, mirrors: &Mirrors, source: ChainStart, point: DVec3) -> Option<Unfolded> {
         let plane = |index: usize| &mirrors.planes[self.planes[index] as usize];
         // Images of the scene point: behind the mirrors from each on.
         let mut images = [DVec3::ZERO; MAX_BOUNCES];
@@ -105,7 +105,7 @@ impl Chain {
 }
 
 impl Mirrors {
-    /// Whether a point in a mirror's plane lies on the mirror, its border included.
+    /// True if a point in a mirror's plane lies on the mirror, its border included.
     pub(super) fn contains(&self, scene: &Scene, plane: u32, point: DVec3) -> bool {
         let mirror = &self.planes[plane as usize];
         if let Some(placed) = &scene.objects[mirror.object as usize].surface
@@ -120,7 +120,7 @@ impl Mirrors {
     }
 }
 
-/// Whether a point in the plane of a triangle lies in the triangle, its edges included.
+/// True if a point in the plane of a triangle lies in the triangle, its edges included.
 fn in_triangle(scene: &Scene, mirror: &MirrorPlane, triangle: u32, point: DVec3) -> bool {
     let corners = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize].as_dvec3());
     // Both triangles of an edge see the same two corners and the same area, so no point falls between them.

@@ -3,10 +3,11 @@
 //! See this folder's `README.md`.
 
 mod chain;
+mod limits;
+mod path_search;
 mod paths;
 mod planes;
-mod projector;
-mod search;
+mod project;
 mod settings;
 
 pub use settings::PlanarMirrorSettings;
@@ -14,21 +15,23 @@ pub use settings::PlanarMirrorSettings;
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::methods::projection::drawing::PathShader;
-use crate::methods::projection::finder::PathSearch;
-use crate::methods::projection::projector::{MAX_BOUNCES, VertexProjector};
-use crate::methods::{Family, Job, MethodInfo, Quality, ReflectionMethod, Report, Settings};
+use crate::methods::bake::Baked;
+use crate::methods::path_query::PathSearch;
+use crate::methods::projection::draw::PathShader;
+use crate::methods::projector::{MAX_BOUNCES, VertexProjector};
+use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::raster::{self, DrawList, DrawTriangle, Stencil};
-use crate::scene::Scene;
+use crate::scene::{Scene, View};
 use glam::DVec3;
+use path_search::MirrorSearch;
 use paths::{MirrorPath, visible_paths};
 use planes::Mirrors;
-use projector::MirrorProjector;
-use search::MirrorSearch;
+use project::MirrorProjector;
+use std::sync::Arc;
 
-/// What planar mirrors are.
+/// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
     id: "planar_mirror",
     family: Family::Projection,
@@ -39,28 +42,54 @@ pub static INFO: MethodInfo = MethodInfo {
     gpu: false,
     bake: None,
     settings: PlanarMirrorSettings::describe,
-    in_force: PlanarMirrorSettings::in_force,
-    create: |table| {
-        Ok(Box::new(PlanarMirror { settings: PlanarMirrorSettings::from_table(table)?, mirrors: Mirrors::default() }))
-    },
+    effective: PlanarMirrorSettings::effective,
+    limits: &limits::LIMITS,
+    create: |table| Ok(Box::new(PlanarMirror { settings: PlanarMirrorSettings::from_table(table)? })),
 };
 
 struct PlanarMirror {
     settings: PlanarMirrorSettings,
-    mirrors: Mirrors,
 }
 
-impl ReflectionMethod for PlanarMirror {
+/// The flat mirrors of a scene.
+struct PreparedMirrors {
+    settings: PlanarMirrorSettings,
+    scene: Arc<Scene>,
+    quality: Quality,
+    mirrors: Mirrors,
+    report: Report,
+}
+
+/// One view.
+struct MirrorFrame<'a> {
+    prepared: &'a PreparedMirrors,
+    view: View,
+}
+
+impl Method for PlanarMirror {
     fn info(&self) -> &'static MethodInfo {
         &INFO
     }
 
-    fn prepare(&mut self, scene: &Scene, _quality: Quality, _progress: &dyn Progress) -> Result<Report, RenderError> {
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        _progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        INFO.refuse_bake(bake)?;
+        Ok(Box::new(PreparedMirrors::new(&self.settings, scene, quality)))
+    }
+}
+
+impl PreparedMirrors {
+    fn new(settings: &PlanarMirrorSettings, scene: &Arc<Scene>, quality: Quality) -> Self {
         let mut watch = Stopwatch::new();
-        self.mirrors = Mirrors::find(scene);
+        let mirrors = Mirrors::find(scene);
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
-        report.counts.insert("mirrors", self.mirrors.planes.len() as u64);
-        let (curved, lenses) = (self.mirrors.curved_triangles, self.mirrors.lens_triangles);
+        report.counts.insert("mirrors", mirrors.planes.len() as u64);
+        let (curved, lenses) = (mirrors.curved_triangles, mirrors.lens_triangles);
         if curved > 0 {
             report.fallbacks.insert("curved_triangles", curved);
             report.warnings.push(format!("{curved} triangles of curved reflectors are drawn black"));
@@ -69,16 +98,35 @@ impl ReflectionMethod for PlanarMirror {
             report.fallbacks.insert("lens_triangles", lenses);
             report.warnings.push(format!("{lenses} triangles of lenses are drawn black"));
         }
-        Ok(report)
+        Self { settings: settings.clone(), scene: scene.clone(), quality, mirrors, report }
+    }
+}
+
+impl Prepared for PreparedMirrors {
+    fn report(&self) -> &Report {
+        &self.report
     }
 
-    fn render(&mut self, job: &Job<'_>, target: &mut Framebuffer) -> Result<Report, RenderError> {
-        let scene = job.scene;
-        self.check_prepared(scene)?;
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, _progress: &dyn Progress) -> Result<(), RenderError> {
+        *self = Self::new(&self.settings, scene, quality);
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(MirrorFrame { prepared: self, view: view.clone() }))
+    }
+}
+
+impl Frame for MirrorFrame<'_> {
+    fn report(&self) -> &Report {
+        Report::none()
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedMirrors { scene, quality, .. } = self.prepared;
         let mut watch = Stopwatch::new();
-        let max_paths = self.settings.max_lists as usize;
-        let (paths, left_out) = visible_paths(scene, &self.mirrors, job.view, job.quality.order, max_paths);
-        let lists = parallel::map_collect(paths.len(), |path| self.mirrored_scene(job, &paths[path]));
+        let (paths, left_out) = self.visible_paths(quality.order);
+        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| self.mirrored_scene(&paths[path]))?;
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         report.counts.insert("vertices_projected", lists.iter().map(|list| list.vertices.len() as u64).sum());
@@ -87,47 +135,39 @@ impl ReflectionMethod for PlanarMirror {
             report.fallbacks.insert("lists_left_out", left_out);
             report.warnings.push(format!("{left_out} mirrored copies of the scene are left out; raise max_lists"));
         }
-        let shader = PathShader::new(scene, job.view);
-        report.add_raster(&raster::draw(job.view, job.quality.samples, &lists, &shader, target)?);
+        let shader = PathShader::new(scene, &self.view);
+        report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
         Ok(report)
     }
 
-    fn projector<'a>(&'a mut self, job: &Job<'a>) -> Result<Option<Box<dyn VertexProjector + 'a>>, RenderError> {
-        self.check_prepared(job.scene)?;
-        let order = job.quality.order.min(MAX_BOUNCES as u32);
-        let max_paths = self.settings.max_lists as usize;
-        let (paths, _) = visible_paths(job.scene, &self.mirrors, job.view, order, max_paths);
-        Ok(Some(Box::new(MirrorProjector::new(job.scene, &self.mirrors, job.view, &paths))))
+    fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
+        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
+        let (paths, _) = self.visible_paths(quality.order.min(MAX_BOUNCES as u32));
+        Some(Box::new(MirrorProjector::new(scene, mirrors, &self.view, &paths)))
     }
 
-    fn path_search<'a>(
-        &'a mut self,
-        job: &Job<'a>,
-        eye: DVec3,
-        objects: &[u32],
-    ) -> Result<Option<Box<dyn PathSearch + 'a>>, RenderError> {
-        self.check_prepared(job.scene)?;
-        Ok(Some(Box::new(MirrorSearch::new(job.scene, &self.mirrors, eye, job.quality.order, objects)?)))
+    fn path_search(&self, eye: DVec3, objects: &[u32]) -> Result<Option<Box<dyn PathSearch + '_>>, RenderError> {
+        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
+        Ok(Some(Box::new(MirrorSearch::new(scene, mirrors, eye, quality.order, objects)?)))
     }
 }
 
-impl PlanarMirror {
-    fn check_prepared(&self, scene: &Scene) -> Result<(), RenderError> {
-        if self.mirrors.mirror_of_triangle.len() == scene.triangles.len() {
-            return Ok(());
-        }
-        let problem = "it has not been prepared for the scene".into();
-        Err(RenderError::Limit { method: INFO.id, problem })
+impl MirrorFrame<'_> {
+    /// The paths of up to `order` mirrors that the view shows, and the number of those beyond `max_lists`.
+    fn visible_paths(&self, order: u32) -> (Vec<MirrorPath>, u64) {
+        let PreparedMirrors { settings, scene, mirrors, .. } = self.prepared;
+        visible_paths(scene, mirrors, &self.view, order, settings.max_lists as usize)
     }
 
     /// The scene as it is seen at the end of a path, in front of its last mirror.
-    fn mirrored_scene(&self, job: &Job<'_>, path: &MirrorPath) -> DrawList {
-        let (scene, goes_on) = (job.scene, path.order < job.quality.order);
-        let picture = job.view.picture_from_moved(&path.world_from_scene);
+    fn mirrored_scene(&self, path: &MirrorPath) -> DrawList {
+        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
+        let goes_on = path.order < quality.order;
+        let picture = self.view.picture_from_moved(&path.world_from_scene);
         let vertices = scene.positions.iter().map(|position| picture.apply(*position)).collect();
         let clip_distances: Vec<f32> = match path.mirror {
             Some(_) => {
-                let height = |position: &glam::Vec3| path.height(&self.mirrors, position.as_dvec3()) as f32;
+                let height = |position: &glam::Vec3| path.height(mirrors, position.as_dvec3()) as f32;
                 scene.positions.iter().map(height).collect()
             }
             None => Vec::new(),
@@ -136,14 +176,14 @@ impl PlanarMirror {
         let visible = |triangle: &u32| {
             let corners = scene.triangles[*triangle as usize];
             let in_front = path.mirror.is_none() || corners.iter().any(|&vertex| clip_distances[vertex as usize] > 0.0);
-            in_front && (own == 0 || self.mirrors.mirror_of_triangle[*triangle as usize] != own)
+            in_front && (own == 0 || mirrors.mirror_of_triangle[*triangle as usize] != own)
         };
         let triangles = (0..scene.triangles.len() as u32).filter(visible).map(|triangle| DrawTriangle {
             vertices: scene.triangles[triangle as usize],
             source: triangle,
             patch: 0,
             // Group 0 of a reflector is black: those of the last order, and curved ones.
-            group: if goes_on { self.mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
+            group: if goes_on { mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
             alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),
         });
         let stencil = path.parent.map(|list| Stencil { list, group: own, ..Stencil::default() });

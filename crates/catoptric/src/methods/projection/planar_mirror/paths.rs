@@ -1,4 +1,4 @@
-//! Which mirrors are seen in which, and where on the picture.
+//! Visible sequences of mirrors, and their places on the picture.
 
 use super::planes::{MirrorPlane, Mirrors};
 use crate::scene::{PictureTransform, Projection, Scene, View};
@@ -7,17 +7,17 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 /// A chain of mirrors from the eye, and the mirrored scene that is seen at its end.
 #[derive(Clone, Debug)]
 pub(super) struct MirrorPath {
-    /// The path without its last mirror, as an index; none for what the eye sees directly.
+    /// The path without its last mirror, as an index; `None` for direct view.
     pub(super) parent: Option<u32>,
     /// The last mirror.
     pub(super) mirror: Option<u32>,
-    /// How many mirrors.
+    /// Number of mirrors.
     pub(super) order: u32,
     /// Moves the scene to where it is seen.
     pub(super) world_from_scene: DAffine3,
     /// Moves the eye and its rays to where they are in the scene.
     pub(super) scene_from_world: DAffine3,
-    /// What is behind the last mirror has negative heights times this.
+    /// Sign: points behind the last mirror have negative heights times this.
     pub(super) side: f64,
     /// The part of the picture where it can be seen.
     extent: Rectangle,
@@ -99,7 +99,8 @@ pub(super) fn visible_paths(
     (paths, left_out)
 }
 
-/// On which side of a mirror the (mirrored) eye is: 1 on the outer side, -1 on the inner; none where it sees no mirror.
+/// The side of a mirror that the (mirrored) eye is on: 1 on the outer side, -1 on the inner; returns `None` if the
+/// mirror does not face it.
 fn seen_side(mirror: &MirrorPlane, view: &View, scene_from_world: &DAffine3) -> Option<f64> {
     let height = match view.projection {
         Projection::Perspective { .. } => mirror.height(scene_from_world.transform_point3(view.eye().as_dvec3())),

@@ -32,13 +32,15 @@ pub(super) struct Mirrors {
     pub(super) lens_triangles: u64,
 }
 
-/// More flat parts of one object than this are taken for a curved surface.
+/// More flat parts of one object than this are taken for a curved surface. Chosen, not measured.
 const MAX_PLANES_OF_OBJECT: usize = 64;
 
-/// How far (as a share of the object's size) the corners of a mirror's triangles may lie from its plane.
+/// How far (as a share of the object's size) the corners of a mirror's triangles may lie from its plane. Chosen, not
+/// measured.
 const FLATNESS: f64 = 1e-5;
 
-/// How far (radians) shading normals may turn from the plane's normal: less than a hundredth of a degree.
+/// How far (radians) shading normals may turn from the plane's normal: less than a hundredth of a degree. Chosen, not
+/// measured.
 const NORMAL_TOLERANCE: f64 = 1.5e-4;
 
 impl Mirrors {

@@ -1,26 +1,26 @@
 //! The search for all vertices of a scene at once.
 
 use super::image::ReflectorImage;
-use super::search::ReflectorSearch;
+use super::locator::ReflectorSearch;
 use super::settings::{Images, ReflectorSearchSettings};
-use crate::methods::projection::virtual_objects::{LONGEST_EDGE, Reflector, ReflectorMesh, VertexRays};
+use crate::methods::projection::find::virtual_objects::{LONGEST_EDGE, Reflector, ReflectorMesh, VertexRays};
 use crate::parallel;
 use crate::scene::{Scene, View};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Vertices that a thread takes at once.
+/// Vertices that a thread takes at once. A size for threads; chosen, not measured.
 const AT_ONCE: usize = 4096;
 
 /// The pictures of one reflector, for views and vertices that change from frame to frame.
 ///
 /// Virtual vertices are the paper's (Estalella et al. 2006): mirror images in the tangent plane where the normal is the
-/// half vector, without derivatives, correction, polish or a test of what is hidden. They are as far off as those of the
-/// method with `refine = "texel"`. A reflector that shows a point several times gives one of its images.
+/// half vector, without derivatives, correction, polish or a test of what is hidden. They are as far off as those of
+/// the method with `refine = "texel"`. A reflector that shows a point several times gives one of its images.
 ///
 /// ```
 /// use catoptric::methods::projection::reflector_search::{ReflectorPictures, ReflectorSearchSettings};
-/// use catoptric::scene::builtin;
+/// use catoptric_scenes::builtin;
 /// use glam::Vec3;
 ///
 /// let scene = builtin::load("sphere_room", &[]).unwrap().pose(&Default::default()).unwrap();
@@ -36,18 +36,18 @@ pub struct ReflectorPictures {
     settings: ReflectorSearchSettings,
     /// Made when they are first needed.
     cube: Option<Arc<ReflectorImage>>,
-    seen: Option<Seen>,
+    seen: Option<ViewPictures>,
 }
 
-/// What depends on the view.
-struct Seen {
+/// View-dependent data.
+struct ViewPictures {
     view: View,
     rays: VertexRays,
     search: ReflectorSearch,
 }
 
 impl ReflectorPictures {
-    /// Of an object of a scene, not yet seen from anywhere.
+    /// Prepares an object of a scene, for no view yet.
     ///
     /// # Panics
     /// Where the scene has no such object.
@@ -74,7 +74,7 @@ impl ReflectorPictures {
         let rays = VertexRays::of_view(&self.mesh, view);
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &rays, view: Some(view) };
         let search = image.and_then(|image| ReflectorSearch::new(&reflector, image));
-        self.seen = search.map(|search| Seen { view: view.clone(), rays, search });
+        self.seen = search.map(|search| ViewPictures { view: view.clone(), rays, search });
     }
 
     /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.

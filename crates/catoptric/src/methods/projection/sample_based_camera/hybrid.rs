@@ -1,12 +1,12 @@
-//! Reflectors that do not deserve cameras: the user's rule which of them show environment maps (Popescu, Sacks, Mei 2006,
-//! section VII-C and Figure 21).
+//! Reflectors that do not deserve cameras: the user's rule which of them show environment maps (Popescu, Sacks, Mei
+//! 2006, section VII-C and Figure 21).
 
-use super::grid::extent;
+use super::rays::grid::extent;
 use super::settings::SampleBasedCameraSettings;
 use crate::error::RenderError;
 use crate::methods::Settings;
-use crate::methods::lookup::environment_map::{EnvironmentMapSettings, ReflectorMaps};
-use crate::methods::projection::ray_map::RayField;
+use crate::methods::projection::find::ray_map::RayField;
+use crate::methods::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
 use crate::progress::Progress;
 use crate::scene::Scene;
 use globset::{Glob, GlobSet, GlobSetBuilder};
@@ -59,7 +59,7 @@ pub(super) fn mapped(
     Ok(mapped)
 }
 
-/// The environment maps of these objects. Reflectors show each other in them as often as the order says.
+/// The environment maps of these objects. The order bounds how often reflectors show each other in them.
 pub(super) fn captured(
     settings: &SampleBasedCameraSettings,
     scene: &Scene,
@@ -67,7 +67,7 @@ pub(super) fn captured(
     order: u32,
     progress: &dyn Progress,
 ) -> Result<ReflectorMaps, RenderError> {
-    let settings = EnvironmentMapSettings { size: settings.environment_size, ..EnvironmentMapSettings::default() };
+    let settings = ReflectorMapSettings { size: settings.environment_size, ..ReflectorMapSettings::default() };
     // All reflectors have maps while they are captured: they are seen in each other.
     let maps = ReflectorMaps::capture(&settings, scene, &scene.specular_objects(), order, progress)?;
     Ok(maps.retaining(mapped))

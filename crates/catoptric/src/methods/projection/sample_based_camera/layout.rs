@@ -37,7 +37,7 @@ pub(super) struct BundleLeaf {
     /// Where its rays are in the map, in cells.
     pub(super) low_place: [f32; 2],
     pub(super) high_place: [f32; 2],
-    /// How far apart they are, in cells.
+    /// Spacing, in cells.
     pub(super) apart: f32,
     /// Of each term, for each output.
     pub(super) coefficients: [[f32; OUTPUTS]; TERMS],

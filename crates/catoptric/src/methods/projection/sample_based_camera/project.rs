@@ -1,37 +1,39 @@
 //! Scene points to their appearances through the cameras.
 
-use super::cameras::{Cameras, Scratch, Seen};
-use super::grid::RayGrid;
-use crate::methods::projection::polish::{Effort, polished};
-use crate::methods::projection::ray_map::{RayField, RaySample, Specular, ViewField, follow};
-use crate::methods::projection::{Projection, SpecularPath, VertexProjector};
-use crate::optics::bundle::Eye;
+use super::cameras::{CameraAnswer, CameraScratch, Cameras};
+use super::rays::grid::RayGrid;
+use crate::light::tracer::Tracer;
+use crate::methods::projection::find::polish::{Effort, polished};
+use crate::methods::projection::find::ray_map::{RayField, RaySample, Specular, ViewField, follow};
+use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
+use crate::optics::path::bundle::Eye;
+use crate::optics::path::manifold::SpecularSurfaces;
 use crate::scene::{PreciseView, Scene};
-use crate::surface::site::SpecularSurfaces;
-use crate::surface::tracer::Tracer;
 use glam::{DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// Points nearer to their last bounce than this share of the reflector's size lie on it.
+/// Points nearer to their last bounce than this share of the reflector's size lie on it. Chosen, not measured.
 const TOUCHING: f64 = 2e-4;
 
-/// A leaf is believed so far, in cells, beyond the cells of its rays.
+/// A leaf is believed so far, in cells, beyond the cells of its rays. Chosen, not measured.
 const BEYOND_BLOCK: f64 = 0.75;
 
-/// What is interpolated between rays may be seen so far, in distances of these, from their cell.
+/// Interpolated projections are accepted so far, in distances of these, from their cell. Chosen, not measured.
 const INTERPOLATED_LEEWAY: f64 = 0.4;
 
-/// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy.
+/// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy. Chosen,
+/// not measured.
 const SAME: f32 = 3.0;
 
 /// Polished answers are one when they are nearer than this, in pixels: beside folds the solver's answers scatter.
+/// Chosen, not measured.
 const SAME_POLISHED_PX: f32 = 0.3;
 
-/// Polish may move an answer by so many cells.
+/// Polish may move an answer by so many cells. Chosen, not measured.
 const POLISH_REACH: f64 = 3.0;
 
-/// An appearance that has moved further than this, in pixels, is not followed.
+/// An appearance that has moved further than this, in pixels, is not followed. Chosen, not measured.
 const FOLLOWED_PX: f64 = 32.0;
 
 /// Places in front of the eye's plane are anywhere; cells beyond this are none of the map's.
@@ -59,7 +61,7 @@ pub(super) struct CameraProjector<'a> {
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::default();
+    static SCRATCH: RefCell<CameraScratch> = RefCell::default();
 }
 
 impl VertexProjector for CameraProjector<'_> {
@@ -67,11 +69,17 @@ impl VertexProjector for CameraProjector<'_> {
         &self.paths
     }
 
-    fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
-        self.project_near(path, point, None, found);
+    fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
+        found.extend(points, |point, found| self.project_near(path, point, None, found));
     }
 
-    fn follow(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
+        found.extend(&[point], |point, found| self.follow_point(one, point, found));
+    }
+}
+
+impl CameraProjector<'_> {
+    fn follow_point(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
         let path = one.path as usize;
         let (Some(cameras), Some(group)) = (self.cameras.get(path), self.grid.groups.get(path)) else { return };
         let mut place = self.cell_of([one.image_px.x.into(), one.image_px.y.into()]);
@@ -94,17 +102,21 @@ impl VertexProjector for CameraProjector<'_> {
         let near = (self.cell_of(one.image_px.to_array().map(f64::from)), most);
         self.project_near(one.path, point, Some(near), found);
     }
-}
 
-impl CameraProjector<'_> {
     /// Appends all appearances of a point on a path; those near a place of the map if there is a `limit` (in cells).
-    fn project_near(&self, path: u32, point: Vec3, limit: Option<([f64; 2], f64)>, found: &mut Vec<Projection>) {
+    pub(super) fn project_near(
+        &self,
+        path: u32,
+        point: Vec3,
+        limit: Option<([f64; 2], f64)>,
+        found: &mut Vec<Projection>,
+    ) {
         let Some(cameras) = self.cameras.get(path as usize) else { return };
         if !point.is_finite() {
             return;
         }
         let start = found.len();
-        let mut take = |seen: &Seen<'_>| {
+        let mut take = |seen: &CameraAnswer<'_>| {
             let Some(projection) = self.projection(path, seen, point) else { return };
             let apart_px = match () {
                 () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
@@ -127,8 +139,8 @@ impl CameraProjector<'_> {
         pixel.map(|pixel| cell(pixel).clamp(-FARTHEST_CELL, FARTHEST_CELL))
     }
 
-    /// A camera's answer as an appearance; none where the rays that it is meant for are not.
-    fn projection(&self, path: u32, seen: &Seen<'_>, point: Vec3) -> Option<Projection> {
+    /// A camera's answer as an appearance; returns `None` if the rays that it was fitted to are not.
+    fn projection(&self, path: u32, seen: &CameraAnswer<'_>, point: Vec3) -> Option<Projection> {
         let answer = seen.answer;
         let object = self.paths[path as usize].bounces.last()?.object;
         if f64::from(answer.last_segment) < TOUCHING * self.sizes[object as usize] {
@@ -165,11 +177,11 @@ impl CameraProjector<'_> {
     }
 
     /// An appearance made exact by the solver, from the bounces of the ray next to it; as it is where the solver does
-    /// not get there in the steps that it has, none where it finds that there is no such path.
+    /// not get there in the steps that it has, none if it finds that there is no such path.
     fn polished(
         &self,
         path: u32,
-        seen: &Seen<'_>,
+        seen: &CameraAnswer<'_>,
         place: [f64; 2],
         as_seen: Projection,
         point: Vec3,
@@ -205,7 +217,7 @@ impl CameraProjector<'_> {
         if found.last.distance(exact) < TOUCHING * self.sizes[object as usize] {
             return None;
         }
-        if !self.is_within(path, &Seen { places: None, ..*seen }, self.cell_of(place)) {
+        if !self.is_within(path, &CameraAnswer { places: None, ..*seen }, self.cell_of(place)) {
             return None;
         }
         let length = sample.optical_length_along(&self.eye, &found.sites, exact);
@@ -218,8 +230,8 @@ impl CameraProjector<'_> {
         f64::from(self.grid.spacing_px) / right.max(down).max(1e-12)
     }
 
-    /// Whether a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
-    fn is_within(&self, path: u32, seen: &Seen<'_>, place: [f64; 2]) -> bool {
+    /// True if a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
+    fn is_within(&self, path: u32, seen: &CameraAnswer<'_>, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
         let accuracy = f64::from(self.accuracy_px / self.grid.spacing_px);
         let leeway = if seen.interpolates { INTERPOLATED_LEEWAY * f64::from(seen.apart) } else { accuracy };

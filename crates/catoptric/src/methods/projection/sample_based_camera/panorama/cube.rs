@@ -1,5 +1,6 @@
 //! The six faces of a cube around an eye: pictures of 90 degrees along the axes, and which of them a direction is in.
 
+use crate::light::cube_map::place_on_face;
 use crate::math::Aabb;
 use crate::scene::{Projection, View};
 use glam::{Affine3A, Mat3A, Vec3};
@@ -8,10 +9,10 @@ use std::f32::consts::FRAC_PI_2;
 /// The faces of a cube.
 pub(super) const FACES: usize = 6;
 
-/// Boxes are so much larger, as a share of their size: bounds are rounded.
+/// Boxes are so much larger, as a share of their size: bounds are rounded. Chosen well above rounding, not measured.
 const WIDER: f32 = 1e-4;
 
-/// Where a face looks: along x, y, z, each forwards and backwards.
+/// Direction of a face: along x, y, z, each forwards and backwards.
 fn axis(face: usize) -> Vec3 {
     let axis = Vec3::AXES[face / 2];
     if face & 1 == 0 { axis } else { -axis }
@@ -34,16 +35,10 @@ pub(super) fn view(face: usize, eye: Vec3, size_px: u32, near: f32) -> View {
 /// The face that a direction of any length belongs to: that of its largest component, and of the first of these where
 /// several are as large.
 pub(super) fn owner(direction: Vec3) -> usize {
-    let size = direction.abs();
-    let axis = match () {
-        () if size.x >= size.y && size.x >= size.z => 0,
-        () if size.y >= size.z => 1,
-        () => 2,
-    };
-    2 * axis + usize::from(direction[axis] < 0.0)
+    place_on_face(direction.to_array()).0 as usize
 }
 
-/// How far a direction is beyond the border of a face, in half faces on its picture; negative within, infinite behind.
+/// Distance of a direction beyond the border of a face, in half faces on its picture; negative within, infinite behind.
 pub(super) fn beyond(face: usize, direction: Vec3) -> f32 {
     let along = direction.dot(axis(face));
     let mut across = direction.abs();
@@ -51,7 +46,7 @@ pub(super) fn beyond(face: usize, direction: Vec3) -> f32 {
     if along > 0.0 { across.max_element() / along - 1.0 } else { f32::INFINITY }
 }
 
-/// Whether some of a box may appear in a face that is seen with a margin of so many half faces on every side.
+/// True if some of a box may appear in a face that is seen with a margin of so many half faces on every side.
 pub(super) fn shows(face: usize, margin: f32, eye: Vec3, bounds: &Aabb) -> bool {
     let wider = bounds.diagonal() * WIDER;
     let (low, high) = (bounds.min - eye - wider, bounds.max - eye + wider);

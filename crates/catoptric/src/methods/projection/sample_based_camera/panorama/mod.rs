@@ -1,29 +1,30 @@
 //! Cameras for all directions about a point: cube ray maps (Popescu, Sacks, Mei 2006, section VI).
 
 mod cube;
-mod projector;
+mod project;
 
-pub use projector::{PanoramicProjection, PanoramicProjector};
+pub use project::{PanoramicProjection, PanoramicProjector};
 
-use super::cameras::{CameraDemand, Cameras, Counts};
-use super::grid::{RayGrid, Sampler};
+use super::cameras::{CameraDemand, Cameras};
+use super::rays::grid::{RayGrid, RaySampler};
 use super::settings::{CameraKind, SampleBasedCameraSettings};
-use super::{INFO, MARGIN_CELLS};
+use super::{INFO, MARGIN_CELLS, describe};
 use crate::error::RenderError;
-use crate::methods::projection::ray_map::{Specular, ViewField};
-use crate::methods::projection::{MAX_BOUNCES, SpecularPath};
+use crate::light::tracer::Tracer;
+use crate::methods::projection::find::ray_map::{Specular, ViewField};
+use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::methods::{Report, within};
+use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{PreciseView, Scene, View};
-use crate::surface::site::{MeshTopologies, SpecularSurfaces};
-use crate::surface::tracer::Tracer;
 use cube::FACES;
 use glam::Vec3;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Rays across a face at the most: all six take some gigabytes then.
-const MOST_RAYS: u32 = 2048;
+const MAX_RAYS: u32 = 2048;
 
 /// A scene's mirrors and lenses, made ready once for panoramic cameras at any number of places.
 pub struct PanoramicMirrors<'a> {
@@ -49,7 +50,7 @@ impl std::fmt::Debug for PanoramicMirrors<'_> {
     }
 }
 
-/// How panoramic cameras are built.
+/// Settings of panoramic cameras.
 ///
 /// Accuracy is counted in pixels of a face, a picture of 90 degrees by 90 degrees. In its middle a pixel is
 /// `2 / size_px` radians. Towards its border pixels are smaller: at `(u, v)`, both from -1 to 1, with
@@ -63,12 +64,13 @@ pub struct PanoramaSettings {
     pub downsampling: u32,
     /// The most bounces of a path, up to [`MAX_BOUNCES`]; with 0 there is no path at all.
     pub order: u32,
-    /// What leaves are.
+    /// Kind of the leaves.
     pub camera: CameraKind,
     /// Leaves see the points of their rays at most this far from where they belong, in pixels, from 0.01 to the spacing
     /// of the rays.
     pub accuracy_px: f32,
-    /// Where no camera is accurate, rays between these are traced, no nearer to each other than this in pixels, from 0.03.
+    /// Where no camera is accurate, rays between these are traced, no nearer to each other than this in pixels, from
+    /// 0.03.
     pub finest_ray_px: f32,
     /// Steps of the solver that makes appearances exact, 0 to 100; 0 leaves them as the cameras have them.
     pub polish: u32,
@@ -102,7 +104,7 @@ impl PanoramaSettings {
     fn check(&self, scene: &Scene) -> Result<(), RenderError> {
         let wrong = |problem: String| RenderError::Setting { method: INFO.id, problem };
         within("downsampling", self.downsampling as f32, 1.0, 64.0).map_err(wrong)?;
-        within("size_px", self.size_px as f32, 1.0, (MOST_RAYS * self.downsampling) as f32).map_err(wrong)?;
+        within("size_px", self.size_px as f32, 1.0, (MAX_RAYS * self.downsampling) as f32).map_err(wrong)?;
         within("accuracy_px", self.accuracy_px, 0.01, self.downsampling as f32).map_err(wrong)?;
         within("finest_ray_px", self.finest_ray_px, 0.03, 1e6).map_err(wrong)?;
         within("polish", self.polish as f32, 0.0, 100.0).map_err(wrong)?;
@@ -126,32 +128,33 @@ impl PanoramaSettings {
 
 /// The ray map and cameras of one face.
 #[derive(Clone, Debug)]
-struct Face {
-    /// Which of the six.
+struct PanoramaFace {
+    /// Index of one of the six.
     number: usize,
     grid: RayGrid,
     /// The cameras of each group of the grid.
     cameras: Vec<Cameras>,
-    /// Of each path of all faces, its group here.
+    /// For each path of all faces, its group here.
     group_of_path: Vec<Option<u32>>,
 }
 
-/// Where scene points appear in mirrors, in any direction from one point: sample-based cameras over the six faces of a
-/// cube about it (Popescu, Sacks, Mei 2006, section VI: a panoramic camera, built from a cube ray map).
+/// Appearances of scene points in mirrors, in any direction from one point: sample-based cameras over the six faces of
+/// a cube about it (Popescu, Sacks, Mei 2006, section VI: a panoramic camera, built from a cube ray map).
 ///
 /// They hold no reference to the scene, whose mirrors must not change as long as they are used; what moves among the
 /// mirrors may, within the scene's box as it was when they were built.
 ///
 /// ```
 /// use catoptric::methods::projection::sample_based_camera::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
-/// use catoptric::scene::builtin;
+/// use catoptric::progress::Silent;
+/// use catoptric_scenes::builtin;
 /// use glam::Vec3;
 ///
 /// let scene = builtin::load("sphere_room", &[("surface", "analytic")]).unwrap().pose(&Default::default()).unwrap();
 /// let mirrors = PanoramicMirrors::new(&scene);
 /// let settings = PanoramaSettings { size_px: 128, ..PanoramaSettings::default() };
 /// let eye = Vec3::new(-0.4, 1.8, 1.6);
-/// let cameras = PanoramicCameras::new(&mirrors, eye, &settings).unwrap();
+/// let cameras = PanoramicCameras::new(&mirrors, eye, &settings, &Silent).unwrap();
 /// let projector = cameras.projector(&mirrors).unwrap();
 /// let mut found = Vec::new();
 /// projector.project(Vec3::new(1.35, 1.15, 0.75), &mut found);
@@ -170,20 +173,25 @@ pub struct PanoramicCameras {
     settings: PanoramaSettings,
     paths: Vec<SpecularPath>,
     /// Those in which there is a path.
-    faces: Vec<Face>,
+    faces: Vec<PanoramaFace>,
 }
 
 impl PanoramicCameras {
     /// Follows rays from `eye` (in scene units, anywhere, inside mirrors too) in all directions and builds cameras over
-    /// them, on all cores. Faces without a mirror cost nothing. Where there are no mirrors, or with order 0, there are no
-    /// [paths](Self::paths), and points appear nowhere.
+    /// them, on all cores. Faces without a mirror cost nothing. Where there are no mirrors, or with order 0, there are
+    /// no [paths](Self::paths), and points appear nowhere.
     ///
     /// Reflections smaller than the spacing of the rays can be missed.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] when the eye is not finite, [`RenderError::Setting`] when a setting is outside its range or
-    /// names an object that is neither reflector nor lens.
-    pub fn new(mirrors: &PanoramicMirrors<'_>, eye: Vec3, settings: &PanoramaSettings) -> Result<Self, RenderError> {
+    /// [`RenderError::Limit`] when the eye is not finite, [`RenderError::Setting`] when a setting is outside its range
+    /// or names an object that is neither reflector nor lens; [`RenderError::Cancelled`].
+    pub fn new(
+        mirrors: &PanoramicMirrors<'_>,
+        eye: Vec3,
+        settings: &PanoramaSettings,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
         let scene = mirrors.scene;
         settings.check(scene)?;
         if !eye.is_finite() {
@@ -207,21 +215,23 @@ impl PanoramicCameras {
         let specular = Specular { scene, tracer, surfaces, order: settings.order };
         let accuracy_px = settings.accuracy_px.into();
         let demand = CameraDemand { camera: settings.camera, accuracy_px, finest_ray_px: settings.finest_ray_px };
-        let seen = parallel::map_collect(numbers.len(), |index| {
+        let seen = |index: usize| -> Result<(RayGrid, Vec<Cameras>), Cancelled> {
             let view = face_view(numbers[index], eye, near, settings);
             let field = ViewField::new(&view, settings.margin_px());
-            let sampler = Sampler::new(&specular, &field, settings.spacing_px(), &mapped);
-            let mut grid = RayGrid::new(&sampler);
+            let sampler = RaySampler::new(&specular, &field, settings.spacing_px(), &mapped);
+            let mut grid = RayGrid::new(&sampler, progress)?;
             grid.groups.retain(|group| group.path.bounces.first().is_some_and(|bounce| is_first(bounce.object)));
-            let cameras = grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand);
-            (grid, cameras)
-        });
+            let cameras = grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, progress)?;
+            Ok((grid, cameras))
+        };
+        let seen: Vec<(RayGrid, Vec<Cameras>)> =
+            parallel::map_collect(numbers.len(), seen).into_iter().collect::<Result<_, _>>()?;
         let paths: BTreeSet<&SpecularPath> = seen.iter().flat_map(|(grid, _)| &grid.groups).map(|g| &g.path).collect();
         let paths: Vec<SpecularPath> = paths.into_iter().cloned().collect();
         let faces = numbers.into_iter().zip(seen).map(|(number, (grid, cameras))| {
             let group_of = |path: &SpecularPath| grid.groups.iter().position(|group| group.path == *path);
             let group_of_path = paths.iter().map(|path| group_of(path).map(|group| group as u32)).collect();
-            Face { number, grid, cameras, group_of_path }
+            PanoramaFace { number, grid, cameras, group_of_path }
         });
         let faces = faces.collect();
         let (object_count, settings) = (scene.objects.len(), settings.clone());
@@ -238,26 +248,18 @@ impl PanoramicCameras {
         &self.paths
     }
 
-    /// What there is, as the method's own report counts it: `ray_map_rays`, `rays_traced`, `leaves`, `ray_lists`,
+    /// Counts as in the method's own report: `ray_map_rays`, `rays_traced`, `leaves`, `ray_lists`,
     /// `rays_in_lists`, `pieces`, and `faces` with mirrors; `cameras` in bytes.
     pub fn report(&self) -> Report {
         let mut report = Report::default();
-        let counts: Vec<Counts> = self.faces.iter().flat_map(|face| &face.cameras).map(Cameras::counts).collect();
-        let groups = || self.faces.iter().flat_map(|face| &face.grid.groups);
-        let sum = |count: fn(&Counts) -> u64| counts.iter().map(count).sum::<u64>();
         report.counts.insert("faces", self.faces.len() as u64);
         report.counts.insert("rays_traced", self.faces.iter().map(|face| face.grid.traced).sum());
-        report.counts.insert("ray_map_rays", groups().map(|group| group.rays.len() as u64).sum());
-        report.counts.insert("leaves", sum(|counts| counts.leaves));
-        report.counts.insert("ray_lists", sum(|counts| counts.ray_lists));
-        report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
-        report.counts.insert("pieces", groups().map(|group| u64::from(group.piece_count)).sum());
-        report.bytes.insert("cameras", sum(|counts| counts.bytes));
+        describe(self.faces.iter().map(|face| (&face.grid, &face.cameras[..])), &mut report);
         report
     }
 
-    /// What projects scene points. `mirrors` are those that the cameras were built for, or those of another moment of the
-    /// scene, in which other things have moved.
+    /// The projector of scene points. `mirrors` are those that the cameras were built for, or those of another moment
+    /// of the scene, in which other things have moved.
     ///
     /// # Errors
     /// [`RenderError::Limit`] when that scene has not as many objects.

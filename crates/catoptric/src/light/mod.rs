@@ -1,0 +1,10 @@
+//! Light along rays: the hierarchy over a scene, the first hit in it, specular paths and the radiance at their ends.
+
+pub(crate) mod cube_map;
+pub(crate) mod parallax_proxy;
+pub mod path_tracer;
+pub mod radiance_field;
+pub(crate) mod reflector_shader;
+pub mod tracer;
+mod traversal;
+pub(crate) mod two_path_tracer;

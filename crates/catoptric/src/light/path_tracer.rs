@@ -1,0 +1,330 @@
+//! Specular paths, from the eye to the diffuse surfaces that they end on.
+
+use super::radiance_field::{RadianceField, SceneBackground};
+use super::tracer::Tracer;
+use crate::optics::path::bundle::BounceKind;
+use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
+use crate::parallel;
+use crate::scene::hit::Hit;
+use crate::scene::shade::SurfaceInteraction;
+use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
+use glam::Vec3;
+
+/// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
+pub(crate) const MIN_THROUGHPUT: f32 = 1e-5;
+
+/// Paths at refracting surfaces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PathModel {
+    /// Both children at every surface.
+    #[default]
+    Tree,
+    /// Both children at the first, then the one with the larger Fresnel coefficient (Hakura, Snyder 2001, section 3).
+    TwoPath,
+}
+
+/// A ray that waits to be traced.
+#[derive(Clone, Copy)]
+struct Segment {
+    ray: Ray,
+    change: Option<RayDifferential>,
+    near: f32,
+    throughput: Vec3,
+    /// Specular events so far.
+    order: u32,
+    /// Absorption of the medium that it crosses.
+    absorption: Vec3,
+    /// The two-path model has split already.
+    split: bool,
+    /// Light of the mirror that it left, whose share depends on the ray's length.
+    deferred: Option<Deferred>,
+}
+
+impl Segment {
+    /// A path's first ray, to surfaces at a distance of at least `near`.
+    #[inline(always)]
+    fn first(ray: Ray, change: Option<RayDifferential>, near: f32) -> Self {
+        Self {
+            ray,
+            change,
+            near,
+            throughput: Vec3::ONE,
+            order: 0,
+            absorption: Vec3::ZERO,
+            split: false,
+            deferred: None,
+        }
+    }
+}
+
+/// Follows specular paths; one a thread.
+pub struct PathTracer<'a, F = SceneBackground> {
+    scene: &'a Scene,
+    field: F,
+    tracer: &'a Tracer,
+    model: PathModel,
+    max_order: u32,
+    waiting: Vec<Segment>,
+    ray_count: u64,
+}
+
+impl<'a> PathTracer<'a> {
+    /// A tracer of paths with at most `max_order` specular events.
+    pub fn new(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32) -> Self {
+        Self::with_field(scene, tracer, model, max_order, SceneBackground)
+    }
+}
+
+impl<'a, F: RadianceField> PathTracer<'a, F> {
+    /// A tracer of paths with at most `max_order` specular events, in a radiance field of rays that meet nothing.
+    pub fn with_field(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32, field: F) -> Self {
+        Self { scene, field, tracer, model, max_order, waiting: Vec::new(), ray_count: 0 }
+    }
+
+    /// The number of rays traced since the last call.
+    pub fn take_ray_count(&mut self) -> u64 {
+        std::mem::take(&mut self.ray_count)
+    }
+
+    /// The radiance that arrives at a position of the picture (in pixels).
+    ///
+    /// Texture footprints are those of a pixel, times `footprint_scale`.
+    #[inline(always)]
+    pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
+        let (ray, change) = if self.tracer.needs_differentials() {
+            let (ray, change) = view.ray_with_differential(x_px, y_px);
+            (ray, Some(change.scaled(footprint_scale)))
+        } else {
+            (view.ray(x_px, y_px), None)
+        };
+        self.radiance_along(ray, change, near.distance(&ray))
+    }
+
+    /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
+    #[inline(always)]
+    pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
+        self.waiting.push(Segment::first(ray, change, near));
+        self.with_rest(Vec3::ZERO)
+    }
+
+    /// The radiance that arrives along a ray, and how far away what it meets first is: infinitely where that is
+    /// nothing.
+    pub fn radiance_and_distance(&mut self, ray: Ray, change: Option<RayDifferential>) -> (Vec3, f32) {
+        let start = Segment::first(ray, change, 0.0);
+        self.ray_count += 1;
+        let hit = self.tracer.first_hit(self.scene, &ray, 0.0);
+        let first = self.arrive(&start, start.throughput, hit.as_ref());
+        (self.with_rest(first), hit.as_ref().map_or(f32::INFINITY, Hit::distance))
+    }
+
+    /// The radiance that arrives along a ray from a surface that it is known to meet.
+    pub fn radiance_from(&mut self, ray: Ray, change: Option<RayDifferential>, encounter: &SurfaceInteraction) -> Vec3 {
+        let start = Segment::first(ray, change, 0.0);
+        let first = self.meet(&start, start.throughput, encounter, ray.origin.distance(encounter.point.position));
+        self.with_rest(first)
+    }
+
+    /// The sum of light that has arrived and of all that waits.
+    #[inline(always)]
+    fn with_rest(&mut self, mut sum: Vec3) -> Vec3 {
+        while let Some(segment) = self.waiting.pop() {
+            sum += self.follow(&segment);
+        }
+        // A sum of finite terms can still overflow.
+        if sum.is_finite() { sum } else { Vec3::ZERO }
+    }
+
+    /// Traces one ray: the light that ends the path here; children wait.
+    #[inline(always)]
+    fn follow(&mut self, segment: &Segment) -> Vec3 {
+        self.ray_count += 1;
+        let (scene, ray) = (self.scene, &segment.ray);
+        let hit = self.tracer.first_hit(scene, ray, segment.near);
+        if let Some(deferred) = &segment.deferred {
+            let (own, weight) = deferred.settled(hit.as_ref().map_or(f32::INFINITY, |hit| hit.distance()));
+            return own + self.arrive(segment, segment.throughput * weight, hit.as_ref());
+        }
+        self.arrive(segment, segment.throughput, hit.as_ref())
+    }
+
+    /// Goes on at what a ray meets.
+    #[inline(always)]
+    fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
+        let (scene, ray) = (self.scene, &segment.ray);
+        let Some(hit) = hit else { return throughput * self.field.radiance(scene, ray, segment.change.as_ref()) };
+        let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
+        self.meet(segment, throughput, &encounter, hit.distance())
+    }
+
+    /// Goes on at a point of a surface, which a ray meets at a distance.
+    #[inline(always)]
+    fn meet(&mut self, segment: &Segment, throughput: Vec3, encounter: &SurfaceInteraction, distance: f32) -> Vec3 {
+        let (scene, ray) = (self.scene, &segment.ray);
+        let material = scene.material_of(encounter.point.object);
+        let outside = ray.direction.dot(encounter.point.geometric_normal) <= 0.0;
+        let absorption = crossed_medium(material.role == Role::Lens, outside, material.absorption, segment.absorption);
+        let throughput = throughput * transmittance(absorption, distance);
+        match material.role {
+            Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
+            _ => self.scatter(segment, throughput, absorption, encounter, material),
+        }
+    }
+
+    /// Goes on at a reflector or lens, through a medium of this absorption if by reflection.
+    fn scatter(
+        &mut self,
+        segment: &Segment,
+        throughput: Vec3,
+        absorption: Vec3,
+        encounter: &SurfaceInteraction,
+        material: &Material,
+    ) -> Vec3 {
+        let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
+        let last = segment.order >= self.max_order;
+        if last && material.role != Role::Coated && material.blend.is_none() {
+            return Vec3::ZERO;
+        }
+        let step = LightStep::at(scene, material, point, direction);
+        let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
+        let mut segment = Segment { absorption, deferred: None, ..*segment };
+        if material.role == Role::Lens {
+            if self.model == PathModel::TwoPath && segment.split {
+                reflects = step.prefers_reflection();
+                refracts &= !reflects;
+            }
+            segment.split = true;
+        }
+        if refracts {
+            self.push(&segment, BounceKind::Transmit, throughput, encounter, &step, material);
+        }
+        // The light that the surface scatters itself.
+        let own = |share: f32| match share {
+            0.0 => Vec3::ZERO,
+            share => throughput * share * scene.own_radiance(point, -direction),
+        };
+        let is_deferred = reflects && step.attenuation.is_some();
+        if is_deferred {
+            segment.deferred = step.deferred(own(1.0));
+        }
+        if reflects {
+            self.push(&segment, BounceKind::Reflect, throughput, encounter, &step, material);
+        }
+        if is_deferred { Vec3::ZERO } else { own(step.scattered) }
+    }
+
+    /// Adds the child of a path by an event.
+    fn push(
+        &mut self,
+        segment: &Segment,
+        kind: BounceKind,
+        throughput: Vec3,
+        encounter: &SurfaceInteraction,
+        step: &LightStep,
+        material: &Material,
+    ) {
+        let (incoming, throughput) = (segment.ray.direction, throughput * step.weight(kind));
+        let counts = throughput.max_element() >= MIN_THROUGHPUT || segment.deferred.is_some();
+        if !counts {
+            return;
+        }
+        let Some(direction) = step.outgoing(kind, incoming) else { return };
+        let change = segment.change.as_ref().map(|change| step.outgoing_change(kind, incoming, change, encounter));
+        let absorption = medium_after(kind, step.facing.outside, material.absorption, segment.absorption, Vec3::ZERO);
+        let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
+        let order = segment.order + 1;
+        self.waiting.push(Segment { ray, change, near: 0.0, throughput, order, absorption, ..*segment });
+    }
+}
+
+/// The near plane of a view.
+pub struct NearPlane {
+    depth: f32,
+    forward: Vec3,
+}
+
+impl NearPlane {
+    /// The near plane of `view`.
+    pub fn new(view: &View) -> Self {
+        Self { depth: view.near, forward: -Vec3::from(view.world_from_view.matrix3.z_axis) }
+    }
+
+    /// The distance along a view ray where the plane is.
+    #[inline]
+    pub fn distance(&self, ray: &Ray) -> f32 {
+        self.depth / ray.direction.dot(self.forward).max(1e-6)
+    }
+}
+
+/// For every pixel whether the first surface at its centre is a reflector or lens; rows from the top.
+pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
+    let tracer = Tracer::build(scene, |_| true);
+    let (rays, near) = (view.rays(), NearPlane::new(view));
+    let mut mask = vec![false; view.width as usize * view.height as usize];
+    parallel::for_each_chunk_mut(&mut mask, view.width as usize, |y, row| {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            let ray = rays.ray(x as f32 + 0.5, y as f32 + 0.5);
+            let hit = tracer.first_hit(scene, &ray, near.distance(&ray));
+            *pixel = hit.is_some_and(|hit| {
+                let encounter = tracer.encounter(scene, &ray, &hit, None);
+                scene.role_of(encounter.point.object).is_specular()
+            });
+        }
+    });
+    mask
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Camera, model::*};
+    use crate::surface::AnalyticSurface;
+
+    /// A ball and a smooth patch of triangles, seen obliquely.
+    fn scene(material: Material) -> Scene {
+        let mut model = Model { materials: vec![material], ..Model::default() };
+        let surface = AnalyticSurface::Sphere { radius: 1.0 };
+        let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
+        model.nodes.push(Node { analytic, ..Node::default() });
+        let normal = |x: f32, y: f32| Vec3::new(x * 0.2, y * 0.3, 1.0).normalize();
+        let primitive = Primitive {
+            positions: vec![Vec3::new(1.5, -1.0, 0.0), Vec3::new(4.0, -1.0, 0.3), Vec3::new(2.0, 2.0, 0.1)],
+            normals: vec![normal(0.0, 0.0), normal(1.0, 0.0), normal(0.0, 1.0)],
+            triangles: vec![[0, 1, 2]],
+            ..Primitive::default()
+        };
+        model.meshes.push(MeshAsset { primitives: vec![primitive], ..MeshAsset::default() });
+        model.nodes.push(Node { mesh: Some(0), ..Node::default() });
+        model.pose(&Default::default()).unwrap()
+    }
+
+    /// The child of a view ray at its first hit.
+    fn child(scene: &Scene, view: &View, x_px: f32, y_px: f32) -> Segment {
+        let tracer = Tracer::build(scene, |_| true);
+        let mut paths = PathTracer::new(scene, &tracer, PathModel::Tree, 4);
+        let (ray, change) = view.ray_with_differential(x_px, y_px);
+        paths.follow(&Segment::first(ray, Some(change), 0.0));
+        // The refracted child, where there is one, was pushed first.
+        paths.waiting[0]
+    }
+
+    #[test]
+    fn ray_changes_match_differences() {
+        let camera = Camera::look_at("", Vec3::new(1.2, 0.4, 6.0), Vec3::new(1.2, 0.2, 0.0), Vec3::Y, 45.0);
+        let view = View::new(&camera, 400, 300, 1e-3);
+        for material in [Material::mirror("", Vec3::ONE), Material::glass("", 1.4)] {
+            let scene = scene(material);
+            for (x, y) in [(110.0, 150.0), (90.0, 130.0), (280.0, 160.0), (300.0, 175.0)] {
+                let change = child(&scene, &view, x, y).change.unwrap();
+                let step = 0.5;
+                let (a, b) = (child(&scene, &view, x - step, y).ray, child(&scene, &view, x + step, y).ray);
+                let origin = (b.origin - a.origin) / (2.0 * step);
+                let direction = (b.direction - a.direction) / (2.0 * step);
+                assert!((origin - change.origin_dx).length() < 2e-3 * origin.length(), "{x} {y}: {origin}");
+                assert!((direction - change.direction_dx).length() < 5e-3 * direction.length(), "{x} {y}: {direction}");
+                let (a, b) = (child(&scene, &view, x, y - step).ray, child(&scene, &view, x, y + step).ray);
+                let direction = (b.direction - a.direction) / (2.0 * step);
+                assert!((direction - change.direction_dy).length() < 5e-3 * direction.length(), "{x} {y}: {direction}");
+            }
+        }
+    }
+}

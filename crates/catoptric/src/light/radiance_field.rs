@@ -1,0 +1,42 @@
+//! Radiance along rays.
+
+use crate::scene::{Ray, RayDifferential, Scene};
+use glam::Vec3;
+
+/// Everything that rays look up: captured and stored light, and the light from infinity.
+///
+/// One ray a call: paths end one by one, after different numbers of bounces, and each result decides whether the next
+/// ray is traced. Gathering them first would reorder the sums of radiance and cost the memory traffic.
+pub trait RadianceField {
+    /// The radiance that arrives at a ray's origin along it, blurred over the ray's change a pixel where that is known.
+    fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3;
+
+    /// The distance along a ray of unit direction of what it looks up; infinite where unknown.
+    fn distance(&self, ray: &Ray) -> f32 {
+        let _ = ray;
+        f32::INFINITY
+    }
+}
+
+impl<F: RadianceField + ?Sized> RadianceField for &F {
+    #[inline(always)]
+    fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3 {
+        (**self).radiance(scene, ray, change)
+    }
+
+    #[inline(always)]
+    fn distance(&self, ray: &Ray) -> f32 {
+        (**self).distance(ray)
+    }
+}
+
+/// The scene's light from infinity.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneBackground;
+
+impl RadianceField for SceneBackground {
+    #[inline(always)]
+    fn radiance(&self, scene: &Scene, ray: &Ray, _change: Option<&RayDifferential>) -> Vec3 {
+        scene.background(ray.direction)
+    }
+}

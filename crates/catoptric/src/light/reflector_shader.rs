@@ -1,0 +1,89 @@
+//! Reflectors and lenses by the first bounce alone: light is looked up along the rays that leave it.
+
+use crate::light::radiance_field::RadianceField;
+use crate::optics::path::bundle::BounceKind;
+use crate::optics::step::LightStep;
+use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
+use crate::scene::{Ray, RayDifferential, Role, Scene};
+use glam::Vec3;
+
+/// Shading of reflectors and lenses.
+pub(crate) trait ReflectorShader: Sync {
+    /// The radiance of a reflector or lens towards where a ray comes from that meets it; `change` is the ray's a pixel.
+    fn radiance(&self, scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray, change: &RayDifferential) -> Vec3;
+
+    /// The radiance of what lies behind all that is drawn, along a ray from the eye.
+    fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        let _ = change;
+        scene.background(ray.direction)
+    }
+}
+
+/// Division of light at a reflector or lens, by the two ways from it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstSurface {
+    step: LightStep,
+    /// Radiance that the surface scatters itself, with its share.
+    pub(crate) own: Vec3,
+    /// Factors of light that arrives by each way; at mirrors light divides, if at all, further on.
+    pub(crate) shares: [Vec3; 2],
+}
+
+impl FirstSurface {
+    /// The division at a point that is met in a unit direction. A mirror whose share depends on the distance of what it
+    /// shows takes that from `distance`; `None`: it shows nothing.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn of(
+        scene: &Scene,
+        point: &SurfacePoint,
+        direction: Vec3,
+        distance: impl FnOnce(&LightStep) -> Option<f32>,
+    ) -> Self {
+        let step = LightStep::at(scene, scene.material_of(point.object), point, direction);
+        let own = match step.scattered {
+            0.0 => Vec3::ZERO,
+            _ => scene.own_radiance(point, -direction),
+        };
+        let mut found = Self { step, own: own * step.scattered, shares: [step.reflected, step.transmitted] };
+        if step.reflected != Vec3::ZERO
+            && let Some(deferred) = step.deferred(own)
+            && let Some(distance) = distance(&step)
+        {
+            let (settled, weight) = deferred.settled(distance);
+            (found.own, found.shares[0]) = (settled, step.reflected * weight);
+        }
+        if scene.role_of(point.object) != Role::Lens {
+            found.shares[1] = found.shares[0];
+        }
+        found
+    }
+}
+
+/// The radiance of a reflector or lens towards the origin of a ray that meets it: light that is looked up after one
+/// event, and light that the surface scatters itself. Reflections are black without a radiance field.
+pub(crate) fn reflector_radiance(
+    light: Option<&impl RadianceField>,
+    scene: &Scene,
+    encounter: &SurfaceInteraction,
+    ray: &Ray,
+    change: &RayDifferential,
+) -> Vec3 {
+    let point = &encounter.point;
+    let leaving =
+        |step: &LightStep, kind| Some(Ray { origin: point.position, direction: step.outgoing(kind, ray.direction)? });
+    let distance = |step: &LightStep| {
+        let towards = light.zip(leaving(step, BounceKind::Reflect));
+        Some(towards.map_or(f32::INFINITY, |(light, towards)| light.distance(&towards)))
+    };
+    let FirstSurface { step, own: mut sum, shares } = FirstSurface::of(scene, point, ray.direction, distance);
+    for (kind, share) in [(BounceKind::Reflect, shares[0]), (BounceKind::Transmit, step.transmitted)] {
+        if share != Vec3::ZERO
+            && let Some(light) = light
+            && let Some(leaving) = leaving(&step, kind)
+        {
+            let change = step.outgoing_change(kind, ray.direction, change, encounter);
+            sum += share * light.radiance(scene, &leaving, Some(&change));
+        }
+    }
+    sum
+}

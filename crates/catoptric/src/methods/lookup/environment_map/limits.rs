@@ -1,0 +1,24 @@
+//! Errors on built-in scenes.
+
+use crate::methods::limits::{ErrorLimits, below, scene};
+
+/// The limits.
+pub(super) static LIMITS: ErrorLimits = ErrorLimits {
+    settings: "size = 64",
+    scenes: &[
+        scene("sphere_room", [below(0.308, 0.170), below(0.308, 0.170)]),
+        scene("two_spheres", [below(0.361, 0.148), below(0.340, 0.130)]),
+        scene("vase", [below(0.311, 0.177), below(0.306, 0.176)]),
+        scene("teapot", [below(0.432, 0.273), below(0.419, 0.267)]),
+        scene("glass_sphere", [below(1.000, 0.941), below(0.600, 0.236)]),
+        scene("glass_slab", [below(1.000, 0.939), below(0.886, 0.752)]),
+        scene("lens", [below(1.000, 0.691), below(0.935, 0.824)]),
+        scene("dish", [below(0.296, 0.216), below(0.296, 0.216)]),
+        scene("planar_mirror", [below(0.650, 0.466), below(0.655, 0.376)]),
+        scene("ellipsoid", [below(0.178, 0.103), below(0.178, 0.103)]),
+        scene("torus", [below(0.164, 0.159), below(0.095, 0.107)]),
+        scene("car", [below(0.419, 0.284), below(0.412, 0.273)]),
+        scene("large_room", [below(0.434, 0.163), below(0.434, 0.163)]),
+        scene("colonnade", [below(1.000, 0.850), below(0.756, 0.435)]),
+    ],
+};

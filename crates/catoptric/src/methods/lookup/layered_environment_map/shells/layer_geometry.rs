@@ -1,0 +1,193 @@
+//! Groups of a scene and the shells about them, without textures.
+
+use super::distant_geometry::{DistantGeometry, LayerSpecs};
+use super::group_layers::GroupLayers;
+use super::groups::LensGroup;
+use super::layers::LayerSpec;
+use super::shared_layer::SharedLayer;
+use super::viewpoints::Shares;
+use crate::error::RenderError;
+use crate::light::tracer::Tracer;
+use crate::light::two_path_tracer::TwoPathTracer;
+use crate::methods::lookup::layered_environment_map::mesh::welds::Welds;
+use crate::methods::lookup::layered_environment_map::settings::LayeredEnvironmentMapSettings;
+use crate::methods::lookup::layered_environment_map::textures::capture::{bare_layers, projected_layers};
+use crate::methods::lookup::layered_environment_map::textures::depths::DEPTH_BYTES;
+use crate::methods::lookup::layered_environment_map::textures::maps::{Layer, LayersAbout};
+use crate::methods::lookup::layered_environment_map::textures::texture::TEXEL_BYTES;
+use crate::methods::lookup::shared::memory::fit_into_memory;
+use crate::progress::{Cancelled, Progress};
+use crate::scene::{Projection, Scene, View};
+use glam::Vec3;
+use std::ops::Range;
+
+/// The groups of a scene with their shells.
+pub(crate) struct LayerGeometry {
+    pub(crate) groups: Vec<GroupLayers>,
+    /// The farthest layer of all of them, where they share one.
+    pub(crate) shared: Option<SharedLayer>,
+    /// Number of the group of every object.
+    group_of: Vec<Option<u32>>,
+    /// Hierarchy of all objects.
+    pub(crate) everything: Tracer,
+    pub(crate) welds: Welds,
+    /// Highest number of specular events of a path.
+    pub(crate) order: u32,
+}
+
+impl LayerGeometry {
+    pub(crate) fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, order: u32) -> Self {
+        // Without bounces nothing is looked up.
+        let groups = if order == 0 { Vec::new() } else { LensGroup::all(scene) };
+        let everything = Tracer::build(scene, |_| !groups.is_empty());
+        let mut group_of = vec![None; scene.objects.len()];
+        for (number, group) in groups.iter().enumerate() {
+            group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
+        }
+        let counted = |group: LensGroup| if settings.count_tests { group.counting_tests() } else { group };
+        let (mut layers, mut meetings) = (Vec::with_capacity(groups.len()), Vec::new());
+        for group in groups {
+            let (group, met) = GroupLayers::new(settings, scene, &everything, counted(group), order);
+            layers.push(group);
+            if settings.share_far {
+                meetings.push(met);
+            }
+        }
+        let shared = match settings.share_far {
+            true => SharedLayer::taken_from(&mut layers, &meetings, settings.shells),
+            false => None,
+        };
+        Self { groups: layers, shared, group_of, everything, welds: Welds::new(scene), order }
+    }
+
+    /// # Errors
+    /// [`RenderError::Limit`] where the textures of so many viewpoints (of every group) and their depths do not fit
+    /// into memory.
+    pub(crate) fn check_memory(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        viewpoints: usize,
+    ) -> Result<(), RenderError> {
+        let size = settings.size;
+        let layouts =
+            (0..self.part_count()).flat_map(|part| self.strata_of(part)).map(|layer| layer.shell.layout(size));
+        let bytes = layouts.map(|layout| {
+            let depths = if settings.depth { layout.finest_count() * DEPTH_BYTES } else { 0 };
+            (layout.texel_count() * viewpoints * TEXEL_BYTES + depths) as u64
+        });
+        let bytes = bytes.sum();
+        let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());
+        fit_into_memory(crate::methods::lookup::layered_environment_map::INFO.id, &table, bytes, "fewer layers")
+    }
+
+    /// Tests of rays against triangles and surfaces of all groups so far; `None` if they are not counted.
+    pub(crate) fn test_count(&self) -> Option<u64> {
+        self.groups.iter().map(|group| group.group.tracer.test_count()).sum()
+    }
+
+    /// The number of an object's group.
+    #[inline]
+    pub(crate) fn group_of(&self, object: u32) -> Option<usize> {
+        self.group_of[object as usize].map(|group| group as usize)
+    }
+
+    /// The paths among an object's group.
+    #[inline]
+    pub(crate) fn paths<'a>(&'a self, scene: &'a Scene, object: u32) -> Option<TwoPathTracer<'a>> {
+        let tracer = &self.groups[self.group_of(object)?].group.tracer;
+        Some(TwoPathTracer { scene, tracer, order: self.order })
+    }
+
+    /// Layers of every part, without textures.
+    pub(crate) fn bare(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Layer>>, Cancelled> {
+        let layers = |part| bare_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress);
+        (0..self.part_count()).map(layers).collect()
+    }
+
+    /// Layers of every part, captured from the centres of their shells.
+    pub(crate) fn projected(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Layer>>, Cancelled> {
+        (0..self.part_count()).map(|part| self.projected_part(settings, scene, part, progress)).collect()
+    }
+
+    /// The same of one part.
+    pub(crate) fn projected_part(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        part: usize,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Layer>, Cancelled> {
+        projected_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress)
+    }
+
+    /// The things of a part's layers, apart; for a group also those of the layer that all share, as the last.
+    pub(crate) fn apart<'a>(
+        &'a self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &'a Scene,
+        part: usize,
+    ) -> LayerSpecs<'a> {
+        let (within, center) = match (self.groups.get(part), &self.shared) {
+            (Some(group), _) => (&group.group.objects[..], group.group.center()),
+            (None, Some(shared)) => (&shared.within[..], shared.center),
+            (None, None) => (&[][..], Vec3::ZERO),
+        };
+        let around = DistantGeometry { scene, everything: &self.everything, within, center };
+        let shared = self.shared.as_ref().filter(|_| part < self.groups.len()).map(|shared| &shared.stratum);
+        let strata = self.strata_of(part).iter().chain(shared);
+        LayerSpecs::new(around, strata, self.order.saturating_sub(1), settings.continued)
+    }
+
+    /// How many parts there are, whose layers are made together: the groups, and last the layer that they share.
+    pub(crate) fn part_count(&self) -> usize {
+        self.groups.len() + usize::from(self.shared.is_some())
+    }
+
+    /// The layers of a part.
+    pub(crate) fn strata_of(&self, part: usize) -> &[LayerSpec] {
+        let shared = || self.shared.as_ref().map_or(&[][..], |shared| std::slice::from_ref(&shared.stratum));
+        self.groups.get(part).map_or_else(shared, |group| &group.strata)
+    }
+
+    /// The groups whose rays look up a part's layers.
+    pub(crate) fn groups_of(&self, part: usize) -> Range<usize> {
+        if part < self.groups.len() { part..part + 1 } else { 0..self.groups.len() }
+    }
+
+    /// The number that a part's layer (that of an index) has among those that a group's rays look up.
+    pub(crate) fn number_of(&self, part: usize, group: usize, index: usize) -> usize {
+        if part < self.groups.len() { index } else { self.groups[group].strata.len() + index }
+    }
+
+    /// The layers that a group's rays look up, of those of all parts.
+    pub(crate) fn layers_about<'a>(&self, group: usize, of_part: impl Fn(usize) -> &'a [Layer]) -> LayersAbout<'a> {
+        let shared = (self.groups.len()..self.part_count()).flat_map(&of_part);
+        of_part(group).iter().chain(shared).collect()
+    }
+
+    /// How many viewpoints each part has.
+    pub(crate) fn viewpoint_count(&self) -> u32 {
+        self.groups.first().map_or(0, |group| group.viewspace.len())
+    }
+
+    /// The viewpoints about a view's eye; orthographic views have an eye far away.
+    pub(crate) fn shares(&self, group: usize, scene: &Scene, view: &View) -> Shares {
+        let far = match view.projection {
+            Projection::Perspective { .. } => Vec3::ZERO,
+            Projection::Orthographic { .. } => {
+                Vec3::from(view.world_from_view.matrix3.z_axis) * (1e3 * scene.bounds.diagonal())
+            }
+        };
+        self.groups[group].viewspace.around(view.eye() + far)
+    }
+}

@@ -1,0 +1,94 @@
+//! Regions: boxes about reflectors that belong together, in world space.
+
+use crate::math::Aabb;
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// Boxes are no flatter than this share of their diagonal. Chosen, not measured.
+const MIN_DEPTH: f32 = 0.02;
+
+/// Boxes of reflectors and lenses, and who is in which.
+pub(crate) struct Regions {
+    pub(crate) boxes: Vec<Aabb>,
+    /// Of every object of the scene.
+    pub(crate) region_of: Vec<Option<u32>>,
+}
+
+impl Regions {
+    /// The scene's region, with the reflectors and lenses in it; where it has none, a box about each of them, larger
+    /// by a
+    /// share of its diagonal, and one about those whose boxes overlap.
+    pub(crate) fn of(scene: &Scene, margin: f32) -> Self {
+        let specular = scene.specular_objects();
+        let boxes = match scene.region {
+            Some(region) => vec![region],
+            None => {
+                let around = |object: &u32| {
+                    let bounds = scene.objects[*object as usize].bounds;
+                    let room = Vec3::splat((margin * bounds.diagonal()).max(rounding(&bounds)));
+                    // Flat ones are given a depth.
+                    let room = room.max((MIN_DEPTH * bounds.diagonal() - bounds.size()) * 0.5);
+                    Aabb { min: bounds.min - room, max: bounds.max + room }
+                };
+                merged(specular.iter().map(around).filter(|bounds| bounds.size().min_element() > 0.0).collect())
+            }
+        };
+        let mut region_of = vec![None; scene.objects.len()];
+        for object in specular {
+            let region = boxes.iter().position(|region| is_within(scene, object, region));
+            region_of[object as usize] = region.map(|region| region as u32);
+        }
+        Self { boxes, region_of }
+    }
+}
+
+/// Returns true for objects whose bounds lie in a region.
+pub(crate) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
+    let bounds = &scene.objects[object as usize].bounds;
+    let rounding = 1e-5 * region.diagonal();
+    bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
+}
+
+/// How far positions of an object may be off by rounding.
+fn rounding(bounds: &Aabb) -> f32 {
+    64.0 * f32::EPSILON * bounds.center().abs().max_element()
+}
+
+/// Boxes that do not overlap, about those that do.
+fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
+    let overlap = |a: &Aabb, b: &Aabb| a.min.cmple(b.max).all() && b.min.cmple(a.max).all();
+    let mut index = 0;
+    while index < boxes.len() {
+        match (index + 1..boxes.len()).find(|other| overlap(&boxes[index], &boxes[*other])) {
+            Some(other) => {
+                boxes[index] = boxes[index].union(boxes.swap_remove(other));
+                // It has grown: it may reach others now, also earlier ones.
+                index = 0;
+            }
+            None => index += 1,
+        }
+    }
+    boxes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlapping_boxes_become_one() {
+        let cube = |x: f32| Aabb { min: Vec3::new(x, 0.0, 0.0), max: Vec3::new(x + 1.0, 1.0, 1.0) };
+        let found = merged(vec![cube(0.0), cube(5.0), cube(1.5), cube(0.8)]);
+        assert_eq!(found.len(), 2);
+        assert!(found.contains(&Aabb { min: Vec3::ZERO, max: Vec3::new(2.5, 1.0, 1.0) }));
+    }
+
+    #[test]
+    fn every_reflector_of_a_scene_without_a_region_is_in_one() {
+        for name in ["sphere_room", "two_spheres", "planar_mirror", "car"] {
+            let scene = catoptric_scenes::builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
+            let regions = Regions::of(&scene, 0.02);
+            assert!(scene.specular_objects().iter().all(|object| regions.region_of[*object as usize].is_some()));
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! From the geometry of paths to the rasteriser's lists: layers, stencils and groups.
+
+use super::PathGeometry;
+use crate::methods::Job;
+use crate::methods::projector::SpecularPath;
+use crate::methods::reflector_maps::ReflectorMaps;
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::raster::{Branch, DrawList, Stencil, scene_draw_list};
+use crate::scene::{Role, Scene};
+use glam::Vec2;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The corners of a triangle that is its own source.
+const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
+
+/// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
+///
+/// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, those that have
+/// environment maps among them, and where the highest order is reached: there paths end. Every lens that is seen has a
+/// list for what passes through it, be it empty: so light divides there in the rasteriser.
+pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>, maps: Option<&ReflectorMaps>) -> Vec<DrawList> {
+    let group = |object: u32, goes_on: bool| {
+        let mapped = maps.is_some_and(|maps| maps.has(object));
+        if goes_on && !mapped && job.scene.role_of(object).is_specular() { object + 1 } else { 0 }
+    };
+    let (scene, order) = (job.scene, job.quality.order as usize);
+    // Sorted by length, so that parents come first.
+    let mut waiting: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
+    for geometry in paths {
+        let bounces = &geometry.path.bounces;
+        if bounces.is_empty() || bounces.len() > order || !is_possible(scene, &geometry.path) {
+            continue;
+        }
+        // Paths whose parents show nothing themselves still need them to be drawn in.
+        for length in 1..bounces.len() {
+            waiting.entry((length, SpecularPath { bounces: bounces[..length].to_vec() })).or_default();
+        }
+        waiting.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
+    }
+    let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(object, order > 0)))];
+    for object in lenses(scene, &lists[0]) {
+        waiting.entry((1, passing(&SpecularPath::default(), object))).or_default();
+    }
+    let mut list_of_path: BTreeMap<SpecularPath, u32> = BTreeMap::new();
+    while let Some(((length, path), parts)) = waiting.pop_first() {
+        let parent = path.parent().and_then(|parent| list_of_path.get(&parent).copied()).unwrap_or(0);
+        let Some(last) = path.bounces.last() else { continue };
+        let mut list = joined(parts);
+        list.layer = length as u32;
+        let in_pieces = !list.corners.is_empty();
+        let branch = match last.kind {
+            BounceKind::Reflect => Branch::First,
+            BounceKind::Transmit => Branch::Second,
+        };
+        list.stencil = Some(Stencil { list: parent, group: last.object + 1, branch });
+        for triangle in &mut list.triangles {
+            match scene.triangle_objects.get(triangle.source as usize) {
+                Some(&object) => {
+                    triangle.group = group(object, length < order);
+                    triangle.alpha_tested = scene.is_alpha_tested(object);
+                    // Pieces of one triangle are one surface, too.
+                    let piece = if in_pieces { triangle.source + 1 } else { 0 };
+                    triangle.patch = scene.patch_of_object(object).unwrap_or(piece);
+                }
+                // A triangle of no scene: not drawn.
+                None => triangle.vertices = [u32::MAX; 3],
+            }
+        }
+        for object in lenses(scene, &list) {
+            waiting.entry((length + 1, passing(&path, object))).or_default();
+        }
+        list_of_path.insert(path, lists.len() as u32);
+        lists.push(list);
+    }
+    lists
+}
+
+/// The lenses among a list's triangles at which paths go on.
+fn lenses(scene: &Scene, list: &DrawList) -> BTreeSet<u32> {
+    let mut found = BTreeSet::new();
+    let mut last = 0;
+    for triangle in &list.triangles {
+        if triangle.group != last && triangle.group != 0 {
+            last = triangle.group;
+            let object = last - 1;
+            if scene.role_of(object) == Role::Lens {
+                found.insert(object);
+            }
+        }
+    }
+    found
+}
+
+/// A path that goes on through a lens.
+fn passing(path: &SpecularPath, object: u32) -> SpecularPath {
+    let mut path = path.clone();
+    path.bounces.push(Bounce { object, kind: BounceKind::Transmit });
+    path
+}
+
+/// True if light can take a path: it is reflected by reflectors and lenses, and passes through lenses alone.
+fn is_possible(scene: &Scene, path: &SpecularPath) -> bool {
+    path.bounces.iter().all(|bounce| {
+        let known = (bounce.object as usize) < scene.objects.len();
+        known
+            && match bounce.kind {
+                BounceKind::Reflect => scene.role_of(bounce.object).is_specular(),
+                BounceKind::Transmit => scene.role_of(bounce.object) == Role::Lens,
+            }
+    })
+}
+
+/// The parts of one path as one list.
+fn joined(parts: Vec<PathGeometry>) -> DrawList {
+    let any_clipped = parts.iter().any(|part| !part.clip_distances.is_empty());
+    let any_pieces = parts.iter().any(|part| !part.corners.is_empty());
+    let mut list = DrawList::default();
+    for mut part in parts {
+        let first_vertex = list.vertices.len() as u32;
+        for triangle in &mut part.triangles {
+            triangle.vertices = triangle.vertices.map(|vertex| match (vertex as usize) < part.vertices.len() {
+                true => vertex + first_vertex,
+                false => u32::MAX,
+            });
+        }
+        if list.triangles.is_empty() && list.vertices.is_empty() {
+            (list.vertices, list.triangles) = (part.vertices, part.triangles);
+            (list.clip_distances, list.corners) = (part.clip_distances, part.corners);
+        } else {
+            list.vertices.append(&mut part.vertices);
+            list.triangles.append(&mut part.triangles);
+            list.clip_distances.append(&mut part.clip_distances);
+            list.corners.append(&mut part.corners);
+        }
+        // Parts that are not cut, or hold whole triangles, beside others.
+        if any_clipped {
+            list.clip_distances.resize(list.vertices.len(), 0.0);
+        }
+        if any_pieces {
+            list.corners.resize(list.triangles.len(), WHOLE);
+        }
+    }
+    list
+}

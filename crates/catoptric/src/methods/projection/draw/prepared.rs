@@ -1,0 +1,240 @@
+//! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
+//! view, what on the objects among them, and what of it is kept from frame to frame.
+
+use super::virtual_mesh::MeshQuality;
+use super::virtual_scene::VirtualScene;
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::bake::Baked;
+use crate::methods::projector::VertexProjector;
+use crate::methods::reflector_maps::ReflectorMaps;
+use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
+use crate::progress::Progress;
+use crate::scene::{Scene, View};
+use std::sync::Arc;
+
+/// The parts of a projection method that draws virtual meshes.
+pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
+    /// Data that depends on the reflectors and lenses alone.
+    type Mirrors: Send + Sync;
+    /// Data that depends on reflectors, lenses and the view, but not on what moves among them.
+    type ViewData: Send + Sync;
+    /// The projector of one view.
+    type Projector<'a>: VertexProjector + 'a;
+
+    /// The method.
+    const INFO: &'static MethodInfo;
+
+    /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        quality: Quality,
+        old: Option<&Self::Mirrors>,
+        stages: &mut Stages<'_>,
+    ) -> Result<Self::Mirrors, RenderError>;
+
+    /// True if data of the same view, mirrors and order is still right.
+    ///
+    /// # Errors
+    /// As [`Self::view_data`].
+    fn fits(&self, _context: &Context<'_, Self>, _data: &Self::ViewData) -> Result<bool, RenderError> {
+        Ok(true)
+    }
+
+    /// Builds what depends on the view.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where a setting does not fit the scene, [`RenderError::Cancelled`].
+    fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<Self::ViewData, RenderError>;
+
+    /// Adds to a view's data what also depends on the objects among the mirrors.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn complete(
+        &self,
+        _context: &Context<'_, Self>,
+        _data: &mut Self::ViewData,
+        _stages: &mut Stages<'_>,
+    ) -> Result<(), RenderError> {
+        Ok(())
+    }
+
+    /// Forgets what [`Self::complete`] has added: the objects have changed.
+    fn forget_objects(&self, _data: &mut Self::ViewData) {}
+
+    /// Counts and bytes of a view's data.
+    fn describe(&self, data: &Self::ViewData, report: &mut Report);
+
+    /// The environment maps of reflectors that have them in place of projections.
+    fn maps<'a>(&self, _data: &'a Self::ViewData) -> Option<&'a ReflectorMaps> {
+        None
+    }
+
+    /// The fineness of virtual meshes in a view.
+    fn mesh_quality(&self, view: &View) -> MeshQuality;
+
+    /// The projector of a view.
+    fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a Self::ViewData) -> Self::Projector<'a>;
+}
+
+/// The scene, mirrors and view that a step of the method works on.
+pub(crate) struct Context<'a, M: MeshProjection> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) virtual_scene: &'a VirtualScene,
+    pub(crate) mirrors: &'a M::Mirrors,
+    pub(crate) view: &'a View,
+    /// Highest number of bounces of a path.
+    pub(crate) order: u32,
+}
+
+/// Stages of work with their times.
+pub(crate) struct Stages<'a> {
+    pub(crate) report: Report,
+    pub(crate) progress: &'a dyn Progress,
+    watch: Stopwatch,
+}
+
+impl<'a> Stages<'a> {
+    fn new(progress: &'a dyn Progress) -> Self {
+        Self { report: Report::default(), progress, watch: Stopwatch::new() }
+    }
+
+    /// Ends a stage: its time is that since the last one.
+    pub(crate) fn lap(&mut self, name: &'static str) {
+        self.report.stages_ms.push((name, self.watch.lap_ms()));
+    }
+}
+
+/// A projection method with its settings.
+pub(crate) struct ProjectionMethod<M>(pub(crate) M);
+
+/// The method prepared for a scene.
+struct PreparedProjection<M: MeshProjection> {
+    method: M,
+    scene: Arc<Scene>,
+    quality: Quality,
+    virtual_scene: VirtualScene,
+    mirrors: M::Mirrors,
+    /// Data of the last view.
+    last: Option<LastView<M>>,
+    report: Report,
+}
+
+struct LastView<M: MeshProjection> {
+    view: View,
+    order: u32,
+    data: M::ViewData,
+}
+
+/// One view.
+struct ProjectionFrame<'a, M: MeshProjection> {
+    method: &'a M,
+    scene: &'a Scene,
+    quality: Quality,
+    virtual_scene: &'a VirtualScene,
+    mirrors: &'a M::Mirrors,
+    last: &'a LastView<M>,
+    report: Report,
+}
+
+impl<M: MeshProjection> Method for ProjectionMethod<M> {
+    fn info(&self) -> &'static MethodInfo {
+        M::INFO
+    }
+
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        M::INFO.refuse_bake(bake)?;
+        let mut stages = Stages::new(progress);
+        let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
+        let mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
+        let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
+        Ok(Box::new(PreparedProjection { method, scene, quality, virtual_scene, mirrors, last: None, report }))
+    }
+}
+
+impl<M: MeshProjection> Prepared for PreparedProjection<M> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        let mut stages = Stages::new(progress);
+        let (virtual_scene, same_mirrors) = VirtualScene::new(scene, Some(&self.virtual_scene), &mut stages)?;
+        let mirrors = self.method.mirrors(scene, quality, same_mirrors.then_some(&self.mirrors), &mut stages)?;
+        // Nothing fails from here on.
+        if same_mirrors {
+            virtual_scene.take_meshes(&self.virtual_scene);
+        } else {
+            self.last = None;
+        }
+        if let Some(last) = &mut self.last {
+            self.method.forget_objects(&mut last.data);
+        }
+        (self.virtual_scene, self.mirrors) = (virtual_scene, mirrors);
+        (self.scene, self.quality, self.report) = (scene.clone(), quality, stages.report);
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        let mut stages = Stages::new(progress);
+        let Self { method, scene, quality, virtual_scene, mirrors, last, .. } = self;
+        let (method, scene, virtual_scene, mirrors, order) =
+            (&*method, &**scene, &*virtual_scene, &*mirrors, quality.order);
+        let context = Context { scene, virtual_scene, mirrors, view, order };
+        let is_same = |last: &LastView<M>| last.view == *view && last.order == order;
+        let keeps = match last.as_ref().filter(|last| is_same(last)) {
+            Some(last) => method.fits(&context, &last.data)?,
+            None => false,
+        };
+        let current = match last.take_if(|_| keeps) {
+            Some(kept) => kept,
+            None => {
+                let data = method.view_data(&context, &mut stages)?;
+                virtual_scene.forget_meshes();
+                LastView { view: view.clone(), order, data }
+            }
+        };
+        let last = last.insert(current);
+        stages.lap("build");
+        method.complete(&context, &mut last.data, &mut stages)?;
+        method.describe(&last.data, &mut stages.report);
+        let (quality, report) = (*quality, stages.report);
+        Ok(Box::new(ProjectionFrame { method, scene, quality, virtual_scene, mirrors, last, report }))
+    }
+}
+
+impl<M: MeshProjection> ProjectionFrame<'_, M> {
+    fn projector_of_view(&self) -> M::Projector<'_> {
+        let Self { method, scene, virtual_scene, mirrors, last: LastView { view, order, data }, .. } = *self;
+        method.projector(&Context { scene, virtual_scene, mirrors, view, order: *order }, data)
+    }
+}
+
+impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, .. } = *self;
+        let job = Job { scene, view, quality, progress };
+        let mesh_quality = method.mesh_quality(view);
+        virtual_scene.draw(&job, &self.projector_of_view(), &mesh_quality, method.maps(data), target)
+    }
+
+    fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
+        Some(Box::new(self.projector_of_view()))
+    }
+}

@@ -1,0 +1,399 @@
+//! Triangles to pieces that are drawn straight, cut where appearances end.
+
+mod boundary_traces;
+mod missed_boundaries;
+mod shapes;
+
+pub(super) use missed_boundaries::{ForcedEdges, MissedBoundary};
+
+use super::edge::EdgeRule;
+use super::{VirtualMesh, VirtualObject};
+use crate::methods::projector::{Projection, Projections, VertexProjector};
+use crate::raster::DrawTriangle;
+use boundary_traces::{BoundaryTrace, EndKey, TracePlace};
+use glam::{Vec2, Vec3};
+use missed_boundaries::{PointKey, key};
+use shapes::{PieceCorner, PieceShape, QueuedPiece, Strip, TrianglePiece};
+use std::collections::{BinaryHeap, HashMap};
+use std::ops::Range;
+
+/// Projected points that count as a piece, where the number of pieces is limited. Chosen, not measured.
+const POINTS_A_PIECE: usize = 4;
+
+/// Pieces that are thinner than this in all their pictures, in pixels, are left out: the edges beside them agree.
+/// Chosen, not measured.
+const THIN_PX: f32 = 0.02;
+
+/// Pieces are halved this many times at the most. A bound on time; chosen, not measured.
+const MAX_DEPTH: u32 = 80;
+
+/// Divides triangles of one object on one path.
+///
+/// Of all edges that need a division the one that needs it most is halved, then both pieces are looked at again. Where
+/// pictures are stretched in one direction (beside folds and silhouettes a thousandfold) pieces become as slender as
+/// they have to be (Cohen, Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are
+/// divided in the end is the rule's decision alone, not that of the order.
+pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
+    projector: &'a P,
+    object: &'a VirtualObject<'a>,
+    rule: EdgeRule,
+    /// The triangle of the scene.
+    source: u32,
+    most: usize,
+    forced: &'a ForcedEdges,
+    dips: Vec<MissedBoundary>,
+    /// The appearances of all points so far.
+    appearances: Vec<Projection>,
+    /// The middles of edges that have been projected: both sides of an edge ask for them.
+    middles: HashMap<PointKey, (u32, u32)>,
+    /// Where in `way_points` the ways of appearances to their ends are.
+    ends: HashMap<EndKey, Range<u32>>,
+    way_points: Vec<(Projection, f32)>,
+    scratch: Projections,
+    waiting: BinaryHeap<QueuedPiece>,
+    /// The piece that is being drawn.
+    piece: [TracePlace; 3],
+    /// The side of it that ways lead to, if neither of its ends has the appearance and no way got there yet.
+    far_side: Option<[TracePlace; 2]>,
+    /// Number of those that have waited.
+    count: u32,
+    /// Pieces and points of earlier triangles.
+    earlier: usize,
+    mesh: VirtualMesh,
+}
+
+impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
+    /// For triangles of `object`, each of which becomes no more than about `most` pieces.
+    pub(super) fn new(
+        projector: &'a P,
+        object: &'a VirtualObject<'a>,
+        rule: EdgeRule,
+        most: usize,
+        forced: &'a ForcedEdges,
+    ) -> Self {
+        Self {
+            projector,
+            object,
+            rule,
+            source: 0,
+            most,
+            forced,
+            dips: Vec::new(),
+            appearances: Vec::new(),
+            middles: HashMap::new(),
+            ends: HashMap::new(),
+            way_points: Vec::new(),
+            scratch: Projections::default(),
+            waiting: BinaryHeap::new(),
+            piece: [TracePlace::default(); 3],
+            far_side: None,
+            count: 0,
+            earlier: 0,
+            mesh: VirtualMesh::default(),
+        }
+    }
+
+    /// All pieces of the triangles so far, and the edges that their neighbours should divide.
+    pub(super) fn finish(self) -> (VirtualMesh, Vec<MissedBoundary>) {
+        (self.mesh, self.dips)
+    }
+
+    /// Divides a triangle of the object, given by its corners and their appearances; returns how many pieces there are
+    /// now.
+    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, &[Projection]); 3]) -> usize {
+        self.source = self.object.first_triangle + triangle;
+        let weights = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        let [a, b, c] = [0, 1, 2].map(|k: usize| {
+            let (position, appearances) = corners[k];
+            let first = self.appearances.len() as u32;
+            self.appearances.extend_from_slice(appearances);
+            PieceCorner { position, weights: weights[k], first, count: appearances.len() as u32 }
+        });
+        let split_priority = [self.split_priority(&b, &c), self.split_priority(&c, &a), self.split_priority(&a, &b)];
+        self.earlier = self.work();
+        self.later(PieceShape::Triangle(TrianglePiece { corners: [a, b, c], split_priority, depth: 0 }));
+        while let Some(waiting) = self.waiting.pop() {
+            match waiting.shape {
+                PieceShape::Triangle(piece) => self.divide(&piece),
+                PieceShape::Strip(strip) => self.divide_strip(&strip),
+            }
+        }
+        self.mesh.triangles.len()
+    }
+
+    fn of(&self, corner: &PieceCorner) -> &[Projection] {
+        &self.appearances[corner.range()]
+    }
+
+    fn split_priority(&self, a: &PieceCorner, b: &PieceCorner) -> f32 {
+        let split_priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
+        let is_forced = split_priority <= 0.0 && self.forced.contain(a.position, b.position);
+        if is_forced { f32::MIN_POSITIVE } else { split_priority }
+    }
+
+    /// True if a piece is so thin that nothing of it is seen.
+    fn is_line(&self, corners: &[PieceCorner; 3]) -> bool {
+        let [a, b, c] = corners.map(|corner| corner.position);
+        let sides = [c - b, a - c, b - a];
+        let longest =
+            (0..3).fold(0, |best, k| if sides[k].length_squared() > sides[best].length_squared() { k } else { best });
+        // From the longest side to the corner opposite to it.
+        let (side, to_corner) = (sides[longest], sides[(longest + 2) % 3]);
+        let height = to_corner - side * (to_corner.dot(side) / side.length_squared());
+        let is_thin = |one: &Projection| one.predicted(height).distance(one.image_px) < THIN_PX;
+        // Of what shows nothing at its corners nothing is known.
+        let mut shown = corners.iter().flat_map(|corner| self.of(corner)).peekable();
+        !height.is_nan() && shown.peek().is_some() && shown.all(is_thin)
+    }
+
+    /// Pieces so far, or the points that count as pieces.
+    fn work(&self) -> usize {
+        self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE)
+    }
+
+    /// True if no more is divided; counted if so.
+    fn is_spent(&mut self, depth: u32) -> bool {
+        let is_spent = depth >= MAX_DEPTH || self.work() - self.earlier > self.most;
+        self.mesh.unfinished += u64::from(is_spent);
+        is_spent
+    }
+
+    /// Divides a shape when its turn comes; at once where there is nothing to divide.
+    fn later(&mut self, shape: PieceShape) {
+        let all: &[f32] = match &shape {
+            PieceShape::Triangle(piece) => &piece.split_priority,
+            PieceShape::Strip(strip) => &[strip.sides[0], strip.sides[1], strip.ends[0], strip.ends[1]],
+        };
+        let split_priority = all.iter().copied().fold(0.0, f32::max);
+        match shape {
+            PieceShape::Triangle(piece) if split_priority <= 0.0 => self.emit(&piece.corners),
+            shape => {
+                self.count += 1;
+                self.waiting.push(QueuedPiece { split_priority, number: self.count, shape });
+            }
+        }
+    }
+
+    fn divide(&mut self, piece: &TrianglePiece) {
+        let [x, y, z] = piece.split_priority;
+        let count = [x, y, z].into_iter().filter(|split_priority| *split_priority > 0.0).count();
+        if self.is_line(&piece.corners) {
+            return;
+        }
+        if self.is_spent(piece.depth) {
+            return self.emit(&piece.corners);
+        }
+        let depth = piece.depth + 1;
+        if count == 2 {
+            // The top of a wedge, and a strip below.
+            let base = if x <= 0.0 {
+                0
+            } else if y <= 0.0 {
+                1
+            } else {
+                2
+            };
+            let [top, left, right] = [0, 1, 2].map(|k| piece.corners[(k + base) % 3]);
+            let (west, east) = (self.middle(&top, &left), self.middle(&top, &right));
+            let across = self.split_priority(&west, &east);
+            let above = [self.split_priority(&top, &east), self.split_priority(&top, &west)];
+            let below = [self.split_priority(&west, &left), self.split_priority(&east, &right)];
+            self.later(PieceShape::Strip(Strip {
+                corners: [west, left, right, east],
+                sides: below,
+                ends: [0.0, across],
+                depth,
+            }));
+            let split_priority = [across, above[0], above[1]];
+            self.later(PieceShape::Triangle(TrianglePiece { corners: [top, west, east], split_priority, depth }));
+            return;
+        }
+        let worst = if x >= y && x >= z {
+            0
+        } else if y >= z {
+            1
+        } else {
+            2
+        };
+        let turned = |k: usize| (k + worst) % 3;
+        let [top, left, right] = [0, 1, 2].map(|k| piece.corners[turned(k)]);
+        let [_, right_strain, left_strain] = [0, 1, 2].map(|k| piece.split_priority[turned(k)]);
+        let middle = self.middle(&left, &right);
+        let median = self.split_priority(&top, &middle);
+        let halves = [self.split_priority(&left, &middle), self.split_priority(&middle, &right)];
+        let east =
+            TrianglePiece { corners: [top, middle, right], split_priority: [halves[1], right_strain, median], depth };
+        let west =
+            TrianglePiece { corners: [top, left, middle], split_priority: [halves[0], median, left_strain], depth };
+        self.later(PieceShape::Triangle(east));
+        self.later(PieceShape::Triangle(west));
+    }
+
+    fn divide_strip(&mut self, strip: &Strip) {
+        let [a, b, c, d] = strip.corners;
+        let [left, right] = strip.sides;
+        let depth = strip.depth + 1;
+        if strip.ends != [0.0; 2] || left <= 0.0 && right <= 0.0 || self.is_spent(strip.depth) {
+            return self.halve_strip(strip);
+        }
+        if left > 0.0 && right > 0.0 {
+            let (west, east) = (self.middle(&a, &b), self.middle(&d, &c));
+            let across = self.split_priority(&west, &east);
+            let upper = [self.split_priority(&a, &west), self.split_priority(&d, &east)];
+            let lower = [self.split_priority(&west, &b), self.split_priority(&east, &c)];
+            self.later(PieceShape::Strip(Strip {
+                corners: [west, b, c, east],
+                sides: lower,
+                ends: [0.0, across],
+                depth,
+            }));
+            self.later(PieceShape::Strip(Strip {
+                corners: [a, west, east, d],
+                sides: upper,
+                ends: [across, 0.0],
+                depth,
+            }));
+            return;
+        }
+        // One side alone: turned so that it is the left one.
+        let (a, b, c, d) = if left > 0.0 { (a, b, c, d) } else { (c, d, a, b) };
+        let middle = self.middle(&a, &b);
+        let (to_d, to_c) = (self.split_priority(&middle, &d), self.split_priority(&middle, &c));
+        let (upper, lower) = (self.split_priority(&a, &middle), self.split_priority(&middle, &b));
+        let three = [
+            TrianglePiece { corners: [a, middle, d], split_priority: [to_d, 0.0, upper], depth },
+            TrianglePiece { corners: [middle, c, d], split_priority: [0.0, to_d, to_c], depth },
+            TrianglePiece { corners: [middle, b, c], split_priority: [0.0, to_c, lower], depth },
+        ];
+        three.into_iter().for_each(|piece| self.later(PieceShape::Triangle(piece)));
+    }
+
+    /// Two triangles of a strip.
+    fn halve_strip(&mut self, strip: &Strip) {
+        let [a, b, c, d] = strip.corners;
+        let ([left, right], [lower, upper]) = (strip.sides, strip.ends);
+        let depth = strip.depth + 1;
+        let diagonals = [self.split_priority(&a, &c), self.split_priority(&b, &d)];
+        let pair = if diagonals[0] <= diagonals[1] {
+            let diagonal = diagonals[0];
+            [
+                TrianglePiece { corners: [a, b, c], split_priority: [lower, diagonal, left], depth },
+                TrianglePiece { corners: [a, c, d], split_priority: [right, upper, diagonal], depth },
+            ]
+        } else {
+            let diagonal = diagonals[1];
+            [
+                TrianglePiece { corners: [a, b, d], split_priority: [diagonal, upper, left], depth },
+                TrianglePiece { corners: [b, c, d], split_priority: [right, diagonal, lower], depth },
+            ]
+        };
+        pair.into_iter().for_each(|piece| self.later(PieceShape::Triangle(piece)));
+    }
+
+    fn middle(&mut self, a: &PieceCorner, b: &PieceCorner) -> PieceCorner {
+        // Sums do not depend on the order: neighbours find the same point.
+        let position = (a.position + b.position) * 0.5;
+        let weights = (a.weights + b.weights) * 0.5;
+        let key = key(position);
+        let (first, count) = match self.middles.get(&key) {
+            Some(known) => *known,
+            None => {
+                let first = self.appearances.len();
+                self.scratch.clear();
+                self.object.project(self.projector, &[position], &mut self.scratch);
+                self.appearances.extend_from_slice(self.scratch.all());
+                self.mesh.points_projected += 1;
+                let range = (first as u32, (self.appearances.len() - first) as u32);
+                self.middles.insert(key, range);
+                range
+            }
+        };
+        PieceCorner { position, weights, first, count }
+    }
+
+    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
+    fn emit(&mut self, corners: &[PieceCorner; 3]) {
+        for (from, corner) in corners.iter().enumerate() {
+            for index in corner.range() {
+                self.emit_appearance(corners, from, index);
+            }
+        }
+    }
+
+    /// Draws an appearance, unless an earlier corner has it too.
+    fn emit_appearance(&mut self, corners: &[PieceCorner; 3], from: usize, index: usize) {
+        let own = &corners[from];
+        let one = self.appearances[index];
+        let mut shared: [Option<usize>; 3] = [None; 3];
+        shared[from] = Some(index);
+        for (k, other) in corners.iter().enumerate().filter(|(k, _)| *k != from) {
+            let partner = self.partner(index, own, other);
+            if partner.is_some() && k < from {
+                return; // drawn from there
+            }
+            shared[k] = partner;
+        }
+        if let [Some(_), Some(_), Some(_)] = shared {
+            let (second, third) = ((from + 1) % 3, (from + 2) % 3);
+            let agree = shared[second].and_then(|there| self.partner(there, &corners[second], &corners[third]));
+            if agree.is_none() || agree == shared[third] {
+                self.push(
+                    [0, 1, 2].map(|k: usize| (shared[k].map_or(one, |at| self.appearances[at]), corners[k].weights)),
+                );
+            }
+            return;
+        }
+        let goes_beside = |k: usize| {
+            let stays = |at: usize, next: usize| {
+                self.rule.stays_beside(&self.appearances[at], corners[next].position - corners[k].position)
+            };
+            shared[k].is_none_or(|at| stays(at, (k + 1) % 3) && stays(at, (k + 2) % 3))
+        };
+        if (0..3).all(goes_beside) {
+            return;
+        }
+        // From a corner (or from the two of an edge) two ways lead to where the appearance ends; what is drawn lies
+        // between them.
+        let mut ways: [Option<BoundaryTrace>; 2] = [None, None];
+        let mut number = 0;
+        for k in 0..3 {
+            let Some(here) = shared[k] else { continue };
+            for next in [(k + 1) % 3, (k + 2) % 3] {
+                if shared[next].is_none() {
+                    ways[number] = Some(self.way_to_end(here, &corners[k], &corners[next]));
+                    number += 1;
+                }
+            }
+        }
+        if let [Some(left), Some(right)] = &ways {
+            self.piece = corners.map(|corner| TracePlace::of(&corner));
+            let far = |k: usize| self.piece[(from + k) % 3];
+            let alone = shared.iter().flatten().count() == 1;
+            self.far_side = alone.then(|| [far(1), far(2)]);
+            self.fill(left, right, 0);
+        }
+    }
+
+    /// The appearance of another corner that belongs to one of `own`.
+    fn partner(&self, index: usize, own: &PieceCorner, other: &PieceCorner) -> Option<usize> {
+        let step = other.position - own.position;
+        let (here, there) = (self.of(own), self.of(other));
+        let partner = self.rule.partner(&self.appearances[index], here, there, step)?;
+        let place = there.iter().position(|one| std::ptr::eq(one, partner))?;
+        Some(other.range().start + place)
+    }
+
+    fn push(&mut self, corners: [(Projection, Vec2); 3]) {
+        let [a, b, c] = corners.map(|(_, weights)| weights);
+        if a == b || b == c || c == a {
+            return; // cut to nothing
+        }
+        let mesh = &mut self.mesh;
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(corners.iter().map(|(projection, _)| self.rule.picture().point(projection)));
+        let vertices = [first, first + 1, first + 2];
+        let (source, alpha_tested) = (self.source, self.object.alpha_tested);
+        mesh.triangles.push(DrawTriangle { vertices, source, group: 0, patch: 0, alpha_tested });
+        mesh.corners.push(corners.map(|(_, weights)| weights));
+    }
+}

@@ -1,0 +1,8 @@
+//! Appearances of scene points: path searches, ray maps and virtual objects, shared by the methods of the family.
+
+pub mod exact_search;
+pub mod path_visibility;
+pub(super) mod polish;
+pub mod projected_paths;
+pub mod ray_map;
+pub(super) mod virtual_objects;

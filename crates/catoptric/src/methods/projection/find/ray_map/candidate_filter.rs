@@ -1,0 +1,80 @@
+//! Filter of a point's candidates.
+
+use super::Candidate;
+use glam::Vec2;
+
+/// Places in the picture that are remembered for a point; candidates that lead elsewhere then are not tried. A bound on
+/// time; chosen, not measured.
+const MAX_PLACES: usize = 16;
+
+/// Samples tried for one appearance, unless the first ones decide. A bound on time; chosen, not measured.
+const MAX_ATTEMPTS: u32 = 3;
+
+/// Undecided samples tried for one point: around points without any reflection every sample
+/// at a silhouette leads to another place. A bound on time; chosen, not measured.
+const MAX_UNSOLVED: u32 = 8;
+
+/// Samples that lead to the same sheet, to places that differ by less than this share of the way there, lead to one
+/// appearance; nor are places distinct that are nearer than [`SAME_PX`]. Chosen, not measured.
+const SAME_SHARE: f32 = 0.5;
+
+/// See [`SAME_SHARE`], in pixels. Chosen, not measured.
+const SAME_PX: f32 = 0.3;
+
+/// Places that a point's candidates have led to. Several samples lead to each of its appearances, the nearest ones
+/// most surely; they are identified by the place and the sheet that they lead to.
+#[derive(Debug, Default)]
+pub struct CandidateFilter {
+    places: [AttemptPlace; MAX_PLACES],
+    count: usize,
+    unsolved: u32,
+}
+
+/// A place of the picture that candidates lead to.
+#[derive(Clone, Copy, Debug, Default)]
+struct AttemptPlace {
+    px: Vec2,
+    mirrored: bool,
+    attempts: u32,
+}
+
+/// An attempt that is under way.
+#[derive(Debug)]
+pub struct Attempt(Option<usize>);
+
+impl CandidateFilter {
+    /// Begins with a candidate (they come nearest first); none if others have led, or failed to lead, where it leads.
+    /// Those without a predicted place are always tried.
+    #[inline]
+    pub fn begin(&mut self, candidate: &Candidate) -> Option<Attempt> {
+        let Some(reaching) = &candidate.reaching else { return Some(Attempt(None)) };
+        if self.unsolved >= MAX_UNSOLVED {
+            return None;
+        }
+        let near2 = (SAME_SHARE * SAME_SHARE * reaching.distance2).max(SAME_PX * SAME_PX);
+        let same = |place: &AttemptPlace| {
+            place.mirrored == reaching.mirrored && place.px.distance_squared(reaching.place) <= near2
+        };
+        let index = match self.places[..self.count].iter().position(same) {
+            Some(known) => known,
+            None if self.count < MAX_PLACES => {
+                self.places[self.count] = AttemptPlace { px: reaching.place, mirrored: reaching.mirrored, attempts: 0 };
+                self.count += 1;
+                self.count - 1
+            }
+            None => return None,
+        };
+        let attempts = &mut self.places[index].attempts;
+        *attempts += 1;
+        (*attempts <= MAX_ATTEMPTS).then_some(Attempt(Some(index)))
+    }
+
+    /// Ends an attempt: no other sample is asked for what it was made for if it told.
+    #[inline]
+    pub fn end(&mut self, attempt: Attempt, resolved: bool) {
+        match attempt.0 {
+            Some(index) if resolved => self.places[index].attempts = MAX_ATTEMPTS,
+            _ => self.unsolved += u32::from(!resolved),
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! Scattering of a ray by a specular object: the rules that rays with and without derivatives share.
+
+use super::sample::Specular;
+use crate::optics::path::bundle::BounceKind;
+use crate::optics::step::{crossed_medium, medium_after};
+use crate::scene::Role;
+use glam::{DVec3, Vec3};
+
+/// A ray's arrival at a specular object.
+#[derive(Clone, Copy, Debug)]
+pub struct Scattering {
+    /// True if it comes from the outer side.
+    pub outside: bool,
+    /// Index of refraction of the object over that of its surroundings.
+    pub index: f64,
+    /// Index of refraction of what the ray has run through.
+    pub crossed: f64,
+    lens: bool,
+}
+
+impl Scattering {
+    /// Scattering of a ray at this cosine between its direction and the outer normal, which was taken to run through
+    /// `medium`. None on the blind side of mirrors with one side.
+    #[inline]
+    pub fn new(specular: &Specular<'_>, object: u32, cosine: f64, medium: f64) -> Option<Self> {
+        let outside = cosine <= 0.0;
+        if outside && specular.scene.objects[object as usize].inside {
+            return None;
+        }
+        let lens = specular.scene.role_of(object) == Role::Lens;
+        let index = specular.surfaces.index_of(object);
+        let crossed = crossed_medium(lens, outside, index, medium);
+        Some(Self { outside, index, crossed, lens })
+    }
+
+    /// Index of refraction of what the ray runs through afterwards; returns `None` if it cannot go on like that.
+    #[inline]
+    pub fn medium_after(&self, kind: BounceKind) -> Option<f64> {
+        let goes_on = self.lens || kind == BounceKind::Reflect;
+        goes_on.then(|| medium_after(kind, self.outside, self.index, self.crossed, 1.0))
+    }
+}
+
+/// A point off a flat surface on the side that `direction` leaves to, as far as positions are rounded.
+#[inline]
+pub fn departure(position: DVec3, geometric_normal: DVec3, direction: DVec3) -> Vec3 {
+    let offset = 16.0 * f64::from(f32::EPSILON) * position.abs().max_element();
+    (position + geometric_normal * offset.copysign(direction.dot(geometric_normal))).as_vec3()
+}

@@ -1,0 +1,4 @@
+mod beams;
+mod candidate_filter;
+mod candidates;
+mod samples;

@@ -1,0 +1,30 @@
+//! Virtual objects: the image of a scene in a reflector is another object behind it.
+//!
+//! Shared by the methods that find, for every point, about where on a reflector it appears, and mirror the point in
+//! the tangent plane there (Ofek, Rappoport 1998; Estalella et al. 2005): reflectors as meshes with rays at their
+//! vertices, the virtual point of a bounce, and the recursion: the virtual object of a path's last bounce is an object
+//! for the bounce before.
+
+mod arrivals;
+mod descent;
+mod extrusion;
+mod eye_image;
+mod facets;
+mod mesh;
+mod method;
+mod path_tree;
+mod piece;
+mod project;
+mod rays;
+
+pub(crate) use descent::Recursion;
+pub(crate) use extrusion::Extrusion;
+pub(crate) use eye_image::{EyeImage, NOTHING};
+pub(crate) use mesh::ReflectorMesh;
+pub(crate) use method::{LONGEST_EDGE, Reflectors, VirtualObjectMethod};
+#[cfg(test)]
+pub(crate) use path_tree::PathTree;
+pub(crate) use path_tree::{Locator, Reflector};
+pub(crate) use piece::{CORNERS, in_front, interpolated, weights_of};
+pub(crate) use project::Options;
+pub(crate) use rays::{ReflectionPoint, ReflectionPoints, VertexRays, outer};

@@ -1,0 +1,297 @@
+//! The tree of paths, a level a bounce: the rays that leave a reflector after a path's bounces, with their locators.
+
+use super::arrivals::{
+    Arrivals, PathBranch, arriving_rays, edges_between_branches, extrapolate_rays, eye_rays, starting_rays,
+};
+use super::descent::PathStep;
+use super::eye_image::EyeImage;
+use super::mesh::ReflectorMesh;
+use super::rays::{ReflectionPoints, VertexRays};
+use crate::methods::projector::SpecularPath;
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::optics::step::relative_index;
+use crate::parallel;
+use crate::progress::{Cancelled, Progress, Stage};
+use crate::scene::{Role, Scene, View};
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// No more paths than this are built: short ones first. A bound on time; chosen, not measured.
+const MAX_PATHS: usize = 256;
+
+/// Meshes are refined so many times where branches meet, unless they get more triangles than this.
+const MAX_REFINEMENTS: u32 = 4;
+const MAX_TRIANGLES: usize = 300_000;
+
+/// Rays do not come back to their own reflector within this share of its radius. Chosen, not measured.
+const MIN_WAY: f32 = 1e-4;
+
+/// A reflector with rays at its vertices.
+#[derive(Clone, Copy)]
+pub(crate) struct Reflector<'a> {
+    /// Index among the scene's specular objects; `None` if the mesh is a finer one made for its rays.
+    pub(crate) index: Option<u32>,
+    pub(crate) mesh: &'a ReflectorMesh,
+    pub(crate) rays: &'a VertexRays,
+    /// The view, where the rays come straight from the eye.
+    pub(crate) view: Option<&'a View>,
+}
+
+/// Finds where points appear in a reflector.
+pub(crate) trait Locator: Send + Sync {
+    /// Appends a batch of scene points with their reflection points, about: none to many each. A point's own do not
+    /// depend on the others of the batch.
+    fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints);
+
+    /// Bytes held.
+    fn byte_count(&self) -> u64;
+}
+
+/// Rays of one kind at a level.
+pub(crate) struct RaySet<L> {
+    pub(crate) rays: VertexRays,
+    pub(crate) locator: L,
+    /// The ray set of the level before that they come from, and by which branch.
+    pub(super) parent: Option<(u32, PathBranch)>,
+}
+
+/// The last bounce of a path, with its rays.
+pub(crate) struct PathLevel<L> {
+    /// The path without its last bounce, a level.
+    pub(super) parent: Option<u32>,
+    pub(crate) bounce: Bounce,
+    /// Index of the reflector.
+    pub(crate) mesh: u32,
+    /// A finer mesh of it, where rays of several branches meet.
+    finer: Option<Arc<ReflectorMesh>>,
+    pub(crate) ray_sets: Vec<RaySet<L>>,
+}
+
+/// All paths of a view up to an order.
+pub(crate) struct PathTree<L> {
+    pub(crate) paths: Vec<SpecularPath>,
+    /// One for each path.
+    pub(crate) levels: Vec<PathLevel<L>>,
+    view: View,
+    /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
+    images: Vec<Option<EyeImage>>,
+    /// True if there were more paths than are built.
+    pub(crate) cut_short: bool,
+}
+
+impl<L> PathLevel<L> {
+    fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
+        self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
+    }
+}
+
+impl<L: Locator> PathTree<L> {
+    /// Builds all levels; `make` is called once for each ray set and returns `None` if nothing can appear by it.
+    pub(crate) fn build(
+        scene: &Scene,
+        meshes: &[ReflectorMesh],
+        view: &View,
+        order: u32,
+        image_size: u32,
+        make: impl Fn(&Reflector<'_>) -> Option<L>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let drawn = |mesh: &ReflectorMesh| (!mesh.convex).then(|| EyeImage::draw(mesh, view, image_size)).flatten();
+        let images = parallel::map_collect(meshes.len(), |index| drawn(&meshes[index]));
+        let mut all = Self { paths: Vec::new(), levels: Vec::new(), view: view.clone(), images, cut_short: false };
+        // How many paths there will be is unknown.
+        let stage = Stage::begin(progress, "building maps", 0)?;
+        let mut parents = 0..0;
+        for length in 1..=order {
+            let first = all.levels.len();
+            if length == 1 {
+                for (index, mesh) in meshes.iter().enumerate() {
+                    if is_in_picture(mesh, view) {
+                        all.grow(scene, meshes, None, index as u32, &make, &stage)?;
+                    }
+                }
+            } else {
+                for parent in parents {
+                    for index in 0..meshes.len() as u32 {
+                        all.grow(scene, meshes, Some(parent as u32), index, &make, &stage)?;
+                    }
+                }
+            }
+            parents = first..all.levels.len();
+        }
+        Ok(all)
+    }
+
+    /// Adds the levels of one more bounce on a reflector.
+    fn grow(
+        &mut self,
+        scene: &Scene,
+        meshes: &[ReflectorMesh],
+        parent: Option<u32>,
+        index: u32,
+        make: &impl Fn(&Reflector<'_>) -> Option<L>,
+        stage: &Stage<'_>,
+    ) -> Result<(), Cancelled> {
+        stage.advance(1)?;
+        if !meshes[index as usize].has_shape() {
+            return Ok(());
+        }
+        let (finer, mut arrivals) = self.arrivals(meshes, parent, index, stage)?;
+        let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
+        for arrivals in &mut arrivals {
+            extrapolate_rays(mesh, &mut arrivals.rays);
+        }
+        let material = scene.material_of(mesh.object);
+        let lens = material.role == Role::Lens;
+        let kinds: &[BounceKind] =
+            if lens { &[BounceKind::Reflect, BounceKind::Transmit] } else { &[BounceKind::Reflect] };
+        for &kind in kinds {
+            let mut ray_sets = Vec::new();
+            for Arrivals { from, inside, rays: arriving } in &arrivals {
+                for side in [1.0, -1.0] {
+                    // Within a body its inner side is met, from without the outer one; open sheets have both.
+                    let possible = match (mesh.inside_only, mesh.closed, *inside) {
+                        (true, ..) => side < 0.0,
+                        (_, true, false) => side > 0.0,
+                        (_, true, true) => side < 0.0,
+                        (_, false, inside) => !lens || (side < 0.0) == inside,
+                    };
+                    if !possible {
+                        continue;
+                    }
+                    let transmits = kind == BounceKind::Transmit;
+                    let within = (*inside != transmits).then_some(material.ior);
+                    let eta = if transmits { relative_index(material.ior, side > 0.0) } else { 1.0 };
+                    let rays = VertexRays::new(mesh, kind, side, eta, within, arriving);
+                    if !mesh.triangles.iter().any(|triangle| rays.shows(*triangle)) {
+                        continue;
+                    }
+                    stage.advance(0)?;
+                    let view = parent.is_none().then_some(&self.view);
+                    if let Some(locator) =
+                        make(&Reflector { index: finer.is_none().then_some(index), mesh, rays: &rays, view })
+                    {
+                        ray_sets.push(RaySet { rays, locator, parent: *from });
+                    }
+                }
+            }
+            if ray_sets.is_empty() {
+                continue;
+            }
+            if self.levels.len() >= MAX_PATHS {
+                self.cut_short = true;
+                return Ok(());
+            }
+            let bounce = Bounce { object: mesh.object, kind };
+            let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();
+            path.bounces.push(bounce);
+            self.paths.push(path);
+            self.levels.push(PathLevel { parent, bounce, mesh: index, finer: finer.clone(), ray_sets });
+        }
+        Ok(())
+    }
+
+    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet.
+    fn arrivals(
+        &self,
+        meshes: &[ReflectorMesh],
+        parent: Option<u32>,
+        index: u32,
+        stage: &Stage<'_>,
+    ) -> Result<(Option<Arc<ReflectorMesh>>, Vec<Arrivals>), Cancelled> {
+        let own = &meshes[index as usize];
+        let Some(parent) = parent else {
+            return Ok((None, vec![Arrivals::from_eye(eye_rays(own, &self.view))]));
+        };
+        let mut finer: Option<Arc<ReflectorMesh>> = None;
+        let mut arrivals = self.level_rays(meshes, parent, index, own, stage)?;
+        for _ in 0..MAX_REFINEMENTS {
+            let mesh = finer.as_deref().unwrap_or(own);
+            let edges = edges_between_branches(mesh, &arrivals);
+            if edges.is_empty() || mesh.triangles.len() + 3 * edges.len() > MAX_TRIANGLES {
+                break;
+            }
+            let mesh = Arc::new(mesh.with_halved(&edges));
+            arrivals = self.level_rays(meshes, parent, index, &mesh, stage)?;
+            finer = Some(mesh);
+        }
+        Ok((finer, arrivals))
+    }
+
+    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch.
+    fn level_rays(
+        &self,
+        meshes: &[ReflectorMesh],
+        parent: u32,
+        index: u32,
+        mesh: &ReflectorMesh,
+        stage: &Stage<'_>,
+    ) -> Result<Vec<Arrivals>, Cancelled> {
+        let level = &self.levels[parent as usize];
+        let mut all = Vec::new();
+        for (number, ray_set) in level.ray_sets.iter().enumerate() {
+            let inside = ray_set.rays.inside_after;
+            let own = level.mesh == index;
+            // Rays within a body stay there, and those that leave a convex one do not come back.
+            let possible = if inside { own } else { !(own && mesh.convex && ray_set.rays.side > 0.0) };
+            let leaves = own && !inside && level.bounce.kind == BounceKind::Transmit && mesh.convex;
+            if !possible || leaves {
+                continue;
+            }
+            let reflector = self.reflector(meshes, level, ray_set);
+            let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
+            let least = if own { MIN_WAY * mesh.radius } else { 0.0 };
+            for (branch, rays) in arriving_rays(&reflector, &ray_set.locator, mesh, least, starting, stage)? {
+                all.push(Arrivals { from: Some((number as u32, branch)), inside, rays });
+            }
+        }
+        Ok(all)
+    }
+
+    pub(super) fn reflector<'a>(
+        &'a self,
+        meshes: &'a [ReflectorMesh],
+        level: &'a PathLevel<L>,
+        ray_set: &'a RaySet<L>,
+    ) -> Reflector<'a> {
+        let view = level.parent.is_none().then_some(&self.view);
+        let index = level.finer.is_none().then_some(level.mesh);
+        Reflector { index, mesh: level.reflector_mesh(meshes), rays: &ray_set.rays, view }
+    }
+
+    /// The mesh that a step's reflection point is on.
+    pub(super) fn mesh_of<'a>(&'a self, meshes: &'a [ReflectorMesh], step: &PathStep) -> &'a ReflectorMesh {
+        self.levels[step.level as usize].reflector_mesh(meshes)
+    }
+
+    /// The surface of a reflector nearest to the eye; returns `None` if it hides nothing of itself.
+    pub(crate) fn image_of(&self, mesh: u32) -> Option<&EyeImage> {
+        self.images.get(mesh as usize)?.as_ref()
+    }
+
+    /// Bytes held.
+    pub(crate) fn byte_count(&self) -> u64 {
+        let ray_sets = self.levels.iter().flat_map(|level| &level.ray_sets);
+        ray_sets.map(|ray_set| ray_set.locator.byte_count() + 40 * ray_set.rays.origins.len() as u64).sum()
+    }
+}
+
+/// True if any of a reflector may appear in the picture.
+fn is_in_picture(mesh: &ReflectorMesh, view: &View) -> bool {
+    let transform = view.picture_from_world();
+    let (size_px, mut beside) = (Vec2::new(view.width as f32, view.height as f32), [true; 5]);
+    for position in &mesh.positions {
+        let point = transform.apply(*position);
+        let sides = [
+            point.depth < view.near,
+            point.xy.x < 0.0,
+            point.xy.y < 0.0,
+            point.xy.x > size_px.x * point.w,
+            point.xy.y > size_px.y * point.w,
+        ];
+        for (beside, side) in beside.iter_mut().zip(sides) {
+            *beside &= side;
+        }
+    }
+    !beside.contains(&true)
+}

@@ -1,0 +1,3 @@
+//! Measures of a projection's error.
+
+pub mod round_trip;

@@ -1,4 +1,0 @@
-mod attempts;
-mod beams;
-mod candidates;
-mod samples;

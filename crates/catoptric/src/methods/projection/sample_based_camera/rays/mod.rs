@@ -1,0 +1,9 @@
+//! The dense map of reflected rays that cameras are fitted to.
+
+mod creases;
+pub(super) mod follow;
+pub(super) mod grid;
+pub(super) mod path_rays;
+pub(super) mod pieces;
+mod primary_visibility;
+pub(super) mod visible_pieces;

@@ -1,0 +1,6 @@
+//! The reference and its parts, against closed forms, finite differences and independent derivations.
+
+mod blend;
+mod closed_forms;
+mod path_derivatives;
+mod visibility;

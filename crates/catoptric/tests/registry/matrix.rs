@@ -1,0 +1,81 @@
+//! Every method on every built-in scene against the reference, within the limits that are kept beside the method.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::light::path_tracer::specular_mask;
+use catoptric::methods::limits::ErrorLimit;
+use catoptric::methods::{self, Family, MethodInfo, Quality};
+use catoptric::scene::{Scene, View};
+use catoptric_scenes::builtin;
+use catoptric_testkit::drawing::{picture, reflector_error, scene};
+use catoptric_testkit::scenes::sphere_in_room;
+
+/// Coarse enough for a picture of 48 x 36.
+fn specification(name: &str) -> String {
+    let more = if name == "large_room" { "&triangles=10000" } else { "" };
+    format!("{name}?tess=8{more}")
+}
+
+#[test]
+fn every_method_keeps_its_limits_on_every_built_in_scene() {
+    let mut faults = Vec::new();
+    for built_in in builtin::all() {
+        let scene = scene(&specification(built_in.name));
+        let view = scene.default_view(48, 36);
+        let truths = [1, 2].map(|order| picture("reference", "", &scene, &view, Quality { samples: 4, order }));
+        for info in methods::all().iter().filter(|info| info.family != Family::Reference) {
+            let limits = info.limits.scenes.iter().find(|limits| limits.scene == built_in.name);
+            let found = [1, 2].map(|order| {
+                let limit = limits.map(|limits| limits.orders[order as usize - 1]);
+                measure(info, limit, &scene, &view, order, &truths[order as usize - 1])
+            });
+            if found.iter().any(|(_, holds)| !holds) {
+                let [first, second] = found.map(|(row, _)| row);
+                faults.push(format!("{}/limits.rs: scene(\"{}\", [{first}, {second}]),", info.id, built_in.name));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "what is reached instead, as it would stand there:\n{}", faults.join("\n"));
+}
+
+/// The limit that would be just kept, as it is written, and whether the method's own is kept.
+fn measure(
+    info: &MethodInfo,
+    limit: Option<ErrorLimit>,
+    scene: &Scene,
+    view: &View,
+    order: u32,
+    truth: &Framebuffer,
+) -> (String, bool) {
+    if let Some(ErrorLimit::Skipped { reason }) = limit {
+        return (format!("skipped({reason:?})"), true);
+    }
+    let found = picture(info.id, info.limits.settings, scene, view, Quality { samples: 4, order });
+    let error = reflector_error(&found, truth, scene, view);
+    let holds = matches!(limit, Some(ErrorLimit::Below { over_0_1, flip })
+        if error.over_0_1 <= over_0_1 && error.flip_mean <= flip);
+    // A tenth more than is reached, and a pixel or two.
+    let above = |reached: f64| ((1100.0 * reached).ceil() / 1000.0 + 0.003).min(1.0);
+    (format!("below({:.3}, {:.3})", above(error.over_0_1), above(error.flip_mean)), holds)
+}
+
+#[test]
+fn limits_are_of_scenes_that_exist() {
+    for info in methods::all() {
+        for limits in info.limits.scenes {
+            assert!(builtin::all().iter().any(|scene| scene.name == limits.scene), "{}: {}", info.id, limits.scene);
+        }
+    }
+}
+
+#[test]
+fn order_zero_draws_reflectors_black_in_every_method() {
+    let scene = sphere_in_room(true);
+    let view = scene.default_view(40, 30);
+    let mask = specular_mask(&scene, &view);
+    for info in methods::all() {
+        let drawn = picture(info.id, "", &scene, &view, Quality { samples: 1, order: 0 });
+        for (pixel, reflector) in drawn.pixels.iter().zip(&mask) {
+            assert_eq!(pixel[..3] == [0.0; 3], *reflector, "{}", info.id);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The program as its users meet it: exit codes, messages, files and numbers.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+mod bake;
+mod project;
+mod render;
+mod workplace;

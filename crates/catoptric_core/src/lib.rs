@@ -1,0 +1,14 @@
+//! Geometry, scenes and pictures that the methods of `catoptric` and the scenes of `catoptric_scenes` share.
+//!
+//! The crate `catoptric` re-exports these modules under the same names.
+
+pub mod clock;
+pub mod error;
+pub mod framebuffer;
+pub mod math;
+pub mod parallel;
+#[cfg(feature = "files")]
+pub mod picture;
+pub mod progress;
+pub mod scene;
+pub mod surface;

@@ -1,0 +1,323 @@
+//! Pictures as files: PNG for looking at, OpenEXR and Radiance HDR for measuring.
+//!
+//! Files appear by rename: a reader gets the old file or the whole new one, never a part of it.
+
+use crate::error::SceneError;
+use crate::framebuffer::{Framebuffer, linear_from_srgb};
+use exr::prelude as openexr;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// Larger pictures are refused: they are damaged headers far more often than pictures.
+const MAX_SIDE: u32 = 65_536;
+/// The most memory that decoding a picture may take.
+const MAX_DECODED_BYTES: u64 = 4 << 30;
+
+/// The kinds of picture files that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PictureFormat {
+    /// 8-bit sRGB without alpha, clamped, no tone curve.
+    Png,
+    /// Linear RGBA, 32-bit floats.
+    Exr,
+}
+
+impl PictureFormat {
+    /// The format that a file name's extension stands for; returns `None` if it is neither `.png` nor `.exr`.
+    pub fn from_path(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "png" => Some(Self::Png),
+            "exr" => Some(Self::Exr),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a file through `fill`; it appears under its name when it is complete, and not at all when something fails.
+///
+/// # Errors
+/// [`SceneError::Write`] when the folder is missing or not writable, the name is a folder's, or `fill` fails.
+pub fn write_file(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), SceneError> {
+    let fail = |source: io::Error| SceneError::Write { path: path.into(), source };
+    let mut file = temporary_beside(path).map_err(fail)?;
+    let mut writer = BufWriter::new(file.as_file_mut());
+    fill(&mut writer).and_then(|()| writer.flush()).map_err(fail)?;
+    drop(writer);
+    file.persist(path).map_err(|error| fail(error.error))?;
+    Ok(())
+}
+
+/// Returns true if a file of this name could be written now; leaves nothing behind. For finding out before long work.
+///
+/// # Errors
+/// [`SceneError::Write`] as for [`write_file`].
+pub fn check_writable(path: &Path) -> Result<(), SceneError> {
+    temporary_beside(path).map(drop).map_err(|source| SceneError::Write { path: path.into(), source })
+}
+
+fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
+    if path.is_dir() {
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let problem = format!("the folder {} does not exist; create it first", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, problem));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".catoptric-").suffix(".tmp");
+    // Temporary files are private; results are as readable as any new file of the user.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}
+
+/// Writes a picture in the format of its extension.
+///
+/// # Errors
+/// [`SceneError::Unsupported`] for extensions other than `.png` and `.exr`, [`SceneError::Write`] otherwise.
+pub fn write(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
+    match PictureFormat::from_path(path) {
+        Some(PictureFormat::Png) => write_rgb8(path, picture.width, picture.height, &picture.to_srgb8()),
+        Some(PictureFormat::Exr) => write_exr(path, picture),
+        None => Err(SceneError::Unsupported {
+            file: path.display().to_string(),
+            feature: "this kind of picture file".into(),
+            remedy: "use a name that ends in .png or .exr".into(),
+        }),
+    }
+}
+
+/// Writes 8-bit sRGB pixels, three bytes each, rows from the top, as PNG.
+///
+/// # Errors
+/// [`SceneError::Write`], also when there are not `3 * width * height` bytes.
+pub fn write_rgb8(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), SceneError> {
+    write_png(path, width, height, rgb, image::ExtendedColorType::Rgb8)
+}
+
+/// Writes a mask as a grey PNG: white where it is true.
+///
+/// # Errors
+/// [`SceneError::Write`], also when there is not one value a pixel.
+pub fn write_mask(path: &Path, width: u32, height: u32, mask: &[bool]) -> Result<(), SceneError> {
+    let grey: Vec<u8> = mask.iter().map(|&set| if set { 255 } else { 0 }).collect();
+    write_png(path, width, height, &grey, image::ExtendedColorType::L8)
+}
+
+fn write_png(
+    path: &Path,
+    width: u32,
+    height: u32,
+    bytes: &[u8],
+    color: image::ExtendedColorType,
+) -> Result<(), SceneError> {
+    use image::ImageEncoder;
+    let expected = u64::from(width) * u64::from(height) * u64::from(color.bits_per_pixel() / 8);
+    write_file(path, |writer| {
+        if bytes.len() as u64 != expected {
+            let problem = format!("{} bytes for a picture of {width}x{height} pixels", bytes.len());
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+        }
+        image::codecs::png::PngEncoder::new(writer).write_image(bytes, width, height, color).map_err(io::Error::other)
+    })
+}
+
+fn write_exr(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
+    let width = picture.width as usize;
+    // EXR is written with seeks, which need the whole file in memory or on disk; memory is simpler to rename.
+    let mut bytes = io::Cursor::new(Vec::new());
+    let channels = openexr::SpecificChannels::rgba(|at: openexr::Vec2<usize>| {
+        let [r, g, b, a] = picture.pixels[at.y() * width + at.x()];
+        (r, g, b, a)
+    });
+    let written =
+        openexr::WritableImage::write(&openexr::Image::from_channels((width, picture.height as usize), channels))
+            .non_parallel()
+            .to_buffered(&mut bytes);
+    write_file(path, |writer| {
+        written.map_err(io::Error::other)?;
+        writer.write_all(bytes.get_ref())
+    })
+}
+
+/// Reads a picture as linear radiance: `.exr` and `.hdr` as they stand, 8- and 16-bit formats from sRGB.
+///
+/// # Errors
+/// [`SceneError::Read`] when the file cannot be opened, [`SceneError::Invalid`] when it is no picture that can be read.
+pub fn read(path: &Path) -> Result<Framebuffer, SceneError> {
+    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    let invalid = |problem: String| SceneError::invalid(path.display().to_string(), "picture", problem);
+    // By content: extensions lie.
+    if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { read_exr(&bytes) } else { read_with_image(&bytes) }
+        .map_err(invalid)
+}
+
+/// Reads one channel of an OpenEXR picture, the first of these names that it has: width, height and values, rows from
+/// the top.
+///
+/// # Errors
+/// [`SceneError::Read`], and [`SceneError::Invalid`] for other pictures and those without such a channel.
+pub fn read_channel(path: &Path, names: &[&str]) -> Result<(u32, u32, Vec<f32>), SceneError> {
+    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    channel_of(&bytes, names).map_err(|problem| SceneError::invalid(path.display().to_string(), "picture", problem))
+}
+
+fn channel_of(bytes: &[u8], names: &[&str]) -> Result<(u32, u32, Vec<f32>), String> {
+    use openexr::{ReadChannels, ReadLayers};
+    check_exr_size(bytes)?;
+    let image = openexr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(io::Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let layer = &image.layer_data;
+    let channels = &layer.channel_data.list;
+    // Renderers put the layer's name before the channel's, and a point.
+    let is_named = |name: &str, wanted: &str| name.rsplit('.').next() == Some(wanted);
+    let found = names.iter().find_map(|wanted| channels.iter().find(|it| is_named(&it.name.to_string(), wanted)));
+    let channel = found.ok_or_else(|| format!("has no channel named {}", names.join(", ")))?;
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+    // Channels may have fewer values than the picture has pixels.
+    if values.len() != width * height {
+        return Err(format!("its channel {} is subsampled; write it with a value a pixel", channel.name));
+    }
+    Ok((width as u32, height as u32, values))
+}
+
+fn read_exr(bytes: &[u8]) -> Result<Framebuffer, String> {
+    use openexr::{ReadChannels, ReadLayers};
+    check_exr_size(bytes)?;
+    let image = openexr::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgba_channels(
+            |size, _| Framebuffer::new(size.width() as u32, size.height() as u32),
+            |picture: &mut Framebuffer, at, (r, g, b, a): (f32, f32, f32, f32)| {
+                let index = at.y() * picture.width as usize + at.x();
+                picture.pixels[index] = [r, g, b, a];
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(io::Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    Ok(image.layer_data.channel_data.pixels)
+}
+
+/// Memory is taken as headers demand.
+fn check_exr_size(bytes: &[u8]) -> Result<(), String> {
+    let meta = openexr::MetaData::read_from_buffered(io::Cursor::new(bytes), false).map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+        if width.max(height) > u64::from(MAX_SIDE) || width * height * 16 > MAX_DECODED_BYTES {
+            return Err(format!("its {width}x{height} pixels are too many; {MAX_SIDE} a side and 4 GiB are allowed"));
+        }
+    }
+    Ok(())
+}
+
+fn read_with_image(bytes: &[u8]) -> Result<Framebuffer, String> {
+    let mut reader =
+        image::ImageReader::new(io::Cursor::new(bytes)).with_guessed_format().map_err(|e| e.to_string())?;
+    let format = reader.format().ok_or("is neither PNG, JPEG, WebP, Radiance HDR nor OpenEXR")?;
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(MAX_DECODED_BYTES);
+    reader.limits(limits);
+    let decoded = reader.decode().map_err(|error| error.to_string())?;
+    let linear = format == image::ImageFormat::Hdr;
+    let rgba = decoded.into_rgba32f();
+    let (width, height) = rgba.dimensions();
+    let curve = |value: f32| if linear { value } else { linear_from_srgb(value) };
+    let pixels = rgba.pixels().map(|p| [curve(p.0[0]), curve(p.0[1]), curve(p.0[2]), p.0[3]]).collect();
+    Ok(Framebuffer { width, height, pixels })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Framebuffer {
+        let mut picture = Framebuffer::new(5, 3);
+        for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+            *pixel = [index as f32 * 0.25, 0.5, 1e-4, 1.0];
+        }
+        picture
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<String> =
+            std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write(&path, &sample()).unwrap();
+        assert_eq!(read(&path).unwrap(), sample());
+        assert_eq!(names(folder.path()), ["a.exr"]);
+    }
+
+    #[test]
+    fn png_is_srgb_rounded_to_8_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.PNG");
+        write(&path, &sample()).unwrap();
+        let back = read(&path).unwrap();
+        assert_eq!((back.width, back.height), (5, 3));
+        assert_eq!(back.to_srgb8(), sample().to_srgb8());
+    }
+
+    #[test]
+    fn masks_are_black_and_white() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mask.png");
+        write_mask(&path, 2, 1, &[true, false]).unwrap();
+        let back = read(&path).unwrap();
+        assert_eq!(back.pixels, [[1.0; 4], [0.0, 0.0, 0.0, 1.0]]);
+        assert!(write_mask(&path, 2, 2, &[true, false]).is_err());
+        assert_eq!(read(&path).unwrap(), back, "a failed write must leave the old file");
+        assert_eq!(names(folder.path()), ["mask.png"]);
+    }
+
+    #[test]
+    fn files_that_cannot_be_written_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("no/where.png");
+        for error in [write(&missing, &sample()).unwrap_err(), check_writable(&missing).unwrap_err()] {
+            let message = error.to_string();
+            assert!(message.contains("where.png") && message.contains("does not exist"), "{message}");
+        }
+        assert!(check_writable(folder.path()).unwrap_err().to_string().contains("folder"));
+        assert!(matches!(write(&folder.path().join("a.bmp"), &sample()), Err(SceneError::Unsupported { .. })));
+        let failing = write_file(&folder.path().join("b.txt"), |_| Err(io::Error::other("full")));
+        assert!(failing.unwrap_err().to_string().contains("full"));
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn what_is_no_picture_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        for bytes in [&b""[..], b"nonsense", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01broken", b"#?RADIANCE\n"] {
+            std::fs::write(&path, bytes).unwrap();
+            assert!(matches!(read(&path), Err(SceneError::Invalid { .. })), "{bytes:?}");
+        }
+        assert!(matches!(read(&folder.path().join("none.png")), Err(SceneError::Read { .. })));
+    }
+}

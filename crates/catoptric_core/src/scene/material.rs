@@ -1,0 +1,127 @@
+//! The appearance of a surface: its role, colours and textures.
+
+use super::Blend;
+use glam::{Affine2, Vec3, Vec4};
+
+/// The role of a surface for the methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Scatters light; visible in mirrors and through glass.
+    Diffuse,
+    /// A perfect mirror with a tint, perhaps [blended](Blend) with its own colour.
+    Reflector,
+    /// A clear dielectric body: reflects and refracts at its surface.
+    Lens,
+    /// A diffuse base under a clear, mirror-smooth coat.
+    Coated,
+}
+
+impl Role {
+    /// Returns true if paths go on at such a surface, so that it counts as a reflector or lens.
+    #[inline]
+    pub fn is_specular(self) -> bool {
+        self != Self::Diffuse
+    }
+
+    /// The role's name in scene files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diffuse => "diffuse",
+            Self::Reflector => "reflector",
+            Self::Lens => "lens",
+            Self::Coated => "coated",
+        }
+    }
+}
+
+/// The binding of a texture to a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TextureBinding {
+    /// Index into the scene's textures.
+    pub texture: u32,
+    /// The index of one of a vertex's two sets of texture coordinates.
+    pub uv_channel: u8,
+    /// Maps the vertex's texture coordinates to the texture's (KHR_texture_transform).
+    pub texture_from_uv: Affine2,
+}
+
+/// The use of the base colour's alpha.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Ignored.
+    Opaque,
+    /// Below this value the surface is not there.
+    Mask(f32),
+}
+
+/// The look of a surface. All colours are linear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the file; may be empty.
+    pub name: String,
+    /// The role of the surface for the methods.
+    pub role: Role,
+    /// Diffuse albedo, or the tint of a mirror, or of light through a lens surface; the fourth is alpha.
+    pub base_color: Vec4,
+    /// Multiplies `base_color`.
+    pub base_texture: Option<TextureBinding>,
+    /// Emitted radiance.
+    pub emissive: Vec3,
+    /// Multiplies `emissive`.
+    pub emissive_texture: Option<TextureBinding>,
+    /// The base colour is radiance as it stands: no lighting.
+    pub unlit: bool,
+    /// The use of the base colour's alpha.
+    pub alpha_mode: AlphaMode,
+    /// Index of refraction, of a lens or of a coat.
+    pub ior: f32,
+    /// Absorption inside a lens, a unit of length (Beer-Lambert).
+    pub absorption: Vec3,
+    /// A reflector whose reflectance rises to 1 at grazing angles (Schlick), not a perfect mirror of constant tint.
+    pub schlick: bool,
+    /// The weights of a reflector's reflection against its own colour; `None`: a mirror all over ([`Role::Reflector`]
+    /// alone).
+    pub blend: Option<Blend>,
+    /// The share of the clear coat, 0 to 1 (role [`Role::Coated`] alone).
+    pub coat: f32,
+    /// The file's flag that both sides are drawn. Kept for information: both sides are always drawn.
+    pub double_sided: bool,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            role: Role::Diffuse,
+            base_color: Vec4::ONE,
+            base_texture: None,
+            emissive: Vec3::ZERO,
+            emissive_texture: None,
+            unlit: false,
+            alpha_mode: AlphaMode::Opaque,
+            ior: 1.5,
+            absorption: Vec3::ZERO,
+            schlick: false,
+            blend: None,
+            coat: 0.0,
+            double_sided: true,
+        }
+    }
+}
+
+impl Material {
+    /// A lit diffuse material of one colour.
+    pub fn diffuse(name: &str, albedo: Vec3) -> Self {
+        Self { name: name.into(), base_color: albedo.extend(1.0), ..Self::default() }
+    }
+
+    /// A perfect mirror with a tint.
+    pub fn mirror(name: &str, tint: Vec3) -> Self {
+        Self { name: name.into(), role: Role::Reflector, base_color: tint.extend(1.0), ..Self::default() }
+    }
+
+    /// Clear glass.
+    pub fn glass(name: &str, ior: f32) -> Self {
+        Self { name: name.into(), role: Role::Lens, ior, ..Self::default() }
+    }
+}

@@ -1,0 +1,148 @@
+//! Scenes: models, their pose at a moment, materials, textures, shading and views.
+
+mod animation;
+mod blend;
+pub mod hit;
+mod identity;
+mod light;
+mod material;
+pub mod model;
+mod pose;
+pub mod roles;
+mod shading;
+mod view;
+
+pub use blend::{Attenuation, Blend};
+pub use light::{Light, LightKind};
+pub use material::{AlphaMode, Material, Role, TextureBinding};
+pub use model::Model;
+pub use pose::{MAX_TRIANGLES, PoseOptions};
+pub use shading::environment::Environment;
+pub use shading::sample_patterns::SAMPLE_PATTERNS;
+pub use shading::shade;
+pub use shading::shade_batch::SurfaceQuery;
+pub use shading::texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
+pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
+
+use crate::error::SceneError;
+use crate::math::Aabb;
+use crate::surface::PlacedSurface;
+use glam::{Vec2, Vec3};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A scene at one moment, in world space: one set of flat arrays that every method reads.
+///
+/// Triangles of an object, and their vertices, are contiguous. Objects with an analytic surface carry triangles
+/// too (for rasterisation); rays meet the exact surface instead.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file or built-in scene it came from.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Unit shading normals, one a vertex, on the outer side.
+    pub normals: Vec<Vec3>,
+    /// Two sets of texture coordinates a vertex.
+    pub uvs: Vec<[Vec2; 2]>,
+    /// Linear vertex colours; empty when the whole scene has none.
+    pub colors: Vec<[f32; 4]>,
+    /// Vertex indices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// The object of each triangle.
+    pub triangle_objects: Vec<u32>,
+    /// For each triangle a number (not 0) that is equal in triangles connected by common vertices:
+    /// parts of one smooth surface. Where it is missing a triangle is a surface of its own.
+    pub triangle_parts: Vec<u32>,
+    /// The objects of the scene.
+    pub objects: Vec<Object>,
+    /// Materials with their final roles.
+    pub materials: Vec<Material>,
+    /// Textures of the materials.
+    pub textures: Vec<Arc<Texture>>,
+    /// Lights of the file.
+    pub lights: Vec<Light>,
+    /// Light from infinity.
+    pub environment: Option<Arc<Environment>>,
+    /// Cameras; the first is the default.
+    pub cameras: Vec<Camera>,
+    /// The box around everything.
+    pub bounds: Aabb,
+    /// The region in which reflectors or views may move.
+    pub region: Option<Aabb>,
+}
+
+/// One primitive at one place.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Name of the node, else of the mesh.
+    pub name: String,
+    /// Index of the material; its role is the object's.
+    pub material: u32,
+    /// Its triangles.
+    pub triangles: Range<u32>,
+    /// Their vertices.
+    pub vertices: Range<u32>,
+    /// The exact surface that rays meet in place of the triangles.
+    pub surface: Option<PlacedSurface>,
+    /// The inner side is the mirror and the outer side is opaque and black (analytic reflectors).
+    pub inside: bool,
+    /// The box around it.
+    pub bounds: Aabb,
+}
+
+impl Scene {
+    /// The material of an object.
+    #[inline]
+    pub fn material_of(&self, object: u32) -> &Material {
+        &self.materials[self.objects[object as usize].material as usize]
+    }
+
+    /// The role of an object.
+    #[inline]
+    pub fn role_of(&self, object: u32) -> Role {
+        self.material_of(object).role
+    }
+
+    /// The indices of all objects that reflect or refract.
+    pub fn specular_objects(&self) -> Vec<u32> {
+        (0..self.objects.len() as u32).filter(|&object| self.role_of(object).is_specular()).collect()
+    }
+
+    /// The camera of that name or index; the first, or one that frames the scene, if no name is given.
+    pub fn camera(&self, wanted: Option<&str>) -> Result<Camera, SceneError> {
+        let Some(wanted) = wanted else {
+            return Ok(self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds)));
+        };
+        let by_name = |camera: &&Camera| camera.name == wanted;
+        let by_other_name = |camera: &&Camera| camera.other_name == wanted;
+        let named = self.cameras.iter().find(by_name).or_else(|| self.cameras.iter().find(by_other_name));
+        if let Some(camera) = named.filter(|_| !wanted.is_empty()) {
+            return Ok(camera.clone());
+        }
+        if let Some(camera) = wanted.parse::<usize>().ok().and_then(|index| self.cameras.get(index)) {
+            return Ok(camera.clone());
+        }
+        let known: Vec<String> = self.cameras.iter().enumerate().map(|(i, c)| format!("{i} `{}`", c.name)).collect();
+        let known = if known.is_empty() { "none in this scene".into() } else { known.join(", ") };
+        Err(SceneError::Unknown { kind: "camera", name: wanted.into(), known })
+    }
+
+    /// The view of `camera`, with a near plane that suits the scene's size.
+    pub fn view(&self, camera: &Camera, width: u32, height: u32) -> View {
+        View::new(camera, width, height, self.near())
+    }
+
+    /// The view of the default camera.
+    pub fn default_view(&self, width: u32, height: u32) -> View {
+        let camera = self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds));
+        self.view(&camera, width, height)
+    }
+
+    /// The distance within which nothing is drawn: a hundred millionth of the scene's size, for rays and triangles
+    /// alike.
+    #[inline]
+    pub fn near(&self) -> f32 {
+        (self.bounds.diagonal() * 1e-8).max(1e-12)
+    }
+}

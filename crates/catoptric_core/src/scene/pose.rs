@@ -1,0 +1,489 @@
+//! Poses of a [`Model`] as a [`Scene`]: animation, skinning, morphing and placement at one moment.
+
+use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
+use super::roles::{MaterialRules, RoleRule};
+use super::{Camera, Light, Object, Scene};
+use crate::error::SceneError;
+use crate::math::Aabb;
+use crate::surface::PlacedSurface;
+use crate::surface::mesh::parts::append_parts;
+use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// The moment and the roles with which a model becomes a scene.
+#[derive(Clone, Debug, Default)]
+pub struct PoseOptions {
+    /// Time in the animations, in seconds.
+    pub time: f32,
+    /// Roles by name, over those of the model; later ones win.
+    pub roles: Vec<RoleRule>,
+}
+
+/// More triangles than this are refused: they would not fit into the memory of most machines.
+pub const MAX_TRIANGLES: usize = 100_000_000;
+
+/// Coordinates beyond this are taken for errors: squares of distances must stay finite.
+const MAX_COORDINATE: f32 = 1e12;
+
+/// The animated state of one node.
+#[derive(Clone)]
+struct NodeState {
+    local: Mat4,
+    weights: Option<Vec<f32>>,
+}
+
+impl Model {
+    /// The scene at one moment.
+    ///
+    /// # Errors
+    /// [`SceneError`] when indices point nowhere, a node is its own ancestor, a role's pattern matches nothing, or
+    /// there are more than [`MAX_TRIANGLES`] triangles. Triangles with coordinates that are not finite are left out.
+    pub fn pose(&self, options: &PoseOptions) -> Result<Scene, SceneError> {
+        let invalid = |field: String, problem: &str| SceneError::invalid(&self.name, field, problem);
+        let states = self.animated(options.time)?;
+        let worlds = self.world_transforms(&states)?;
+        let mut builder = SceneBuilder {
+            model: self,
+            rules: MaterialRules::new(self, &options.roles),
+            overridden: HashMap::new(),
+            any_colors: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.colors.is_empty()),
+            scene: Scene {
+                name: self.name.clone(),
+                materials: self.materials.clone(),
+                textures: self.textures.clone(),
+                environment: self.environment.clone(),
+                region: self.region,
+                bounds: Aabb::EMPTY,
+                ..Scene::default()
+            },
+        };
+        for (index, node) in self.nodes.iter().enumerate() {
+            let world = worlds[index];
+            if let Some(light) = &node.light {
+                let direction = world.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
+                let position = world.transform_point3(Vec3::ZERO);
+                if position.is_finite() && light.intensity.is_finite() {
+                    let intensity = light.intensity.max(Vec3::ZERO);
+                    builder.scene.lights.push(Light { kind: light.kind, intensity, position, direction });
+                }
+            }
+            if let Some(analytic) = &node.analytic {
+                builder.add_analytic(node, analytic, &world, index)?;
+            }
+            let Some(mesh_index) = node.mesh else { continue };
+            let mesh =
+                self.meshes.get(mesh_index).ok_or_else(|| invalid(format!("nodes[{index}].mesh"), "no such mesh"))?;
+            let weights = states[index].weights.as_deref().unwrap_or(&mesh.morph_weights);
+            let joints = match node.skin {
+                Some(skin) => {
+                    let skin =
+                        self.skins.get(skin).ok_or_else(|| invalid(format!("nodes[{index}].skin"), "no such skin"))?;
+                    Some(joint_matrices(skin, &worlds).ok_or_else(|| invalid("skins".into(), "a joint is no node"))?)
+                }
+                None => None,
+            };
+            let name = if node.name.is_empty() { &mesh.name } else { &node.name };
+            for (part, primitive) in mesh.primitives.iter().enumerate() {
+                let field = || format!("meshes[{mesh_index}].primitives[{part}]");
+                primitive.check(self).map_err(|problem| invalid(field(), &problem))?;
+                let shape = morphed(primitive, weights);
+                if node.instances.is_empty() {
+                    builder.add_primitive(name, primitive, &shape, &world, joints.as_deref())?;
+                }
+                for instance in &node.instances {
+                    builder.add_primitive(name, primitive, &shape, &(world * *instance), joints.as_deref())?;
+                }
+            }
+        }
+        builder.rules.check(&builder.scene)?;
+        let mut scene = builder.scene;
+        for camera in &self.cameras {
+            let parent = match camera.node {
+                Some(node) => *worlds.get(node).ok_or_else(|| invalid("cameras".into(), "no such node"))?,
+                None => Affine3A::IDENTITY,
+            };
+            let world = rigid(&(parent * camera.placement));
+            if world.is_finite() {
+                let camera = Camera {
+                    name: camera.name.clone(),
+                    other_name: camera.other_name.clone(),
+                    world_from_camera: world,
+                    projection: camera.projection,
+                };
+                scene.cameras.push(camera);
+            }
+        }
+        Ok(scene)
+    }
+
+    /// The last time of any animation key, in seconds; 0 without animations.
+    pub fn duration(&self) -> f32 {
+        let channels = self.animations.iter().flat_map(|animation| &animation.channels);
+        channels.filter_map(|channel| channel.times.last().copied()).fold(0.0, f32::max)
+    }
+
+    fn animated(&self, time: f32) -> Result<Vec<NodeState>, SceneError> {
+        let mut parts: Vec<LocalTransform> = self.nodes.iter().map(|node| node.local).collect();
+        let mut weights: Vec<Option<Vec<f32>>> = self
+            .nodes
+            .iter()
+            .map(|node| (!node.morph_weights.is_empty()).then(|| node.morph_weights.clone()))
+            .collect();
+        let mut driven: HashMap<(usize, u8), usize> = HashMap::new();
+        for (index, animation) in self.animations.iter().enumerate() {
+            let targets = || animation.channels.iter().map(|c| (c.node, c.values.property()));
+            if targets().any(|target| driven.get(&target).is_some_and(|&by| by != index)) {
+                continue;
+            }
+            driven.extend(targets().map(|target| (target, index)));
+            for channel in &animation.channels {
+                let Some(local) = parts.get_mut(channel.node) else {
+                    let field = format!("animations[{index}].channels");
+                    return Err(SceneError::invalid(&self.name, field, "a target is no node"));
+                };
+                channel.apply(time, local, &mut weights[channel.node]);
+            }
+        }
+        let states = parts.iter().zip(weights).map(|(local, weights)| NodeState { local: local.matrix(), weights });
+        Ok(states.collect())
+    }
+
+    fn world_transforms(&self, states: &[NodeState]) -> Result<Vec<Affine3A>, SceneError> {
+        let mut worlds: Vec<Option<Mat4>> = vec![None; self.nodes.len()];
+        let mut chain = Vec::new();
+        for start in 0..self.nodes.len() {
+            let mut node = start;
+            chain.clear();
+            // Up to an ancestor with a computed place, then down again.
+            let mut world = loop {
+                if let Some(world) = worlds[node] {
+                    break world;
+                }
+                chain.push(node);
+                if chain.len() > self.nodes.len() {
+                    let field = format!("nodes[{start}]");
+                    return Err(SceneError::invalid(&self.name, field, "the node is its own ancestor"));
+                }
+                match self.nodes[node].parent {
+                    Some(parent) if parent < self.nodes.len() => node = parent,
+                    Some(parent) => {
+                        let field = format!("nodes[{node}]");
+                        return Err(SceneError::invalid(&self.name, field, format!("its parent {parent} is no node")));
+                    }
+                    None => break Mat4::IDENTITY,
+                }
+            };
+            for &node in chain.iter().rev() {
+                world *= states[node].local;
+                worlds[node] = Some(world);
+            }
+        }
+        Ok(worlds.into_iter().map(|world| affine(&world.unwrap_or_default())).collect())
+    }
+}
+
+fn affine(matrix: &Mat4) -> Affine3A {
+    Affine3A::from_mat4(*matrix)
+}
+
+/// The rotation and translation of a transform; scale and shear are taken off.
+fn rigid(transform: &Affine3A) -> Affine3A {
+    let (_, rotation, translation) = transform.to_scale_rotation_translation();
+    Affine3A::from_rotation_translation(rotation, translation)
+}
+
+impl LocalTransform {
+    fn matrix(&self) -> Mat4 {
+        match *self {
+            Self::Matrix(matrix) => matrix,
+            Self::Parts { translation, rotation, scale } => {
+                let length2 = rotation.length_squared();
+                let rotation =
+                    if length2.is_finite() && length2 > 1e-20 { rotation.normalize() } else { Quat::IDENTITY };
+                Mat4::from_scale_rotation_translation(scale, rotation, translation)
+            }
+        }
+    }
+}
+
+fn joint_matrices(skin: &Skin, worlds: &[Affine3A]) -> Option<Vec<Mat4>> {
+    let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY);
+    let joints = skin.joints.iter().enumerate();
+    joints.map(|(joint, node)| Some(Mat4::from(*worlds.get(*node)?) * bind(joint))).collect()
+}
+
+/// Positions and normals of a primitive after morphing; borrowed where nothing changes.
+struct PosedPrimitive<'a> {
+    positions: std::borrow::Cow<'a, [Vec3]>,
+    normals: std::borrow::Cow<'a, [Vec3]>,
+}
+
+fn morphed<'a>(primitive: &'a Primitive, weights: &[f32]) -> PosedPrimitive<'a> {
+    let mut shape = PosedPrimitive { positions: (&primitive.positions).into(), normals: (&primitive.normals).into() };
+    for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
+        if weight == 0.0 || !weight.is_finite() {
+            continue;
+        }
+        for (arrays, offsets) in [(&mut shape.positions, &target.positions), (&mut shape.normals, &target.normals)] {
+            if !offsets.is_empty() && !arrays.is_empty() {
+                arrays.to_mut().iter_mut().zip(offsets).for_each(|(value, offset)| *value += *offset * weight);
+            }
+        }
+    }
+    shape
+}
+
+impl Primitive {
+    fn check(&self, model: &Model) -> Result<(), String> {
+        let count = self.positions.len();
+        let lengths = [
+            ("normals", self.normals.len()),
+            ("first texture coordinates", self.uvs[0].len()),
+            ("second texture coordinates", self.uvs[1].len()),
+            ("colors", self.colors.len()),
+            ("joints", self.joints.len()),
+            ("weights", self.weights.len()),
+        ];
+        for (name, length) in lengths {
+            if length != 0 && length != count {
+                return Err(format!("{length} {name} for {count} positions"));
+            }
+        }
+        for target in &self.morph_targets {
+            for length in [target.positions.len(), target.normals.len()] {
+                if length != 0 && length != count {
+                    return Err(format!("a morph target has {length} values for {count} positions"));
+                }
+            }
+        }
+        if let Some(index) = self.triangles.iter().flatten().find(|index| **index as usize >= count) {
+            return Err(format!("index {index} is beyond the {count} vertices"));
+        }
+        if self.material >= model.materials.len() {
+            return Err(format!("there is no material {}", self.material));
+        }
+        Ok(())
+    }
+}
+
+struct SceneBuilder<'a> {
+    model: &'a Model,
+    rules: MaterialRules<'a>,
+    /// Materials made by rules: by original material and the rules that won.
+    overridden: HashMap<(usize, [Option<usize>; 2]), u32>,
+    any_colors: bool,
+    scene: Scene,
+}
+
+impl SceneBuilder<'_> {
+    /// The material that an object gets, after the rules.
+    fn material(&mut self, name: &str, material: usize) -> u32 {
+        let original = &self.model.materials[material];
+        let winners = self.rules.winners(name, original);
+        if winners == [None; 2] {
+            return material as u32;
+        }
+        *self.overridden.entry((material, winners)).or_insert_with(|| {
+            self.scene.materials.push(self.rules.apply(winners, original));
+            self.scene.materials.len() as u32 - 1
+        })
+    }
+
+    fn add_primitive(
+        &mut self,
+        name: &str,
+        primitive: &Primitive,
+        shape: &PosedPrimitive<'_>,
+        world: &Affine3A,
+        joints: Option<&[Mat4]>,
+    ) -> Result<(), SceneError> {
+        let material = self.material(name, primitive.material);
+        let skinned = joints.filter(|_| !primitive.joints.is_empty() && !primitive.weights.is_empty());
+        // Every vertex's own transform; without a skin it is the node's.
+        let transform = |vertex: usize| match skinned {
+            Some(joints) => skin_matrix(joints, primitive.joints[vertex], primitive.weights[vertex]),
+            None => *world,
+        };
+        let positions: Vec<Vec3> =
+            (0..shape.positions.len()).map(|v| transform(v).transform_point3(shape.positions[v])).collect();
+        let usable: Vec<bool> =
+            positions.iter().map(|p| p.is_finite() && p.abs().max_element() < MAX_COORDINATE).collect();
+        let mirrored = skinned.is_none() && world.matrix3.determinant() < 0.0;
+        let triangles = primitive
+            .triangles
+            .iter()
+            .filter(|triangle| triangle.iter().all(|&vertex| usable[vertex as usize]))
+            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] });
+        let scene = &mut self.scene;
+        if scene.triangles.len() + primitive.triangles.len() > MAX_TRIANGLES {
+            let problem = format!("more than {MAX_TRIANGLES} triangles once all instances are placed");
+            return Err(SceneError::invalid(&self.model.name, "nodes", problem));
+        }
+        let first_vertex = scene.positions.len();
+        let first_triangle = scene.triangles.len();
+        let uv = |vertex: usize| {
+            let get = |set: &[Vec2]| set.get(vertex).copied().filter(|uv| uv.is_finite()).unwrap_or(Vec2::ZERO);
+            [get(&primitive.uvs[0]), get(&primitive.uvs[1])]
+        };
+        if shape.normals.is_empty() {
+            // Flat: every triangle has its own three vertices.
+            for triangle in triangles {
+                let corners = triangle.map(|vertex| positions[vertex as usize]);
+                let normal = face_normal(corners).unwrap_or(Vec3::Y);
+                let base = scene.positions.len() as u32;
+                scene.triangles.push([base, base + 1, base + 2]);
+                for vertex in triangle {
+                    scene.positions.push(positions[vertex as usize]);
+                    scene.normals.push(normal);
+                    scene.uvs.push(uv(vertex as usize));
+                    if self.any_colors {
+                        scene.colors.push(color(primitive, vertex as usize));
+                    }
+                }
+            }
+        } else {
+            let normal_matrix = normal_matrix(world);
+            for (vertex, position) in positions.iter().enumerate() {
+                let matrix = if skinned.is_some() { self::normal_matrix(&transform(vertex)) } else { normal_matrix };
+                let normal = (matrix * shape.normals[vertex]).try_normalize().unwrap_or(Vec3::ZERO);
+                scene.positions.push(if usable[vertex] { *position } else { Vec3::ZERO });
+                scene.normals.push(normal);
+                scene.uvs.push(uv(vertex));
+                if self.any_colors {
+                    scene.colors.push(color(primitive, vertex));
+                }
+            }
+            let offset = first_vertex as u32;
+            scene.triangles.extend(triangles.map(|triangle| triangle.map(|vertex| vertex + offset)));
+            mend_normals(scene, first_triangle);
+        }
+        self.finish_object(name, material, first_vertex, first_triangle, None, false)
+    }
+
+    fn add_analytic(
+        &mut self,
+        node: &Node,
+        analytic: &AnalyticAsset,
+        world: &Affine3A,
+        index: usize,
+    ) -> Result<(), SceneError> {
+        let invalid = |problem: &str| SceneError::invalid(&self.model.name, format!("nodes[{index}]"), problem);
+        if analytic.material >= self.model.materials.len() {
+            return Err(invalid("its analytic surface has no material"));
+        }
+        let scales = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis].map(|column| column.length());
+        let scale = scales[0];
+        if !world.is_finite() || scale <= 0.0 || scales.iter().any(|s| (s - scale).abs() > 1e-3 * scale) {
+            return Err(invalid("an analytic surface can be turned, moved and scaled alike in all directions only"));
+        }
+        let surface = analytic.surface.scaled(scale as f64);
+        let placed = PlacedSurface { surface, world_from_surface: rigid(world) };
+        let material = self.material(&node.name, analytic.material);
+        let mesh = placed.surface.tessellate();
+        let (first_vertex, first_triangle) = (self.scene.positions.len(), self.scene.triangles.len());
+        let place = placed.world_from_surface;
+        let scene = &mut self.scene;
+        scene.positions.extend(mesh.positions.iter().map(|p| place.transform_point3(*p)));
+        scene.normals.extend(mesh.normals.iter().map(|n| place.transform_vector3(*n)));
+        scene.uvs.extend(mesh.uvs.iter().map(|uv| [*uv; 2]));
+        if self.any_colors {
+            scene.colors.resize(scene.positions.len(), [1.0; 4]);
+        }
+        let offset = first_vertex as u32;
+        scene.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|vertex| vertex + offset)));
+        self.finish_object(&node.name, material, first_vertex, first_triangle, Some(placed), analytic.inside)
+    }
+
+    fn finish_object(
+        &mut self,
+        name: &str,
+        material: u32,
+        first_vertex: usize,
+        first_triangle: usize,
+        surface: Option<PlacedSurface>,
+        inside: bool,
+    ) -> Result<(), SceneError> {
+        let scene = &mut self.scene;
+        let (vertex_count, triangle_count) = (scene.positions.len(), scene.triangles.len());
+        if vertex_count > u32::MAX as usize / 2 || triangle_count > MAX_TRIANGLES {
+            let problem = format!("more than {MAX_TRIANGLES} triangles once all instances are placed");
+            return Err(SceneError::invalid(&self.model.name, "nodes", problem));
+        }
+        if triangle_count == first_triangle {
+            return Ok(());
+        }
+        let corners = scene.triangles[first_triangle..].iter().flatten();
+        let bounds = Aabb::around(corners.map(|vertex| scene.positions[*vertex as usize]));
+        scene.bounds = scene.bounds.union(bounds);
+        scene.triangle_objects.resize(triangle_count, scene.objects.len() as u32);
+        let vertices = first_vertex as u32..vertex_count as u32;
+        append_parts(&scene.triangles[first_triangle..], vertices.clone(), &mut scene.triangle_parts);
+        scene.objects.push(Object {
+            name: name.into(),
+            material,
+            triangles: first_triangle as u32..triangle_count as u32,
+            vertices,
+            surface,
+            inside,
+            bounds,
+        });
+        Ok(())
+    }
+}
+
+fn color(primitive: &Primitive, vertex: usize) -> [f32; 4] {
+    let color = primitive.colors.get(vertex).copied().unwrap_or([1.0; 4]);
+    color.map(|c| if c.is_finite() { c.max(0.0) } else { 1.0 })
+}
+
+fn skin_matrix(joints: &[Mat4], indices: [u16; 4], weights: [f32; 4]) -> Affine3A {
+    let mut sum = Mat4::ZERO;
+    let mut total = 0.0;
+    for (index, weight) in indices.into_iter().zip(weights) {
+        if let Some(joint) = joints.get(index as usize).filter(|_| weight.is_finite() && weight > 0.0) {
+            sum += *joint * weight;
+            total += weight;
+        }
+    }
+    if total > 1e-6 { affine(&(sum * (1.0 / total))) } else { Affine3A::IDENTITY }
+}
+
+/// Maps normals as the transform maps surfaces; also for singular transforms, where that has a meaning.
+fn normal_matrix(transform: &Affine3A) -> Mat3 {
+    // The cofactor matrix: the inverse transpose times the determinant, without a division.
+    let m = Mat3::from(transform.matrix3);
+    let sign = if m.determinant() < 0.0 { -1.0 } else { 1.0 };
+    Mat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis)) * sign
+}
+
+fn face_normal([a, b, c]: [Vec3; 3]) -> Option<Vec3> {
+    (b - a).cross(c - a).try_normalize()
+}
+
+/// Gives vertices without a usable normal the mean normal of their triangles.
+fn mend_normals(scene: &mut Scene, first_triangle: usize) {
+    let broken = |normal: Vec3| normal == Vec3::ZERO || !normal.is_finite();
+    let mut mended: HashMap<u32, Vec3> = HashMap::new();
+    for triangle in &scene.triangles[first_triangle..] {
+        if triangle.iter().any(|&vertex| broken(scene.normals[vertex as usize])) {
+            let corners = triangle.map(|vertex| scene.positions[vertex as usize]);
+            let normal = face_normal(corners).unwrap_or(Vec3::ZERO);
+            for &vertex in triangle {
+                *mended.entry(vertex).or_insert(Vec3::ZERO) += normal;
+            }
+        }
+    }
+    for (vertex, sum) in mended {
+        let normal = &mut scene.normals[vertex as usize];
+        if broken(*normal) {
+            *normal = sum.try_normalize().unwrap_or(Vec3::Y);
+        }
+    }
+    // Vertices that no triangle uses.
+    let first_vertex = scene.triangles[first_triangle..].iter().flatten().min().copied().unwrap_or(0) as usize;
+    for normal in &mut scene.normals[first_vertex..] {
+        if broken(*normal) {
+            *normal = Vec3::Y;
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Settings of objects by name, over the materials of the file: roles, and blends of mirrors.
+
+use super::{Blend, Material, Model, Role, Scene};
+use crate::error::SceneError;
+use globset::{Glob, GlobMatcher};
+
+/// A name of nodes or materials, or a glob with `*`, `?`, `[...]`, `{a,b}`.
+#[derive(Clone, Debug)]
+struct NamePattern {
+    text: String,
+    matcher: GlobMatcher,
+}
+
+impl NamePattern {
+    fn new(text: &str) -> Result<Self, globset::Error> {
+        // A name that is no valid glob is still matched literally.
+        let glob = Glob::new(text).or_else(|_| Glob::new(&globset::escape(text)))?;
+        Ok(Self { text: text.into(), matcher: glob.compile_matcher() })
+    }
+
+    fn matches(&self, node: &str, material: &str) -> bool {
+        let is_match = |name: &str| !name.is_empty() && self.matcher.is_match(name);
+        node == self.text || material == self.text || is_match(node) || is_match(material)
+    }
+}
+
+/// Blends every mirror whose node or material name matches.
+#[derive(Clone, Debug)]
+pub struct BlendRule {
+    pattern: NamePattern,
+    blend: Blend,
+}
+
+impl BlendRule {
+    /// A rule for `pattern`: a name or a glob, as of roles.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] when the pattern is too large.
+    pub fn new(pattern: &str, blend: Blend) -> Result<Self, SceneError> {
+        let invalid = |error| SceneError::invalid("blend", pattern, format!("is neither a name nor a glob: {error}"));
+        Ok(Self { pattern: NamePattern::new(pattern).map_err(invalid)?, blend })
+    }
+
+    /// The pattern as it was given.
+    pub fn pattern(&self) -> &str {
+        &self.pattern.text
+    }
+
+    /// Returns true if the rule is for a node or material of these names.
+    pub fn matches(&self, node: &str, material: &str) -> bool {
+        self.pattern.matches(node, material)
+    }
+}
+
+/// Gives a role to every object whose node or material name matches.
+#[derive(Clone, Debug)]
+pub struct RoleRule {
+    pattern: NamePattern,
+    role: Role,
+    ior: Option<f32>,
+}
+
+impl RoleRule {
+    /// A rule for `pattern` (a name, or a glob with `*`, `?`, `[...]`, `{a,b}`); the index of refraction is for lenses.
+    pub fn new(pattern: &str, role: Role, ior: Option<f32>) -> Result<Self, SceneError> {
+        let invalid = |problem: String| SceneError::invalid("role", pattern, problem);
+        let names =
+            NamePattern::new(pattern).map_err(|error| invalid(format!("is neither a name nor a glob: {error}")))?;
+        if let Some(ior) = ior.filter(|ior| !(0.1..=10.0).contains(ior)) {
+            return Err(invalid(format!("the index of refraction {ior} is outside 0.1 to 10")));
+        }
+        Ok(Self { pattern: names, role, ior })
+    }
+
+    /// Reads `GLOB` or `GLOB:IOR`.
+    pub fn parse_lens(text: &str) -> Result<Self, SceneError> {
+        match text.rsplit_once(':').and_then(|(pattern, ior)| Some((pattern, ior.trim().parse().ok()?))) {
+            Some((pattern, ior)) => Self::new(pattern, Role::Lens, Some(ior)),
+            None => Self::new(text, Role::Lens, None),
+        }
+    }
+
+    /// The pattern as it was given.
+    pub fn pattern(&self) -> &str {
+        &self.pattern.text
+    }
+
+    /// Returns true if the rule is for a node or material of these names.
+    pub fn matches(&self, node: &str, material: &str) -> bool {
+        self.pattern.matches(node, material)
+    }
+
+    /// The material with the rule's role.
+    pub fn apply(&self, material: &Material) -> Material {
+        Material {
+            role: self.role,
+            ior: self.ior.unwrap_or(material.ior),
+            schlick: false,
+            blend: material.blend.filter(|_| self.role == Role::Reflector),
+            coat: if self.role == Role::Coated { material.coat } else { 0.0 },
+            ..material.clone()
+        }
+    }
+}
+
+/// The matches so far of a rule that blends mirrors.
+#[derive(Clone, Debug, PartialEq)]
+enum BlendUse {
+    /// Nothing.
+    None,
+    /// Only surfaces that are no mirrors; this, for instance.
+    Other(String),
+    /// A mirror, or a surface that is none by the user's roles.
+    Mirror,
+}
+
+/// All rules for the materials of a model, and which of them have matched.
+pub(super) struct MaterialRules<'a> {
+    model: &'a Model,
+    roles: Vec<&'a RoleRule>,
+    role_used: Vec<bool>,
+    blend_uses: Vec<BlendUse>,
+}
+
+impl<'a> MaterialRules<'a> {
+    /// The rules of a model, then further roles.
+    pub(super) fn new(model: &'a Model, roles: &'a [RoleRule]) -> Self {
+        let roles: Vec<&RoleRule> = model.roles.iter().chain(roles).collect();
+        let (role_used, blend_uses) = (vec![false; roles.len()], vec![BlendUse::None; model.blends.len()]);
+        Self { model, roles, role_used, blend_uses }
+    }
+
+    /// The numbers of the role and of the blend that win for a node's material: the last ones that match.
+    pub(super) fn winners(&mut self, node: &str, material: &Material) -> [Option<usize>; 2] {
+        let mut role = None;
+        for (index, rule) in self.roles.iter().enumerate() {
+            if rule.matches(node, &material.name) {
+                self.role_used[index] = true;
+                role = Some(index);
+            }
+        }
+        let is_mirror = role.map_or(material.role, |rule| self.roles[rule].role) == Role::Reflector;
+        let mut blend = None;
+        for (index, rule) in self.model.blends.iter().enumerate() {
+            if !rule.matches(node, &material.name) {
+                continue;
+            }
+            // Roles beyond the model's own apply to this pose alone: its blends may then be left without use.
+            let overruled = role.is_some_and(|rule| rule >= self.model.roles.len());
+            if is_mirror || overruled {
+                self.blend_uses[index] = BlendUse::Mirror;
+                blend = is_mirror.then_some(index);
+            } else if self.blend_uses[index] == BlendUse::None {
+                let name = if node.is_empty() { &material.name } else { node };
+                self.blend_uses[index] = BlendUse::Other(name.into());
+            }
+        }
+        [role, blend]
+    }
+
+    /// The material as the winners make it.
+    pub(super) fn apply(&self, [role, blend]: [Option<usize>; 2], material: &Material) -> Material {
+        let mut changed = role.map_or_else(|| material.clone(), |rule| self.roles[rule].apply(material));
+        if let Some(rule) = blend {
+            changed.blend = Some(self.model.blends[rule].blend);
+        }
+        changed
+    }
+
+    /// Returns true if every rule has matched something.
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), SceneError> {
+        for (rule, found) in self.model.blends.iter().zip(&self.blend_uses) {
+            if let BlendUse::Other(name) = found {
+                let problem = format!("`{name}` is not a mirror: give it the role \"reflector\", or leave this out");
+                return Err(SceneError::invalid(&self.model.name, format!("blend.{}", rule.pattern()), problem));
+            }
+        }
+        let role = self.role_used.iter().position(|used| !used).map(|unused| self.roles[unused].pattern());
+        let blend = self.blend_uses.iter().position(|found| *found == BlendUse::None);
+        let Some(unused) = role.or(blend.map(|unused| self.model.blends[unused].pattern())) else { return Ok(()) };
+        let mut names: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+        names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
+        names.retain(|name| !name.is_empty());
+        names.sort_unstable();
+        names.dedup();
+        let mut known = names[..names.len().min(40)].join(", ");
+        if names.len() > 40 {
+            known.push_str(", ...");
+        }
+        Err(SceneError::Unknown { kind: "node or material", name: unused.into(), known })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_globs_and_indices_of_refraction() {
+        let rule = RoleRule::parse_lens("Glass*:1.7").unwrap();
+        assert!(rule.matches("GlassBall", "") && rule.matches("", "Glass") && !rule.matches("Ball", ""));
+        assert_eq!(rule.apply(&Material::default()).ior, 1.7);
+        let literal = RoleRule::new("a[1", Role::Reflector, None).unwrap();
+        assert!(literal.matches("a[1", ""));
+        assert!(RoleRule::parse_lens("x:99").is_err());
+        assert_eq!(RoleRule::parse_lens("na:me").unwrap().pattern(), "na:me");
+    }
+}

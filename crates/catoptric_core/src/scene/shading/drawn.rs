@@ -1,0 +1,61 @@
+//! Surfaces drawn by their triangles: exact places on them, and the lists to draw.
+
+use super::super::{AlphaMode, Ray, RayDifferential, Scene};
+use super::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
+use crate::surface::SurfaceHit;
+
+impl Scene {
+    /// The point on a ray that a drawn triangle shows.
+    ///
+    /// On an analytic surface it is where the ray meets the surface itself; beside its silhouette, where the ray
+    /// misses, the point of the tessellation.
+    #[inline]
+    pub fn drawn_point(&self, triangle: u32, at: &Barycentrics, ray: &Ray) -> SurfacePoint {
+        match self.exact_hit(triangle, at, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, None).point,
+            None => self.surface_point(triangle, at),
+        }
+    }
+
+    /// Like [`Self::drawn_point`], with its changes a pixel.
+    #[inline]
+    pub fn drawn_encounter(
+        &self,
+        triangle: u32,
+        at: &Barycentrics,
+        ray: &Ray,
+        change: &RayDifferential,
+    ) -> SurfaceInteraction {
+        match self.exact_hit(triangle, at, ray) {
+            Some((object, hit)) => self.exact_encounter(object, &hit, ray, Some(change)),
+            None => self.encounter(triangle, at),
+        }
+    }
+
+    #[inline]
+    fn exact_hit(&self, triangle: u32, at: &Barycentrics, ray: &Ray) -> Option<(u32, SurfaceHit)> {
+        let object = self.triangle_objects[triangle as usize];
+        let exact = self.objects[object as usize].surface.as_ref()?;
+        // The tessellation was drawn at this place: the ray's hit of the surface nearest to it.
+        let drawn = self.position_on(triangle, at.value);
+        let distance = (drawn - ray.origin).dot(ray.direction);
+        Some((object, exact.refine(ray.origin, ray.direction, distance)?))
+    }
+
+    /// Returns true if a drawn triangle is there at all, by its alpha.
+    pub fn is_surface_present(&self, triangle: u32, at: &Barycentrics) -> bool {
+        let point = self.surface_point(triangle, at);
+        self.is_present(self.material_of(point.object), &point)
+    }
+
+    /// The number shared by all triangles of an analytic object, which is one smooth surface; unlike every number in
+    /// [`Self::triangle_parts`]. `None` for meshes.
+    pub fn patch_of_object(&self, object: u32) -> Option<u32> {
+        self.objects[object as usize].surface.as_ref().map(|_| u32::MAX - object)
+    }
+
+    /// Returns true if an object's material has holes where its alpha is low.
+    pub fn is_alpha_tested(&self, object: u32) -> bool {
+        self.material_of(object).alpha_mode != AlphaMode::Opaque
+    }
+}

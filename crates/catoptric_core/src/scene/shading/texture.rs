@@ -1,0 +1,236 @@
+//! Textures: linear 16-bit texels with mip levels, glTF samplers, and filtered look-ups.
+
+use super::filter::{self, TextureLookUps};
+use crate::framebuffer::linear_from_srgb;
+use crate::math::lanes::Lanes;
+use glam::{Vec2, Vec4};
+
+/// The wrapping of a texture beyond its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// The edge texel goes on.
+    ClampToEdge,
+    /// Every second copy is mirrored.
+    MirroredRepeat,
+    /// Copies side by side.
+    Repeat,
+}
+
+/// The filter between texels and mip levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MipFilter {
+    /// The finest level always.
+    None,
+    /// The nearest level.
+    Nearest,
+    /// The two nearest levels, blended.
+    Linear,
+}
+
+/// The filtering and wrapping of a texture; the fields are those of glTF's samplers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampler {
+    /// Beyond the left and right edges.
+    pub wrap_u: Wrap,
+    /// Beyond the top and bottom edges.
+    pub wrap_v: Wrap,
+    /// Blend texels where the texture is magnified.
+    pub magnify_linear: bool,
+    /// Blend texels where it is minified.
+    pub minify_linear: bool,
+    /// The use of mip levels under minification.
+    pub mip_filter: MipFilter,
+}
+
+impl Default for Sampler {
+    fn default() -> Self {
+        Self {
+            wrap_u: Wrap::Repeat,
+            wrap_v: Wrap::Repeat,
+            magnify_linear: true,
+            minify_linear: true,
+            mip_filter: MipFilter::Linear,
+        }
+    }
+}
+
+/// The change of texture coordinates from a pixel to its right and lower neighbour.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UvFootprint {
+    /// Change with the pixel's column.
+    pub dx: Vec2,
+    /// Change with the pixel's row.
+    pub dy: Vec2,
+    /// One look-up stands for this many samples of the pixel: see
+    /// [`Barycentrics::samples`](super::shade::Barycentrics).
+    pub samples: u32,
+}
+
+/// The place of a mip level among the texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) struct MipLevel {
+    pub(in super::super) width: u32,
+    pub(in super::super) height: u32,
+    /// Its first texel. Each row is followed by one more texel: see [`Texture::texels`].
+    pub(in super::super) first: u32,
+}
+
+/// An image on its way to a mip level.
+struct Image {
+    width: u32,
+    height: u32,
+    texels: Vec<[u16; 4]>,
+}
+
+/// An image with its mip levels and sampler. Values are linear, alpha is not premultiplied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The image's name or file, for messages.
+    pub name: String,
+    pub(in super::super) sampler: Sampler,
+    pub(in super::super) levels: Vec<MipLevel>,
+    /// The texels of all levels, linear RGBA, 65535 for 1. At the end of each row stands its right neighbour (its
+    /// first texel where the image repeats, else its last), so that two neighbours are always read at once.
+    pub(in super::super) texels: Vec<[u16; 4]>,
+}
+
+impl Texture {
+    /// A texture of 8-bit sRGB colour with linear alpha, rows from the top; all mip levels are made here.
+    ///
+    /// `rgba` must hold `width * height` texels, both at least 1; missing texels are white.
+    pub fn from_srgb8(name: &str, width: u32, height: u32, rgba: &[[u8; 4]], sampler: Sampler) -> Self {
+        let decode: Vec<u16> =
+            (0..256).map(|value| (linear_from_srgb(value as f32 / 255.0) * 65535.0 + 0.5) as u16).collect();
+        let texels = rgba
+            .iter()
+            .map(|t| [decode[t[0] as usize], decode[t[1] as usize], decode[t[2] as usize], t[3] as u16 * 257])
+            .collect();
+        Self::from_linear16(name, width, height, texels, sampler)
+    }
+
+    /// A texture of linear 16-bit texels, rows from the top; all mip levels are made here.
+    pub fn from_linear16(name: &str, width: u32, height: u32, mut texels: Vec<[u16; 4]>, sampler: Sampler) -> Self {
+        let (width, height) = (width.max(1), height.max(1));
+        texels.resize(width as usize * height as usize, [u16::MAX; 4]);
+        let mut texture = Self { name: name.into(), sampler, levels: Vec::new(), texels: Vec::new() };
+        let mut image = Some(Image { width, height, texels });
+        while let Some(level) = image {
+            texture.push(&level);
+            image = if sampler.mip_filter != MipFilter::None { level.halved() } else { None };
+        }
+        texture
+    }
+
+    fn push(&mut self, image: &Image) {
+        let Image { width, height, .. } = *image;
+        self.levels.push(MipLevel { width, height, first: self.texels.len() as u32 });
+        self.texels.reserve((width as usize + 1) * height as usize);
+        for row in image.texels.chunks_exact(width as usize) {
+            let next = if self.sampler.wrap_u == Wrap::Repeat { row.first() } else { row.last() };
+            self.texels.extend_from_slice(row);
+            self.texels.extend(next);
+        }
+    }
+
+    /// Width and height of the finest level, in texels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.levels[0].width, self.levels[0].height)
+    }
+
+    /// The memory that the texels take.
+    pub fn byte_count(&self) -> usize {
+        self.texels.len() * 8
+    }
+
+    /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
+    ///
+    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis. Where one look-up stands for
+    /// several samples of a pixel, the places of the samples are looked up, each with its share of the footprint: what
+    /// supersampling would give.
+    #[inline]
+    pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
+        let UvFootprint { dx, dy, samples } = *footprint;
+        let [uv, dx, dy] = [uv, dx, dy].map(|pair| pair.to_array().map(Lanes::splat));
+        filter::sample(&[Some(self)], &TextureLookUps { uv, dx, dy, samples: [samples] })[0]
+    }
+}
+
+impl Image {
+    fn halved(&self) -> Option<Self> {
+        if self.width == 1 && self.height == 1 {
+            return None;
+        }
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        let mut texels = Vec::with_capacity(width as usize * height as usize);
+        for y in 0..height {
+            let (top, bottom) = span(y, height, self.height);
+            for x in 0..width {
+                let (left, right) = span(x, width, self.width);
+                let (mut sum, mut count) = ([0u64; 4], 0u64);
+                for row in top..bottom {
+                    for column in left..right {
+                        let texel = self.texels[row as usize * self.width as usize + column as usize];
+                        for channel in 0..4 {
+                            sum[channel] += texel[channel] as u64;
+                        }
+                        count += 1;
+                    }
+                }
+                texels.push(sum.map(|value| ((value + count / 2) / count) as u16));
+            }
+        }
+        Some(Self { width, height, texels })
+    }
+}
+
+/// The texels of a level of `from` texels that texel `index` of the next level (`to` texels) averages.
+fn span(index: u32, to: u32, from: u32) -> (u32, u32) {
+    let begin = (index as u64 * from as u64 / to as u64) as u32;
+    let end = ((index as u64 + 1) * from as u64).div_ceil(to as u64) as u32;
+    (begin, end.min(from).max(begin + 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checker(sampler: Sampler) -> Texture {
+        let texels: Vec<[u8; 4]> =
+            (0..64).map(|i| if (i % 8 + i / 8) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }).collect();
+        Texture::from_srgb8("checker", 8, 8, &texels, sampler)
+    }
+
+    #[test]
+    fn nearest_and_wraps() {
+        let nearest = Sampler { magnify_linear: false, ..Sampler::default() };
+        let still = UvFootprint::default();
+        let texture = checker(nearest);
+        assert_eq!(texture.sample(Vec2::new(0.05, 0.05), &still).x, 1.0);
+        assert_eq!(texture.sample(Vec2::new(0.15, 0.05), &still).x, 0.0);
+        assert_eq!(texture.sample(Vec2::new(-0.05, 0.05), &still).x, 0.0); // repeat: the eighth texel
+        let mirrored = checker(Sampler { wrap_u: Wrap::MirroredRepeat, ..nearest });
+        assert_eq!(mirrored.sample(Vec2::new(-0.05, 0.05), &still).x, 1.0);
+        let clamped = checker(Sampler { wrap_u: Wrap::ClampToEdge, ..nearest });
+        assert_eq!(clamped.sample(Vec2::new(7.3, 0.05), &still).x, 0.0);
+        assert!(clamped.sample(Vec2::new(f32::NAN, f32::INFINITY), &still).is_finite());
+    }
+
+    #[test]
+    fn minification_averages() {
+        let texture = checker(Sampler::default());
+        let wide = UvFootprint { dx: Vec2::new(1.0, 0.0), dy: Vec2::new(0.0, 1.0), samples: 1 };
+        let value = texture.sample(Vec2::new(0.3, 0.7), &wide);
+        assert!((value.x - 0.5).abs() < 1e-3, "{value}");
+    }
+
+    #[test]
+    fn anisotropic_footprints_blur_along_their_axis_only() {
+        // Columns of alternating pairs: blurring down the columns must not blur across them.
+        let texels: Vec<[u8; 4]> =
+            (0..64 * 64).map(|i| if (i % 64) / 8 % 2 == 0 { [255; 4] } else { [0; 4] }).collect();
+        let texture = Texture::from_srgb8("columns", 64, 64, &texels, Sampler::default());
+        let tall = UvFootprint { dx: Vec2::new(1.0 / 64.0, 0.0), dy: Vec2::new(0.0, 8.0 / 64.0), samples: 1 };
+        assert!(texture.sample(Vec2::new(4.0 / 64.0, 0.5), &tall).x > 0.99);
+        assert!(texture.sample(Vec2::new(12.0 / 64.0, 0.5), &tall).x < 0.01);
+    }
+}

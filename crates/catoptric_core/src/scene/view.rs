@@ -1,0 +1,463 @@
+//! Cameras and views: rays through pixels, and pixels of points.
+
+use crate::math::Aabb;
+use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
+
+/// A camera's map from directions to the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// A pinhole; the vertical field of view in radians, the horizontal one follows from the picture's shape.
+    Perspective {
+        /// Vertical field of view.
+        fov_y: f32,
+    },
+    /// Parallel rays; half the height of the picture, in scene units.
+    Orthographic {
+        /// Half the height of the picture.
+        half_height: f32,
+    },
+}
+
+/// A named camera placed in the world. It looks along its own -z, y is up (glTF).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Its name; may be empty.
+    pub name: String,
+    /// A second name to find it by; may be empty.
+    pub other_name: String,
+    /// Its place: rotation and translation only.
+    pub world_from_camera: Affine3A,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+impl Camera {
+    /// A perspective camera at `eye` that looks at `target`; the field of view is vertical, in degrees.
+    ///
+    /// Never fails: where `up` and the direction are parallel, or eye and target coincide, another axis is taken.
+    pub fn look_at(name: &str, eye: Vec3, target: Vec3, up: Vec3, fov_deg: f32) -> Self {
+        Self {
+            name: name.into(),
+            other_name: String::new(),
+            world_from_camera: placement(eye, target - eye, up),
+            projection: Projection::Perspective { fov_y: fov_deg.clamp(0.01, 179.0).to_radians() },
+        }
+    }
+
+    /// A camera whose picture holds all of `bounds`.
+    pub fn framing(bounds: &Aabb) -> Self {
+        let radius = (bounds.diagonal() * 0.5).max(1e-3);
+        let fov_deg = 40.0f32;
+        let distance = radius / (fov_deg.to_radians() * 0.5).sin();
+        let direction = Vec3::new(0.45, 0.3, 0.85).normalize();
+        let center = bounds.center();
+        Self::look_at("framing", center + direction * distance, center, Vec3::Y, fov_deg)
+    }
+}
+
+fn placement(eye: Vec3, forward: Vec3, up: Vec3) -> Affine3A {
+    let back = (-forward).try_normalize().unwrap_or(Vec3::Z);
+    let right =
+        up.cross(back).try_normalize().filter(|_| up.is_finite()).unwrap_or_else(|| back.any_orthonormal_vector());
+    let up = back.cross(right);
+    Affine3A { matrix3: Mat3A::from_cols(right.into(), up.into(), back.into()), translation: eye.into() }
+}
+
+/// A ray; the direction is of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// The origin.
+    pub origin: Vec3,
+    /// The direction, unit length.
+    pub direction: Vec3,
+}
+
+/// The change of a ray from a pixel to its right and lower neighbour (Igehy 1999).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RayDifferential {
+    /// Change of the origin with the pixel's column.
+    pub origin_dx: Vec3,
+    /// Change of the origin with the pixel's row.
+    pub origin_dy: Vec3,
+    /// Change of the unit direction with the pixel's column.
+    pub direction_dx: Vec3,
+    /// Change of the unit direction with the pixel's row.
+    pub direction_dy: Vec3,
+}
+
+impl RayDifferential {
+    /// The changes for a share of a pixel.
+    #[inline(always)]
+    #[must_use]
+    pub fn scaled(&self, share: f32) -> Self {
+        let Self { origin_dx, origin_dy, direction_dx, direction_dy } = *self;
+        Self {
+            origin_dx: origin_dx * share,
+            origin_dy: origin_dy * share,
+            direction_dx: direction_dx * share,
+            direction_dy: direction_dy * share,
+        }
+    }
+
+    /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
+    #[inline]
+    pub fn transferred(&self, ray: &Ray, distance: f32, normal: Vec3) -> [Vec3; 2] {
+        let cosine = ray.direction.dot(normal);
+        let inverse = if cosine.abs() > 1e-12 * normal.length() { 1.0 / cosine } else { 0.0 };
+        let moved_x = self.origin_dx + self.direction_dx * distance;
+        let moved_y = self.origin_dy + self.direction_dy * distance;
+        [
+            moved_x - ray.direction * (moved_x.dot(normal) * inverse),
+            moved_y - ray.direction * (moved_y.dot(normal) * inverse),
+        ]
+    }
+}
+
+/// A camera with a picture size.
+///
+/// Picture coordinates are pixels from the top left corner of the picture, x to the right, y down; the centre of
+/// the first pixel is (0.5, 0.5).
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The camera's place: a rotation and a translation, or, for mirrored views, a reflection and a translation.
+    pub world_from_view: Affine3A,
+    /// Its projection.
+    pub projection: Projection,
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Points nearer than this in front of the eye are not drawn.
+    pub near: f32,
+}
+
+impl View {
+    /// The view of `camera` on a picture of `width` times `height` pixels.
+    pub fn new(camera: &Camera, width: u32, height: u32, near: f32) -> Self {
+        Self { world_from_view: camera.world_from_camera, projection: camera.projection, width, height, near }
+    }
+
+    /// The eye: the origin of all rays of a perspective view.
+    #[inline]
+    pub fn eye(&self) -> Vec3 {
+        self.world_from_view.translation.into()
+    }
+
+    /// The size of a pixel at distance 1 (perspective) or anywhere (orthographic).
+    #[inline]
+    fn pixel_size(&self) -> f32 {
+        let half = match self.projection {
+            Projection::Perspective { fov_y } => (fov_y * 0.5).tan(),
+            Projection::Orthographic { half_height } => half_height,
+        };
+        2.0 * half / self.height as f32
+    }
+
+    /// The rays of all positions of the picture. Worth keeping for many rays.
+    #[inline]
+    pub fn rays(&self) -> ViewRays {
+        let pixel_size = self.pixel_size();
+        let axes = self.world_from_view.matrix3;
+        let right = axes.x_axis * pixel_size;
+        let down = axes.y_axis * -pixel_size;
+        let corner = right * (-0.5 * self.width as f32) + down * (-0.5 * self.height as f32);
+        let eye = self.world_from_view.translation;
+        let forward = -axes.z_axis;
+        match self.projection {
+            Projection::Perspective { .. } => {
+                ViewRays { perspective: true, origin: eye, direction: forward + corner, right, down }
+            }
+            Projection::Orthographic { .. } => {
+                ViewRays { perspective: false, origin: eye + corner, direction: forward.normalize(), right, down }
+            }
+        }
+    }
+
+    /// The ray through a picture position.
+    #[inline]
+    pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
+        self.rays().ray(x_px, y_px)
+    }
+
+    /// The ray through a picture position and its change a pixel.
+    #[inline]
+    pub fn ray_with_differential(&self, x_px: f32, y_px: f32) -> (Ray, RayDifferential) {
+        self.rays().ray_with_differential(x_px, y_px)
+    }
+
+    /// Homogeneous picture coordinates of a world point: (x w, y w, w); w is the depth along the view axis for
+    /// perspective views, and 1 for orthographic ones. The fourth number is the depth along the axis for both.
+    #[inline]
+    pub fn picture_from_world(&self) -> PictureTransform {
+        let view_from_world = self.world_from_view.inverse();
+        PictureTransform {
+            view_from_world,
+            pixels_per_unit: 1.0 / self.pixel_size(),
+            center: Vec2::new(self.width as f32, self.height as f32) * 0.5,
+            perspective: matches!(self.projection, Projection::Perspective { .. }),
+        }
+    }
+
+    /// Like [`Self::picture_from_world`], for points that `world_from_moved` moves first.
+    ///
+    /// The product is taken in double precision, so that far moves do not cost any.
+    pub fn picture_from_moved(&self, world_from_moved: &DAffine3) -> PictureTransform {
+        let place = &self.world_from_view;
+        let world_from_view = DAffine3 {
+            matrix3: Mat3::from(place.matrix3).as_dmat3(),
+            translation: Vec3::from(place.translation).as_dvec3(),
+        };
+        let view_from_moved = world_from_view.inverse() * *world_from_moved;
+        PictureTransform { view_from_world: view_from_moved.as_affine3a(), ..self.picture_from_world() }
+    }
+
+    /// The picture position of a world point, or `None` if it is nearer than the near plane or behind the eye.
+    #[inline]
+    pub fn pixel_of(&self, point: Vec3) -> Option<Vec2> {
+        let projected = self.picture_from_world().apply(point);
+        (projected.depth >= self.near).then(|| projected.xy / projected.w)
+    }
+
+    /// Like [`Self::pixel_of`], computed in double precision from the view's single-precision numbers.
+    #[inline]
+    pub fn pixel_of_exact(&self, point: DVec3) -> Option<DVec2> {
+        let picture = PreciseView::new(self);
+        let in_front = picture.depth_of(point) >= self.near as f64;
+        picture.place_of(point).filter(|_| in_front).map(DVec2::from)
+    }
+}
+
+/// A view's projection in double precision.
+#[derive(Clone, Copy, Debug)]
+pub struct PreciseView {
+    origin: DVec3,
+    right: DVec3,
+    down: DVec3,
+    forward: DVec3,
+    center: [f64; 2],
+    perspective: bool,
+}
+
+impl PreciseView {
+    /// The projection of `view`.
+    pub fn new(view: &View) -> Self {
+        let axes = view.world_from_view.matrix3;
+        let axis = |axis: Vec3A| Vec3::from(axis).as_dvec3();
+        let half = match view.projection {
+            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tan(),
+            Projection::Orthographic { half_height } => half_height as f64,
+        };
+        let pixels_per_unit = view.height as f64 / (2.0 * half);
+        Self {
+            origin: view.eye().as_dvec3(),
+            right: axis(axes.x_axis) * pixels_per_unit,
+            down: axis(axes.y_axis) * -pixels_per_unit,
+            forward: -axis(axes.z_axis),
+            center: [view.width as f64 * 0.5, view.height as f64 * 0.5],
+            perspective: matches!(view.projection, Projection::Perspective { .. }),
+        }
+    }
+
+    /// Distance of a world point from the eye along the view axis.
+    #[inline]
+    pub fn depth_of(&self, point: DVec3) -> f64 {
+        (point - self.origin).dot(self.forward)
+    }
+
+    /// The picture position of a world point, in pixels; returns `None` behind the eye.
+    #[inline]
+    pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
+        let relative = point - self.origin;
+        let depth = relative.dot(self.forward);
+        if depth.is_nan() || depth <= 0.0 {
+            return None;
+        }
+        let scale = if self.perspective { 1.0 / depth } else { 1.0 };
+        Some([self.center[0] + relative.dot(self.right) * scale, self.center[1] + relative.dot(self.down) * scale])
+    }
+
+    /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.
+    #[inline]
+    pub fn place_change(&self, point: DVec3) -> [DVec3; 2] {
+        if !self.perspective {
+            return [self.right, self.down];
+        }
+        let relative = point - self.origin;
+        let inverse = 1.0 / relative.dot(self.forward);
+        [self.right, self.down].map(|axis| (axis - self.forward * (relative.dot(axis) * inverse)) * inverse)
+    }
+}
+
+/// The rays of a view: see [`View::rays`].
+#[derive(Clone, Copy, Debug)]
+pub struct ViewRays {
+    perspective: bool,
+    /// The eye, or the origin of the ray through the picture's corner.
+    origin: Vec3A,
+    /// Through the picture's corner at distance 1 along the axis, or the common direction.
+    direction: Vec3A,
+    /// The step to the next column.
+    right: Vec3A,
+    /// The step to the next row.
+    down: Vec3A,
+}
+
+impl ViewRays {
+    /// The direction of the ray through a picture position, of any length.
+    #[inline]
+    pub fn direction(&self, x_px: f32, y_px: f32) -> Vec3 {
+        let offset = if self.perspective { self.right * x_px + self.down * y_px } else { Vec3A::ZERO };
+        (self.direction + offset).into()
+    }
+
+    /// The ray through a picture position.
+    #[inline]
+    pub fn ray(&self, x_px: f32, y_px: f32) -> Ray {
+        let offset = self.right * x_px + self.down * y_px;
+        if self.perspective {
+            Ray { origin: self.origin.into(), direction: (self.direction + offset).normalize().into() }
+        } else {
+            Ray { origin: (self.origin + offset).into(), direction: self.direction.into() }
+        }
+    }
+
+    /// The ray through a picture position and its change a pixel.
+    #[inline]
+    pub fn ray_with_differential(&self, x_px: f32, y_px: f32) -> (Ray, RayDifferential) {
+        let (right, down) = (self.right, self.down);
+        if !self.perspective {
+            let change =
+                RayDifferential { origin_dx: right.into(), origin_dy: down.into(), ..RayDifferential::default() };
+            return (self.ray(x_px, y_px), change);
+        }
+        // d = v / |v|, so dd = (dv - d (d . dv)) / |v|.
+        let through = self.direction + right * x_px + down * y_px;
+        let inverse_length = through.length_recip();
+        let direction = through * inverse_length;
+        let change = |step: Vec3A| Vec3::from((step - direction * direction.dot(step)) * inverse_length);
+        let change =
+            RayDifferential { direction_dx: change(right), direction_dy: change(down), ..RayDifferential::default() };
+        (Ray { origin: self.origin.into(), direction: direction.into() }, change)
+    }
+}
+
+/// A world point in the homogeneous coordinates of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PicturePoint {
+    /// Picture position times `w`, in pixels.
+    pub xy: Vec2,
+    /// The homogeneous coordinate: depth for perspective views, 1 for orthographic ones.
+    pub w: f32,
+    /// Distance from the eye along the view axis.
+    pub depth: f32,
+}
+
+/// Maps world points to [`PicturePoint`]s.
+#[derive(Clone, Copy, Debug)]
+pub struct PictureTransform {
+    view_from_world: Affine3A,
+    pixels_per_unit: f32,
+    center: Vec2,
+    perspective: bool,
+}
+
+impl PictureTransform {
+    /// The picture point of a world point.
+    #[inline]
+    pub fn apply(&self, point: Vec3) -> PicturePoint {
+        let p = self.view_from_world.transform_point3(point);
+        let depth = -p.z;
+        let w = if self.perspective { depth } else { 1.0 };
+        let xy = Vec2::new(p.x, -p.y) * self.pixels_per_unit + self.center * w;
+        PicturePoint { xy, w, depth }
+    }
+
+    /// The picture position of a point, and the change of its x and of its y with the point (pixels a scene unit);
+    /// none in the eye's plane (perspective views).
+    #[inline]
+    pub fn pixel_with_change(&self, point: Vec3) -> Option<(Vec2, [Vec3; 2])> {
+        let p = self.view_from_world.transform_point3(point);
+        let rows = self.view_from_world.matrix3.transpose();
+        let [right, up, back] = [rows.x_axis, rows.y_axis, rows.z_axis].map(Vec3::from);
+        let scale = if self.perspective { 1.0 / -p.z } else { 1.0 };
+        // Only in perspective does the depth matter: d(x / -z) = (dx + x/(-z) dz) / -z.
+        let narrowing = if self.perspective { scale } else { 0.0 };
+        let position = self.center + Vec2::new(p.x, -p.y) * (self.pixels_per_unit * scale);
+        let change = |axis: Vec3, at: f32| (axis + back * (at * narrowing)) * (self.pixels_per_unit * scale);
+        let changes = [change(right, p.x), -change(up, p.y)];
+        (position.is_finite() && changes.iter().all(|change| change.is_finite())).then_some((position, changes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn views() -> [View; 2] {
+        let camera = Camera::look_at("", Vec3::new(1.0, 2.0, 3.0), Vec3::new(-0.5, 0.0, 0.2), Vec3::Y, 50.0);
+        let ortho = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..camera.clone() };
+        [View::new(&camera, 640, 360, 0.01), View::new(&ortho, 640, 360, 0.01)]
+    }
+
+    #[test]
+    fn points_on_a_pixels_ray_project_to_that_pixel() {
+        for view in views() {
+            for (x, y) in [(0.5, 0.5), (320.0, 180.0), (639.5, 12.25)] {
+                let ray = view.ray(x, y);
+                let pixel = view.pixel_of(ray.origin + ray.direction * 3.7).unwrap();
+                assert!((pixel - Vec2::new(x, y)).length() < 1e-3, "{pixel} against {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn positions_in_double_precision_and_their_changes_agree_with_pixels() {
+        for view in views() {
+            let point = Vec3::new(-0.3, 0.4, -0.8);
+            let pixel = view.pixel_of(point).unwrap();
+            let exact = view.pixel_of_exact(point.as_dvec3()).unwrap();
+            assert!((pixel.as_dvec2() - exact).length() < 1e-3, "{pixel} against {exact}");
+            let (position, changes) = view.picture_from_world().pixel_with_change(point).unwrap();
+            assert!((position - pixel).length() < 1e-3);
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let step = axis * 1e-5;
+                let at = |step: DVec3| view.pixel_of_exact(point.as_dvec3() + step).unwrap();
+                let difference = (at(step) - at(-step)) / 2e-5;
+                let change = DVec2::from(changes.map(|change| change.as_dvec3().dot(axis)));
+                assert!((difference - change).length() < 1e-3 * (1.0 + difference.length()), "{difference} {change}");
+            }
+            assert_eq!(
+                view.pixel_of_exact(view.eye().as_dvec3() + view.world_from_view.matrix3.z_axis.as_dvec3()),
+                None
+            );
+        }
+    }
+
+    #[test]
+    fn differentials_match_differences() {
+        for view in views() {
+            let (_, differential) = view.ray_with_differential(100.0, 200.0);
+            let difference = |dx: f32, dy: f32| {
+                let (a, b) = (view.ray(100.0 - dx, 200.0 - dy), view.ray(100.0 + dx, 200.0 + dy));
+                ((b.origin - a.origin) * 0.5, (b.direction - a.direction) * 0.5)
+            };
+            let (ox, dx) = difference(1.0, 0.0);
+            let (oy, dy) = difference(0.0, 1.0);
+            assert!((ox - differential.origin_dx).length() < 1e-5);
+            assert!((oy - differential.origin_dy).length() < 1e-5);
+            assert!((dx - differential.direction_dx).length() < 1e-5);
+            assert!((dy - differential.direction_dy).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn degenerate_cameras_are_finite() {
+        for (eye, target, up) in
+            [(Vec3::ZERO, Vec3::ZERO, Vec3::Y), (Vec3::ZERO, Vec3::Y, Vec3::Y), (Vec3::ZERO, Vec3::X, Vec3::ZERO)]
+        {
+            let camera = Camera::look_at("", eye, target, up, 40.0);
+            assert!(camera.world_from_camera.is_finite());
+            assert!((camera.world_from_camera.matrix3.determinant() - 1.0).abs() < 1e-5);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The keys of a mirror's blend, the same in `.toml` scenes and in glTF extras.
+
+use super::analytic::{KeyError, positive, wrong};
+use catoptric_core::scene::{Attenuation, Blend};
+use glam::Vec3;
+
+/// The keys as they were given.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BlendKeys {
+    pub(super) fresnel: Option<[f64; 2]>,
+    pub(super) attenuation: Option<AttenuationKeys>,
+    pub(super) diffuse: Option<[f64; 3]>,
+}
+
+/// The keys of an attenuation as they were given.
+#[derive(Clone, Debug, Default)]
+pub(super) struct AttenuationKeys {
+    pub(super) distance: Option<f64>,
+    pub(super) specularity: Option<[f64; 2]>,
+}
+
+/// The rule for lists of weights.
+const WEIGHTS: &str = "[least, greatest] with 0 <= least <= greatest <= 1";
+
+impl BlendKeys {
+    /// The name of a key that was given.
+    pub(super) fn any(&self) -> Option<&'static str> {
+        let given = [
+            ("fresnel", self.fresnel.is_some()),
+            ("attenuation", self.attenuation.is_some()),
+            ("diffuse", self.diffuse.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(key, _)| key)
+    }
+
+    /// The blend they describe; returns `None` if no key was given.
+    pub(super) fn blend(&self) -> Result<Option<Blend>, KeyError> {
+        let fresnel = self.fresnel.map(|weights| checked("fresnel", weights)).transpose()?;
+        let attenuation = self.attenuation.as_ref().map(AttenuationKeys::attenuation).transpose()?;
+        let Some(diffuse) = self.diffuse else {
+            let any = fresnel.is_some() || attenuation.is_some();
+            return Ok(any.then_some(Blend { fresnel, attenuation, diffuse: None }));
+        };
+        if diffuse.iter().any(|number| !(0.0..=1.0).contains(number)) {
+            return wrong("diffuse", format!("{diffuse:?}; every number must be from 0 to 1"));
+        }
+        if fresnel.is_none() && attenuation.is_none() {
+            let remedy = "add `attenuation`, or `fresnel = [0.5, 0.5]` for half reflection at every angle";
+            return wrong("diffuse", format!("shows nowhere while all is reflection: {remedy}"));
+        }
+        Ok(Some(Blend { fresnel, attenuation, diffuse: Some(Vec3::from(diffuse.map(|number| number as f32))) }))
+    }
+}
+
+impl AttenuationKeys {
+    fn attenuation(&self) -> Result<Attenuation, KeyError> {
+        let needed = "needed is `attenuation = { distance = 1, specularity = [least, greatest] }`";
+        let Some(distance) = self.distance else {
+            return wrong("attenuation.distance", format!("missing; {needed}"));
+        };
+        let Some(specularity) = self.specularity else {
+            return wrong("attenuation.specularity", format!("missing; {needed}"));
+        };
+        let distance = positive("attenuation.distance", distance)? as f32;
+        Ok(Attenuation { distance, specularity: checked("attenuation.specularity", specularity)? })
+    }
+}
+
+fn checked(key: &'static str, weights: [f64; 2]) -> Result<[f32; 2], KeyError> {
+    let [least, greatest] = weights;
+    if !(0.0 <= least && least <= greatest && greatest <= 1.0) {
+        return wrong(key, format!("{weights:?}; must be {WEIGHTS}"));
+    }
+    Ok(weights.map(|weight| weight as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_checked() {
+        let ramp = BlendKeys { fresnel: Some([0.25, 0.5]), ..BlendKeys::default() };
+        assert_eq!(ramp.blend().unwrap().unwrap().fresnel, Some([0.25, 0.5]));
+        assert_eq!(BlendKeys::default().blend().unwrap(), None);
+        let fading = |distance, specularity| BlendKeys {
+            attenuation: Some(AttenuationKeys { distance, specularity }),
+            ..BlendKeys::default()
+        };
+        let found = fading(Some(2.0), Some([0.0, 1.0])).blend().unwrap().unwrap();
+        assert_eq!(found.attenuation, Some(Attenuation { distance: 2.0, specularity: [0.0, 1.0] }));
+        for (keys, key) in [
+            (BlendKeys { fresnel: Some([0.5, 0.2]), ..BlendKeys::default() }, "fresnel"),
+            (BlendKeys { fresnel: Some([0.5, 1.2]), ..BlendKeys::default() }, "fresnel"),
+            (BlendKeys { diffuse: Some([0.5; 3]), ..BlendKeys::default() }, "diffuse"),
+            (BlendKeys { diffuse: Some([-0.5; 3]), ..ramp }, "diffuse"),
+            (fading(None, Some([0.0, 1.0])), "attenuation.distance"),
+            (fading(Some(0.0), Some([0.0, 1.0])), "attenuation.distance"),
+            (fading(Some(1.0), None), "attenuation.specularity"),
+            (fading(Some(1.0), Some([-0.1, 1.0])), "attenuation.specularity"),
+        ] {
+            assert_eq!(keys.blend().unwrap_err().key, key, "{keys:?}");
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Light from infinity from `.hdr` (Radiance) and `.exr` (OpenEXR) pictures.
+
+use super::files::{self, MAX_SCENE_BYTES};
+use catoptric_core::error::SceneError;
+use catoptric_core::scene::Environment;
+use std::io::Cursor;
+use std::path::Path;
+
+/// The most pixels of an environment: 8192 x 4096.
+const MAX_PIXELS: u64 = 1 << 25;
+const MAX_SIDE: u64 = 16_384;
+
+/// Reads an equirectangular picture in linear radiance, `.hdr` or `.exr`.
+///
+/// # Errors
+/// [`SceneError`] when the file cannot be read, is broken, is of another kind or is larger than 8192 x 4096 pixels.
+pub fn load_environment(path: &Path) -> Result<Environment, SceneError> {
+    let name = path.display().to_string();
+    let extension = super::extension(path);
+    match extension.as_str() {
+        "hdr" => from_hdr(&name, &files::read(path, MAX_SCENE_BYTES)?),
+        "exr" => from_exr(&name, &files::read(path, MAX_SCENE_BYTES)?),
+        other => {
+            let problem = format!("`.{other}` is no kind of environment; allowed are .hdr and .exr");
+            Err(SceneError::invalid(name, "extension", problem))
+        }
+    }
+}
+
+/// An environment from the bytes of a Radiance picture.
+pub(super) fn from_hdr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
+    let broken = |error: image::ImageError| SceneError::invalid(name, "picture", format!("cannot be read: {error}"));
+    let reader = || image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Hdr);
+    let (width, height) = reader().into_dimensions().map_err(broken)?;
+    check_size(name, u64::from(width), u64::from(height))?;
+    let picture = reader().decode().map_err(broken)?.into_rgb32f();
+    let radiance = picture.pixels().map(|pixel| pixel.0).collect();
+    Ok(Environment::new(super::file_name(name), width, height, radiance))
+}
+
+/// An environment from the bytes of an OpenEXR picture: the first layer with the channels R, G and B.
+pub(super) fn from_exr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
+    use exr::prelude::*;
+    let broken = |error: exr::error::Error| SceneError::invalid(name, "picture", format!("cannot be read: {error}"));
+    let metadata = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    for header in &metadata.headers {
+        check_size(name, header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+    }
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0f32; 3]; size.width() * size.height()]),
+            |(width, pixels): &mut (usize, Vec<[f32; 3]>), position, (r, g, b): (f32, f32, f32)| {
+                if let Some(pixel) = pixels.get_mut(position.y() * *width + position.x()) {
+                    *pixel = [r, g, b];
+                }
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let size = image.layer_data.size;
+    let radiance = image.layer_data.channel_data.pixels.1;
+    Ok(Environment::new(super::file_name(name), size.width() as u32, size.height() as u32, radiance))
+}
+
+fn check_size(name: &str, width: u64, height: u64) -> Result<(), SceneError> {
+    if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {
+        let problem = format!("{width} x {height} pixels; allowed are up to {MAX_SIDE} a side and {MAX_PIXELS} in all");
+        return Err(SceneError::invalid(name, "picture", problem));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn both_formats_are_read() {
+        let colors = [[0.5f32, 0.25, 2.0]; 8];
+        let mut hdr = Vec::new();
+        let pixels: Vec<image::Rgb<f32>> = colors.iter().map(|c| image::Rgb(*c)).collect();
+        image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 4, 2).unwrap();
+        let sky = from_hdr("folder/sky.hdr", &hdr).unwrap();
+        assert_eq!(sky.name, "sky.hdr");
+        assert!((sky.radiance(Vec3::X) - Vec3::new(0.5, 0.25, 2.0)).length() < 0.02);
+
+        let mut exr = Cursor::new(Vec::new());
+        {
+            use exr::prelude::*;
+            let channels = SpecificChannels::rgb(|p: exr::math::Vec2<usize>| {
+                let [r, g, b] = colors[p.y() * 4 + p.x()];
+                (r, g, b)
+            });
+            Image::from_channels((4, 2), channels).write().to_buffered(&mut exr).unwrap();
+        }
+        let sky = from_exr("sky.exr", exr.get_ref()).unwrap();
+        assert_eq!(sky.radiance(Vec3::Z), Vec3::new(0.5, 0.25, 2.0));
+    }
+
+    #[test]
+    fn broken_and_huge_pictures_are_errors() {
+        assert!(from_hdr("a.hdr", b"nonsense").is_err());
+        assert!(from_exr("a.exr", b"nonsense").is_err());
+        let huge = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n";
+        let message = from_hdr("huge.hdr", huge).unwrap_err().to_string();
+        assert!(message.contains("huge.hdr") && message.contains("100000"), "{message}");
+        let message = load_environment(Path::new("sky.png")).unwrap_err().to_string();
+        assert!(message.contains(".hdr"), "{message}");
+    }
+}

@@ -1,0 +1,198 @@
+//! Materials: mirrors, lenses, coats and diffuse surfaces from the file's properties.
+
+use super::schema::{self, Material as MaterialEntry};
+use super::source::Source;
+use super::textures::{DecodedTexture, TextureSet, TextureUse};
+use catoptric_core::error::SceneError;
+use catoptric_core::scene::{AlphaMode, Material, Role};
+use glam::{Vec3, Vec4};
+
+/// Metals at least this metallic are mirrors.
+const MIN_METALLIC: f32 = 0.95;
+/// Rougher surfaces blur what they reflect; the methods draw sharp reflections only.
+const MAX_ROUGHNESS: f32 = 0.08;
+const MIN_TRANSMISSION: f32 = 0.5;
+const MIN_CLEARCOAT: f32 = 0.5;
+/// The index of refraction that KHR_materials_clearcoat gives to every coat.
+const COAT_IOR: f32 = 1.5;
+/// The index of refraction of materials that name none.
+const DEFAULT_IOR: f32 = 1.5;
+
+/// Extensions that change a metal's reflection, so that it is no plain mirror.
+const NOT_PLAIN: [&str; 8] = [
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+];
+
+/// A material whose textures are identified but not yet decoded.
+pub(super) struct PlannedMaterial {
+    material: Material,
+    base: Option<TextureUse>,
+    emissive: Option<TextureUse>,
+    blends: bool,
+}
+
+impl PlannedMaterial {
+    /// The sets of texture coordinates that vertices must bring.
+    pub(super) fn texture_sets(&self) -> [Option<u32>; 2] {
+        [&self.base, &self.emissive].map(|texture| texture.as_ref().map(|texture| texture.set))
+    }
+
+    /// The material, now that its textures are there.
+    pub(super) fn finish(self, source: &Source<'_>, index: usize, textures: &[DecodedTexture]) -> Material {
+        let mut material = self.material;
+        let translucent_texture = self
+            .base
+            .as_ref()
+            .and_then(|texture| textures.get(texture.texture as usize))
+            .is_some_and(|texture| texture.is_translucent);
+        if self.blends && (translucent_texture || material.base_color.w < 1.0) {
+            source.warn(format!("materials[{index}] `{}`: alpha BLEND is drawn as a mask at 0.5", material.name));
+            material.alpha_mode = AlphaMode::Mask(0.5);
+        }
+        material.base_texture = self.base.map(|texture| texture.binding(0));
+        material.emissive_texture = self.emissive.map(|texture| texture.binding(1));
+        material
+    }
+}
+
+/// Reads a material. `textures` takes up its textures; without it, the material is not drawn and has none.
+pub(super) fn plan(
+    source: &Source<'_>,
+    index: usize,
+    entry: &MaterialEntry,
+    textures: Option<&mut TextureSet>,
+) -> Result<PlannedMaterial, SceneError> {
+    let owner = || format!("materials[{index}]");
+    let pbr = &entry.pbr_metallic_roughness;
+    check_texture_indices(source, entry, &owner)?;
+    let strength: Option<schema::EmissiveStrength> =
+        source.extension(&owner, &entry.extensions, "KHR_materials_emissive_strength")?;
+    let strength = strength.and_then(|extension| extension.emissive_strength).unwrap_or(1.0);
+    let unlit = entry.extensions.contains_key("KHR_materials_unlit");
+    let mut material = Material {
+        name: entry.name.clone(),
+        base_color: finite(Vec4::from(pbr.base_color_factor.unwrap_or([1.0; 4]))),
+        emissive: if unlit { Vec3::ZERO } else { finite3(Vec3::from(entry.emissive_factor) * strength) },
+        unlit,
+        double_sided: entry.double_sided,
+        ..Material::default()
+    };
+    if !unlit {
+        give_role(source, entry, &owner, &mut material)?;
+    }
+    let blends = match entry.alpha_mode.as_deref().unwrap_or("OPAQUE") {
+        "OPAQUE" => false,
+        "MASK" => {
+            material.alpha_mode = AlphaMode::Mask(entry.alpha_cutoff.unwrap_or(0.5));
+            false
+        }
+        // Glass is no veil: its transparency is that of a lens.
+        "BLEND" => material.role != Role::Lens,
+        other => {
+            let problem = format!("`{other}`; allowed are OPAQUE, MASK and BLEND");
+            return Err(source.invalid(format!("{}.alphaMode", owner()), problem));
+        }
+    };
+    let (mut base, mut emissive) = (None, None);
+    if let Some(textures) = textures {
+        if let Some(info) = &pbr.base_color_texture {
+            base = textures.add(source, info, &|| format!("{}.pbrMetallicRoughness.baseColorTexture", owner()))?;
+        }
+        if let Some(info) = entry.emissive_texture.as_ref().filter(|_| material.emissive != Vec3::ZERO) {
+            emissive = textures.add(source, info, &|| format!("{}.emissiveTexture", owner()))?;
+        }
+    }
+    Ok(PlannedMaterial { material, base, emissive, blends })
+}
+
+/// The role, by the first of these that holds: mirror, lens, coat, diffuse.
+fn give_role(
+    source: &Source<'_>,
+    entry: &MaterialEntry,
+    owner: &dyn Fn() -> String,
+    material: &mut Material,
+) -> Result<(), SceneError> {
+    let pbr = &entry.pbr_metallic_roughness;
+    let (metallic, roughness) = (pbr.metallic_factor.unwrap_or(1.0), pbr.roughness_factor.unwrap_or(1.0));
+    let transmission: Option<schema::Transmission> =
+        source.extension(owner, &entry.extensions, "KHR_materials_transmission")?;
+    let ior: Option<schema::Ior> = source.extension(owner, &entry.extensions, "KHR_materials_ior")?;
+    let volume: Option<schema::Volume> = source.extension(owner, &entry.extensions, "KHR_materials_volume")?;
+    let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
+    let is_smooth = roughness <= MAX_ROUGHNESS;
+    let transmission_factor = transmission.map_or(0.0, |extension| extension.transmission_factor);
+    let coat = coat.unwrap_or_default();
+    if metallic >= MIN_METALLIC && is_smooth && pbr.metallic_roughness_texture.is_none() {
+        material.role = Role::Reflector;
+        material.schlick = metallic < 1.0 || NOT_PLAIN.iter().any(|key| entry.extensions.contains_key(*key));
+    } else if transmission_factor >= MIN_TRANSMISSION && is_smooth {
+        material.role = Role::Lens;
+        material.ior = match ior.and_then(|extension| extension.ior).unwrap_or(DEFAULT_IOR) {
+            ior if (1.0..=10.0).contains(&ior) => ior,
+            ior => {
+                source.warn(format!("{}: ior {ior} is outside 1 to 10; {DEFAULT_IOR} is used", owner()));
+                DEFAULT_IOR
+            }
+        };
+        material.absorption = volume.map_or(Vec3::ZERO, |volume| absorption(&volume));
+    } else if coat.clearcoat_factor >= MIN_CLEARCOAT {
+        if coat.clearcoat_roughness_factor > MAX_ROUGHNESS {
+            source.warn(format!("{}: its rough clear coat is drawn as a smooth one", owner()));
+        }
+        material.role = Role::Coated;
+        material.coat = coat.clearcoat_factor.min(1.0);
+        material.ior = COAT_IOR;
+    }
+    Ok(())
+}
+
+/// Beer-Lambert absorption a unit of length; zero if the distance is infinite or invalid.
+fn absorption(volume: &schema::Volume) -> Vec3 {
+    let color = Vec3::from(volume.attenuation_color.unwrap_or([1.0; 3]));
+    let distance = volume.attenuation_distance.unwrap_or(f32::INFINITY);
+    if !(distance.is_finite() && distance > 0.0 && color.is_finite()) {
+        return Vec3::ZERO;
+    }
+    // Black would absorb infinitely much.
+    let absorption = -color.clamp(Vec3::splat(1e-6), Vec3::ONE).map(f32::ln) / distance;
+    finite3(absorption)
+}
+
+/// Indices that point nowhere are faults even where the texture is not drawn.
+fn check_texture_indices(
+    source: &Source<'_>,
+    entry: &MaterialEntry,
+    owner: &dyn Fn() -> String,
+) -> Result<(), SceneError> {
+    let pbr = &entry.pbr_metallic_roughness;
+    let infos = [
+        ("pbrMetallicRoughness.baseColorTexture", &pbr.base_color_texture),
+        ("pbrMetallicRoughness.metallicRoughnessTexture", &pbr.metallic_roughness_texture),
+        ("normalTexture", &entry.normal_texture),
+        ("occlusionTexture", &entry.occlusion_texture),
+        ("emissiveTexture", &entry.emissive_texture),
+    ];
+    for (field, info) in infos {
+        if let Some(index) = info.as_ref().and_then(|info| info.index) {
+            let field = || format!("{}.{field}.index", owner());
+            source.entry(&source.document.textures, index, &field, "textures")?;
+        }
+    }
+    Ok(())
+}
+
+/// Colours beyond reason (or not numbers) would swamp or poison the picture.
+fn finite(color: Vec4) -> Vec4 {
+    Vec4::from_array(color.to_array().map(|c| if c.is_finite() { c.clamp(0.0, 1e6) } else { 1.0 }))
+}
+
+fn finite3(color: Vec3) -> Vec3 {
+    finite(color.extend(1.0)).truncate()
+}

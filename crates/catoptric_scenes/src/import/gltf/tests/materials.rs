@@ -1,0 +1,221 @@
+use super::*;
+use catoptric_core::scene::{AlphaMode, Material, Role, UvFootprint};
+use glam::{Vec2, Vec3, Vec4};
+use std::io::Cursor;
+
+/// A picture of one texel.
+pub(super) fn png(texel: [u8; 4]) -> Vec<u8> {
+    picture(texel, image::ImageFormat::Png)
+}
+
+fn picture(texel: [u8; 4], format: image::ImageFormat) -> Vec<u8> {
+    let mut bytes = Cursor::new(Vec::new());
+    let picture = image::DynamicImage::from(image::RgbaImage::from_pixel(1, 1, image::Rgba(texel)));
+    let picture = if format == image::ImageFormat::Jpeg { picture.to_rgb8().into() } else { picture };
+    picture.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+fn material(entry: Value) -> Material {
+    with_material(entry).model().materials[0].clone()
+}
+
+fn with_material(entry: Value) -> File {
+    let mut file = File::triangle();
+    file.push("materials", entry);
+    file.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    file
+}
+
+#[test]
+fn smooth_metals_are_mirrors() {
+    let metal = |metallic: f32, roughness: f32| {
+        json!({ "pbrMetallicRoughness": {
+            "metallicFactor": metallic, "roughnessFactor": roughness, "baseColorFactor": [0.9, 0.8, 0.7, 1]
+        } })
+    };
+    let mirror = material(metal(1.0, 0.0));
+    assert_eq!((mirror.role, mirror.schlick), (Role::Reflector, false));
+    assert_eq!(mirror.base_color, Vec4::new(0.9, 0.8, 0.7, 1.0));
+    let nearly = material(metal(0.96, 0.08));
+    assert_eq!((nearly.role, nearly.schlick), (Role::Reflector, true));
+    assert_eq!(material(metal(0.94, 0.0)).role, Role::Diffuse);
+    assert_eq!(material(metal(1.0, 0.09)).role, Role::Diffuse);
+    assert_eq!(material(json!({})).role, Role::Diffuse);
+    let mut special = metal(1.0, 0.0);
+    special["extensions"] = json!({ "KHR_materials_iridescence": {} });
+    assert_eq!((material(special.clone()).role, material(special).schlick), (Role::Reflector, true));
+    let mut unlit = metal(1.0, 0.0);
+    unlit["extensions"] = json!({ "KHR_materials_unlit": {} });
+    assert_eq!((material(unlit.clone()).role, material(unlit).unlit), (Role::Diffuse, true));
+}
+
+#[test]
+fn a_metallic_roughness_texture_makes_no_mirror() {
+    let mut file = with_material(json!({ "pbrMetallicRoughness": {
+        "metallicFactor": 1, "roughnessFactor": 0, "metallicRoughnessTexture": { "index": 0 }
+    } }));
+    file.push("textures", json!({}));
+    assert_eq!(file.model().materials[0].role, Role::Diffuse);
+}
+
+#[test]
+fn glass_is_a_lens() {
+    let glass = |transmission: f32, roughness: f32| {
+        json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness },
+            "extensions": {
+                "KHR_materials_transmission": { "transmissionFactor": transmission },
+                "KHR_materials_ior": { "ior": 1.7 },
+                "KHR_materials_volume": { "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2 },
+            },
+        })
+    };
+    let lens = material(glass(1.0, 0.0));
+    assert_eq!((lens.role, lens.ior), (Role::Lens, 1.7));
+    let expected = Vec3::new(0.5f32.ln() * -0.5, 0.0, 1e-6f32.ln() * -0.5);
+    assert!((lens.absorption - expected).length() < 1e-5, "{}", lens.absorption);
+    assert_eq!(material(glass(0.4, 0.0)).role, Role::Diffuse);
+    assert_eq!(material(glass(1.0, 0.2)).role, Role::Diffuse);
+    let mut plain = glass(0.5, 0.08);
+    plain["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
+    let lens = material(plain);
+    assert_eq!((lens.role, lens.ior, lens.absorption), (Role::Lens, 1.5, Vec3::ZERO));
+    let mut odd = glass(1.0, 0.0);
+    odd["extensions"]["KHR_materials_ior"] = json!({ "ior": 0 });
+    assert_eq!(material(odd.clone()).ior, 1.5);
+    assert!(with_material(odd).model().warnings[0].contains("ior 0"));
+}
+
+#[test]
+fn clear_coats_reflect() {
+    let coat = |factor: f32, roughness: f32| {
+        with_material(json!({ "extensions": { "KHR_materials_clearcoat": {
+            "clearcoatFactor": factor, "clearcoatRoughnessFactor": roughness
+        } } }))
+    };
+    let smooth = coat(0.75, 0.03).model();
+    let coated = &smooth.materials[0];
+    assert_eq!((coated.role, coated.coat, coated.ior), (Role::Coated, 0.75, 1.5));
+    assert!(smooth.warnings.is_empty());
+    assert_eq!(coat(0.4, 0.0).model().materials[0].role, Role::Diffuse);
+    // Rough coats are drawn smooth, with a warning.
+    let rough = coat(1.0, 0.1).model();
+    assert_eq!(rough.materials[0].role, Role::Coated);
+    assert!(rough.warnings[0].contains("rough"));
+}
+
+#[test]
+fn emission_has_a_strength() {
+    let entry = json!({
+        "emissiveFactor": [1, 0.5, 0],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 4 } },
+    });
+    assert_eq!(material(entry).emissive, Vec3::new(4.0, 2.0, 0.0));
+}
+
+#[test]
+fn alpha_modes() {
+    let alpha = |mode: &str, alpha: f32| {
+        with_material(json!({
+            "alphaMode": mode, "alphaCutoff": 0.3, "pbrMetallicRoughness": { "baseColorFactor": [1, 1, 1, alpha] }
+        }))
+    };
+    assert_eq!(alpha("OPAQUE", 0.2).model().materials[0].alpha_mode, AlphaMode::Opaque);
+    assert_eq!(alpha("MASK", 0.2).model().materials[0].alpha_mode, AlphaMode::Mask(0.3));
+    let blended = alpha("BLEND", 0.2).model();
+    assert_eq!(blended.materials[0].alpha_mode, AlphaMode::Mask(0.5));
+    assert!(blended.warnings[0].contains("BLEND"));
+    let opaque = alpha("BLEND", 1.0).model();
+    assert_eq!((opaque.materials[0].alpha_mode, opaque.warnings.len()), (AlphaMode::Opaque, 0));
+    alpha("HAZE", 1.0).assert_error("materials[0].alphaMode: `HAZE`");
+}
+
+/// A file with a texture of one texel that is embedded, as a buffer view or a data URI.
+fn textured(bytes: &[u8], by_uri: bool) -> File {
+    let mut file = with_material(json!({
+        "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }
+    }));
+    let uvs = file.accessor(F32, "VEC2", 3, &[0.5f32; 6]);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    let image = if by_uri {
+        use base64::Engine;
+        json!({ "uri": format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)) })
+    } else {
+        json!({ "bufferView": file.view(bytes) })
+    };
+    file.push("images", image);
+    file.push("textures", json!({ "source": 0 }));
+    file
+}
+
+#[test]
+fn pictures_of_every_format() {
+    for (format, by_uri) in [
+        (image::ImageFormat::Png, true),
+        (image::ImageFormat::Png, false),
+        (image::ImageFormat::Jpeg, false),
+        (image::ImageFormat::WebP, false),
+    ] {
+        let file = textured(&picture([255, 0, 0, 255], format), by_uri);
+        let texel = file.scene().textures[0].sample(Vec2::splat(0.5), &UvFootprint::default());
+        assert!((texel - Vec4::new(1.0, 0.0, 0.0, 1.0)).length() < 0.02, "{format:?}: {texel}");
+        assert_eq!(file.model().materials[0].alpha_mode, AlphaMode::Opaque);
+    }
+    let translucent = textured(&png([255, 255, 255, 100]), false).model();
+    assert_eq!(translucent.materials[0].alpha_mode, AlphaMode::Mask(0.5));
+}
+
+#[test]
+fn pictures_of_extensions_come_first() {
+    let mut file = textured(&png([0, 0, 0, 255]), false);
+    let view = file.view(&picture([255; 4], image::ImageFormat::WebP));
+    file.push("images", json!({ "bufferView": view }));
+    file.json["textures"][0]["extensions"] = json!({ "EXT_texture_webp": { "source": 1 } });
+    let texel = file.scene().textures[0].sample(Vec2::ZERO, &UvFootprint::default());
+    assert_eq!(texel, Vec4::ONE);
+}
+
+#[test]
+fn broken_pictures_are_named() {
+    textured(b"nothing", false).assert_error("images[0]: is no PNG, JPEG or WebP picture");
+    let whole = png([1, 2, 3, 4]);
+    textured(&whole[..whole.len() - 20], false).assert_error("images[0]: ");
+    let mut file = textured(&whole, false);
+    file.json["images"][0] = json!({ "uri": "gone.png" });
+    file.assert_error("images[0].uri");
+    file.json["images"][0] = json!({ "uri": "https://example.org/a.png" });
+    file.assert_error("is an address");
+    file.json["images"][0] = json!({ "uri": "data:image/png;base64,****" });
+    file.assert_error("no base64");
+    file.json["textures"][0] = json!({});
+    assert!(file.model().warnings[0].contains("textures[0] has no picture"));
+    // Pictures that no triangle uses are not looked for.
+    file.json["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("material");
+    file.json["textures"][0] = json!({ "source": 0 });
+    assert_eq!(file.model().textures.len(), 0);
+}
+
+#[test]
+fn huge_pictures_are_refused_before_they_are_decoded() {
+    // The header of a PNG file of 60000 x 60000 texels, with a right checksum.
+    let mut bytes = png([0; 4]);
+    bytes[16..20].copy_from_slice(&60_000u32.to_be_bytes());
+    bytes[20..24].copy_from_slice(&60_000u32.to_be_bytes());
+    let mut checksum = u32::MAX;
+    for byte in &bytes[12..29] {
+        checksum ^= u32::from(*byte);
+        for _ in 0..8 {
+            checksum = (checksum >> 1) ^ (0xedb8_8320 & 0u32.wrapping_sub(checksum & 1));
+        }
+    }
+    bytes[29..33].copy_from_slice(&(!checksum).to_be_bytes());
+    textured(&bytes, false).assert_error("images[0]: ");
+}
+
+#[test]
+fn texture_indices_are_checked_even_where_unused() {
+    for field in ["normalTexture", "occlusionTexture", "emissiveTexture"] {
+        with_material(json!({ field: { "index": 3 } })).assert_error(&format!("materials[0].{field}.index"));
+    }
+}

@@ -1,0 +1,207 @@
+//! Textures that materials use: pictures from files and buffers, decoded once, with the file's samplers.
+
+use super::super::picture::{self, Picture, TexelBudget};
+use super::schema::{self, TextureInfo};
+use super::source::Source;
+use catoptric_core::error::SceneError;
+use catoptric_core::scene::{MipFilter, Sampler, Texture, TextureBinding, Wrap};
+use glam::{Affine2, Mat2, Vec2};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Gathers the textures of all materials before any is decoded, so that all are decoded at once.
+#[derive(Default)]
+pub(super) struct TextureSet {
+    /// By picture and sampler in the file: the number of the texture here.
+    numbers: BTreeMap<(usize, Option<usize>), u32>,
+    /// The picture and sampler of each texture here.
+    wanted: Vec<(usize, Option<usize>)>,
+}
+
+/// A decoded texture, and whether it has texels that are not opaque.
+pub(super) struct DecodedTexture {
+    pub(super) texture: Arc<Texture>,
+    pub(super) is_translucent: bool,
+}
+
+/// A material's use of a texture.
+#[derive(Clone, Debug)]
+pub(super) struct TextureUse {
+    pub(super) texture: u32,
+    /// The set of the file's texture coordinates.
+    pub(super) set: u32,
+    pub(super) texture_from_uv: Affine2,
+}
+
+impl TextureUse {
+    pub(super) fn binding(&self, uv_channel: u8) -> TextureBinding {
+        TextureBinding { texture: self.texture, uv_channel, texture_from_uv: self.texture_from_uv }
+    }
+}
+
+impl TextureSet {
+    /// Takes up a material's texture. Returns `None`, with a warning, if it has no picture that can be used.
+    pub(super) fn add(
+        &mut self,
+        source: &Source<'_>,
+        info: &TextureInfo,
+        owner: &dyn Fn() -> String,
+    ) -> Result<Option<TextureUse>, SceneError> {
+        let index_field = || format!("{}.index", owner());
+        let index = info.index.ok_or_else(|| source.invalid(index_field(), "missing"))?;
+        let texture = source.entry(&source.document.textures, index, &index_field, "textures")?;
+        let transform: Option<schema::TextureTransform> =
+            source.extension(owner, &info.extensions, "KHR_texture_transform")?;
+        let Some(picture) = picture_of(source, index, texture)? else {
+            source.warn(format!("textures[{index}] has no picture and is left out"));
+            return Ok(None);
+        };
+        source.entry(&source.document.images, picture, &|| format!("textures[{index}].source"), "images")?;
+        if let Some(sampler) = texture.sampler {
+            source.entry(&source.document.samplers, sampler, &|| format!("textures[{index}].sampler"), "samplers")?;
+        }
+        let key = (picture, texture.sampler);
+        let number = *self.numbers.entry(key).or_insert_with(|| {
+            self.wanted.push(key);
+            self.wanted.len() as u32 - 1
+        });
+        let transform = transform.unwrap_or_default();
+        Ok(Some(TextureUse {
+            texture: number,
+            set: transform.tex_coord.unwrap_or(info.tex_coord),
+            texture_from_uv: affine(&transform),
+        }))
+    }
+
+    /// Reads and decodes every picture once, on all cores.
+    pub(super) fn decode(&self, source: &Source<'_>) -> Result<Vec<DecodedTexture>, SceneError> {
+        let mut places: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut encoded: Vec<(usize, Cow<'_, [u8]>)> = Vec::new();
+        let mut budget = TexelBudget::default();
+        for &(picture, _) in &self.wanted {
+            if places.contains_key(&picture) {
+                continue;
+            }
+            let bytes = picture_bytes(source, picture)?;
+            let admitted = picture::dimensions(&bytes).and_then(|size| budget.admit(size, bytes.len()));
+            admitted.map_err(|problem| source.invalid(format!("images[{picture}]"), problem))?;
+            places.insert(picture, encoded.len());
+            encoded.push((picture, bytes));
+        }
+        let decoded = catoptric_core::parallel::map_collect(encoded.len(), |place| picture::decode(&encoded[place].1));
+        let mut pictures: Vec<Picture> = Vec::with_capacity(decoded.len());
+        for (result, (picture, _)) in decoded.into_iter().zip(&encoded) {
+            pictures.push(result.map_err(|problem| source.invalid(format!("images[{picture}]"), problem))?);
+        }
+        drop(encoded);
+        let document = source.document;
+        let textures = catoptric_core::parallel::map_collect(self.wanted.len(), |number| {
+            let (picture, sampler) = self.wanted[number];
+            let image = &document.images[picture];
+            let name = [image.name.as_str(), image.uri.as_deref().unwrap_or("")]
+                .into_iter()
+                .find(|name| !name.is_empty() && !name.starts_with("data:"))
+                .map_or_else(|| format!("images[{picture}]"), String::from);
+            let sampler = sampler.map(|sampler| sampler_of(&document.samplers[sampler])).unwrap_or_default();
+            let picture = &pictures[places[&picture]];
+            let texture = Texture::from_srgb8(&name, picture.width, picture.height, &picture.texels, sampler);
+            DecodedTexture { texture: Arc::new(texture), is_translucent: picture.is_translucent() }
+        });
+        Ok(textures)
+    }
+}
+
+/// The picture of a texture: one in a format of an extension, else the plain one.
+fn picture_of(source: &Source<'_>, index: usize, texture: &schema::Texture) -> Result<Option<usize>, SceneError> {
+    let owner = || format!("textures[{index}]");
+    for key in ["EXT_texture_webp", "KHR_texture_basisu"] {
+        if let Some(schema::TextureSource { source: Some(picture) }) =
+            source.extension(&owner, &texture.extensions, key)?
+        {
+            return Ok(Some(picture));
+        }
+    }
+    Ok(texture.source)
+}
+
+fn picture_bytes<'s>(source: &'s Source<'_>, picture: usize) -> Result<Cow<'s, [u8]>, SceneError> {
+    let image = &source.document.images[picture];
+    let field = || format!("images[{picture}]");
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => Ok(Cow::Owned(source.read_uri(uri, &|| format!("{}.uri", field()))?)),
+        (None, Some(view)) => Ok(Cow::Borrowed(source.view(view, &|| format!("{}.bufferView", field()))?)),
+        (None, None) => Err(source.invalid(field(), "has neither uri nor bufferView")),
+    }
+}
+
+fn sampler_of(sampler: &schema::Sampler) -> Sampler {
+    let wrap = |code: Option<u32>| match code {
+        Some(33071) => Wrap::ClampToEdge,
+        Some(33648) => Wrap::MirroredRepeat,
+        _ => Wrap::Repeat,
+    };
+    let (minify_linear, mip_filter) = match sampler.min_filter {
+        Some(9728) => (false, MipFilter::None),
+        Some(9729) => (true, MipFilter::None),
+        Some(9984) => (false, MipFilter::Nearest),
+        Some(9985) => (true, MipFilter::Nearest),
+        Some(9986) => (false, MipFilter::Linear),
+        _ => (true, MipFilter::Linear),
+    };
+    Sampler {
+        wrap_u: wrap(sampler.wrap_s),
+        wrap_v: wrap(sampler.wrap_t),
+        magnify_linear: sampler.mag_filter != Some(9728),
+        minify_linear,
+        mip_filter,
+    }
+}
+
+/// KHR_texture_transform: scale, then rotate, then move; the rotation is counter-clockwise in a frame with v down.
+fn affine(transform: &schema::TextureTransform) -> Affine2 {
+    let (sin, cos) = transform.rotation.sin_cos();
+    let scale = Vec2::from(transform.scale.unwrap_or([1.0; 2]));
+    let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
+    let result = Affine2 { matrix2: rotation * Mat2::from_diagonal(scale), translation: Vec2::from(transform.offset) };
+    if result.is_finite() { result } else { Affine2::IDENTITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_texture_transform_is_that_of_the_specification() {
+        // From the extension's text: translation * rotation * scale as column-major matrices,
+        // rotation = (cos, -sin, 0; sin, cos, 0; 0, 0, 1).
+        let transform = schema::TextureTransform {
+            offset: [0.0, 1.0],
+            rotation: std::f32::consts::FRAC_PI_2,
+            scale: Some([0.5, 0.5]),
+            tex_coord: None,
+        };
+        let map = affine(&transform);
+        assert!((map.transform_point2(Vec2::X) - Vec2::new(0.0, 0.5)).length() < 1e-6);
+        assert!((map.transform_point2(Vec2::Y) - Vec2::new(0.5, 1.0)).length() < 1e-6);
+    }
+
+    #[test]
+    fn every_filter_and_wrap_is_understood() {
+        let sampler = sampler_of(&schema::Sampler {
+            mag_filter: Some(9728),
+            min_filter: Some(9985),
+            wrap_s: Some(33071),
+            wrap_t: Some(33648),
+        });
+        let expected = Sampler {
+            wrap_u: Wrap::ClampToEdge,
+            wrap_v: Wrap::MirroredRepeat,
+            magnify_linear: false,
+            minify_linear: true,
+            mip_filter: MipFilter::Nearest,
+        };
+        assert_eq!(sampler, expected);
+        assert_eq!(sampler_of(&schema::Sampler::default()), Sampler::default());
+    }
+}

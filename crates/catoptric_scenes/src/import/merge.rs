@@ -1,0 +1,134 @@
+//! Joins models: several files in one scene.
+
+use catoptric_core::scene::model::{ChannelValues, Model};
+
+/// Adds everything of `other` to `model`, with all indices moved up.
+///
+/// Region, settings, roles, blends and environment of `model` stay unless it has none.
+pub(super) fn append(model: &mut Model, other: Model) {
+    let offset = Offsets {
+        node: model.nodes.len(),
+        mesh: model.meshes.len(),
+        skin: model.skins.len(),
+        material: model.materials.len(),
+        texture: model.textures.len() as u32,
+    };
+    let Model { nodes, meshes, skins, animations, materials, textures, cameras, .. } = other;
+    model.nodes.extend(nodes.into_iter().map(|mut node| {
+        node.parent = node.parent.map(|parent| parent + offset.node);
+        node.mesh = node.mesh.map(|mesh| mesh + offset.mesh);
+        node.skin = node.skin.map(|skin| skin + offset.skin);
+        if let Some(analytic) = &mut node.analytic {
+            analytic.material += offset.material;
+        }
+        node
+    }));
+    model.meshes.extend(meshes.into_iter().map(|mut mesh| {
+        mesh.primitives.iter_mut().for_each(|primitive| primitive.material += offset.material);
+        mesh
+    }));
+    model.skins.extend(skins.into_iter().map(|mut skin| {
+        skin.joints.iter_mut().for_each(|joint| *joint += offset.node);
+        skin
+    }));
+    model.animations.extend(animations.into_iter().map(|mut animation| {
+        for channel in &mut animation.channels {
+            channel.node += offset.node;
+            // Listed so that a kind of value that names a node cannot be forgotten here.
+            match &channel.values {
+                ChannelValues::Translation(_)
+                | ChannelValues::Rotation(_)
+                | ChannelValues::Scale(_)
+                | ChannelValues::Weights { .. } => {}
+            }
+        }
+        animation
+    }));
+    model.materials.extend(materials.into_iter().map(|mut material| {
+        for binding in [&mut material.base_texture, &mut material.emissive_texture].into_iter().flatten() {
+            binding.texture += offset.texture;
+        }
+        material
+    }));
+    model.textures.extend(textures);
+    model.cameras.extend(cameras.into_iter().map(|mut camera| {
+        camera.node = camera.node.map(|node| node + offset.node);
+        camera
+    }));
+    if model.environment.is_none() {
+        model.environment = other.environment;
+    }
+    if model.region.is_none() {
+        model.region = other.region;
+    }
+    for (method, settings) in other.method_settings {
+        model.method_settings.entry(method).or_insert(settings);
+    }
+    model.roles.splice(0..0, other.roles);
+    model.blends.splice(0..0, other.blends);
+    model.warnings.extend(other.warnings);
+}
+
+struct Offsets {
+    node: usize,
+    mesh: usize,
+    skin: usize,
+    material: usize,
+    texture: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catoptric_core::scene::model::{
+        AnalyticAsset, Animation, CameraAsset, Channel, Interpolation, MeshAsset, Node, Primitive, Skin,
+    };
+    use catoptric_core::scene::{Material, Projection, Sampler, Texture, TextureBinding};
+    use catoptric_core::surface::AnalyticSurface;
+    use std::sync::Arc;
+
+    fn model() -> Model {
+        let binding = TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Default::default() };
+        let analytic = AnalyticAsset { surface: AnalyticSurface::Sphere { radius: 1.0 }, material: 0, inside: false };
+        let root = Node { mesh: Some(0), skin: Some(0), analytic: Some(analytic), ..Node::default() };
+        let child = Node { parent: Some(0), ..Node::default() };
+        let channel = Channel {
+            node: 1,
+            times: vec![0.0],
+            interpolation: Interpolation::Step,
+            values: ChannelValues::Translation(vec![Default::default()]),
+        };
+        Model {
+            nodes: vec![root, child],
+            meshes: vec![MeshAsset { primitives: vec![Primitive::default()], ..Default::default() }],
+            skins: vec![Skin { joints: vec![1], inverse_bind: Vec::new() }],
+            animations: vec![Animation { name: String::new(), channels: vec![channel] }],
+            materials: vec![Material { base_texture: Some(binding), ..Material::default() }],
+            textures: vec![Arc::new(Texture::from_srgb8("t", 1, 1, &[[255; 4]], Sampler::default()))],
+            cameras: vec![CameraAsset {
+                other_name: String::new(),
+                name: "c".into(),
+                node: Some(1),
+                placement: Default::default(),
+                projection: Projection::Orthographic { half_height: 1.0 },
+            }],
+            warnings: vec!["w".into()],
+            ..Model::default()
+        }
+    }
+
+    #[test]
+    fn all_indices_move_up() {
+        let mut joined = model();
+        append(&mut joined, model());
+        assert_eq!((joined.nodes[2].mesh, joined.nodes[2].skin, joined.nodes[3].parent), (Some(1), Some(1), Some(2)));
+        assert_eq!(joined.nodes[2].analytic.as_ref().unwrap().material, 1);
+        assert_eq!(joined.meshes[1].primitives[0].material, 1);
+        assert_eq!(joined.skins[1].joints, [3]);
+        assert_eq!(joined.animations[1].channels[0].node, 3);
+        assert_eq!(joined.materials[1].base_texture.as_ref().unwrap().texture, 1);
+        assert_eq!(joined.cameras[1].node, Some(3));
+        assert_eq!(joined.warnings.len(), 2);
+        assert!(joined.pose(&Default::default()).is_ok());
+    }
+}

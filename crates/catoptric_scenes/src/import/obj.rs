@@ -1,0 +1,225 @@
+//! Wavefront `.obj` files with their `.mtl` materials: all diffuse.
+
+use super::files::{self, Folder, MAX_SCENE_BYTES, Resolver};
+use super::picture::{self, TexelBudget};
+use catoptric_core::error::SceneError;
+use catoptric_core::scene::model::{MeshAsset, Model, Node, Primitive};
+use catoptric_core::scene::{Material, Sampler, Texture, TextureBinding};
+use glam::{Affine2, Vec2, Vec3};
+use std::cell::RefCell;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Reads an `.obj` file, its materials and their textures.
+///
+/// # Errors
+/// [`SceneError`] when the file cannot be read or is broken, or a texture that it uses is. A missing `.mtl` is a
+/// warning.
+pub fn load(path: &Path) -> Result<Model, SceneError> {
+    let bytes = files::read(path, MAX_SCENE_BYTES)?;
+    from_slice(&path.display().to_string(), &bytes, &Folder::of(path))
+}
+
+/// Reads an `.obj` file from memory; `name` is for messages, `resolver` finds materials and textures.
+///
+/// # Errors
+/// [`SceneError`] when the file is broken or a texture that it uses cannot be read.
+pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+    let warnings = RefCell::new(Vec::new());
+    let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
+    let load_materials = |file: &Path| {
+        let file = file.to_string_lossy().replace('\\', "/");
+        match resolver.read(&file, MAX_SCENE_BYTES) {
+            Ok(bytes) => tobj::load_mtl_buf(&mut bytes.as_slice()),
+            Err(error) => {
+                warnings.borrow_mut().push(format!("materials are missing: {error}"));
+                Ok(Default::default())
+            }
+        }
+    };
+    check_lines(name, bytes)?;
+    let invalid = |error: tobj::LoadError| SceneError::invalid(name, "geometry", error.to_string());
+    let (parts, materials) = tobj::load_obj_buf(&mut &bytes[..], &options, load_materials).map_err(invalid)?;
+    let materials = materials.or_else(|error| {
+        warnings.borrow_mut().push(format!("materials cannot be read: {error}"));
+        Ok(Vec::new())
+    })?;
+    let mut model = Model { name: name.into(), warnings: warnings.into_inner(), ..Model::default() };
+    let mut textures = Textures { name, resolver, budget: TexelBudget::default(), names: Vec::new() };
+    for material in &materials {
+        let material = read_material(material, &mut textures, &mut model)?;
+        model.materials.push(material);
+    }
+    model.materials.push(Material::default());
+    for part in parts {
+        add_part(&mut model, part);
+    }
+    Ok(model)
+}
+
+/// The library that reads the file reports faults without their lines; the commonest get their line here.
+fn check_lines(name: &str, bytes: &[u8]) -> Result<(), SceneError> {
+    for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
+        let field = || format!("line {}", number + 1);
+        let Ok(line) = std::str::from_utf8(line) else {
+            return Err(SceneError::invalid(name, field(), "is no UTF-8 text"));
+        };
+        let mut words = line.split_whitespace();
+        let needed = match words.next() {
+            Some("v" | "vn") => 3,
+            Some("vt") => 1,
+            _ => continue,
+        };
+        let numbers: Vec<&str> = words.collect();
+        let wrong = numbers.iter().find(|word| word.parse::<f32>().is_err());
+        if let Some(word) = wrong.filter(|word| !word.starts_with('#')) {
+            return Err(SceneError::invalid(name, field(), format!("`{word}` is no number")));
+        }
+        if numbers.len() < needed {
+            let problem = format!("{} numbers, at least {needed} are needed", numbers.len());
+            return Err(SceneError::invalid(name, field(), problem));
+        }
+    }
+    Ok(())
+}
+
+fn add_part(model: &mut Model, part: tobj::Model) {
+    let mesh = part.mesh;
+    let triples = |numbers: &[f32]| numbers.chunks_exact(3).map(Vec3::from_slice).collect::<Vec<_>>();
+    let positions = triples(&mesh.positions);
+    let count = positions.len();
+    let complete = |length: usize| length == count;
+    let normals = Some(triples(&mesh.normals)).filter(|normals| complete(normals.len())).unwrap_or_default();
+    // The origin of .obj texture coordinates is the lower left corner.
+    let uvs: Vec<Vec2> = mesh.texcoords.chunks_exact(2).map(|uv| Vec2::new(uv[0], 1.0 - uv[1])).collect();
+    let uvs = Some(uvs).filter(|uvs| complete(uvs.len())).unwrap_or_default();
+    let colors: Vec<[f32; 4]> = mesh.vertex_color.chunks_exact(3).map(|c| [c[0], c[1], c[2], 1.0]).collect();
+    let colors = Some(colors).filter(|colors| complete(colors.len())).unwrap_or_default();
+    let triangles: Vec<[u32; 3]> = mesh
+        .indices
+        .chunks_exact(3)
+        .map(|t| [t[0], t[1], t[2]])
+        .filter(|triangle| triangle.iter().all(|index| (*index as usize) < count))
+        .collect();
+    if triangles.is_empty() {
+        return;
+    }
+    let default_material = model.materials.len() - 1;
+    let primitive = Primitive {
+        positions,
+        normals,
+        uvs: [uvs, Vec::new()],
+        colors,
+        triangles,
+        material: mesh.material_id.filter(|id| *id < default_material).unwrap_or(default_material),
+        ..Primitive::default()
+    };
+    model.nodes.push(Node { name: part.name.clone(), mesh: Some(model.meshes.len()), ..Node::default() });
+    model.meshes.push(MeshAsset { name: part.name, primitives: vec![primitive], morph_weights: Vec::new() });
+}
+
+struct Textures<'a> {
+    name: &'a str,
+    resolver: &'a dyn Resolver,
+    budget: TexelBudget,
+    /// The files of the model's textures, in order.
+    names: Vec<String>,
+}
+
+fn read_material(
+    source: &tobj::Material,
+    textures: &mut Textures<'_>,
+    model: &mut Model,
+) -> Result<Material, SceneError> {
+    let color = |color: Option<[f32; 3]>, default: f32| {
+        color.unwrap_or([default; 3]).map(|c| if c.is_finite() { c.clamp(0.0, 1e6) } else { default })
+    };
+    let mut material = Material::diffuse(&source.name, Vec3::from(color(source.diffuse, 1.0)));
+    material.emissive = Vec3::from(color(source.emissive, 0.0));
+    if let Some(file) = source.diffuse_texture.as_deref().and_then(picture_file) {
+        let texture = textures.index(&file, model)?;
+        material.base_texture = Some(TextureBinding { texture, uv_channel: 0, texture_from_uv: Affine2::IDENTITY });
+    }
+    Ok(material)
+}
+
+/// The file in a `map_Kd` line; options such as `-s 1 1 1` stand before it.
+fn picture_file(text: &str) -> Option<String> {
+    let text = text.trim();
+    let name = if text.starts_with('-') { text.rsplit(char::is_whitespace).next()? } else { text };
+    (!name.is_empty()).then(|| name.replace('\\', "/"))
+}
+
+impl Textures<'_> {
+    fn index(&mut self, file: &str, model: &mut Model) -> Result<u32, SceneError> {
+        if let Some(index) = self.names.iter().position(|name| name == file) {
+            return Ok(index as u32);
+        }
+        let bytes = self.resolver.read(file, MAX_SCENE_BYTES)?;
+        let invalid = |problem: String| SceneError::invalid(self.name, format!("map_Kd {file}"), problem);
+        let size = picture::dimensions(&bytes).map_err(invalid)?;
+        self.budget.admit(size, bytes.len()).map_err(invalid)?;
+        let picture = picture::decode(&bytes).map_err(invalid)?;
+        let texture = Texture::from_srgb8(file, picture.width, picture.height, &picture.texels, Sampler::default());
+        model.textures.push(Arc::new(texture));
+        self.names.push(file.into());
+        Ok(self.names.len() as u32 - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::NoFiles;
+    use super::*;
+    use catoptric_core::scene::PoseOptions;
+
+    const QUAD: &str =
+        "o wall\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+
+    struct Materials(&'static str);
+
+    impl Resolver for Materials {
+        fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SceneError> {
+            if name.ends_with(".mtl") { Ok(self.0.into()) } else { NoFiles.read(name, limit) }
+        }
+    }
+
+    #[test]
+    fn polygons_become_triangles_of_named_nodes() {
+        let model = from_slice("quad.obj", QUAD.as_bytes(), &NoFiles).unwrap();
+        assert_eq!(model.nodes[0].name, "wall");
+        let primitive = &model.meshes[0].primitives[0];
+        assert_eq!((primitive.triangles.len(), primitive.normals.len()), (2, 0));
+        assert_eq!(primitive.uvs[0][0], Vec2::new(0.0, 1.0));
+        let scene = model.pose(&PoseOptions::default()).unwrap();
+        assert!(scene.normals.iter().all(|normal| (*normal - Vec3::Z).length() < 1e-6));
+    }
+
+    #[test]
+    fn materials_are_diffuse() {
+        let text = format!("mtllib a.mtl\nusemtl red\n{QUAD}");
+        let model = from_slice("a.obj", text.as_bytes(), &Materials("newmtl red\nKd 0.5 0 0\nillum 5\n")).unwrap();
+        assert_eq!(model.materials[0], Material::diffuse("red", Vec3::new(0.5, 0.0, 0.0)));
+        assert_eq!(model.meshes[0].primitives[0].material, 0);
+        let without = from_slice("a.obj", text.as_bytes(), &NoFiles).unwrap();
+        assert!(without.warnings[0].contains("a.mtl"), "{:?}", without.warnings);
+    }
+
+    #[test]
+    fn faults_are_errors() {
+        for (text, needle) in [
+            ("v 0 0 0\nv 0 x 0\n", "line 2"),
+            ("v 0 0\n", "line 1"),
+            ("v 0 0 0\nf 1 2 3\n", "a.obj: geometry"),
+            ("v 0 0 0\nf 1 1 y\n", "a.obj: geometry"),
+            ("v 0 0 0\nf -5 1 1\n", "a.obj: geometry"),
+        ] {
+            let message = from_slice("a.obj", text.as_bytes(), &NoFiles).unwrap_err().to_string();
+            assert!(message.contains(needle), "{text}: {message}");
+        }
+        assert!(from_slice("a.obj", b"v 0 0 \xff\n", &NoFiles).is_err());
+        let text = format!("mtllib a.mtl\nusemtl a\n{QUAD}");
+        let missing = from_slice("a.obj", text.as_bytes(), &Materials("newmtl a\nmap_Kd gone.png\n")).unwrap_err();
+        assert!(missing.to_string().contains("gone.png"));
+    }
+}

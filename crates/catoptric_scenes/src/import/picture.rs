@@ -1,0 +1,87 @@
+//! Decoding of 8-bit pictures for textures, within limits.
+
+use image::{ImageFormat, ImageReader, Limits};
+use std::io::Cursor;
+
+/// The largest width and height of a texture.
+const MAX_SIDE: u32 = 16_384;
+/// Texels that are allowed whatever the size of the files: two pictures of 4096 x 8192.
+const FREE_TEXELS: u64 = 1 << 26;
+/// Texels that are allowed for every byte of an encoded picture; photographs need about 16.
+const TEXELS_PER_BYTE: u64 = 32;
+
+/// A decoded picture: RGBA, rows from the top.
+#[derive(Debug)]
+pub(super) struct Picture {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) texels: Vec<[u8; 4]>,
+}
+
+#[cfg(feature = "gltf")]
+impl Picture {
+    /// Returns true if any texel is not fully opaque.
+    pub(super) fn is_translucent(&self) -> bool {
+        self.texels.iter().any(|texel| texel[3] < 255)
+    }
+}
+
+/// The size of a picture, read from its header alone.
+pub(super) fn dimensions(bytes: &[u8]) -> Result<(u32, u32), String> {
+    #[cfg(feature = "gltf")]
+    if super::gltf::is_ktx2(bytes) {
+        return super::gltf::ktx2_dimensions(bytes);
+    }
+    reader(bytes)?.into_dimensions().map_err(|error| error.to_string())
+}
+
+/// The picture in the bytes of a PNG, JPEG or WebP file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+    #[cfg(feature = "gltf")]
+    if super::gltf::is_ktx2(bytes) {
+        return super::gltf::decode_ktx2(bytes);
+    }
+    let picture = reader(bytes)?.decode().map_err(|error| error.to_string())?.into_rgba8();
+    let (width, height) = picture.dimensions();
+    Ok(Picture { width, height, texels: picture.pixels().map(|pixel| pixel.0).collect() })
+}
+
+fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| error.to_string())?;
+    match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP) => {}
+        _ => return Err("is no PNG, JPEG or WebP picture".into()),
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(MAX_SIDE);
+    limits.max_image_height = Some(MAX_SIDE);
+    limits.max_alloc = Some(512 << 20);
+    reader.limits(limits);
+    Ok(reader)
+}
+
+/// Keeps the memory of all textures of a scene in proportion to the size of its files.
+#[derive(Debug, Default)]
+pub(super) struct TexelBudget {
+    used: u64,
+    encoded_bytes: u64,
+}
+
+impl TexelBudget {
+    /// Accounts for a picture that is about to be decoded.
+    pub(super) fn admit(&mut self, (width, height): (u32, u32), encoded_bytes: usize) -> Result<(), String> {
+        if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+            return Err(format!("has {width} x {height} texels; allowed are 1 to {MAX_SIDE} a side"));
+        }
+        self.used += u64::from(width) * u64::from(height);
+        self.encoded_bytes += encoded_bytes as u64;
+        let allowed = FREE_TEXELS + TEXELS_PER_BYTE * self.encoded_bytes;
+        if self.used > allowed {
+            return Err(format!(
+                "has {width} x {height} texels, {} with those before it; allowed are {allowed} for files of this size",
+                self.used
+            ));
+        }
+        Ok(())
+    }
+}

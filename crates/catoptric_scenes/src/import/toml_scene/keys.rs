@@ -1,0 +1,178 @@
+//! Typed access to the keys of a TOML table, with errors that name the line.
+
+use catoptric_core::error::SceneError;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// The text of a scene file, to find lines in.
+#[derive(Clone, Copy)]
+pub(super) struct Text<'a> {
+    pub(super) file: &'a str,
+    pub(super) text: &'a str,
+}
+
+impl Text<'_> {
+    /// The number of the line that holds a byte.
+    pub(super) fn line(&self, byte: usize) -> usize {
+        self.text.as_bytes()[..byte.min(self.text.len())].iter().filter(|byte| **byte == b'\n').count() + 1
+    }
+
+    /// An error at a byte of the text.
+    pub(super) fn invalid(&self, byte: usize, field: &str, problem: impl Into<String>) -> SceneError {
+        SceneError::invalid(self.file, format!("line {}: {field}", self.line(byte)), problem)
+    }
+}
+
+/// A table whose keys are taken one by one; keys left at the end are unknown.
+pub(super) struct Keys<'t, 'i> {
+    text: Text<'t>,
+    /// The table's name in the file, with a dot at its end; empty for the whole file.
+    prefix: String,
+    /// The start of the table.
+    begin: usize,
+    entries: Vec<(String, usize, &'t Spanned<DeValue<'i>>)>,
+    known: Vec<&'static str>,
+}
+
+impl<'t, 'i> Keys<'t, 'i> {
+    pub(super) fn new(text: Text<'t>, prefix: &str, begin: usize, table: &'t DeTable<'i>) -> Self {
+        let entry = |(key, value): (&Spanned<std::borrow::Cow<'i, str>>, &'t Spanned<DeValue<'i>>)| {
+            (key.get_ref().to_string(), key.span().start, value)
+        };
+        Self { text, prefix: prefix.into(), begin, entries: table.iter().map(entry).collect(), known: Vec::new() }
+    }
+
+    /// A table that must be one.
+    pub(super) fn of_value(text: Text<'t>, name: &str, value: &'t Spanned<DeValue<'i>>) -> Result<Self, SceneError> {
+        match value.get_ref().as_table() {
+            Some(table) => Ok(Self::new(text, &format!("{name}."), value.span().start, table)),
+            None => Err(text.invalid(value.span().start, name, format!("must be a table, not {}", kind_of(value)))),
+        }
+    }
+
+    /// The span of the table's start in the text.
+    pub(super) fn begin(&self) -> usize {
+        self.begin
+    }
+
+    /// The full name of one of the table's keys.
+    pub(super) fn field(&self, key: &str) -> String {
+        format!("{}{key}", self.prefix)
+    }
+
+    /// An error about one of the table's keys, whether it was given or not.
+    pub(super) fn invalid(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        self.text.invalid(self.begin, &self.field(key), problem)
+    }
+
+    fn wrong(&self, key: &str, byte: usize, problem: impl Into<String>) -> SceneError {
+        self.text.invalid(byte, &self.field(key), problem)
+    }
+
+    /// Takes a key's value as it stands, and where it stands.
+    pub(super) fn take(&mut self, key: &'static str) -> Option<(usize, &'t Spanned<DeValue<'i>>)> {
+        self.known.push(key);
+        let index = self.entries.iter().position(|(name, ..)| name == key)?;
+        let (_, begin, value) = self.entries.swap_remove(index);
+        Some((begin, value))
+    }
+
+    pub(super) fn string(&mut self, key: &'static str) -> Result<Option<Located<String>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(None) };
+        match value.get_ref().as_str() {
+            Some(text) => Ok(Some(Located { begin, value: text.into() })),
+            None => Err(self.wrong(key, begin, format!("must be a text, not {}", kind_of(value)))),
+        }
+    }
+
+    pub(super) fn boolean(&mut self, key: &'static str) -> Result<Option<Located<bool>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(None) };
+        match value.get_ref().as_bool() {
+            Some(value) => Ok(Some(Located { begin, value })),
+            None => Err(self.wrong(key, begin, format!("must be true or false, not {}", kind_of(value)))),
+        }
+    }
+
+    /// A finite number, whole or not.
+    pub(super) fn number(&mut self, key: &'static str) -> Result<Option<Located<f64>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(None) };
+        match number_of(value.get_ref()) {
+            Some(value) => Ok(Some(Located { begin, value })),
+            None => Err(self.wrong(key, begin, format!("must be a finite number, not {}", kind_of(value)))),
+        }
+    }
+
+    /// `N` finite numbers.
+    pub(super) fn numbers<const N: usize>(
+        &mut self,
+        key: &'static str,
+    ) -> Result<Option<Located<[f64; N]>>, SceneError> {
+        let list = self.number_list(key, N)?;
+        Ok(list.and_then(|Located { begin, value }| Some(Located { begin, value: value.try_into().ok()? })))
+    }
+
+    /// Finite numbers of a given count.
+    pub(super) fn number_list(
+        &mut self,
+        key: &'static str,
+        count: usize,
+    ) -> Result<Option<Located<Vec<f64>>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(None) };
+        let list = value.get_ref().as_array();
+        let numbers =
+            list.and_then(|list| list.iter().map(|number| number_of(number.get_ref())).collect::<Option<Vec<_>>>());
+        match numbers.filter(|numbers| numbers.len() == count) {
+            Some(value) => Ok(Some(Located { begin, value })),
+            None => Err(self.wrong(key, begin, format!("must be {count} finite numbers in brackets"))),
+        }
+    }
+
+    /// A table in this one.
+    pub(super) fn table(&mut self, key: &'static str) -> Result<Option<Keys<'t, 'i>>, SceneError> {
+        let name = self.field(key);
+        self.take(key).map(|(_, value)| Self::of_value(self.text, &name, value)).transpose()
+    }
+
+    /// All keys that are left, with the places of their names, in the order of the file.
+    pub(super) fn rest(mut self) -> Vec<(String, usize, &'t Spanned<DeValue<'i>>)> {
+        self.entries.sort_by_key(|(_, begin, _)| *begin);
+        self.entries
+    }
+
+    /// Ends the table: every key that was not taken is unknown.
+    pub(super) fn finish(self) -> Result<(), SceneError> {
+        let known = self.known.join(", ");
+        let (text, prefix) = (self.text, self.prefix.clone());
+        match self.rest().first() {
+            Some((key, begin, _)) => {
+                Err(text.invalid(*begin, &format!("{prefix}{key}"), format!("unknown key; known are: {known}")))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// A value and where its key stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Located<T> {
+    pub(super) begin: usize,
+    pub(super) value: T,
+}
+
+fn number_of(value: &DeValue<'_>) -> Option<f64> {
+    let number = match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64),
+        _ => None,
+    };
+    number.filter(|number: &f64| number.is_finite())
+}
+
+fn kind_of(value: &Spanned<DeValue<'_>>) -> String {
+    match value.get_ref() {
+        DeValue::Float(float) => format!("`{}`", float.as_str()),
+        DeValue::Integer(integer) => format!("`{}`", integer.as_str()),
+        DeValue::String(text) => format!("the text \"{text}\""),
+        other => format!("a value of the kind {}", other.type_str()),
+    }
+}

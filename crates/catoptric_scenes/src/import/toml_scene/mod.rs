@@ -1,0 +1,235 @@
+//! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles, blends and settings.
+
+mod blend;
+mod keys;
+mod light;
+mod reflector;
+#[cfg(test)]
+mod tests;
+
+use super::files::{self, MAX_SCENE_BYTES};
+use catoptric_core::error::SceneError;
+use catoptric_core::math::Aabb;
+use catoptric_core::scene::model::{AnalyticAsset, CameraAsset, Model, Node};
+use catoptric_core::scene::roles::RoleRule;
+use catoptric_core::scene::{Camera, Role};
+use glam::Vec3;
+use keys::{Keys, Located, Text};
+use std::path::Path;
+use std::sync::Arc;
+use toml::de::DeTable;
+
+/// A scene file as it was read; the files that it names are not.
+#[derive(Clone, Debug, Default)]
+pub struct SceneFile {
+    /// Names of glTF files, relative to this one.
+    pub gltf: Vec<String>,
+    /// Name of the environment's picture, relative to this file.
+    pub environment: Option<String>,
+    /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
+    pub model: Model,
+}
+
+/// Reads a scene file and all files that it names.
+///
+/// # Errors
+/// [`SceneError`] when a file cannot be read or something in one is wrong; the message names the line.
+pub fn load(path: &Path) -> Result<Model, SceneError> {
+    let text = files::read_text(path, MAX_SCENE_BYTES)?;
+    let SceneFile { gltf, environment, mut model } = parse(&path.display().to_string(), &text)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for file in gltf {
+        super::merge::append(&mut model, super::load_gltf(&folder.join(file))?);
+    }
+    if let Some(file) = environment {
+        model.environment = Some(Arc::new(super::load_environment(&folder.join(file))?));
+    }
+    Ok(model)
+}
+
+/// Reads the text of a scene file without the files that it names; `name` is for messages.
+///
+/// # Errors
+/// [`SceneError`] when something is wrong; the message names the line and the allowed values.
+pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
+    let source = Text { file: name, text };
+    let document = DeTable::parse(text).map_err(|error| {
+        let begin = error.span().map_or(0, |span| span.start);
+        source.invalid(begin, "TOML", error.message())
+    })?;
+    let mut keys = Keys::new(source, "", 0, document.get_ref());
+    let mut scene = SceneFile { model: Model { name: name.into(), ..Model::default() }, ..SceneFile::default() };
+    scene.gltf = read_gltf(source, &mut keys)?;
+    scene.environment = read_environment(source, &mut keys)?;
+    scene.model.cameras.extend(read_camera(source, &mut keys)?);
+    read_reflectors(source, &mut keys, &mut scene.model)?;
+    read_lights(source, &mut keys, &mut scene.model)?;
+    scene.model.roles = read_roles(source, &mut keys)?;
+    scene.model.blends = blend::read_rules(source, &mut keys)?;
+    scene.model.region = read_region(source, &mut keys)?;
+    read_settings(source, &mut keys, &mut scene.model)?;
+    keys.finish()?;
+    Ok(scene)
+}
+
+fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<String>, SceneError> {
+    let Some((begin, value)) = keys.take("gltf") else { return Ok(Vec::new()) };
+    let wrong = |begin| source.invalid(begin, "gltf", "must be a list of .glb or .gltf files, such as [\"room.glb\"]");
+    let list = value.get_ref().as_array().ok_or_else(|| wrong(begin))?;
+    let mut files = Vec::new();
+    for entry in list.iter() {
+        let file = entry.get_ref().as_str().ok_or_else(|| wrong(entry.span().start))?;
+        if !["glb", "gltf"].contains(&super::extension(Path::new(file)).as_str()) {
+            return Err(wrong(entry.span().start));
+        }
+        files.push(file.into());
+    }
+    Ok(files)
+}
+
+fn read_environment(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<String>, SceneError> {
+    let Some(Located { begin, value }) = keys.string("environment")? else { return Ok(None) };
+    if !["hdr", "exr"].contains(&super::extension(Path::new(&value)).as_str()) {
+        return Err(source.invalid(begin, "environment", format!("`{value}`; must be a .hdr or .exr file")));
+    }
+    Ok(Some(value))
+}
+
+fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<CameraAsset>, SceneError> {
+    let Some(mut table) = keys.table("camera")? else { return Ok(None) };
+    let eye = table.numbers("eye")?;
+    let target = table.numbers("target")?;
+    let up = table.numbers("up")?;
+    let fov_deg = table.number("fov_deg")?;
+    let missing = |key: &str| table.invalid(key, "missing; a camera needs `eye` and `target`");
+    let eye = eye.ok_or_else(|| missing("eye"))?;
+    let target = target.ok_or_else(|| missing("target"))?;
+    let fov_deg = match fov_deg {
+        Some(Located { begin, value }) if !(0.01..=179.0).contains(&value) => {
+            return Err(source.invalid(begin, "camera.fov_deg", format!("{value}; allowed is 0.01 to 179 degrees")));
+        }
+        Some(fov) => fov.value as f32,
+        None => 40.0,
+    };
+    let (eye_point, target_point) = (point(source, "camera.eye", eye)?, point(source, "camera.target", target)?);
+    if eye_point == target_point {
+        return Err(source.invalid(target.begin, "camera.target", "is where the eye is"));
+    }
+    let up = match up {
+        Some(up) => direction(source, "camera.up", up)?,
+        None => Vec3::Y,
+    };
+    table.finish()?;
+    let camera = Camera::look_at("camera", eye_point, target_point, up, fov_deg);
+    Ok(Some(CameraAsset {
+        other_name: String::new(),
+        name: camera.name,
+        node: None,
+        placement: camera.world_from_camera,
+        projection: camera.projection,
+    }))
+}
+
+/// A point within the limits of scene files.
+fn point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+    let limit = super::analytic::MAX_LENGTH;
+    if at.value.iter().any(|number| number.abs() > limit) {
+        return Err(source.invalid(
+            at.begin,
+            field,
+            format!("{:?}; allowed is up to {limit:e} from the origin", at.value),
+        ));
+    }
+    Ok(Vec3::from(at.value.map(|number| number as f32)))
+}
+
+/// A direction of unit length.
+fn direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+    let vector = glam::DVec3::from(at.value).try_normalize();
+    vector.map(|vector| vector.as_vec3()).ok_or_else(|| source.invalid(at.begin, field, "must not be zero"))
+}
+
+fn read_reflectors(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
+    let Some((begin, value)) = keys.take("reflector") else { return Ok(()) };
+    let wrong = "must be written as [[reflector]], once for each";
+    let list = value.get_ref().as_array().ok_or_else(|| source.invalid(begin, "reflector", wrong))?;
+    for (index, entry) in list.iter().enumerate() {
+        let table = Keys::of_value(source, "reflector", entry)?;
+        let reflector = reflector::read(source, table, index)?;
+        if let Some(other) = model.nodes.iter().find(|node| node.name == reflector.name) {
+            let problem = format!("there is a reflector `{}` already", other.name);
+            return Err(source.invalid(entry.span().start, "reflector.name", problem));
+        }
+        model.materials.push(reflector.material);
+        model.nodes.push(Node {
+            name: reflector.name,
+            local: reflector.place,
+            analytic: Some(AnalyticAsset {
+                surface: reflector.surface,
+                material: model.materials.len() - 1,
+                inside: reflector.inside,
+            }),
+            ..Node::default()
+        });
+    }
+    Ok(())
+}
+
+fn read_lights(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
+    let Some((begin, value)) = keys.take("light") else { return Ok(()) };
+    let wrong = "must be written as [[light]], once for each";
+    let list = value.get_ref().as_array().ok_or_else(|| source.invalid(begin, "light", wrong))?;
+    for entry in list.iter() {
+        model.nodes.push(light::read(source, Keys::of_value(source, "light", entry)?)?);
+    }
+    Ok(())
+}
+
+fn read_roles(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<RoleRule>, SceneError> {
+    let Some(table) = keys.table("role")? else { return Ok(Vec::new()) };
+    let mut rules = Vec::new();
+    for (pattern, begin, value) in table.rest() {
+        let field = format!("role.{pattern}");
+        let role = match value.get_ref().as_str() {
+            Some("reflector") => Role::Reflector,
+            Some("lens") => Role::Lens,
+            Some("diffuse") => Role::Diffuse,
+            _ => return Err(source.invalid(begin, &field, "must be \"reflector\", \"lens\" or \"diffuse\"")),
+        };
+        let rule = RoleRule::new(&pattern, role, None);
+        rules.push(rule.map_err(|error| source.invalid(begin, &field, error.to_string()))?);
+    }
+    Ok(rules)
+}
+
+fn read_region(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Aabb>, SceneError> {
+    let Some(mut table) = keys.table("region")? else { return Ok(None) };
+    let (min, max) = (table.numbers("min")?, table.numbers("max")?);
+    let missing = |key: &str| table.invalid(key, "missing; a region needs `min` and `max`");
+    let min = min.ok_or_else(|| missing("min"))?;
+    let max = max.ok_or_else(|| missing("max"))?;
+    let region = Aabb { min: point(source, "region.min", min)?, max: point(source, "region.max", max)? };
+    if !region.min.cmplt(region.max).all() {
+        return Err(source.invalid(max.begin, "region.max", "must be greater than `min` in all three numbers"));
+    }
+    table.finish()?;
+    Ok(Some(region))
+}
+
+/// The settings of methods; their content is checked by the methods.
+fn read_settings(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
+    let Some(table) = keys.table("method")? else { return Ok(()) };
+    for (method, begin, value) in table.rest() {
+        let field = format!("method.{method}");
+        if !value.get_ref().is_table() {
+            return Err(source.invalid(begin, &field, format!("must be a table: [{field}]")));
+        }
+        // Read again as a plain table: the methods have no use for places in the text.
+        let plain: toml::Table = source.text.parse().map_err(|error: toml::de::Error| {
+            source.invalid(error.span().map_or(begin, |span| span.start), &field, error.message())
+        })?;
+        let settings = plain.get("method").and_then(|methods| methods.get(&method)).and_then(toml::Value::as_table);
+        model.method_settings.insert(method, settings.cloned().unwrap_or_default());
+    }
+    Ok(())
+}

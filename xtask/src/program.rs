@@ -1,0 +1,38 @@
+//! The program, run for pictures and numbers.
+
+use crate::run;
+use anyhow::{Context, Result};
+use image::RgbImage;
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+
+/// The program's command line.
+pub(crate) fn catoptric(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO"));
+    command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]).args(words);
+    command
+}
+
+/// The picture that a `render` command draws into a file.
+pub(crate) fn picture(command: &mut Command, path: &Path) -> Result<RgbImage> {
+    run(command.arg("-o").arg(path))?;
+    Ok(image::open(path).with_context(|| format!("cannot read {}", path.display()))?.to_rgb8())
+}
+
+/// The numbers in a file of the program's.
+pub(crate) fn json(path: &Path) -> Result<Value> {
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    serde_json::from_str(&text).with_context(|| format!("{} is no JSON", path.display()))
+}
+
+/// The rows of a comparison of methods with the reference, the reference's first.
+pub(crate) fn compare(scene: &str, words: &[&str], methods: &[&str], report: &Path) -> Result<Vec<Value>> {
+    let mut command = catoptric(&["compare", scene, "--quiet", "--method", "reference"]);
+    command.args(words).arg("--report").arg(report);
+    for method in methods {
+        command.args(["--method", method]);
+    }
+    run(&mut command)?;
+    Ok(json(&report.join("report.json"))?.as_array().cloned().unwrap_or_default())
+}
