@@ -90,11 +90,25 @@ pub fn for_each_mut_stage<T: Send>(
     work: impl Fn(usize, &mut T) + Sync + Send,
 ) -> Result<(), Cancelled> {
     let stage = Stage::begin(progress, name, pieces.len())?;
+    for_each_mut_within(&stage, pieces, |index, piece| {
+        work(index, piece);
+        // An error is kept by the stage.
+        let _ = stage.advance(1);
+    })
+}
+
+/// [`for_each_mut`] as a part of a step of a stage.
+///
+/// # Errors
+/// [`Cancelled`]; some pieces are then as they were.
+pub fn for_each_mut_within<T: Send>(
+    stage: &Stage<'_>,
+    pieces: &mut [T],
+    work: impl Fn(usize, &mut T) + Sync + Send,
+) -> Result<(), Cancelled> {
     for_each_mut(pieces, |index, piece| {
         if stage.check().is_ok() {
             work(index, piece);
-            // An error is kept by the stage.
-            let _ = stage.advance(1);
         }
     });
     stage.check()

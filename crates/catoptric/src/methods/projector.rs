@@ -138,6 +138,35 @@ impl<T> PerPoint<T> {
         self.all.truncate(count);
     }
 
+    /// Leaves no more than `most` results for each of the points from `first` on, those with the largest `rank`, and
+    /// returns how many are removed.
+    pub fn keep_largest_from(&mut self, first: usize, most: usize, rank: impl Fn(&T) -> f32) -> usize
+    where
+        T: Copy,
+    {
+        let start = first.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let mut is_kept = Vec::new();
+        let mut from = start;
+        for &end in &self.ends[first..] {
+            let results = &self.all[from..end];
+            let mut order: Vec<usize> = (0..results.len()).collect();
+            if results.len() > most {
+                order.sort_by(|a, b| rank(&results[*b]).total_cmp(&rank(&results[*a])).then(a.cmp(b)));
+                order.truncate(most);
+            }
+            let kept_before = is_kept.len();
+            is_kept.resize(kept_before + results.len(), false);
+            order.into_iter().for_each(|index| is_kept[kept_before + index] = true);
+            from = end;
+        }
+        let removed = is_kept.iter().filter(|kept| !**kept).count();
+        if removed > 0 {
+            let index = std::cell::Cell::new(0);
+            self.retain_from(first, |_| is_kept[index.replace(index.get() + 1)]);
+        }
+        removed
+    }
+
     /// Appends points; `append` adds the results of one to its second argument.
     pub fn extend(&mut self, points: &[Vec3], mut append: impl FnMut(Vec3, &mut Vec<T>)) {
         for point in points {

@@ -1,15 +1,29 @@
 //! Triangles that share an edge.
 
+use rustc_hash::FxHashMap;
+
 /// No triangle across an edge: a border, a crease, or more than two triangles at one edge.
 pub const NO_NEIGHBOUR: u32 = u32::MAX;
 
 /// For each triangle the one across the edge opposite to each corner, where just one shares it, else
 /// [`NO_NEIGHBOUR`]; `group_of` numbers vertices such that those that are one have one number.
+///
+/// Triangles over the same three vertices count once: those after the first have its neighbours and are nobody's.
 pub fn neighbours(triangles: &[[u32; 3]], group_of: impl Fn(u32) -> u32) -> Vec<[u32; 3]> {
     let mut edges: Vec<([u32; 2], u32, u8)> = Vec::with_capacity(3 * triangles.len());
+    let mut firsts: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    firsts.reserve(triangles.len());
+    let mut repeated: Vec<(u32, u32)> = Vec::new();
     for (number, triangle) in triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(&group_of);
         if a == b || b == c || c == a {
+            continue;
+        }
+        let mut corners = [a, b, c];
+        corners.sort_unstable();
+        let first = *firsts.entry(corners).or_insert(number as u32);
+        if first != number as u32 {
+            repeated.push((number as u32, first));
             continue;
         }
         for (opposite, (p, q)) in [(b, c), (c, a), (a, b)].into_iter().enumerate() {
@@ -24,5 +38,29 @@ pub fn neighbours(triangles: &[[u32; 3]], group_of: impl Fn(u32) -> u32) -> Vec<
             neighbours[other as usize][other_side as usize] = one;
         }
     }
+    for (number, first) in repeated {
+        let [own, others] = [number, first].map(|triangle| triangles[triangle as usize].map(&group_of));
+        let of_first = neighbours[first as usize];
+        neighbours[number as usize] =
+            own.map(|corner| others.iter().position(|other| *other == corner).map_or(NO_NEIGHBOUR, |k| of_first[k]));
+    }
     neighbours
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_and_degenerate_triangles_separate_nobody() {
+        // A square of two triangles; the second once more, turned and the other way round, and slivers on the diagonal.
+        let triangles = [[0, 1, 2], [0, 2, 3], [2, 3, 0], [3, 2, 0], [0, 0, 2], [2, 4, 2]];
+        let found = neighbours(&triangles, |vertex| vertex);
+        let none = NO_NEIGHBOUR;
+        assert_eq!(found[..4], [[none, 1, none], [none, none, 0], [none, 0, none], [0, none, none]]);
+        assert_eq!(found[4..], [[none; 3]; 2]);
+        // Three triangles at one edge are nobody's neighbours there.
+        let fan = neighbours(&[[0, 1, 2], [1, 0, 3], [0, 1, 4]], |vertex| vertex);
+        assert_eq!(fan, [[none; 3]; 3]);
+    }
 }

@@ -1,5 +1,6 @@
-//! Triangle meshes as geometry alone: vertices that are one point, triangles that are neighbours, and connected parts.
+//! Triangle meshes as geometry alone: vertices that are one point, triangles that are neighbours, connected parts, convex bodies.
 
 pub mod adjacency;
+pub mod convexity;
 pub mod parts;
 pub mod weld;

@@ -1,7 +1,7 @@
 //! Welding: the rule by which vertices count as one point.
 
 use glam::Vec3;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// The rule by which vertices at one position are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,49 +14,132 @@ pub enum NormalRule {
     Within(f64),
 }
 
+/// Positions of one object that are no further apart than this share of its box's diagonal are one: exporters round, and
+/// compute both sides of a seam by different formulas (a turn's sine is not 0). Ten times what six decimals of a unit
+/// object are off by.
+const SAME_POSITION: f32 = 1e-5;
+
+/// The same as a share of the median length of edges: a vertex far off makes the box large, not the mesh coarse.
+const SAME_OF_EDGE: f32 = 0.02;
+
+/// Positions are one within so many steps between neighbouring numbers at least: objects far from the origin.
+const ROUNDING: f32 = 4.0;
+
+/// The tolerance of positions of one object: what they are rounded by, or a small share of its size.
+pub fn weld_tolerance(positions: impl Iterator<Item = Vec3>) -> f32 {
+    let finite = positions.filter(|position| position.is_finite());
+    let (low, high) = finite.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+    if low.cmpgt(high).any() {
+        return 0.0;
+    }
+    let farthest = low.abs().max(high.abs()).max_element();
+    (SAME_POSITION * low.distance(high)).max(ROUNDING * f32::EPSILON * farthest)
+}
+
+/// The distance within which positions of an object are one; the triangles are given by their corners' positions.
+pub fn weld_distance(triangles: impl Iterator<Item = [Vec3; 3]>) -> f32 {
+    let (mut low, mut high, mut lengths) = (Vec3::INFINITY, Vec3::NEG_INFINITY, Vec::new());
+    for corners in triangles.filter(|corners| corners.iter().all(|corner| corner.is_finite())) {
+        for k in 0..3 {
+            (low, high) = (low.min(corners[k]), high.max(corners[k]));
+            lengths.push(corners[k].distance(corners[(k + 1) % 3]));
+        }
+    }
+    // Collapsed triangles, which exporters leave at poles, say nothing of the others' edges.
+    lengths.retain(|length| *length > 0.0);
+    if lengths.is_empty() {
+        return 0.0;
+    }
+    let middle = lengths.len() / 2;
+    let median = *lengths.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let farthest = low.abs().max(high.abs()).max_element();
+    (SAME_POSITION * low.distance(high)).min(SAME_OF_EDGE * median).max(ROUNDING * f32::EPSILON * farthest)
+}
+
 /// Numbers vertices in the order in which they are given: one number for all that are one.
 #[derive(Clone, Debug)]
 pub struct Welder {
     rule: NormalRule,
-    /// The last number at each position.
-    last_at: HashMap<[u32; 3], u32>,
-    /// The first normal of each number, and the number before it at the same position.
-    members: Vec<(Vec3, u32)>,
+    /// Positions no further apart are one; those alone that are equal if it is 0.
+    distance: f32,
+    /// The last number in each cell of a grid.
+    last_in: FxHashMap<[i32; 3], u32>,
+    members: Vec<WeldMember>,
 }
 
-/// The end of the numbers at a position.
+/// The first vertex of a number.
+#[derive(Clone, Copy, Debug)]
+struct WeldMember {
+    position: Vec3,
+    normal: Vec3,
+    /// The number before it in the same cell of the grid.
+    before: u32,
+}
+
+/// The end of the numbers in a cell.
 const NONE: u32 = u32::MAX;
 
-/// Equal for equal vectors: bit for bit, but for the sign of zeros.
-fn key(vector: Vec3) -> [u32; 3] {
-    (vector + Vec3::ZERO).to_array().map(f32::to_bits)
-}
+/// Cells of the grid, in distances within which positions are one: few of them have neighbours that near.
+const CELL: f32 = 16.0;
 
 impl Welder {
-    /// Without vertices; positions are one where they are equal.
-    pub fn new(rule: NormalRule) -> Self {
-        Self { rule, last_at: HashMap::new(), members: Vec::new() }
+    /// Without vertices; positions no further apart than `distance` are one.
+    pub fn new(rule: NormalRule, distance: f32) -> Self {
+        Self { rule, distance, last_in: FxHashMap::default(), members: Vec::new() }
     }
 
-    /// The number of a vertex: that of an earlier one that it is one with, else the next.
+    /// The number of a vertex: that of the earliest one that it is one with, else the next.
     pub fn number(&mut self, position: Vec3, normal: Vec3) -> u32 {
-        let next = self.count();
-        let last = self.last_at.entry(key(position)).or_insert(NONE);
-        let mut number = *last;
-        while let Some(&(known, before)) = self.members.get(number as usize) {
-            let is_one = match self.rule {
-                NormalRule::Any => true,
-                NormalRule::Equal => key(known) == key(normal),
-                NormalRule::Within(distance) => known.distance_squared(normal) <= (distance * distance) as f32,
-            };
-            if is_one {
-                return number;
-            }
-            number = before;
+        if !position.is_finite() {
+            self.members.push(WeldMember { position, normal, before: NONE });
+            return self.count() - 1;
         }
-        self.members.push((normal, *last));
+        let [low, high] = [position - self.distance, position + self.distance].map(|corner| self.cell(corner));
+        let mut number = NONE;
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    number = number.min(self.earliest([x, y, z], position, normal));
+                }
+            }
+        }
+        if number != NONE {
+            return number;
+        }
+        let next = self.count();
+        let last = self.last_in.entry(self.cell(position)).or_insert(NONE);
+        self.members.push(WeldMember { position, normal, before: *last });
         *last = next;
         next
+    }
+
+    /// The cell of a position: of the grid, or of its own.
+    fn cell(&self, position: Vec3) -> [i32; 3] {
+        if self.distance > 0.0 {
+            // Positions are at most 2^22 distances away ([`weld_distance`]); others share the outermost cells.
+            position.to_array().map(|x| (x / (CELL * self.distance)).floor() as i32)
+        } else {
+            // Bit for bit, but for the sign of zeros.
+            (position + Vec3::ZERO).to_array().map(|x| x.to_bits() as i32)
+        }
+    }
+
+    /// The earliest number of a cell that a vertex is one with, or [`NONE`].
+    fn earliest(&self, cell: [i32; 3], position: Vec3, normal: Vec3) -> u32 {
+        let mut earliest = NONE;
+        let mut number = self.last_in.get(&cell).copied().unwrap_or(NONE);
+        while let Some(member) = self.members.get(number as usize) {
+            let is_one = match self.rule {
+                NormalRule::Any => true,
+                NormalRule::Equal => member.normal == normal,
+                NormalRule::Within(distance) => member.normal.distance_squared(normal) <= (distance * distance) as f32,
+            };
+            if is_one && member.position.distance_squared(position) <= self.distance * self.distance {
+                earliest = number;
+            }
+            number = member.before;
+        }
+        earliest
     }
 
     /// The number of different vertices.
@@ -75,10 +158,10 @@ pub struct WeldedVertices {
 }
 
 impl WeldedVertices {
-    /// Welds vertices by their positions and normals.
-    pub fn new(positions: &[Vec3], normals: &[Vec3], rule: NormalRule) -> Self {
-        let mut welder = Welder::new(rule);
-        welder.last_at.reserve(positions.len());
+    /// Welds vertices by their positions, one within `distance`, and normals.
+    pub fn new(positions: &[Vec3], normals: &[Vec3], rule: NormalRule, distance: f32) -> Self {
+        let mut welder = Welder::new(rule, distance);
+        welder.last_in.reserve(positions.len());
         let mut firsts = Vec::new();
         let number = |(vertex, (position, normal)): (usize, (&Vec3, &Vec3))| {
             let number = welder.number(*position, *normal);
@@ -101,11 +184,46 @@ mod tests {
         let positions = [Vec3::X, Vec3::new(1.0, -0.0, 0.0), Vec3::Y, Vec3::X, Vec3::X];
         let normals = [Vec3::Z, Vec3::Z, Vec3::Z, Vec3::new(0.0, 1e-4, 1.0), Vec3::Y];
         let welded = |rule| {
-            let WeldedVertices { numbers, firsts } = WeldedVertices::new(&positions, &normals, rule);
+            let WeldedVertices { numbers, firsts } = WeldedVertices::new(&positions, &normals, rule, 0.0);
             (numbers, firsts)
         };
         assert_eq!(welded(NormalRule::Any), (vec![0, 0, 1, 0, 0], vec![0, 2]));
         assert_eq!(welded(NormalRule::Equal), (vec![0, 0, 1, 2, 3], vec![0, 2, 3, 4]));
         assert_eq!(welded(NormalRule::Within(1e-3)), (vec![0, 0, 1, 0, 2], vec![0, 2, 4]));
+    }
+    #[test]
+    fn positions_are_one_within_the_distance_wherever_cells_end() {
+        // Pairs a tenth of the distance apart, at places all over the grid's cells and on their borders.
+        let distance = 1e-3;
+        let pairs: Vec<Vec3> = (0..400)
+            .flat_map(|k| {
+                let place = Vec3::new(k as f32, 0.37 * k as f32, -0.11 * k as f32) * 0.016;
+                [place, place + Vec3::new(-1e-4, 1e-4, 1e-4)]
+            })
+            .collect();
+        let normals = vec![Vec3::Z; pairs.len()];
+        let welded = WeldedVertices::new(&pairs, &normals, NormalRule::Any, distance);
+        assert_eq!(welded.firsts.len(), 400);
+        assert!(welded.numbers.chunks(2).all(|pair| pair[0] == pair[1]));
+        // Just further apart than the distance they are two.
+        let apart = [Vec3::ZERO, Vec3::X * 1.01 * distance, Vec3::X * 0.99 * distance];
+        let welded = WeldedVertices::new(&apart, &normals[..3], NormalRule::Any, distance);
+        assert_eq!(welded.numbers, [0, 1, 0]);
+    }
+
+    #[test]
+    fn weld_distances_follow_the_size_and_the_place() {
+        let distance = |corners: &[Vec3]| weld_distance(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]));
+        let near = [Vec3::ZERO, Vec3::X * 3.0, Vec3::Y * 4.0];
+        assert!((distance(&near) - 5e-5).abs() < 1e-9);
+        let far = near.map(|p| p + Vec3::Y * 1e6);
+        assert!(distance(&far) > 0.4);
+        // A vertex far away does not weld the others.
+        let mut outlier = near.repeat(3);
+        outlier.extend([Vec3::ZERO, Vec3::X, Vec3::X * 1e5]);
+        assert!(distance(&outlier) < 0.1);
+        assert_eq!(distance(&[]), 0.0);
+        assert_eq!(distance(&[Vec3::NAN; 3]), 0.0);
+        assert_eq!(distance(&[Vec3::ONE; 3]), 0.0);
     }
 }

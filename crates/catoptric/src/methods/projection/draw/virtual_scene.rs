@@ -28,6 +28,18 @@ const OWN_REFLECTED: f32 = 0.02;
 /// The same for lenses through which it is seen from within: at their rims they are thin. Chosen, not measured.
 const OWN_TRANSMITTED: f32 = 0.002;
 
+/// Work that the virtual meshes of one frame may take: some seconds of one core. What can't be drawn in that is drawn
+/// coarser, and counted. Chosen, not measured.
+const FRAME_WORK: u64 = 60_000_000;
+
+/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be off
+/// by this many times what others may be. Chosen, not measured.
+const BLACK: f32 = 2.0;
+
+/// An object on a path may take one part of so many of the work that is left, or an even share if that is more: what
+/// appears first on short paths leaves enough for what comes after. Chosen, not measured.
+const LARGEST_SHARE: u64 = 3;
+
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
     mirrors: MirrorState,
@@ -156,7 +168,7 @@ impl VirtualScene {
     ) -> Result<Report, RenderError> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
-        let projected = self.add_missing_meshes(job, projector, quality)?;
+        let (projected, left_out) = self.add_missing_meshes(job, projector, quality)?;
         let meshes = self.locked_meshes();
         let geometry = |(path, sequence): (usize, &SpecularPath)| {
             let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
@@ -169,56 +181,121 @@ impl VirtualScene {
         };
         let geometry: Vec<PathGeometry> = projector.paths().iter().enumerate().map(geometry).collect();
         let unfinished: u64 = meshes.values().map(|(_, mesh)| mesh.unfinished).sum();
+        let appearances_left_out: u64 = meshes.values().map(|(_, mesh)| mesh.left_out).sum();
+        let extrapolated: u64 = meshes.values().map(|(_, mesh)| mesh.extrapolated).sum();
+        report.counts.insert("work", meshes.values().map(|(_, mesh)| mesh.work).sum());
         drop(meshes);
         report.stages_ms.push(("project", watch.lap_ms()));
         report.counts.insert("vertices_projected", projected);
         report.counts.insert("virtual_triangles", geometry.iter().map(|path| path.triangles.len() as u64).sum());
         report.counts.insert("paths", geometry.len() as u64);
-        if unfinished > 0 {
-            report.fallbacks.insert("undivided_pieces", unfinished);
-        }
+        let fallbacks = [
+            ("undivided_pieces", unfinished),
+            ("objects_left_out", left_out),
+            ("extrapolated_points", extrapolated),
+            ("appearances_left_out", appearances_left_out),
+        ];
+        report.fallbacks.extend(fallbacks.into_iter().filter(|(_, count)| *count > 0));
         report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
         Ok(report)
     }
 
-    /// Makes the virtual meshes that are not kept from an earlier frame; returns the number of points projected.
+    /// Makes the virtual meshes that are not kept from an earlier frame; returns the number of points projected, and of
+    /// objects on paths that there was no work left for.
     fn add_missing_meshes<P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
         projector: &P,
         quality: &MeshQuality,
-    ) -> Result<u64, Cancelled> {
-        let mut projected = 0;
-        let stage = Stage::begin(job.progress, "projecting", projector.paths().len() * job.scene.objects.len())?;
+    ) -> Result<(u64, u64), Cancelled> {
+        let pairs = self.pairs(job.scene, projector);
+        let steps = pairs.iter().map(|(_, object)| VirtualObject::steps(&self.welded[*object as usize])).sum();
+        let stage = Stage::begin(job.progress, "projecting", steps)?;
+        let (mut projected, mut remaining) = (0, FRAME_WORK);
+        let mut left_out = 0;
+        for (number, &(path, index)) in pairs.iter().enumerate() {
+            let allowed = remaining / ((pairs.len() - number) as u64).min(LARGEST_SHARE);
+            let (key, welded) = ((path, index), &self.welded[index as usize]);
+            if allowed == 0 {
+                self.locked_meshes().remove(&key);
+                left_out += 1;
+                continue;
+            }
+            let kept = self
+                .locked_meshes()
+                .get(&key)
+                .and_then(|(old, mesh)| (Arc::ptr_eq(old, welded) && mesh.holds_with(allowed)).then_some(mesh.work));
+            let work = match kept {
+                Some(work) => {
+                    stage.advance(VirtualObject::steps(welded) as u64)?;
+                    work
+                }
+                None => {
+                    let object = self.virtual_object(job.scene, projector, key);
+                    let length = projector.paths()[path as usize].bounces.len() as u32;
+                    let is_black = job.scene.role_of(index).is_specular() && length >= job.quality.order;
+                    let quality = if is_black { quality.coarser(BLACK) } else { *quality };
+                    let mesh = virtual_mesh(projector, &object, &quality, allowed, &stage)?;
+                    projected += mesh.points_projected;
+                    let work = mesh.work;
+                    self.locked_meshes().insert(key, (welded.clone(), mesh));
+                    work
+                }
+            };
+            remaining = remaining.saturating_sub(work);
+        }
+        Ok((projected, left_out))
+    }
+
+    /// The paths and objects that may appear on them.
+    fn pairs<P: VertexProjector + ?Sized>(&self, scene: &Scene, projector: &P) -> Vec<(u32, u32)> {
+        let mut pairs = Vec::new();
         for (path, sequence) in projector.paths().iter().enumerate() {
             let Some(last) = sequence.bounces.last() else { continue };
-            for (index, object) in job.scene.objects.iter().enumerate() {
-                stage.advance(1)?;
+            for (index, object) in scene.objects.iter().enumerate() {
+                let convex = match &object.surface {
+                    Some(surface) => surface.is_convex(),
+                    None => self.topologies.is_convex(index as u32),
+                };
                 let own = last.object == index as u32;
-                let reflected = last.kind == BounceKind::Reflect;
-                let share = if reflected { OWN_REFLECTED } else { OWN_TRANSMITTED };
-                let convex = object.surface.as_ref().is_some_and(PlacedSurface::is_convex);
-                if own && convex && reflected && !object.inside {
+                if own && convex && last.kind == BounceKind::Reflect && !object.inside {
                     continue; // rays that leave a convex mirror never come back
                 }
-                let (key, welded) = ((path as u32, index as u32), &self.welded[index]);
-                if self.locked_meshes().get(&key).is_some_and(|(old, _)| Arc::ptr_eq(old, welded)) {
-                    continue;
-                }
-                let virtual_object = VirtualObject {
-                    welded,
-                    first_triangle: object.triangles.start,
-                    alpha_tested: job.scene.is_alpha_tested(index as u32),
-                    path: path as u32,
-                    least_segment: if own { share * object.bounds.diagonal() } else { 0.0 },
-                    last_reflector: job.scene.objects[last.object as usize].bounds,
-                    scene_size: job.scene.bounds.diagonal(),
-                };
-                let mesh = virtual_mesh(projector, &virtual_object, quality, &stage)?;
-                projected += mesh.points_projected;
-                self.locked_meshes().insert(key, (welded.clone(), mesh));
+                pairs.push((path as u32, index as u32));
             }
         }
-        Ok(projected)
+        // Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground
+        // of longer paths.
+        let rank = |&(path, object): &(u32, u32)| {
+            let length = projector.paths()[path as usize].bounces.len();
+            (length, scene.role_of(object).is_specular(), path, object)
+        };
+        pairs.sort_by_key(rank);
+        pairs
+    }
+
+    /// An object on a path.
+    fn virtual_object<'a, P: VertexProjector + ?Sized>(
+        &'a self,
+        scene: &Scene,
+        projector: &P,
+        (path, index): (u32, u32),
+    ) -> VirtualObject<'a> {
+        let object = &scene.objects[index as usize];
+        let last = projector.paths()[path as usize].bounces.last();
+        let share = match last {
+            Some(last) if last.object != index => 0.0,
+            Some(last) if last.kind == BounceKind::Transmit => OWN_TRANSMITTED,
+            _ => OWN_REFLECTED,
+        };
+        VirtualObject {
+            welded: &self.welded[index as usize],
+            first_triangle: object.triangles.start,
+            alpha_tested: scene.is_alpha_tested(index),
+            path,
+            least_segment: share * object.bounds.diagonal(),
+            last_reflector: last.map_or(object.bounds, |last| scene.objects[last.object as usize].bounds),
+            scene_size: scene.bounds.diagonal(),
+        }
     }
 }

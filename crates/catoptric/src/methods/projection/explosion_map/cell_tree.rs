@@ -11,6 +11,7 @@ use crate::math::lanes::{LANES, Lanes, Vec3Lanes};
 use crate::methods::projection::find::ray_map;
 use crate::methods::projection::find::ray_map::BeamTree;
 use crate::methods::projection::find::virtual_objects::{ReflectionPoint, Reflector};
+use crate::methods::projection::find::work;
 use glam::{Vec2, Vec3};
 
 /// A point this far outside a cell, in its weights, after two steps of Newton's method may be in it after more. Chosen,
@@ -45,6 +46,9 @@ struct CellSolution {
     /// True if the cell's rays have crossed on the way.
     turned: [bool; LANES],
 }
+
+/// Work of two steps in eight cells.
+const WORK_A_LEAF: u64 = 2;
 
 /// The cells of a reflector's rays.
 #[derive(Clone, Debug)]
@@ -130,6 +134,7 @@ fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) {
             return;
         }
         let Some(cells) = tree.leaves.get(leaf as usize) else { return };
+        work::add(WORK_A_LEAF);
         let answer = cells.answer(point.into());
         for lane in 0..LANES {
             if answer.inside[lane] > -NEAR

@@ -2,6 +2,7 @@
 //! in its cell is its reflection. The cell is found by walking from cell to cell.
 
 use crate::methods::projection::find::virtual_objects::{ReflectionPoint, Reflector, interpolated, weights_of};
+use crate::methods::projection::find::work;
 use crate::surface::mesh::adjacency::NO_NEIGHBOUR;
 use glam::{Mat3, Vec2, Vec3};
 
@@ -12,6 +13,9 @@ const MAX_STEPS: u32 = 14;
 /// Steps that do not become shorter than this share of the one before lead nowhere if there are more than two of them.
 const SHRINKING: f32 = 0.7;
 const MAX_STRAYS: u32 = 2;
+
+/// Work of a step of a walk.
+const WORK_A_STEP: u64 = 1;
 
 /// How far walks may lead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +90,7 @@ fn walk_from(reflector: &Reflector<'_>, seed: WalkSpot, point: Vec3, reach: Walk
     }
     let (mut last_length, mut strays) = (f32::INFINITY, 0);
     for count in 1..=MAX_STEPS {
+        work::add(WORK_A_STEP);
         let cell = RayCell::new(reflector, at.triangle);
         let (step, change) = cell.step(at.weights, point)?;
         let length = cell.length_of(step);

@@ -1,4 +1,5 @@
-//! Appearances of scene points: path searches, ray maps and virtual objects, shared by the methods of the family.
+//! Appearances of scene points: path searches, ray maps and virtual objects, shared by the methods of the family, and
+//! the counting of their work.
 
 pub mod exact_search;
 pub mod path_visibility;
@@ -6,3 +7,4 @@ pub(super) mod polish;
 pub mod projected_paths;
 pub mod ray_map;
 pub(super) mod virtual_objects;
+pub(super) mod work;

@@ -2,6 +2,7 @@
 //! has put the bounces.
 
 use super::ray_map::Motion;
+use super::work;
 use crate::methods::projector::Projection;
 use crate::optics::path::bundle::{Eye, OutgoingRays};
 use crate::optics::path::manifold::SpecularSurfaces;
@@ -11,6 +12,9 @@ use glam::{DVec3, Vec2};
 
 /// Residuals of the specular constraint below this count as solved. Chosen, not measured.
 pub(crate) const SOLVED_RESIDUAL: f64 = 1e-10;
+
+/// Work of the solver a bounce, of some steps.
+const WORK_A_BOUNCE: u64 = 50;
 
 /// Limits of the solver.
 #[derive(Clone, Copy, Debug)]
@@ -70,6 +74,7 @@ pub(crate) fn polished(
     point: DVec3,
     effort: Effort,
 ) -> Option<Polished> {
+    work::add(WORK_A_BOUNCE * start.count as u64);
     let solution = solve_within(surfaces, eye, point, start, effort.steps, SOLVED_RESIDUAL, effort.reach)?;
     if effort.must_converge && !solution.converged {
         return None;

@@ -6,6 +6,7 @@ use crate::methods::projection::find::ray_map::{
     Approximation, Candidate, CandidateFilter, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap,
     RaySample,
 };
+use crate::methods::projection::find::work;
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::Eye;
 use crate::optics::path::manifold::SpecularSurfaces;
@@ -62,6 +63,9 @@ const GROUP_ANGLE_DEG: f64 = 20.0;
 /// Nearest rays whose reflection points lie further apart than this share of the reflector's size are, too. The paper
 /// leaves it to the user; chosen, not measured.
 const GROUP_DISTANCE: f64 = 0.25;
+
+/// Work of an expansion.
+const WORK_A_SAMPLE: u64 = 8;
 
 /// Projects scene points by perturbing sample rays.
 pub(super) struct Perturber<'a> {
@@ -143,6 +147,7 @@ impl Perturber<'_> {
 
     /// The appearance that a sample ray leads to; unsolved where its expansion does not reach or the solver finds none.
     fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> PointOutcome {
+        work::add(WORK_A_SAMPLE);
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let Some(mut neighbour) = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic)) else {

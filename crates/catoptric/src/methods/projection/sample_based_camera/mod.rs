@@ -50,6 +50,10 @@ pub static INFO: MethodInfo = MethodInfo {
 /// measured.
 const MARGIN_CELLS: f32 = 4.0;
 
+/// About so many rays are traced between those of the map, to fit cameras where these are too few: a second or two of
+/// one core. Chosen, not measured.
+const MAX_TRACED: u64 = 600_000;
+
 /// The method with its settings.
 #[derive(Clone)]
 struct SampleBasedCamera(SampleBasedCameraSettings);
@@ -77,6 +81,8 @@ impl RayGrid {
         demand: CameraDemand,
         progress: &dyn Progress,
     ) -> Result<Vec<Cameras>, Cancelled> {
+        let count: u64 = self.groups.iter().map(|group| group.rays.len() as u64).sum();
+        let demand = CameraDemand { traced_a_ray: (MAX_TRACED / count.max(1)).max(1), ..demand };
         let built = parallel::map_stage(progress, "fitting cameras", self.groups.len(), |group| {
             CameraBuilder { group: &self.groups[group], view, bounds, sampler, demand }.cameras()
         })?;
@@ -101,6 +107,10 @@ fn describe<'a>(grids: impl Iterator<Item = (&'a RayGrid, &'a [Cameras])> + Clon
     report.counts.insert("leaves", sum(|counts| counts.leaves));
     report.counts.insert("ray_lists", sum(|counts| counts.ray_lists));
     report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
+    let unrefined = sum(|counts| counts.unrefined_blocks);
+    if unrefined > 0 {
+        report.fallbacks.insert("unrefined_blocks", unrefined);
+    }
     report.counts.insert("pieces", groups().map(|group| u64::from(group.piece_count)).sum());
     report.bytes.insert("cameras", sum(|counts| counts.bytes));
 }
@@ -137,7 +147,7 @@ impl MeshProjection for SampleBasedCamera {
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
         let SampleBasedCameraSettings { camera, accuracy_px, finest_ray_px, .. } = self.0;
-        let demand = CameraDemand { camera, accuracy_px: accuracy_px.into(), finest_ray_px };
+        let demand = CameraDemand { camera, accuracy_px: accuracy_px.into(), finest_ray_px, traced_a_ray: 0 };
         let bounds = scene.bounds;
         let cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, stages.progress)?;
         stages.report.counts.insert("rays_traced", grid.traced);

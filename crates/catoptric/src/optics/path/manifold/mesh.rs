@@ -139,6 +139,11 @@ impl EdgeCrossing {
 }
 
 impl<'a> MeshManifold<'a> {
+    /// True if it is closed and convex.
+    pub(super) fn is_convex(&self) -> bool {
+        self.topology.convex
+    }
+
     /// The triangles of an object, with the topology that was found for them.
     pub(super) fn new(scene: &'a Scene, object: &Object, topology: Arc<Topology>) -> Self {
         Self { scene, triangles: object.triangles.clone(), first_vertex: object.vertices.start, topology }

@@ -107,6 +107,11 @@ impl MeshTopologies {
         };
         Self { of_objects: scene.objects.iter().enumerate().map(topology).collect() }
     }
+
+    /// True if an object of the scene is a closed and convex mesh.
+    pub(crate) fn is_convex(&self, object: u32) -> bool {
+        self.of_objects.get(object as usize).is_some_and(|topology| topology.as_ref().is_some_and(|mesh| mesh.convex))
+    }
 }
 
 /// The surfaces of a scene's specular objects, made ready for solvers.
@@ -263,6 +268,15 @@ impl<'a> SpecularSurfaces<'a> {
     /// Returns true if the object is the surface of a formula.
     pub(crate) fn is_formula(&self, object: u32) -> bool {
         self.entry(object).is_some_and(|entry| matches!(entry.surface, SurfaceKind::Exact(_)))
+    }
+
+    /// Returns true if no ray that leaves the object's outer side comes back to it: it is convex.
+    #[inline]
+    pub(crate) fn is_convex(&self, object: u32) -> bool {
+        self.entry(object).is_some_and(|entry| match &entry.surface {
+            SurfaceKind::Exact(surface) => surface.is_convex(),
+            SurfaceKind::Mesh(mesh) => mesh.is_convex(),
+        })
     }
 
     /// Returns true if the object is a body that light passes.

@@ -2,7 +2,8 @@
 
 use crate::scene::Scene;
 use crate::surface::mesh::adjacency::neighbours;
-use crate::surface::mesh::weld::{NormalRule, WeldedVertices};
+use crate::surface::mesh::convexity::MeshShape;
+use crate::surface::mesh::weld::{NormalRule, WeldedVertices, weld_distance};
 use glam::{DMat3, DQuat, DVec3};
 use std::ops::Range;
 
@@ -15,6 +16,8 @@ pub(super) struct Topology {
     pub(super) groups: Vec<u32>,
     /// For each triangle of the object, the triangle (of the object) across the edge opposite each vertex.
     pub(super) neighbours: Vec<[u32; 3]>,
+    /// True if it is closed and convex: rays that leave its outer side never come back.
+    pub(super) convex: bool,
     /// The shape operator of each group, in world axes: the change of the unit normal with a tangential step.
     pub(super) operators: Vec<DMat3>,
 }
@@ -22,7 +25,7 @@ pub(super) struct Topology {
 impl Topology {
     /// The topology of one object's triangles and vertices.
     pub(super) fn new(scene: &Scene, triangles: Range<u32>, vertices: Range<u32>) -> Self {
-        let WeldedVertices { numbers: groups, firsts } = welded_vertices(scene, vertices.clone());
+        let WeldedVertices { numbers: groups, firsts } = welded_vertices(scene, triangles.clone(), vertices.clone());
         let triangles = &scene.triangles[triangles.start as usize..triangles.end as usize];
         let group_of = |vertex: u32| groups[(vertex - vertices.start) as usize];
         let neighbours = neighbours(triangles, group_of);
@@ -42,8 +45,11 @@ impl Topology {
                 }
             }
         }
+        // Equal neighbours need equal normals: a cube, which is convex too, has creases where neighbours end.
+        let (positions, normals) = (&scene.positions, &scene.normals);
+        let convex = MeshShape { positions, normals, triangles, neighbours: &neighbours }.is_convex();
         let mean = |(sum, weight): (DMat3, f64)| if weight > 0.0 { sum * weight.recip() } else { DMat3::ZERO };
-        Self { groups, neighbours, operators: sums.into_iter().map(mean).collect() }
+        Self { groups, neighbours, convex, operators: sums.into_iter().map(mean).collect() }
     }
 
     /// Bytes held.
@@ -55,10 +61,14 @@ impl Topology {
     }
 }
 
-/// Numbers the vertices of an object such that those at one place with one normal have one number.
-pub(crate) fn welded_vertices(scene: &Scene, vertices: Range<u32>) -> WeldedVertices {
+/// Numbers the vertices of an object such that those at one place with one normal have one number. Places no further
+/// apart than a small share of the object's size are one ([`weld_distance`]).
+pub(crate) fn welded_vertices(scene: &Scene, triangles: Range<u32>, vertices: Range<u32>) -> WeldedVertices {
     let vertices = vertices.start as usize..vertices.end as usize;
-    WeldedVertices::new(&scene.positions[vertices.clone()], &scene.normals[vertices], SAME_NORMAL)
+    let own = &scene.triangles[triangles.start as usize..triangles.end as usize];
+    let corners = own.iter().map(|triangle| triangle.map(|vertex| scene.positions[vertex as usize]));
+    let (positions, normals) = (&scene.positions[vertices.clone()], &scene.normals[vertices]);
+    WeldedVertices::new(positions, normals, SAME_NORMAL, weld_distance(corners))
 }
 
 /// The shape operator that fits a triangle's edges and the differences of its normals best (Rusinkiewicz 2004,

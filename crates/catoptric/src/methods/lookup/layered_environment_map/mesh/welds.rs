@@ -24,9 +24,9 @@ pub(crate) struct Welds {
 impl Welds {
     pub(crate) fn new(scene: &Scene) -> Self {
         let mut welds = vec![Weld::default(); scene.positions.len()];
-        let (mut places, mut vertices_before) = (Welder::new(NormalRule::Any), 0);
+        let (mut places, mut vertices_before) = (Welder::new(NormalRule::Any, 0.0), 0);
         for object in scene.specular_objects() {
-            let mut vertices = Welder::new(NormalRule::Equal);
+            let mut vertices = Welder::new(NormalRule::Equal, 0.0);
             for vertex in scene.objects[object as usize].vertices.clone() {
                 let (position, normal) = (scene.positions[vertex as usize], scene.normals[vertex as usize]);
                 let place = places.number(position, normal);

@@ -231,10 +231,15 @@ impl EdgeRule {
         step: Vec3,
     ) -> Option<&'a Projection> {
         let fitting = there.iter().filter(|other| other.focal_index == one.focal_index);
-        let error = |other: &Projection| self.mismatch(one, other, step);
-        let other = fitting.min_by(|x, y| error(x).total_cmp(&error(y)))?;
+        let (mut own, mut best) = (f32::INFINITY, None);
+        for other in fitting {
+            let mismatch = self.mismatch(one, other, step);
+            if best.is_none() || mismatch < own {
+                (own, best) = (mismatch, Some(other));
+            }
+        }
+        let other = best?;
         // Mostly there is one on each side.
-        let own = error(other);
         let mut rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
         (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
     }

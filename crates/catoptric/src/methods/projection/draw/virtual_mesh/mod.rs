@@ -7,6 +7,7 @@
 
 mod divider;
 mod edge;
+mod points;
 mod weld;
 
 pub use weld::WeldedObject;
@@ -17,9 +18,10 @@ use crate::parallel;
 use crate::progress::{Cancelled, Stage};
 use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, View};
-use divider::{Divider, ForcedEdges, MissedBoundary};
+use divider::{DividedTriangle, Divider, ForcedEdges, MissedBoundary};
 use edge::EdgeRule;
 use glam::{Vec2, Vec3};
+use points::ProjectedPoints;
 use std::collections::HashSet;
 use std::ops::Range;
 
@@ -32,18 +34,20 @@ pub struct MeshQuality {
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
-    /// About so many pieces are made of one object on one path at the most, or 6,000 of one triangle; those
-    /// that need it least are left.
-    pub max_pieces: usize,
 }
-
-/// No more pieces than this are made of one object on one path, as a rule. A bound on memory; chosen, not measured.
-const MAX_PIECES: usize = 200_000;
 
 impl MeshQuality {
     /// For a view's picture, by the finest edges' error and the smallest pieces, both in pixels.
     pub fn new(view: &View, edge_error_px: f32, piece_px: f32) -> Self {
-        Self { edge_error_px, piece_px, picture: PictureScale::new(view), max_pieces: MAX_PIECES }
+        Self { edge_error_px, piece_px, picture: PictureScale::new(view) }
+    }
+}
+
+impl MeshQuality {
+    /// The same with errors and pieces so many times larger.
+    #[must_use]
+    pub fn coarser(&self, times: f32) -> Self {
+        Self { edge_error_px: self.edge_error_px * times, piece_px: self.piece_px * times, ..*self }
     }
 }
 
@@ -110,11 +114,26 @@ pub struct VirtualMesh {
     pub corners: Vec<[Vec2; 3]>,
     /// Points projected to make it.
     pub points_projected: u64,
-    /// Pieces that were left undivided because there were too many pieces.
+    /// Pieces that were left undivided, or whose ends were not searched for, because there was too much to do.
     pub unfinished: u64,
+    /// Vertices that were not projected, but put where the appearances of one near them lead, for the same reason.
+    pub extrapolated: u64,
+    /// Appearances of its vertices and of points on its edges that are left out: these had too many.
+    pub left_out: u64,
+    /// Work that it took.
+    pub(in crate::methods::projection) work: u64,
+    /// Work that was allowed.
+    pub(in crate::methods::projection) allowed: u64,
+    /// The least that may be allowed for the same mesh; `None` if any part of it was stopped, if only for a while.
+    pub(in crate::methods::projection) needed: Option<u64>,
 }
 
 impl VirtualMesh {
+    /// True if it would be the same with this much work allowed.
+    pub(in crate::methods::projection) fn holds_with(&self, allowed: u64) -> bool {
+        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
+    }
+
     /// Appends the pieces to those of other meshes.
     pub fn append_to(
         &self,
@@ -166,11 +185,19 @@ pub struct VirtualObject<'a> {
 }
 
 impl VirtualObject<'_> {
-    /// Appends points with all their appearances.
-    fn project<P: VertexProjector + ?Sized>(&self, projector: &P, points: &[Vec3], found: &mut Projections) {
+    /// The steps of a stage that its mesh takes.
+    pub(in crate::methods::projection) fn steps(welded: &WeldedObject) -> usize {
+        welded.points.len() + welded.triangles.len()
+    }
+
+    /// Appends points with all their appearances, but for a few where there are very many; returns how many are left
+    /// out.
+    fn project<P: VertexProjector + ?Sized>(&self, projector: &P, points: &[Vec3], found: &mut Projections) -> u64 {
         let first = found.point_count();
         projector.project_on(self.path, points, found);
         self.retain_distant(first, found);
+        let magnification = |one: &Projection| one.image_change[0].cross(one.image_change[1]).length();
+        found.keep_largest_from(first, MAX_APPEARANCES, magnification) as u64
     }
 
     /// Appends a point with the appearance that continues `one`, and perhaps others.
@@ -193,19 +220,32 @@ impl VirtualObject<'_> {
     }
 }
 
-/// Points that are projected at once. A size for threads; chosen, not measured.
-const POINTS_AT_ONCE: usize = 512;
+/// Of appearances of a point on one path no more than so many are drawn: those that are magnified most. Bumpy mirrors
+/// show points a hundred times, in places of less than a pixel. A bound on time; chosen, not measured.
+const MAX_APPEARANCES: usize = 8;
+
 /// Triangles that are worked on at once. A size for threads; chosen, not measured.
 const TRIANGLES_AT_ONCE: usize = 8;
 
-/// A triangle may become so many pieces however many triangles its object has. Chosen, not measured.
-const MIN_BUDGET: usize = 6000;
+/// Triangles are worked on again, because of what was found in their neighbours, or with what work the others have left,
+/// at most this often. A bound on time; chosen, not measured.
+const MAX_ROUNDS: usize = 6;
 
-/// Triangles are looked at again, because of what was found in their neighbours, at most this often. A bound on time;
-/// chosen, not measured.
-const MAX_ROUNDS: usize = 4;
+/// In the first round triangles may take this many times an even share of the work: most need next to nothing. Chosen,
+/// not measured.
+const FIRST_SHARES: u64 = 2;
 
-/// Makes the virtual mesh of an object on one path, as a part of a step of a stage.
+/// Triangles are divided with the work of so many points or more. Chosen, not measured.
+const DIVIDING_POINTS: u64 = 4;
+
+/// Triangles are not worked on again with less work than that of so many points. Chosen, not measured.
+const MIN_POINTS: u64 = 8;
+
+/// Work that every triangle counts as: it is looked at, however little there is to do.
+const WORK_A_TRIANGLE: u64 = 2;
+
+/// Makes the virtual mesh of an object on one path, as [`VirtualObject::steps`] of a stage, with about as much work as is
+/// `allowed`: what is left then is drawn coarser, and counted.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -213,63 +253,114 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     projector: &P,
     object: &VirtualObject<'_>,
     quality: &MeshQuality,
+    allowed: u64,
     stage: &Stage<'_>,
 ) -> Result<VirtualMesh, Cancelled> {
     let welded = object.welded;
-    let chunks: Vec<&[Vec3]> = welded.points.chunks(POINTS_AT_ONCE).collect();
-    let projected = parallel::map_within(stage, chunks.len(), |chunk| {
-        let mut found = Projections::default();
-        object.project(projector, chunks[chunk], &mut found);
-        found
-    })?;
-    let appearances_of = |point: u32| {
-        let point = point as usize;
-        projected[point / POINTS_AT_ONCE].of(point % POINTS_AT_ONCE)
+    let projected = ProjectedPoints::new(projector, object, allowed / 2, stage)?;
+    let mut mesh = VirtualMesh {
+        points_projected: projected.count,
+        extrapolated: projected.extrapolated,
+        left_out: projected.left_out,
+        work: projected.work + WORK_A_TRIANGLE * welded.triangles.len() as u64,
+        allowed,
+        needed: projected.needed.map(|points| 2 * points),
+        ..VirtualMesh::default()
     };
-    let most = (quality.max_pieces / welded.triangles.len().max(1)).max(MIN_BUDGET);
     let mut forced = ForcedEdges::default();
-    let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
+    let mut states = vec![TriangleState::default(); welded.triangles.len()];
     let mut meshes: Vec<VirtualMesh> = Vec::new();
-    // Of every triangle, in which mesh its pieces are, and where.
-    let mut pieces_of: Vec<(u32, Range<usize>)> = vec![(0, 0..0); welded.triangles.len()];
-    let mut mesh = VirtualMesh { points_projected: welded.points.len() as u64, ..VirtualMesh::default() };
-    for _ in 0..MAX_ROUNDS {
+    let mean_work = projected.work / projected.count.max(1) + 1;
+    let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
+    let mut limit = FIRST_SHARES * allowed.saturating_sub(mesh.work) / wanted.len().max(1) as u64;
+    for round in 0..MAX_ROUNDS {
+        // With the work of a point or two next to nothing is divided: rather some triangles well than all of them badly.
+        limit = if limit < DIVIDING_POINTS * mean_work { 0 } else { limit };
         let chunks: Vec<&[u32]> = wanted.chunks(TRIANGLES_AT_ONCE).collect();
         let divided = parallel::map_within(stage, chunks.len(), |chunk| {
             let rule = EdgeRule::new(quality, &object.last_reflector, object.scene_size);
-            let mut divider = Divider::new(projector, object, rule, most, &forced);
-            let mut ends = Vec::with_capacity(chunks[chunk].len());
+            let mut divider = Divider::new(projector, object, rule, limit, &forced);
+            // A cancelled stage ends with the chunk: nothing is to be done about it here.
+            let _ = stage.advance(if round == 0 { chunks[chunk].len() as u64 } else { 0 });
+            let mut results = Vec::with_capacity(chunks[chunk].len());
             for &triangle in chunks[chunk] {
                 let points = welded.triangles[triangle as usize];
-                let corners = points.map(|point| (welded.points[point as usize], appearances_of(point)));
-                ends.push(divider.triangle(triangle, corners));
+                let corners = points.map(|point| (welded.points[point as usize], projected.of(point)));
+                results.push(divider.triangle(triangle, corners));
             }
-            (divider.finish(), ends)
+            (divider.finish(), results)
         })?;
+        let (work_before, mut most, mut all_finished) = (mesh.work, 0, true);
         let mut dips = Vec::new();
-        for (((pieces, found), ends), triangles) in divided.into_iter().zip(&chunks) {
-            let starts = std::iter::once(&0).chain(&ends);
-            for ((&triangle, &start), &end) in triangles.iter().zip(starts).zip(&ends) {
-                pieces_of[triangle as usize] = (meshes.len() as u32, start..end);
+        for (((pieces, found), results), triangles) in divided.into_iter().zip(&chunks) {
+            let mut start = 0;
+            for (&triangle, result) in triangles.iter().zip(&results) {
+                states[triangle as usize] = TriangleState::new(meshes.len() as u32, start, result, limit);
+                start = result.end;
+                mesh.work += result.work;
+                most = most.max(result.work);
+                all_finished &= result.unfinished == 0;
             }
             mesh.points_projected += pieces.points_projected;
-            mesh.unfinished += pieces.unfinished;
+            mesh.left_out += pieces.left_out;
             meshes.push(pieces);
             dips.extend(found);
         }
+        let all = (most.max(DIVIDING_POINTS * mean_work) + 1) * wanted.len() as u64;
+        mesh.needed = mesh.needed.filter(|_| all_finished).map(|needed| needed.max(work_before + all));
         dips.retain(|dip| forced.add(dip));
         wanted = welded.beside(&dips);
-        if wanted.is_empty() {
+        limit = unfinished(&states, allowed.saturating_sub(mesh.work), MIN_POINTS * mean_work, &mut wanted);
+        if wanted.is_empty() || mesh.work >= allowed {
             break;
         }
     }
+    mesh.unfinished = states.iter().map(|state| state.unfinished).sum();
     let VirtualMesh { vertices, triangles, corners, .. } = &mut mesh;
-    for (number, range) in pieces_of {
-        if !range.is_empty() {
-            meshes[number as usize].append_some_to(range, vertices, triangles, corners);
+    for TriangleState { mesh, pieces, .. } in states {
+        if !pieces.is_empty() {
+            meshes[mesh as usize].append_some_to(pieces, vertices, triangles, corners);
         }
     }
     Ok(mesh)
+}
+
+/// A triangle's last division.
+#[derive(Clone, Debug, Default)]
+struct TriangleState {
+    /// The mesh that its pieces are in, and where.
+    mesh: u32,
+    pieces: Range<usize>,
+    /// Pieces that are unfinished.
+    unfinished: u64,
+    /// The need of its edges for a division.
+    priority: f32,
+    /// Work that it was allowed.
+    limit: u64,
+}
+
+impl TriangleState {
+    fn new(mesh: u32, start: usize, result: &DividedTriangle, limit: u64) -> Self {
+        let DividedTriangle { end, unfinished, priority, .. } = *result;
+        Self { mesh, pieces: start..end, unfinished, priority, limit }
+    }
+}
+
+/// Adds those of the unfinished triangles to `wanted` that need it most, as many as `remaining` work is enough for, and
+/// returns what each may take: twice what it had, and no less than `least`.
+fn unfinished(states: &[TriangleState], remaining: u64, least: u64, wanted: &mut Vec<u32>) -> u64 {
+    let is_unfinished = |triangle: &u32| states[*triangle as usize].unfinished > 0;
+    let mut waiting: Vec<u32> = (0..states.len() as u32).filter(is_unfinished).collect();
+    let share = remaining / (waiting.len() + wanted.len()).max(1) as u64;
+    let limit = share.max(least);
+    waiting.retain(|triangle| 2 * states[*triangle as usize].limit <= limit);
+    let priority = |triangle: &u32| states[*triangle as usize].priority;
+    waiting.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
+    waiting.truncate((remaining / limit.max(1)) as usize);
+    wanted.extend(waiting);
+    wanted.sort_unstable();
+    wanted.dedup();
+    limit
 }
 
 impl WeldedObject {

@@ -67,15 +67,39 @@ fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualM
     uncancelled(projector, &object, &quality(None))
 }
 
+fn flat_object(welded: &WeldedObject) -> VirtualObject<'_> {
+    VirtualObject {
+        welded,
+        first_triangle: 0,
+        alpha_tested: false,
+        path: 0,
+        least_segment: 0.0,
+        last_reflector: Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) },
+        scene_size: 2.0,
+    }
+}
+
 fn uncancelled<P: VertexProjector>(projector: &P, object: &VirtualObject<'_>, quality: &MeshQuality) -> VirtualMesh {
-    virtual_mesh(projector, object, quality, &Stage::begin(&Silent, "", 1).unwrap()).unwrap()
+    limited(projector, object, quality, PLENTY)
+}
+
+fn limited<P: VertexProjector>(
+    projector: &P,
+    object: &VirtualObject<'_>,
+    quality: &MeshQuality,
+    allowed: u64,
+) -> VirtualMesh {
+    virtual_mesh(projector, object, quality, allowed, &Stage::begin(&Silent, "", 1).unwrap()).unwrap()
 }
 
 const EDGE_ERROR_PX: f32 = 0.25;
 
+/// Work that is never reached.
+const PLENTY: u64 = u64::MAX / 1_000_000;
+
 fn quality(focal_px: Option<f32>) -> MeshQuality {
     let picture = PictureScale { size_px: Vec2::splat(400.0), focal_px };
-    MeshQuality { edge_error_px: EDGE_ERROR_PX, piece_px: 0.75, picture, max_pieces: 100_000 }
+    MeshQuality { edge_error_px: EDGE_ERROR_PX, piece_px: 0.75, picture }
 }
 
 /// A point of a source triangle by the weights of its second and third vertex.
@@ -407,23 +431,65 @@ fn pieces_are_bounded_where_pictures_are_wild() {
     let noise = |p: Vec2| (p * Vec2::new(7919.0, 104_729.0)).to_array().map(|v| (v.sin() * 43_758.547).fract().abs());
     let projector = Formula(move |p: Vec2| {
         let [x, y] = noise(p);
-        if y > 0.7 { Vec::new() } else { vec![(Vec2::new(x, y) * 4.0, [Vec2::X * x, Vec2::Y * y], (x * 3.0) as u32)] }
+        if y > 0.7 {
+            Vec::new()
+        } else {
+            vec![(Vec2::new(x, y) * 4.0, [Vec2::X * 40.0 * x, Vec2::Y * 40.0 * y], (x * 3.0) as u32)]
+        }
     });
-    let welded = grid(Vec2::ZERO, Vec2::ONE, 1);
-    let mut quality = quality(None);
-    quality.max_pieces = 2000;
-    let object = VirtualObject {
-        welded: &welded,
-        first_triangle: 0,
-        alpha_tested: false,
-        path: 0,
-        least_segment: 0.0,
-        last_reflector: Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) },
-        scene_size: 2.0,
-    };
-    let mesh = uncancelled(&projector, &object, &quality);
+    let welded = grid(Vec2::splat(0.13), Vec2::splat(0.93), 5);
+    let object = flat_object(&welded);
+    let allowed = 4000;
+    let mesh = limited(&projector, &object, &quality(None), allowed);
     // What was begun is finished: a few pieces more at every level of division.
-    assert!(mesh.triangles.len() < 4000, "{}", mesh.triangles.len());
+    assert!(mesh.work < 4 * allowed && mesh.triangles.len() as u64 * 20 < 2 * allowed, "{}", mesh.work);
+    assert!(mesh.unfinished > 0 && mesh.needed.is_none(), "{} unfinished, {:?}", mesh.unfinished, mesh.needed);
     assert!(mesh.vertices.iter().all(|point| point.xy.is_finite() && point.w.is_finite()));
     assert_eq!(mesh.vertices.len(), 3 * mesh.corners.len());
+    // With nothing allowed there is nothing to draw that is not known by then.
+    assert!(limited(&projector, &object, &quality(None), 0).work < 1000);
+}
+
+#[test]
+fn meshes_are_the_same_with_as_much_work_as_they_need() {
+    let welded = grid(Vec2::ZERO, Vec2::ONE, 2);
+    let (object, projector) = (flat_object(&welded), Formula(bent));
+    let plenty = limited(&projector, &object, &quality(None), PLENTY);
+    let needed = plenty.needed.unwrap();
+    let same = |other: &VirtualMesh| {
+        other.vertices == plenty.vertices && other.triangles == plenty.triangles && other.corners == plenty.corners
+    };
+    let enough = limited(&projector, &object, &quality(None), needed);
+    assert!(same(&enough) && enough.unfinished == 0 && enough.needed == Some(needed) && plenty.holds_with(needed));
+    // Far less is not enough, and says so.
+    let less = limited(&projector, &object, &quality(None), needed / 20);
+    let state = (less.unfinished, less.extrapolated, less.needed, needed);
+    assert!(!same(&less) && less.needed.is_none() && less.unfinished + less.extrapolated > 0, "{state:?}");
+    assert!(!less.holds_with(needed) && less.holds_with(needed / 20));
+}
+
+#[test]
+fn points_beyond_the_work_are_led_on_from_others() {
+    let welded = grid(Vec2::ZERO, Vec2::ONE, 20);
+    let mesh = limited(&Formula(bent), &flat_object(&welded), &quality(None), 100);
+    assert!(mesh.extrapolated > 300 && mesh.points_projected < 140, "{} led on", mesh.extrapolated);
+    let pieces = pieces(&mesh, &welded);
+    // Every triangle is drawn; points are led on over a third of the square at most, and off by the second order.
+    assert!(pieces.len() >= welded.triangles.len());
+    let error = largest_error(&pieces, |source, drawn| bent(source)[0].0.distance(drawn / SCALE) * SCALE);
+    assert!(error < (0.8 + 0.5) * SCALE / 9.0, "{error}");
+}
+
+#[test]
+fn of_very_many_appearances_the_largest_are_drawn() {
+    let many = |p: Vec2| -> Vec<Sheet> {
+        (0..40).map(|k| (p * 0.1 * k as f32, [Vec2::X * 0.1 * k as f32, Vec2::Y * 0.1 * k as f32], k)).collect()
+    };
+    let welded = grid(Vec2::ZERO, Vec2::ONE, 1);
+    let mesh = limited(&Formula(many), &flat_object(&welded), &quality(None), PLENTY);
+    assert_eq!(mesh.left_out, 4 * (40 - MAX_APPEARANCES as u64));
+    // The smallest of those that are drawn has its far corner here.
+    let smallest = 0.1 * (40 - MAX_APPEARANCES) as f32 * SCALE;
+    let farthest = |piece: &DrawnPiece| piece.drawn.iter().map(|place| place.x.max(place.y)).fold(0.0, f32::max);
+    assert!(pieces(&mesh, &welded).iter().all(|piece| farthest(piece) > smallest - 0.1));
 }

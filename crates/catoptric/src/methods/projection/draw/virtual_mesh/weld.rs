@@ -19,7 +19,7 @@ impl WeldedObject {
     pub fn new(scene: &Scene, object: &Object) -> Self {
         let vertices = object.vertices.start as usize..object.vertices.end as usize;
         let (positions, normals) = (&scene.positions[vertices.clone()], &scene.normals[vertices]);
-        let WeldedVertices { numbers, firsts } = WeldedVertices::new(positions, normals, NormalRule::Any);
+        let WeldedVertices { numbers, firsts } = WeldedVertices::new(positions, normals, NormalRule::Any, 0.0);
         let own = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
         let number_of = |vertex: u32| numbers[(vertex - object.vertices.start) as usize];
         Self {

@@ -11,6 +11,7 @@ use crate::methods::projection::explosion_map::subdivision::{WalkReach, Walks};
 use crate::methods::projection::find::virtual_objects::{
     Locator, ReflectionPoint, ReflectionPoints, Reflector, interpolated, outer, weights_of,
 };
+use crate::methods::projection::find::work;
 use crate::optics::path::bundle::BounceKind;
 use crate::parallel;
 use chart::{Axes, ChartPlace, Record, SphereChart, Tag};
@@ -25,6 +26,9 @@ const EXTENSION: f32 = 0.85;
 /// Cells at one place of one map that are looked at: no more reflections of a point than these. A bound on time;
 /// chosen, not measured.
 const MAX_CELLS: usize = 8;
+
+/// Work of the look-up of a point.
+const WORK_A_POINT: u64 = 3;
 
 /// One sphere with its two maps, or the reflector as if it were one.
 struct MapSphere {
@@ -224,6 +228,7 @@ impl ExplosionMap {
         if distance.is_nan() || distance <= 0.0 {
             return;
         }
+        work::add(WORK_A_POINT);
         let mut walks = Walks::new(reflector, point);
         // Spheres resolve little between them and the reflector, unless that is convex.
         let nearest = self.spheres.iter().find_map(|sphere| sphere.radius).unwrap_or(0.0);

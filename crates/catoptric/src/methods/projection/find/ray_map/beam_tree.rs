@@ -1,5 +1,6 @@
 //! A hierarchy of beams, eight in a node: which of many bundles of rays may pass through a point.
 
+use super::super::work;
 use super::beam::{Beam, BeamPlane, PLANES, Reach, rounding_at};
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits_of};
 use crate::parallel;
@@ -76,8 +77,10 @@ impl BeamTree {
         let rounding = rounding_at(point.into());
         let mut waiting = [0u32; MAX_WAITING];
         let mut count = usize::from(!self.nodes.is_empty());
+        let mut visited = 0;
         while count > 0 {
             count -= 1;
+            visited += 1;
             let node = waiting[count] as usize;
             let mut holding = self.nodes[node].holding(point, rounding);
             let first = self.first_children[node];
@@ -93,6 +96,7 @@ impl BeamTree {
                 }
             }
         }
+        work::add(visited);
     }
 
     /// Appends every leaf whose beam holds a point, but for rounding.

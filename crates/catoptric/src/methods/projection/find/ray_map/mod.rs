@@ -18,7 +18,7 @@ pub use candidate_filter::{Attempt, CandidateFilter};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
-pub use scatter::{Scattering, departure};
+pub use scatter::{Scattering, departure, is_spurious};
 pub use tree::RayTree;
 
 use crate::math::Aabb;

@@ -1,6 +1,6 @@
 //! Sample rays: followed through reflectors and lenses, with the expansions of all their neighbours.
 
-use super::scatter::{Scattering, departure};
+use super::scatter::{Scattering, departure, is_spurious};
 use crate::light::tracer::Tracer;
 use crate::math::jet::{ScalarJet, VectorJet};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
@@ -308,6 +308,10 @@ fn arrive(specular: &Specular<'_>, followed: &Followed) -> Option<PathArrival> {
     let ray = Ray { origin: followed.departure, direction: direction.as_vec3().normalize() };
     let hit = specular.tracer.first_hit(specular.scene, &ray, 0.0)?;
     let (object, site) = specular.surfaces.site_of(&ray, &hit)?;
+    let last = followed.sites.count - 1;
+    if is_spurious(specular.surfaces, followed.sites.bounces[last], followed.outside[last], object) {
+        return None;
+    }
     let patch = specular.surfaces.patch(object, &site)?;
     let length = (site.position - followed.bundle.origin.value).dot(direction);
     let (bundle, parameters) = followed.bundle.advanced(&patch)?;

@@ -1,7 +1,8 @@
 //! Scattering of a ray by a specular object: the rules that rays with and without derivatives share.
 
 use super::sample::Specular;
-use crate::optics::path::bundle::BounceKind;
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::optics::path::manifold::SpecularSurfaces;
 use crate::optics::step::{crossed_medium, medium_after};
 use crate::scene::Role;
 use glam::{DVec3, Vec3};
@@ -39,6 +40,13 @@ impl Scattering {
         let goes_on = self.lens || kind == BounceKind::Reflect;
         goes_on.then(|| medium_after(kind, self.outside, self.index, self.crossed, 1.0))
     }
+}
+
+/// True if a ray cannot meet an object after its last bounce: none leaves a convex mirror and comes back. Between the
+/// corners of a mesh shading normals send rays where the flat triangles are.
+#[inline]
+pub fn is_spurious(surfaces: &SpecularSurfaces<'_>, last: Bounce, outside: bool, object: u32) -> bool {
+    object == last.object && outside && last.kind == BounceKind::Reflect && surfaces.is_convex(object)
 }
 
 /// A point off a flat surface on the side that `direction` leaves to, as far as positions are rounded.

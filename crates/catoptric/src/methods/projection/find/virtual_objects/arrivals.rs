@@ -1,5 +1,6 @@
 //! The rays that arrive at a reflector's vertices: from the eye, and from the reflector before.
 
+use super::super::work;
 use super::mesh::ReflectorMesh;
 use super::path_tree::{Locator, Reflector};
 use super::piece::{interpolated, weights_of};
@@ -13,6 +14,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Rays are led on over so many rings of triangles. Chosen, not measured.
 const LED_ON: u32 = 2;
+
+/// One vertex of so many is looked up to learn how much work all of them are. Chosen, not measured.
+const PROBED: usize = 128;
 
 /// Vertices that are looked up at once. A size for threads; chosen, not measured.
 const VERTICES_AT_ONCE: usize = 1024;
@@ -57,16 +61,36 @@ impl Arrivals {
     }
 }
 
-/// The rays that arrive at a reflector's vertices from another (or the same), by branch. Those that are shorter than
-/// `least` do not count; `starting` are known.
+/// Rays by branch.
+pub(super) type BranchRays = BTreeMap<PathBranch, Vec<ArrivingRay>>;
+
+/// Limits of a search for rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ArrivalLimits {
+    /// Rays that are shorter do not count.
+    pub(super) least: f32,
+    /// Work that it may take.
+    pub(super) work: u64,
+}
+
+/// The rays that arrive at a reflector's vertices from another (or the same), by branch, and the work of finding them;
+/// `starting` are known. Returns `None` if it would take more work than the limit, by that of a few vertices.
 pub(super) fn arriving_rays(
     reflector: &Reflector<'_>,
     locator: &impl Locator,
     mesh: &ReflectorMesh,
-    least: f32,
+    limits: ArrivalLimits,
     starting: Vec<Arriving>,
     stage: &Stage<'_>,
-) -> Result<BTreeMap<PathBranch, Vec<ArrivingRay>>, Cancelled> {
+) -> Result<Option<(BranchRays, u64)>, Cancelled> {
+    let probes: Vec<Vec3> = mesh.positions.iter().step_by(PROBED).copied().collect();
+    let before = work::done();
+    locator.locate(reflector, &probes, &mut ReflectionPoints::default());
+    let probed = work::since(before);
+    let expected = probed * (mesh.positions.len() / probes.len().max(1)) as u64;
+    if expected > limits.work {
+        return Ok(None);
+    }
     let chunks = mesh.positions.len().div_ceil(VERTICES_AT_ONCE);
     let found = parallel::map_within(stage, chunks, |chunk| {
         let range = chunk * VERTICES_AT_ONCE..((chunk + 1) * VERTICES_AT_ONCE).min(mesh.positions.len());
@@ -79,7 +103,7 @@ pub(super) fn arriving_rays(
             for reflection_point in located.of(number) {
                 let length = reflection_point.position.distance(position);
                 let Some(direction) = (position - reflection_point.position).try_normalize() else { continue };
-                if length <= least {
+                if length <= limits.least {
                     continue;
                 }
                 let found = Arriving {
@@ -98,12 +122,12 @@ pub(super) fn arriving_rays(
         }
         arriving
     })?;
-    let mut branches: BTreeMap<PathBranch, Vec<ArrivingRay>> = BTreeMap::new();
+    let mut branches = BranchRays::new();
     for found in starting.iter().chain(found.iter().flatten()) {
         let arriving = branches.entry(found.branch).or_insert_with(|| vec![ArrivingRay::NONE; mesh.positions.len()]);
         arriving[found.vertex as usize] = found.arrival;
     }
-    Ok(branches)
+    Ok(Some((branches, expected + probed)))
 }
 
 /// The edges, by their vertices in order, of triangles at which rays within a body arrive by one branch at some corners

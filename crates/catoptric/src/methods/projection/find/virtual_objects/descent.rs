@@ -4,6 +4,7 @@ use super::arrivals::PathBranch;
 use super::mesh::ReflectorMesh;
 use super::path_tree::{Locator, PathLevel, PathTree, RaySet, Reflector};
 use super::rays::{ReflectionPoint, ReflectionPoints};
+use crate::methods::projection::find::work;
 use crate::methods::projector::MAX_BOUNCES;
 use crate::optics::path::bundle::Bounce;
 use glam::{Mat3, Vec3};
@@ -81,6 +82,9 @@ struct LocatedBatch {
     rows: Vec<usize>,
     found: ReflectionPoints,
 }
+
+/// Work of a bounce at a reflection point.
+const WORK_A_BOUNCE: u64 = 4;
 
 /// The row of points that are not located: beyond all rows.
 const LEFT_OUT: usize = usize::MAX;
@@ -200,6 +204,7 @@ impl<'a, L: Locator> Descent<'a, L> {
         scratch: &mut [ReflectionPoints],
         take: &mut dyn FnMut(&Appearance<'_>),
     ) {
+        work::add(WORK_A_BOUNCE);
         let LevelRays { index, level, ray_set, ref reflector } = *rays;
         let distance = found.position.distance(from.point);
         let branch = PathBranch::from(reflector, found, distance);

@@ -6,13 +6,11 @@ use super::piece::CORNERS;
 use crate::optics::path::manifold::{ManifoldVertex, welded_vertices};
 use crate::scene::Scene;
 use crate::surface::mesh::adjacency::{NO_NEIGHBOUR, neighbours};
+use crate::surface::mesh::convexity::MeshShape;
 use crate::surface::mesh::weld::WeldedVertices;
 use glam::{DVec3, Vec2, Vec3};
+use rustc_hash::FxHashSet;
 use std::collections::{HashMap, HashSet};
-
-/// A corner may lie this far above the plane of its neighbour on a convex mesh, as a share of the edge between. Chosen,
-/// not measured.
-const CONVEX_TOLERANCE: f32 = 1e-3;
 
 /// The ball about a reflector is this much larger than it. Chosen, not measured.
 const HOLDING: f32 = 1.01;
@@ -81,14 +79,26 @@ impl ReflectorMesh {
     /// share of the reflector's radius, are halved.
     pub(crate) fn new(scene: &Scene, index: u32, longest_edge: f32) -> Self {
         let object = &scene.objects[index as usize];
-        let WeldedVertices { numbers: groups, firsts } = welded_vertices(scene, object.vertices.clone());
+        let WeldedVertices { numbers: groups, firsts } =
+            welded_vertices(scene, object.triangles.clone(), object.vertices.clone());
         let first = |vertex: &u32| (object.vertices.start + vertex) as usize;
         let positions: Vec<Vec3> = firsts.iter().map(|vertex| scene.positions[first(vertex)]).collect();
         let normals = firsts.iter().map(|vertex| scene.normals[first(vertex)].normalize_or_zero()).collect();
         let group_of = |vertex: u32| groups[(vertex - object.vertices.start) as usize];
         let own = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
-        let triangles: Vec<[u32; 3]> = own.iter().map(|triangle| triangle.map(group_of)).collect();
-        let whole = |triangle| TrianglePart { triangle, corners: CORNERS };
+        // Repeated triangles show nothing that the first does not, and collapsed ones nothing at all.
+        let mut taken = FxHashSet::default();
+        let is_new = |triangle: &[u32; 3]| {
+            let mut corners = *triangle;
+            corners.sort_unstable();
+            corners[0] != corners[1] && corners[1] != corners[2] && taken.insert(corners)
+        };
+        let welded = own.iter().map(|triangle| triangle.map(group_of)).zip(object.triangles.clone());
+        let (triangles, sources) = {
+            let mut is_new = is_new;
+            let whole = |triangle| TrianglePart { triangle, corners: CORNERS };
+            welded.filter(|(triangle, _)| is_new(triangle)).map(|(corners, source)| (corners, whole(source))).unzip()
+        };
         let center = object.bounds.center();
         let radius = positions.iter().map(|position| position.distance(center)).fold(0.0, f32::max);
         let mut mesh = Self {
@@ -96,7 +106,7 @@ impl ReflectorMesh {
             positions,
             normals,
             triangles,
-            sources: object.triangles.clone().map(whole).collect(),
+            sources,
             neighbours: Vec::new(),
             normal_errors: Vec::new(),
             pieces: Vec::new(),
@@ -111,10 +121,10 @@ impl ReflectorMesh {
         mesh.halve_edges(longest_edge * radius);
         mesh.neighbours = neighbours(&mesh.triangles, |vertex| vertex);
         mesh.normal_errors = normal_errors(&mesh);
-        mesh.closed = mesh.is_closed();
+        mesh.closed = mesh.shape().is_closed();
         mesh.extrusion = Extrusion::new(&mesh);
         (mesh.pieces, mesh.piece_count) = mesh.divided_at_creases();
-        mesh.convex = mesh.closed && mesh.piece_count == 1 && mesh.bulges_outwards();
+        mesh.convex = mesh.shape().is_convex();
         mesh
     }
 
@@ -226,24 +236,9 @@ impl ReflectorMesh {
         self.triangles.iter().copied().enumerate().filter(move |(_, triangle)| distinct(*triangle))
     }
 
-    fn is_closed(&self) -> bool {
-        self.proper().next().is_some()
-            && self.proper().all(|(index, _)| !self.neighbours[index].contains(&NO_NEIGHBOUR))
-    }
-
-    fn bulges_outwards(&self) -> bool {
-        // Of positions as they are stored.
-        let rounding = 4.0 * f32::EPSILON * (self.center.abs().max_element() + self.radius);
-        self.proper().all(|(index, triangle)| {
-            let [a, b, c] = triangle.map(|vertex| self.positions[vertex as usize]);
-            let outer: Vec3 = triangle.iter().map(|vertex| self.normals[*vertex as usize]).sum();
-            let face = (b - a).cross(c - a).normalize_or_zero();
-            let face = if face.dot(outer) < 0.0 { -face } else { face };
-            self.neighbours[index].iter().all(|&neighbour| {
-                let other = self.triangles[neighbour as usize].map(|vertex| self.positions[vertex as usize]);
-                other.iter().all(|corner| (*corner - a).dot(face) <= CONVEX_TOLERANCE * corner.distance(a) + rounding)
-            })
-        })
+    fn shape(&self) -> MeshShape<'_> {
+        let Self { positions, normals, triangles, neighbours, .. } = self;
+        MeshShape { positions, normals, triangles, neighbours }
     }
 
     /// The smooth pieces, between borders and creases, that triangles belong to, and how many there are. All are 0
@@ -282,6 +277,7 @@ impl ReflectorMesh {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Stream;
 
     fn mesh(name: &str, longest_edge: f32) -> ReflectorMesh {
         let scene = catoptric_scenes::builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
@@ -332,5 +328,36 @@ mod tests {
         };
         assert!((borders(&finer) - borders(&slab)).abs() < 1e-3 * borders(&slab));
         assert_eq!(finer.piece_count, slab.piece_count);
+    }
+    #[test]
+    fn seams_that_exporters_leave_do_not_open_a_ball() {
+        let mut scene = catoptric_scenes::builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
+        let index = scene.specular_objects()[0];
+        scene.objects[index as usize].surface = None;
+        let object = scene.objects[index as usize].clone();
+        let size = object.bounds.diagonal();
+        // Every vertex is off by what six decimals of a unit object are, and its normal by rounding.
+        let mut random = Stream::new(7);
+        let mut off = |most: f32| Vec3::from([0; 3].map(|_| random.next_between(-most, most)));
+        for vertex in object.vertices.start as usize..object.vertices.end as usize {
+            scene.positions[vertex] += off(1e-6 * size);
+            scene.normals[vertex] = (scene.normals[vertex] + off(1e-5)).normalize();
+        }
+        // The last triangles are given again: the same, the other way round, and collapsed.
+        let last = object.triangles.end as usize - 3;
+        for (triangle, [a, b, c]) in (last..).zip([[0, 1, 2], [2, 1, 0], [0, 0, 1]]) {
+            let first = scene.triangles[object.triangles.start as usize + 200];
+            let before = scene.triangles[triangle];
+            scene.triangles[triangle] = [first[a], first[b], first[c]];
+            assert!(before != scene.triangles[triangle]);
+        }
+        let holed = ReflectorMesh::new(&scene, index, 1.0);
+        assert!(!holed.closed, "three triangles are missing");
+        let repeated = scene.triangles[last..last + 3].to_vec();
+        let whole = catoptric_scenes::builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
+        scene.triangles[last..last + 3].copy_from_slice(&whole.triangles[last..last + 3]);
+        let ball = ReflectorMesh::new(&scene, index, 1.0);
+        assert!(ball.convex && ball.closed && ball.piece_count == 1);
+        assert!(repeated.len() == 3 && holed.triangles.len() + 3 == ball.triangles.len());
     }
 }

@@ -1,7 +1,8 @@
 //! The tree of paths, a level a bounce: the rays that leave a reflector after a path's bounces, with their locators.
 
 use super::arrivals::{
-    Arrivals, PathBranch, arriving_rays, edges_between_branches, extrapolate_rays, eye_rays, starting_rays,
+    ArrivalLimits, Arrivals, PathBranch, arriving_rays, edges_between_branches, extrapolate_rays, eye_rays,
+    starting_rays,
 };
 use super::descent::PathStep;
 use super::eye_image::EyeImage;
@@ -23,8 +24,14 @@ const MAX_PATHS: usize = 256;
 const MAX_REFINEMENTS: u32 = 4;
 const MAX_TRIANGLES: usize = 300_000;
 
+/// Work that building the paths of a view may take: a second or two of one core. Chosen, not measured.
+const BUILD_WORK: u64 = 40_000_000;
+
 /// Rays do not come back to their own reflector within this share of its radius. Chosen, not measured.
 const MIN_WAY: f32 = 1e-4;
+
+/// The rays that arrive at a reflector, with a finer mesh of it if it needs one.
+type LevelArrivals = (Option<Arc<ReflectorMesh>>, Vec<Arrivals>);
 
 /// A reflector with rays at its vertices.
 #[derive(Clone, Copy)]
@@ -75,8 +82,10 @@ pub(crate) struct PathTree<L> {
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
     images: Vec<Option<EyeImage>>,
-    /// True if there were more paths than are built.
-    pub(crate) cut_short: bool,
+    /// Paths that are not built: there were too many, or too much to do for them.
+    pub(crate) left_out: u64,
+    /// Work that is left for building paths.
+    remaining: u64,
 }
 
 impl<L> PathLevel<L> {
@@ -98,7 +107,14 @@ impl<L: Locator> PathTree<L> {
     ) -> Result<Self, Cancelled> {
         let drawn = |mesh: &ReflectorMesh| (!mesh.convex).then(|| EyeImage::draw(mesh, view, image_size)).flatten();
         let images = parallel::map_collect(meshes.len(), |index| drawn(&meshes[index]));
-        let mut all = Self { paths: Vec::new(), levels: Vec::new(), view: view.clone(), images, cut_short: false };
+        let mut all = Self {
+            paths: Vec::new(),
+            levels: Vec::new(),
+            view: view.clone(),
+            images,
+            left_out: 0,
+            remaining: BUILD_WORK,
+        };
         // How many paths there will be is unknown.
         let stage = Stage::begin(progress, "building maps", 0)?;
         let mut parents = 0..0;
@@ -136,7 +152,10 @@ impl<L: Locator> PathTree<L> {
         if !meshes[index as usize].has_shape() {
             return Ok(());
         }
-        let (finer, mut arrivals) = self.arrivals(meshes, parent, index, stage)?;
+        let Some((finer, mut arrivals)) = self.arrivals(meshes, parent, index, stage)? else {
+            self.left_out += 1;
+            return Ok(());
+        };
         let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
         for arrivals in &mut arrivals {
             extrapolate_rays(mesh, &mut arrivals.rays);
@@ -179,7 +198,7 @@ impl<L: Locator> PathTree<L> {
                 continue;
             }
             if self.levels.len() >= MAX_PATHS {
-                self.cut_short = true;
+                self.left_out += 1;
                 return Ok(());
             }
             let bounce = Bounce { object: mesh.object, kind };
@@ -191,20 +210,21 @@ impl<L: Locator> PathTree<L> {
         Ok(())
     }
 
-    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet.
+    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet. Returns `None`
+    /// if that takes more work than is left.
     fn arrivals(
-        &self,
+        &mut self,
         meshes: &[ReflectorMesh],
         parent: Option<u32>,
         index: u32,
         stage: &Stage<'_>,
-    ) -> Result<(Option<Arc<ReflectorMesh>>, Vec<Arrivals>), Cancelled> {
+    ) -> Result<Option<LevelArrivals>, Cancelled> {
         let own = &meshes[index as usize];
         let Some(parent) = parent else {
-            return Ok((None, vec![Arrivals::from_eye(eye_rays(own, &self.view))]));
+            return Ok(Some((None, vec![Arrivals::from_eye(eye_rays(own, &self.view))])));
         };
         let mut finer: Option<Arc<ReflectorMesh>> = None;
-        let mut arrivals = self.level_rays(meshes, parent, index, own, stage)?;
+        let Some(mut arrivals) = self.level_rays(meshes, parent, index, own, stage)? else { return Ok(None) };
         for _ in 0..MAX_REFINEMENTS {
             let mesh = finer.as_deref().unwrap_or(own);
             let edges = edges_between_branches(mesh, &arrivals);
@@ -212,23 +232,26 @@ impl<L: Locator> PathTree<L> {
                 break;
             }
             let mesh = Arc::new(mesh.with_halved(&edges));
-            arrivals = self.level_rays(meshes, parent, index, &mesh, stage)?;
+            let Some(finer_arrivals) = self.level_rays(meshes, parent, index, &mesh, stage)? else { break };
+            arrivals = finer_arrivals;
             finer = Some(mesh);
         }
-        Ok((finer, arrivals))
+        Ok(Some((finer, arrivals)))
     }
 
-    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch.
+    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch. Returns `None` if that takes
+    /// more than a half of the work that is left.
     fn level_rays(
-        &self,
+        &mut self,
         meshes: &[ReflectorMesh],
         parent: u32,
         index: u32,
         mesh: &ReflectorMesh,
         stage: &Stage<'_>,
-    ) -> Result<Vec<Arrivals>, Cancelled> {
+    ) -> Result<Option<Vec<Arrivals>>, Cancelled> {
         let level = &self.levels[parent as usize];
         let mut all = Vec::new();
+        let (mut done, allowed) = (0, self.remaining / 2);
         for (number, ray_set) in level.ray_sets.iter().enumerate() {
             let inside = ray_set.rays.inside_after;
             let own = level.mesh == index;
@@ -241,11 +264,16 @@ impl<L: Locator> PathTree<L> {
             let reflector = self.reflector(meshes, level, ray_set);
             let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
             let least = if own { MIN_WAY * mesh.radius } else { 0.0 };
-            for (branch, rays) in arriving_rays(&reflector, &ray_set.locator, mesh, least, starting, stage)? {
+            let limits = ArrivalLimits { least, work: allowed - done };
+            let found = arriving_rays(&reflector, &ray_set.locator, mesh, limits, starting, stage)?;
+            let Some((branches, work)) = found else { return Ok(None) };
+            done = (done + work).min(allowed);
+            for (branch, rays) in branches {
                 all.push(Arrivals { from: Some((number as u32, branch)), inside, rays });
             }
         }
-        Ok(all)
+        self.remaining -= done;
+        Ok(Some(all))
     }
 
     pub(super) fn reflector<'a>(

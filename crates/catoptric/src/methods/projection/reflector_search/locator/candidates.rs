@@ -2,6 +2,7 @@
 
 use super::law::Law;
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits_of};
+use crate::methods::projection::find::work;
 use crate::methods::projection::reflector_search::image::{ImagePlace, ReflectorImage};
 use glam::{Vec2, Vec3};
 
@@ -205,6 +206,7 @@ impl TexelCandidates {
     pub(in super::super) fn best(&self, law: &Law, point: Vec3, mut take: impl FnMut(ImagePlace, bool)) {
         let mut scores = [f32::NEG_INFINITY; MAX_CANDIDATES];
         let scores = &mut scores[..self.places.len()];
+        work::add(self.groups.len() as u64);
         let mut leading = [Leading::default(); MAX_CANDIDATES / LANES];
         let count = leading_blocks(self, law, point, scores, &mut leading);
         let leading = &leading[..count];

@@ -11,6 +11,7 @@ use super::image::{ImagePlace, MeshSpot, ReflectorImage};
 use crate::methods::projection::find::virtual_objects::{
     Locator, ReflectionPoint, ReflectionPoints, Reflector, weights_of,
 };
+use crate::methods::projection::find::work;
 use crate::optics::path::bundle::BounceKind;
 use crate::scene::Projection;
 use candidates::{TexelCandidate, TexelCandidates};
@@ -74,6 +75,9 @@ const HORIZON: f32 = -0.1;
 
 /// Two places nearer than this, in texels, are one. Chosen, not measured.
 const SAME: f32 = 1.0;
+
+/// Work of the law at the corners of a cell.
+const WORK_A_CELL: u64 = 2;
 
 /// The search in the picture of one reflector for one kind of rays.
 pub(super) struct ReflectorSearch {
@@ -170,6 +174,7 @@ impl ReflectorSearch {
     /// The cell that holds a place, if it is whole.
     #[inline]
     fn cell(&self, reflector: &Reflector<'_>, place: &ImagePlace, point: Vec3) -> Option<TexelCell> {
+        work::add(WORK_A_CELL);
         let (x, y) = self.image.cell_at(place);
         let low = self.image.index(place.face, x, y);
         if !self.whole[low] {

@@ -176,6 +176,11 @@ impl CameraBuilder<'_> {
 
 impl PinholeTrees {
     /// Calls `found` with the trees' projections of a point.
+    /// The number of trees.
+    pub(in super::super) fn piece_count(&self) -> u32 {
+        self.roots.len() as u32
+    }
+
     pub(in super::super) fn ask(
         &self,
         point: Vec3,
@@ -225,6 +230,7 @@ impl PinholeTrees {
             leaves: self.leaves.len() as u64,
             ray_lists: self.lists,
             rays_in_lists: self.listed_rays,
+            unrefined_blocks: 0,
             bytes: bytes as u64,
         }
     }

@@ -27,6 +27,7 @@ pub(in super::super) struct BundleTree {
     /// Leaves of the smallest size, whose fit is not accurate: they interpolate between their rays.
     interpolating_leaves: u64,
     rays_in_interpolating_leaves: u64,
+    unrefined_blocks: u64,
 }
 
 /// A leaf with the numbers of its rays: those of the map first, then those that were added.
@@ -41,6 +42,16 @@ pub(in super::super) struct Leaves {
     built: Vec<Built>,
     pub(in super::super) added: Vec<GridRay>,
     pub(in super::super) traced: u64,
+    /// Blocks that interpolate although rays between theirs could be traced: there were too many.
+    pub(in super::super) unrefined: u64,
+    /// Blocks of the map that cannot be halved any more, without a leaf so far: their rays.
+    waiting: Vec<WaitingBlock>,
+}
+
+/// The rays of a block and their piece.
+struct WaitingBlock {
+    rays: Vec<u32>,
+    piece: u32,
 }
 
 impl Leaves {
@@ -57,7 +68,9 @@ impl Leaves {
             one
         }));
         self.added.extend(other.added);
+        self.waiting.extend(other.waiting);
         self.traced += other.traced;
+        self.unrefined += other.unrefined;
         self
     }
 }
@@ -71,8 +84,9 @@ impl CameraBuilder<'_> {
             .into_iter()
             .reduce(|one, other| one.and(other, in_map))
             .unwrap_or_default();
-        let Leaves { built, added, traced } = leaves;
-        let mut tree = BundleTree { leaf_of_ray: vec![NO_LEAF; in_map + added.len()], ..BundleTree::default() };
+        let Leaves { built, added, traced, unrefined, .. } = self.with_finer(leaves);
+        let leaf_of_ray = vec![NO_LEAF; in_map + added.len()];
+        let mut tree = BundleTree { leaf_of_ray, unrefined_blocks: unrefined, ..BundleTree::default() };
         let reaches = parallel::map_collect(built.len(), |leaf| self.reaches(&built[leaf], &added));
         let mut ends = Vec::with_capacity(built.len());
         let mut end = 0;
@@ -95,6 +109,15 @@ impl CameraBuilder<'_> {
         tree.leaves = built.iter().map(|one| one.leaf).collect();
         tree.beams = BeamTree::new(&reaches.concat(), ends, TYPICAL_SHARE * f64::from(self.bounds.diagonal()));
         (tree, Added { rays: added.into_iter().zip(piece_of_added).collect(), traced })
+    }
+
+    /// All leaves: those so far, and those of blocks that wait for rays between theirs. All of these may trace as many.
+    fn with_finer(&self, mut leaves: Leaves) -> Leaves {
+        let waiting = std::mem::take(&mut leaves.waiting);
+        let limit = self.demand.traced_a_ray.saturating_mul(self.group.rays.len() as u64) / waiting.len().max(1) as u64;
+        let finer = |index: usize| self.finer(&waiting[index].rays, waiting[index].piece, limit);
+        let finer = parallel::map_collect(waiting.len(), finer);
+        finer.into_iter().fold(leaves, |all, one| all.and(one, self.group.rays.len()))
     }
 
     /// The cells of rays, corners included.
@@ -122,7 +145,8 @@ impl CameraBuilder<'_> {
         }
         let extent = [0, 1].map(|axis: usize| high[axis] - low[axis]);
         if extent.iter().all(|&cells| cells <= 1) {
-            return self.finer(rays, piece);
+            let waiting = vec![WaitingBlock { rays: rays.to_vec(), piece }];
+            return Leaves { waiting, ..Leaves::default() };
         }
         let axis = usize::from(extent[1] > extent[0]);
         let middle = i64::from(low[axis] + extent[axis] / 2);
@@ -259,6 +283,7 @@ impl BundleTree {
             leaves: self.leaves.len() as u64 - self.interpolating_leaves,
             ray_lists: self.interpolating_leaves,
             rays_in_lists: self.rays_in_interpolating_leaves,
+            unrefined_blocks: self.unrefined_blocks,
             bytes: bytes as u64,
         }
     }

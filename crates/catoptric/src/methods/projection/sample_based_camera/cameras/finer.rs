@@ -36,7 +36,9 @@ struct Tracing<'a> {
 
 impl CameraBuilder<'_> {
     /// The leaves over rays of a block of the map that cannot be halved any more.
-    pub(in super::super) fn finer(&self, rays: &[u32], piece: u32) -> Leaves {
+    ///
+    /// No more rays than about `limit` are traced for it: where that is too few leaves interpolate.
+    pub(in super::super) fn finer(&self, rays: &[u32], piece: u32, limit: u64) -> Leaves {
         let [low, high] = places_of(rays.iter().map(|&ray| &self.group.rays[ray as usize]));
         let cells = |axis: usize| low[axis].floor() as i64..=high[axis].ceil() as i64;
         let around = cells(1).flat_map(|row| cells(0).map(move |column| (column, row)));
@@ -48,7 +50,7 @@ impl CameraBuilder<'_> {
         }
         let mut tracing =
             Tracing { builder: self, piece, around, steps: FollowSteps::default(), found: Leaves::default() };
-        tracing.divide(RayBlock { low, high, rays: rays.to_vec(), apart: 1.0 }, &[]);
+        tracing.divide(RayBlock { low, high, rays: rays.to_vec(), apart: 1.0 }, &[], limit);
         tracing.found.traced = tracing.steps.traced;
         tracing.found
     }
@@ -61,10 +63,13 @@ impl Tracing<'_> {
     }
 
     /// Makes the leaves of a block whose rays are too few for a camera; `around` are the rays of a larger block.
-    fn divide(&mut self, mut block: RayBlock, around: &[u32]) {
+    fn divide(&mut self, mut block: RayBlock, around: &[u32], limit: u64) {
         let longest = (0..2).map(|axis| block.high[axis] - block.low[axis]).fold(0.0, f32::max);
         let apart = longest / (ACROSS - 1) as f32;
-        if apart * self.builder.sampler.spacing_px < self.builder.demand.finest_ray_px {
+        let is_finest = apart * self.builder.sampler.spacing_px < self.builder.demand.finest_ray_px;
+        let is_spent = limit < (ACROSS * ACROSS) as u64;
+        if is_finest || is_spent {
+            self.found.unrefined += u64::from(!is_finest);
             // Where the piece ends a block may have a ray or two.
             if !self.interpolate(&block) {
                 block.rays = around.to_vec();
@@ -72,7 +77,9 @@ impl Tracing<'_> {
             }
             return;
         }
+        let traced = self.steps.traced;
         self.look_closely(&mut block, apart);
+        let limit = limit.saturating_sub(self.steps.traced - traced) / 4;
         block.apart = apart;
         if self.fit(&block) {
             return;
@@ -86,7 +93,7 @@ impl Tracing<'_> {
             let rays: Vec<u32> = block.rays.iter().copied().filter(|&ray| inside(self.ray(ray).place)).collect();
             let quarter = RayBlock { low, high, rays, apart };
             if !quarter.rays.is_empty() && !self.fit(&quarter) {
-                self.divide(quarter, &block.rays);
+                self.divide(quarter, &block.rays, limit);
             }
         }
     }

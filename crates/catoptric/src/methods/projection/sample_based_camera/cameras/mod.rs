@@ -12,6 +12,7 @@ use super::layout::BundleLeaf;
 use super::rays::grid::{DensePathRays, GridRay, RaySampler};
 use super::settings::CameraKind;
 use crate::math::Aabb;
+use crate::methods::projection::find::work;
 use crate::scene::PreciseView;
 use bsp::PinholeTrees;
 use bundle::{ask, ask_near};
@@ -32,6 +33,9 @@ pub(super) const PARALLEL_RAYS: usize = 600;
 /// Rays are followed at least this share of the scene's size. Chosen, not measured.
 const MIN_HEAD: f64 = 0.02;
 
+/// Work of a camera's answer.
+const WORK_A_LEAF: u64 = 4;
+
 /// Input of the fit of cameras: the rays of a path, seen in a view, in a scene's box, within an accuracy.
 pub(super) struct CameraBuilder<'a> {
     pub(super) group: &'a DensePathRays,
@@ -50,6 +54,8 @@ pub(super) struct CameraDemand {
     pub(super) accuracy_px: f64,
     /// Where the rays of the map are too few, others are traced no nearer to each other than this.
     pub(super) finest_ray_px: f32,
+    /// About so many of them for each ray of the map, and no more; set for each map.
+    pub(super) traced_a_ray: u64,
 }
 
 /// Rays that were added to a path's, with their pieces.
@@ -135,6 +141,8 @@ pub(super) struct Counts {
     /// Leaves that interpolate between rays instead, and the rays in them.
     pub(super) ray_lists: u64,
     pub(super) rays_in_lists: u64,
+    /// Blocks of the map that interpolate because there were too many to trace more rays for.
+    pub(super) unrefined_blocks: u64,
     pub(super) bytes: u64,
 }
 
@@ -165,6 +173,7 @@ impl Cameras {
                 }
                 // What interpolates comes last: it may be off, and cameras have seen most of it.
                 numbers.sort_unstable_by_key(|&number| (tree.leaf(number).map_or(1, |leaf| leaf.interpolates), number));
+                work::add(WORK_A_LEAF * numbers.len() as u64);
                 for leaf in numbers.iter().filter_map(|&leaf| tree.leaf(leaf)) {
                     answers.clear();
                     ask(leaf, point, answers);
@@ -173,7 +182,10 @@ impl Cameras {
                     }
                 }
             }
-            Self::Pinholes(trees) => trees.ask(point, scratch, &mut found),
+            Self::Pinholes(trees) => {
+                work::add(WORK_A_LEAF * u64::from(trees.piece_count()));
+                trees.ask(point, scratch, &mut found);
+            }
         }
     }
 
@@ -186,6 +198,7 @@ impl Cameras {
         first: DVec3,
         found: impl FnOnce(&CameraAnswer<'_>) -> R,
     ) -> Option<R> {
+        work::add(WORK_A_LEAF);
         let Self::Bundles(tree) = self else { return None };
         let leaf = tree.leaf_of(ray)?;
         let answer = &ask_near(leaf, point, first)?;

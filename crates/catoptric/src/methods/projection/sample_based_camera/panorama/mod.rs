@@ -214,7 +214,8 @@ impl PanoramicCameras {
         let PanoramicMirrors { tracer, surfaces, .. } = mirrors;
         let specular = Specular { scene, tracer, surfaces, order: settings.order };
         let accuracy_px = settings.accuracy_px.into();
-        let demand = CameraDemand { camera: settings.camera, accuracy_px, finest_ray_px: settings.finest_ray_px };
+        let PanoramaSettings { camera, finest_ray_px, .. } = *settings;
+        let demand = CameraDemand { camera, accuracy_px, finest_ray_px, traced_a_ray: 0 };
         let seen = |index: usize| -> Result<(RayGrid, Vec<Cameras>), Cancelled> {
             let view = face_view(numbers[index], eye, near, settings);
             let field = ViewField::new(&view, settings.margin_px());

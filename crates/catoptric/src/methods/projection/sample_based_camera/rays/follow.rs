@@ -1,7 +1,7 @@
 //! Following rays through reflectors and lenses without derivatives.
 
 use super::grid::GridRay;
-use crate::methods::projection::find::ray_map::{Scattering, Specular, departure};
+use crate::methods::projection::find::ray_map::{Scattering, Specular, departure, is_spurious};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::path::manifold::SurfaceArrival;
@@ -60,6 +60,8 @@ struct RayState {
     first: Option<(DVec3, DVec3)>,
     length: f64,
     medium: f64,
+    /// True if the last bounce was on the outer side.
+    outside: bool,
     bounces: Bounces,
 }
 
@@ -106,8 +108,9 @@ impl<'a> Follower<'a> {
         steps.waiting.clear();
         let (from, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize_or_zero());
         let arrival = self.specular.surfaces.arrival(from, direction, meeting);
+        let bounces = Bounces::NONE;
         let way =
-            RayState { ray: *ray, from, direction, first: None, length: 0.0, medium: 1.0, bounces: Bounces::NONE };
+            RayState { ray: *ray, from, direction, first: None, length: 0.0, medium: 1.0, outside: true, bounces };
         if let Some(arrival) = arrival {
             self.scatter(&way, &arrival, &mut steps.waiting, wanted, found);
         }
@@ -134,6 +137,11 @@ impl<'a> Follower<'a> {
     ) {
         let (object, position, normal) = (arrival.object, arrival.position, arrival.normal);
         if self.mapped.get(object as usize) == Some(&true) {
+            return;
+        }
+        if let Some(last) = before.bounces.so_far().last()
+            && is_spurious(self.specular.surfaces, *last, before.outside, object)
+        {
             return;
         }
         let cosine = before.direction.dot(normal);
@@ -165,7 +173,16 @@ impl<'a> Follower<'a> {
             if bounces.count < self.most {
                 let ray =
                     Ray { origin: departure(tail, geometric, direction), direction: direction.as_vec3().normalize() };
-                waiting.push(RayState { ray, from: tail, direction, first: Some(first), length, medium, bounces });
+                waiting.push(RayState {
+                    ray,
+                    from: tail,
+                    direction,
+                    first: Some(first),
+                    length,
+                    medium,
+                    outside,
+                    bounces,
+                });
             }
         }
     }

@@ -81,8 +81,21 @@ const MAX_WAY_POINTS: u32 = 12;
 /// Between two ways others are put this many times at the most. A bound on time; chosen, not measured.
 const MAX_WAY_HALVINGS: u32 = 4;
 
+/// Ends that are not searched for are drawn no further away than this, in pixels. Chosen, not measured.
+const MAX_GUESS_PX: f32 = 24.0;
+
 /// An appearance that ends: from a point, towards another, where it appears at the first.
 pub(super) type EndKey = (PointKey, PointKey, [u32; 2]);
+
+/// Where an appearance ends on a step if that is not searched for, and its share of the step: half-way, but not far.
+fn guessed_end(one: &Projection, merging: Option<&Projection>, step: Vec3) -> (Projection, f32) {
+    if let Some(other) = merging {
+        return (Projection { image_px: (one.image_px + other.image_px) * 0.5, ..*one }, 0.5);
+    }
+    let moves = one.predicted(step).distance(one.image_px);
+    let share = if moves > 0.0 { (MAX_GUESS_PX / moves).min(0.5) } else { 0.5 };
+    (Projection { image_px: one.predicted(step * share), ..*one }, share)
+}
 
 impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     /// The way of an appearance from corner `a` towards corner `b` up to where it ends.
@@ -164,6 +177,12 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     fn find_end(&mut self, one: Projection, merging: Option<Projection>, from: Vec3, towards: Vec3) -> Range<u32> {
         let first = self.way_points.len() as u32;
         let step = towards - from;
+        if self.is_spent() {
+            let guess = guessed_end(&one, merging.as_ref(), step);
+            self.mesh.unfinished += 1;
+            self.way_points.push(guess);
+            return first..first + 1;
+        }
         let mut met = merging;
         let (mut near, mut far) = (0.0f32, 1.0f32);
         let mut last = one;
@@ -211,7 +230,7 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
 
     /// Draws what lies between two ways, with more ways between them where their ends are far from each other.
     pub(super) fn fill(&mut self, left: &BoundaryTrace, right: &BoundaryTrace, depth: u32) {
-        let is_wide = left.end_px().distance(right.end_px()) > self.rule.end_step_px();
+        let is_wide = !self.is_spent() && left.end_px().distance(right.end_px()) > self.rule.end_step_px();
         if is_wide
             && depth < MAX_WAY_HALVINGS
             && let Some(middle) = self.way_between(left, right)

@@ -8,6 +8,7 @@ pub(super) use missed_boundaries::{ForcedEdges, MissedBoundary};
 
 use super::edge::EdgeRule;
 use super::{VirtualMesh, VirtualObject};
+use crate::methods::projection::find::work;
 use crate::methods::projector::{Projection, Projections, VertexProjector};
 use crate::raster::DrawTriangle;
 use boundary_traces::{BoundaryTrace, EndKey, TracePlace};
@@ -17,8 +18,9 @@ use shapes::{PieceCorner, PieceShape, QueuedPiece, Strip, TrianglePiece};
 use std::collections::{BinaryHeap, HashMap};
 use std::ops::Range;
 
-/// Projected points that count as a piece, where the number of pieces is limited. Chosen, not measured.
-const POINTS_A_PIECE: usize = 4;
+/// Work that a piece counts as, beside that of the points projected for it: it is drawn, too. About what the rasteriser
+/// takes for a triangle of some pixels.
+const WORK_A_PIECE: u64 = 20;
 
 /// Pieces that are thinner than this in all their pictures, in pixels, are left out: the edges beside them agree.
 /// Chosen, not measured.
@@ -39,7 +41,8 @@ pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
     rule: EdgeRule,
     /// The triangle of the scene.
     source: u32,
-    most: usize,
+    /// The work that each triangle may take.
+    limit: u64,
     forced: &'a ForcedEdges,
     dips: Vec<MissedBoundary>,
     /// The appearances of all points so far.
@@ -57,18 +60,34 @@ pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
     far_side: Option<[TracePlace; 2]>,
     /// Number of those that have waited.
     count: u32,
-    /// Pieces and points of earlier triangles.
-    earlier: usize,
+    /// Work of this thread before the triangle.
+    work_before: u64,
     mesh: VirtualMesh,
 }
 
+/// Pairs of appearances at the ends of an edge that are compared, each with its rivals, in a unit of work.
+const COMPARISONS_A_UNIT: u32 = 2;
+
+/// A triangle's result.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DividedTriangle {
+    /// Pieces so far.
+    pub(super) end: usize,
+    /// Work that it took.
+    pub(super) work: u64,
+    /// Pieces of it that were left undivided, or whose ends were not searched for, because its work was done.
+    pub(super) unfinished: u64,
+    /// The largest split priority of its edges.
+    pub(super) priority: f32,
+}
+
 impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
-    /// For triangles of `object`, each of which becomes no more than about `most` pieces.
+    /// For triangles of `object`, each of which takes no more work than about `limit`.
     pub(super) fn new(
         projector: &'a P,
         object: &'a VirtualObject<'a>,
         rule: EdgeRule,
-        most: usize,
+        limit: u64,
         forced: &'a ForcedEdges,
     ) -> Self {
         Self {
@@ -76,7 +95,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             object,
             rule,
             source: 0,
-            most,
+            limit,
             forced,
             dips: Vec::new(),
             appearances: Vec::new(),
@@ -88,7 +107,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             piece: [TracePlace::default(); 3],
             far_side: None,
             count: 0,
-            earlier: 0,
+            work_before: 0,
             mesh: VirtualMesh::default(),
         }
     }
@@ -98,9 +117,10 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         (self.mesh, self.dips)
     }
 
-    /// Divides a triangle of the object, given by its corners and their appearances; returns how many pieces there are
-    /// now.
-    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, &[Projection]); 3]) -> usize {
+    /// Divides a triangle of the object, given by its corners and their appearances.
+    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, &[Projection]); 3]) -> DividedTriangle {
+        self.work_before = work::done();
+        let unfinished = self.mesh.unfinished;
         self.source = self.object.first_triangle + triangle;
         let weights = [Vec2::ZERO, Vec2::X, Vec2::Y];
         let [a, b, c] = [0, 1, 2].map(|k: usize| {
@@ -110,7 +130,6 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             PieceCorner { position, weights: weights[k], first, count: appearances.len() as u32 }
         });
         let split_priority = [self.split_priority(&b, &c), self.split_priority(&c, &a), self.split_priority(&a, &b)];
-        self.earlier = self.work();
         self.later(PieceShape::Triangle(TrianglePiece { corners: [a, b, c], split_priority, depth: 0 }));
         while let Some(waiting) = self.waiting.pop() {
             match waiting.shape {
@@ -118,7 +137,12 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
                 PieceShape::Strip(strip) => self.divide_strip(&strip),
             }
         }
-        self.mesh.triangles.len()
+        DividedTriangle {
+            end: self.mesh.triangles.len(),
+            work: work::since(self.work_before),
+            unfinished: self.mesh.unfinished - unfinished,
+            priority: split_priority.into_iter().fold(0.0, f32::max),
+        }
     }
 
     fn of(&self, corner: &PieceCorner) -> &[Projection] {
@@ -126,6 +150,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
     }
 
     fn split_priority(&self, a: &PieceCorner, b: &PieceCorner) -> f32 {
+        work::add(u64::from(a.count * b.count / COMPARISONS_A_UNIT));
         let split_priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
         let is_forced = split_priority <= 0.0 && self.forced.contain(a.position, b.position);
         if is_forced { f32::MIN_POSITIVE } else { split_priority }
@@ -146,16 +171,16 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         !height.is_nan() && shown.peek().is_some() && shown.all(is_thin)
     }
 
-    /// Pieces so far, or the points that count as pieces.
-    fn work(&self) -> usize {
-        self.mesh.triangles.len().max(self.mesh.points_projected as usize / POINTS_A_PIECE)
+    /// True if the triangle's work is done.
+    fn is_spent(&self) -> bool {
+        work::since(self.work_before) >= self.limit
     }
 
     /// True if no more is divided; counted if so.
-    fn is_spent(&mut self, depth: u32) -> bool {
-        let is_spent = depth >= MAX_DEPTH || self.work() - self.earlier > self.most;
-        self.mesh.unfinished += u64::from(is_spent);
-        is_spent
+    fn is_last(&mut self, depth: u32) -> bool {
+        let is_last = depth >= MAX_DEPTH || self.is_spent();
+        self.mesh.unfinished += u64::from(is_last);
+        is_last
     }
 
     /// Divides a shape when its turn comes; at once where there is nothing to divide.
@@ -168,6 +193,8 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         match shape {
             PieceShape::Triangle(piece) if split_priority <= 0.0 => self.emit(&piece.corners),
             shape => {
+                // What waits is drawn in the end, divided or not.
+                work::add(WORK_A_PIECE);
                 self.count += 1;
                 self.waiting.push(QueuedPiece { split_priority, number: self.count, shape });
             }
@@ -180,7 +207,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         if self.is_line(&piece.corners) {
             return;
         }
-        if self.is_spent(piece.depth) {
+        if self.is_last(piece.depth) {
             return self.emit(&piece.corners);
         }
         let depth = piece.depth + 1;
@@ -233,7 +260,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         let [a, b, c, d] = strip.corners;
         let [left, right] = strip.sides;
         let depth = strip.depth + 1;
-        if strip.ends != [0.0; 2] || left <= 0.0 && right <= 0.0 || self.is_spent(strip.depth) {
+        if strip.ends != [0.0; 2] || left <= 0.0 && right <= 0.0 || self.is_last(strip.depth) {
             return self.halve_strip(strip);
         }
         if left > 0.0 && right > 0.0 {
@@ -300,7 +327,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             None => {
                 let first = self.appearances.len();
                 self.scratch.clear();
-                self.object.project(self.projector, &[position], &mut self.scratch);
+                self.mesh.left_out += self.object.project(self.projector, &[position], &mut self.scratch);
                 self.appearances.extend_from_slice(self.scratch.all());
                 self.mesh.points_projected += 1;
                 let range = (first as u32, (self.appearances.len() - first) as u32);
@@ -313,6 +340,8 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
 
     /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
     fn emit(&mut self, corners: &[PieceCorner; 3]) {
+        let [a, b, c] = corners.map(|corner| corner.count);
+        work::add(u64::from((a * b + b * c + c * a) / COMPARISONS_A_UNIT));
         for (from, corner) in corners.iter().enumerate() {
             for index in corner.range() {
                 self.emit_appearance(corners, from, index);
@@ -341,6 +370,11 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
                     [0, 1, 2].map(|k: usize| (shared[k].map_or(one, |at| self.appearances[at]), corners[k].weights)),
                 );
             }
+            return;
+        }
+        if self.limit == 0 {
+            // Where it ends is anybody's guess.
+            self.mesh.unfinished += 1;
             return;
         }
         let goes_beside = |k: usize| {
@@ -395,5 +429,6 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         let (source, alpha_tested) = (self.source, self.object.alpha_tested);
         mesh.triangles.push(DrawTriangle { vertices, source, group: 0, patch: 0, alpha_tested });
         mesh.corners.push(corners.map(|(_, weights)| weights));
+        work::add(WORK_A_PIECE);
     }
 }
