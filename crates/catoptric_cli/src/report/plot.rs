@@ -181,7 +181,7 @@ mod tests {
     use super::*;
 
     fn point(label: &str, time_ms: f64, error: f64) -> Point {
-        Point { label: label.into(), time_ms, error, color: COLORS[0] }
+        Point { label: label.into(), time_ms, first_ms: 2.0 * time_ms, error, color: COLORS[0] }
     }
 
     #[test]
@@ -196,7 +196,7 @@ mod tests {
             draw(&mut svg, &points, 12.0, true).unwrap();
             assert!(svg.contains("</svg>") && svg.contains("reference"));
             assert!(!svg.contains("NaN") && !svg.contains("<&>"));
-            assert_eq!(svg.matches("<circle").count(), points.len());
+            assert_eq!(svg.matches("<circle").count(), 2 * points.len(), "medians and first frames");
         }
     }
 
