@@ -4,17 +4,18 @@ mod selection;
 
 use super::columns;
 use crate::args::CompareArgs;
-use crate::drawing::{Drawing, Shot, check_backend};
-use crate::failure::Failure;
+use crate::drawing::{Drawing, Shot, check_backend, check_samples};
+use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
 use crate::settings::{self, Chosen};
 use crate::stats::{ErrorReport, Stats};
 use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
-use catoptric::methods::Quality;
 use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
+use catoptric::methods::{self, Quality};
 use catoptric::metrics::{Comparison, heat_map_rgb8};
+use catoptric::output::{self, NewFolders, TemporaryFolder};
 use catoptric::picture;
 use clap::ArgMatches;
 use selection::Selected;
@@ -31,8 +32,11 @@ struct Truth {
     projection_every: u32,
 }
 
-pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
+pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     let selected = selection::select(&args.method, &args.set)?;
+    for wanted in &selected.methods {
+        check_samples(&args.draw, methods::find(&wanted.id).map_err(Failure::usage)?)?;
+    }
     check_backend(&args.draw)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
@@ -82,14 +86,15 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         Outcome::Measured(_) => None,
     });
     let failures: Vec<String> = failures.collect();
-    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&warnings));
+    terminal.warn(&warnings);
     if report.measured().next().is_none() {
         let reasons = failures.join("; ");
         return Err(Failure::input(format!("{}: no method could draw this scene: {reasons}", shot.model.name)));
     }
     terminal.errors(&failures);
     staging.publish()?;
-    Ok(terminal.unless_quiet(summary(args, &report)))
+    let code = u8::from(!failures.is_empty());
+    Ok(Output { text: terminal.unless_quiet(summary(args, &report)), code })
 }
 
 fn entry(wanted: &Selected, chosen: &Chosen, is_truth: bool, outcome: Outcome) -> Entry {
@@ -160,31 +165,29 @@ fn write_pictures(
 
 /// A hidden folder beside the report's files, in which they are made before any of them appears.
 struct Staging {
+    // In this order: the report's folder goes if it is empty then.
+    hidden: TemporaryFolder,
+    _new: NewFolders,
     folder: PathBuf,
-    /// The report's folder did not exist before.
-    created: bool,
-    hidden: Option<tempfile::TempDir>,
 }
 
 impl Staging {
     fn new(folder: &Path) -> Result<Self, Failure> {
-        let created = !folder.is_dir();
         let fail = |error: std::io::Error| {
             Failure::input(format!("--report {}: cannot write into the folder: {error}", folder.display()))
         };
-        std::fs::create_dir_all(folder).map_err(fail)?;
-        let mut staging = Self { folder: folder.into(), created, hidden: None };
-        let hidden = tempfile::Builder::new().prefix(".catoptric-").tempdir_in(folder).map_err(fail)?;
-        staging.hidden = Some(hidden);
-        Ok(staging)
+        let mut new = NewFolders::default();
+        new.create(folder).map_err(fail)?;
+        let hidden = TemporaryFolder::within(folder).map_err(fail)?;
+        Ok(Self { hidden, _new: new, folder: folder.into() })
     }
 
     fn path(&self) -> &Path {
-        self.hidden.as_ref().map_or(&self.folder, |hidden| hidden.path())
+        self.hidden.path()
     }
 
     /// Moves all files to where they belong, the page last.
-    fn publish(mut self) -> Result<(), Failure> {
+    fn publish(self) -> Result<(), Failure> {
         let fail = |error: std::io::Error| {
             Failure::input(format!("--report {}: cannot move files into it: {error}", self.folder.display()))
         };
@@ -194,20 +197,9 @@ impl Staging {
         }
         names.sort_by_key(|name| name == "report.html");
         for name in names {
-            std::fs::rename(self.path().join(&name), self.folder.join(&name)).map_err(fail)?;
+            output::move_file(&self.path().join(&name), &self.folder.join(&name)).map_err(fail)?;
         }
-        self.created = false;
         Ok(())
-    }
-}
-
-impl Drop for Staging {
-    fn drop(&mut self) {
-        drop(self.hidden.take());
-        if self.created {
-            // Goes only if it is empty, which is what it was before.
-            let _ = std::fs::remove_dir(&self.folder);
-        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::{columns, pretty};
 use crate::args::InfoArgs;
 use crate::failure::Failure;
-use crate::{scene_source, settings};
+use crate::scene_source;
 use catoptric::math::Aabb;
 use catoptric::scene::{Camera, LightKind, Model, Projection, Role, Scene};
 use clap::ArgMatches;
@@ -12,9 +12,8 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
-    let mut model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref())?;
+    let model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref())?;
     let scene = scene_source::pose(&model, args.scene.pose.time, &roles)?;
-    model.warnings.extend(settings::unknown_methods(&model));
     if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
 
@@ -70,7 +69,7 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         .animations
         .iter()
         .map(|animation| json!({ "name": animation.name, "channels": animation.channels.len() }));
-    json!({
+    as_written(json!({
         "scene": model.name,
         "triangles": scene.triangles.len(),
         "vertices": scene.positions.len(),
@@ -86,7 +85,22 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         "region": scene.region.as_ref().map(bounds_json),
         "methods": model.method_settings,
         "warnings": model.warnings,
-    })
+    }))
+}
+
+/// The same values with numbers of single precision by their fewest digits: 0.1, not 0.10000000149011612.
+fn as_written(value: Value) -> Value {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(double) if number.is_f64() && f64::from(double as f32) == double => {
+                (double as f32).to_string().parse::<f64>().map_or(Value::Number(number), Value::from)
+            }
+            _ => Value::Number(number),
+        },
+        Value::Array(values) => values.into_iter().map(as_written).collect(),
+        Value::Object(fields) => fields.into_iter().map(|(name, value)| (name, as_written(value))).collect(),
+        other => other,
+    }
 }
 
 fn as_text(model: &Model, scene: &Scene) -> String {
@@ -163,9 +177,14 @@ fn shown(name: &str) -> String {
 
 fn projection(camera: &Camera) -> (&'static str, (&'static str, f32)) {
     match camera.projection {
-        Projection::Perspective { fov_y } => ("perspective", ("fov_deg", fov_y.to_degrees())),
+        Projection::Perspective { fov_y } => ("perspective", ("fov_deg", degrees(fov_y))),
         Projection::Orthographic { half_height } => ("orthographic", ("half_height", half_height)),
     }
+}
+
+/// An angle in degrees without the digits that radians of single precision add to it.
+fn degrees(radians: f32) -> f32 {
+    ((f64::from(radians).to_degrees() * 1e4).round() / 1e4) as f32
 }
 
 fn light_kind(kind: LightKind) -> &'static str {

@@ -7,7 +7,7 @@ use crate::commands::pretty;
 use crate::failure::Failure;
 use crate::stats::{ErrorReport, Stats};
 use catoptric::methods::MethodInfo;
-use catoptric::picture;
+use catoptric::output;
 use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
@@ -75,7 +75,7 @@ pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     for (name, text) in
         [("report.json", pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)]
     {
-        picture::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
+        output::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
     }
     Ok(())
 }
@@ -159,7 +159,7 @@ mod tests {
             frames: 1,
             motion: "none",
             setup_ms: Times(vec![("load".into(), 1.0)]),
-            frame_ms: FrameTimes { median: 10.0, min: 10.0, max: 10.0 },
+            frame_ms: FrameTimes { first: 30.0, median: 10.0, min: 10.0, max: 30.0 },
             stages_ms: Times::default(),
             first_stages_ms: Times::default(),
             counts: Counts { named: [("rays".into(), 5)].into(), fallbacks: [("given_up".into(), 1234)].into() },

@@ -2,6 +2,9 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 
 mod bake;
+mod help;
+mod messages;
+mod outputs;
 mod project;
 mod render;
 mod workplace;

@@ -1,0 +1,97 @@
+//! Messages about scene files and settings: they name the file, the line and the remedy in plain words.
+
+use crate::workplace::{BALL, Workplace};
+
+/// Words of the libraries that read files, which help no user.
+const JARGON: [&str; 8] = [
+    "expected u",
+    "expected f",
+    "unknown variant",
+    "unknown field",
+    "expected ident",
+    "invalid type",
+    "serde",
+    "TomlError",
+];
+
+#[test]
+fn faults_of_scene_files_name_the_line() {
+    let place = Workplace::new();
+    place.write("broken.gltf", "nonsense");
+    place.write("typed.gltf", r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":"one"}]}"#);
+    let line = BALL.lines().count();
+    for (more, offset, named) in [
+        ("[method.environment_map]\nsizze = 3\n", 2, "`size`"),
+        ("[method.environment_map]\nsize = 64\nparallax = 'cube'\n", 3, "`box`"),
+        ("[method.environment_map]\nsize = 'large'\n", 2, "whole number"),
+        ("[method.environment_map]\nsize = -1\n", 2, "whole number"),
+        ("[method.reference]\nseed = 1\n[method.nonsense]\n", 3, "there is no method `nonsense`"),
+        ("'no such*' = 'diffuse'\n", 1, "there is no node or material `no such*`"),
+    ] {
+        place.write("scene.toml", format!("{BALL}{more}"));
+        for command in [&["info", "scene.toml"][..], &["render", "scene.toml", "-o", "out.png"]] {
+            let message = place.fails(1, command);
+            assert!(message.contains(&format!("scene.toml: line {}: ", line + offset)), "{more}: {message}");
+            assert!(message.contains(named), "{more}: {message}");
+            assert!(!JARGON.iter().any(|word| message.contains(word)), "{more}: {message}");
+        }
+    }
+    for (first, named) in [
+        ("gltf = ['none.glb']", "none.glb"),
+        ("gltf = ['broken.gltf']", "is no JSON"),
+        ("gltf = ['typed.gltf']", "whole number"),
+        ("environment = 'none.hdr'", "none.hdr"),
+    ] {
+        place.write("scene.toml", format!("{first}\n{BALL}"));
+        let message = place.fails(1, &["info", "scene.toml"]);
+        assert!(message.contains("scene.toml: line 1: ") && message.contains(named), "{message}");
+        assert!(!JARGON.iter().any(|word| message.contains(word)), "{message}");
+    }
+}
+
+#[test]
+fn faults_of_settings_are_in_plain_words() {
+    let place = Workplace::new();
+    for (method, set, named) in [
+        ("reference", "seed=no number", "whole number"),
+        ("reference", "seed=-1", "whole number"),
+        ("reference", "paths=forest", "`tree`"),
+        ("reference", "no_such=1", "there is no setting `no_such`"),
+        ("environment_map", "size=1.5", "whole number"),
+        ("environment_map", "size=99999999999", "99999999999"),
+        ("sample_based_camera", "accuracy_px=small", "must be a number"),
+        ("reference", "count_tests=yes", "true or false"),
+    ] {
+        let message = place.fails(2, &["render", "scene.toml", "-o", "out.png", "--method", method, "--set", set]);
+        assert!(message.contains(named), "{set}: {message}");
+        assert!(!JARGON.iter().any(|word| message.contains(word)), "{set}: {message}");
+    }
+}
+
+#[test]
+fn samples_that_a_method_cannot_take_are_wrong_usage() {
+    let place = Workplace::new();
+    let render = ["render", "scene.toml", "-o", "out.png", "--samples", "3", "--size", "8x8"];
+    let message = place.fails(2, &[&render[..], &["--method", "environment_map"]].concat());
+    assert!(message.contains("--samples 3") && message.contains("1, 2, 4, 8, 16"), "{message}");
+    let message = place.fails(2, &["compare", "scene.toml", "--report", "report", "--samples", "3"]);
+    assert!(message.contains("--samples 3"), "{message}");
+    assert_eq!(place.files(), ["scene.toml"]);
+    place.ok(&render);
+}
+
+#[test]
+fn numbers_print_as_they_are_written() {
+    let place = Workplace::with_scene(&BALL.replace("radius = 0.8", "radius = 0.8\ntint = [0.1, 0.2, 0.7]"));
+    let info = place.ok(&["info", "scene.toml", "--json"]);
+    let set = ["--method", "sample_based_camera", "--set", "accuracy_px=0.1", "--stats", "stats.json"];
+    place.ok(&[&["render", "scene.toml", "-o", "out.png", "--size", "16x12"], &set[..]].concat());
+    let lists = [info, place.ok(&["methods", "--json"]), place.text("stats.json")];
+    for text in &lists {
+        let numbers = text.split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c)));
+        let long: Vec<&str> = numbers.filter(|number| number.contains('.') && number.len() > 12).collect();
+        assert!(long.is_empty(), "{long:?}");
+    }
+    assert!(lists[0].contains("0.1,") && lists[0].contains("\"fov_deg\": 45.0"), "{}", lists[0]);
+    assert!(lists[2].contains("\"accuracy_px\": 0.1,"), "{}", lists[2]);
+}
