@@ -139,7 +139,8 @@ impl<L: Locator> VirtualObjects<'_, L> {
                 {
                     return None;
                 }
-                seen -= reflection_point.normal * (2.0 * aside);
+                let mirrored = seen - reflection_point.normal * (2.0 * aside);
+                seen = reflection_point.blended_image.map_or(mirrored, |(image, _)| image);
             }
         }
         let place = self.picture.apply(first.reflection_point.position);

@@ -364,6 +364,7 @@ impl ReflectorSearch {
             triangle,
             weights: lies.weights,
             beyond: ends,
+            blended_image: None,
         };
         if reflection_point.normal.dot(reflection_point.origin - reflection_point.position) >= 0.0 {
             return Some(reflection_point);
