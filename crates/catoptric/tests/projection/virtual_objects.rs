@@ -1,11 +1,13 @@
 //! Common behaviour of the methods of virtual objects: polish makes them exact, pictures glide, lengths are
 //! optical, nothing breaks them.
 
-use catoptric::methods::Quality;
 use catoptric::methods::projector::{Projection, Projections, VertexProjector};
+use catoptric::methods::{self, Quality, Report};
+use catoptric::progress::Silent;
 use catoptric_testkit::drawing::{round_trips, scene, with_projector};
 use catoptric_testkit::scenes::sphere_in_room;
 use glam::{Quat, Vec3};
+use std::sync::Arc;
 
 /// The goal of the methods on convex reflectors.
 #[test]
@@ -151,5 +153,25 @@ fn reflections_of_moving_things_glide() {
         };
         let compared = with_projector(id, settings, &scene, &view, quality, glide);
         assert!(compared > 90, "{id} {settings}: {compared}");
+    }
+}
+
+/// Only methods that trace rays through the reflectors build the hierarchy over them.
+#[test]
+fn methods_that_trace_nothing_build_no_hierarchy() {
+    let scene = Arc::new(scene("sphere_room?tess=8"));
+    let quality = Quality { samples: 1, order: 1 };
+    for (id, traces) in [
+        ("explosion_map", false),
+        ("reflector_search", false),
+        ("path_perturbation", true),
+        ("sample_based_camera", true),
+    ] {
+        let method = methods::create(id, &Default::default()).expect("the test's input is valid");
+        let mut prepared = method.prepare(&scene, quality, None, &Silent).expect("the test's input is valid");
+        let builds = |report: &Report| report.stages_ms.iter().any(|(stage, _)| *stage == "bvh");
+        assert_eq!(builds(prepared.report()), traces, "{id}");
+        prepared.update(&scene, quality, &Silent).expect("the test's input is valid");
+        assert!(!builds(prepared.report()), "{id}: the reflectors are the same");
     }
 }

@@ -7,7 +7,6 @@ use super::{PathGeometry, draw_paths_with};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::light::tracer::Tracer;
 use crate::methods::projector::{SpecularPath, VertexProjector};
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Job, Report};
@@ -31,7 +30,6 @@ const OWN_TRANSMITTED: f32 = 0.002;
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
     mirrors: MirrorState,
-    tracer: Arc<Tracer>,
     topologies: MeshTopologies,
     welded: Vec<Arc<WeldedObject>>,
     meshes: Mutex<KeyedMeshes>,
@@ -93,16 +91,13 @@ impl VirtualScene {
     ) -> Result<(Self, bool), Cancelled> {
         let mirrors = MirrorState::of(scene);
         let same = old.filter(|old| old.mirrors == mirrors);
-        let (tracer, topologies) = match same {
-            Some(old) => (old.tracer.clone(), old.topologies.clone()),
+        let topologies = match same {
+            Some(old) => old.topologies.clone(),
             None => {
-                Stage::begin(stages.progress, "building the hierarchy", 0)?;
-                let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
-                stages.lap("bvh");
                 Stage::begin(stages.progress, "finding neighbours", 0)?;
                 let topologies = MeshTopologies::of(scene);
                 stages.lap("topology");
-                (tracer, topologies)
+                topologies
             }
         };
         let old_welded = same.map_or(&[][..], |old| &old.welded);
@@ -114,7 +109,7 @@ impl VirtualScene {
             }
         })?;
         stages.lap("weld");
-        Ok((Self { mirrors, tracer, topologies, welded, meshes: Mutex::default() }, same.is_some()))
+        Ok((Self { mirrors, topologies, welded, meshes: Mutex::default() }, same.is_some()))
     }
 
     /// Takes the virtual meshes of an earlier scene with the same mirrors.
@@ -129,11 +124,6 @@ impl VirtualScene {
     /// The mirrors, made ready for solvers.
     pub fn surfaces<'a>(&self, scene: &'a Scene) -> SpecularSurfaces<'a> {
         SpecularSurfaces::with_topologies(scene, &self.topologies)
-    }
-
-    /// The hierarchy over reflectors and lenses alone.
-    pub fn tracer(&self) -> &Arc<Tracer> {
-        &self.tracer
     }
 
     /// Forgets all virtual meshes: the view has changed.
