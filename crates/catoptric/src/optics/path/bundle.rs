@@ -423,7 +423,7 @@ mod tests {
     use glam::{Affine3A, Vec3};
 
     fn sphere(center: Vec3, radius: f32) -> PlacedSurface {
-        let world_from_surface = Affine3A::from_translation(center);
+        let world_from_surface = Affine3A::from_translation(center).as_daffine3();
         PlacedSurface { surface: AnalyticSurface::Sphere { radius: radius.into() }, world_from_surface }
     }
 
