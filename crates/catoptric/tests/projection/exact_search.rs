@@ -214,6 +214,21 @@ fn turned_surfaces_are_as_exact_as_others() {
     assert!(tested > 100 && worst[0] < 1e-14 && worst[1] < 1e-11, "{worst:?} of {tested}");
 }
 
+/// Very near to the centre of a hollow ball, where there would be infinitely many paths, the search gives up and says
+/// so; elsewhere it does not.
+#[test]
+fn searches_that_are_cut_short_say_so() {
+    let scene = spheres(&[(Vec3::ZERO, 1.0)], mirror());
+    let settings = SearchSettings { visible_only: false, ..SearchSettings::default() };
+    let eye = DVec3::new(1e-5, 2e-5, 1e-5);
+    let search = ExactSearch::new(&scene, eye, 1, &[0], &settings, &Silent).expect("the test's input is valid");
+    let mut found = Vec::new();
+    let mut outcome = |point: DVec3| search.search(point, &mut found);
+    assert!(!outcome(DVec3::new(0.4, -0.2, 0.3)).cut_short);
+    let near: Vec<bool> = (4..12).map(|digits| outcome(eye * (1.0 + 0.1f64.powi(digits))).cut_short).collect();
+    assert!(near.contains(&true), "{near:?}");
+}
+
 #[test]
 #[ignore = "10,000 cases of each kind: run it with --release"]
 fn visible_roots_are_found_and_none_invented_in_many_cases() {

@@ -167,6 +167,7 @@ impl VirtualScene {
         if unfinished > 0 {
             report.fallbacks.insert("undivided_pieces", unfinished);
         }
+        projector.add_fallbacks(&mut report);
         report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
         Ok(report)
     }

@@ -94,6 +94,7 @@ impl MeshProjection for PathPerturbation {
         report.counts.entry("rays_traced").or_insert(0);
         report.counts.insert("sample_rays", map.samples as u64);
         report.bytes.insert("ray_map", map.byte_count());
+        report.add_fallback("samples_left_coarse", map.left_coarse);
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

@@ -4,6 +4,7 @@ mod chart;
 mod mirror;
 
 use crate::math::Aabb;
+use crate::methods::Report;
 use crate::methods::projection::explosion_map::cell_tree::CellTree;
 use crate::methods::projection::explosion_map::cells::{MapCells, RayCorner};
 use crate::methods::projection::explosion_map::settings::{ExplosionMapSettings, Variant};
@@ -282,6 +283,10 @@ impl ExplosionMap {
 impl Locator for ExplosionMap {
     fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints) {
         found.extend(points, |point, found| self.locate_point(reflector, point, found));
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        report.add_fallback("cells_not_searched", self.tree.as_ref().map_or(0, CellTree::not_searched));
     }
 
     fn byte_count(&self) -> u64 {

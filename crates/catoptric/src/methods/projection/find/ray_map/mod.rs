@@ -135,6 +135,8 @@ pub struct RayMap {
     pub rays_traced: u64,
     /// Rays of the field that were sampled.
     pub samples: usize,
+    /// Cells that disagree with their neighbours, but are not divided since there would be too many.
+    pub left_coarse: u64,
     index: CellIndex,
 }
 
@@ -152,7 +154,7 @@ impl RayMap {
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
         let cells = SampleCells::sample(specular, field, sampling, bounds, progress)?;
-        let rays_traced = cells.rays_traced();
+        let (rays_traced, left_coarse) = (cells.rays_traced(), cells.left_coarse());
         let paths = cells.paths();
         let neighbours_of_cells = cells.neighbours();
         let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
@@ -193,7 +195,7 @@ impl RayMap {
         for (rays, group) in finished.iter_mut().zip(groups) {
             (rays.path, rays.samples) = (group.path, group.samples);
         }
-        Ok(Self { groups: finished, rays_traced, samples, index })
+        Ok(Self { groups: finished, rays_traced, samples, left_coarse, index })
     }
 
     /// The index of a path's sample whose cell covers a place of the field.

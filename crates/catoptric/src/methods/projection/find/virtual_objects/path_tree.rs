@@ -7,6 +7,7 @@ use super::descent::PathStep;
 use super::eye_image::EyeImage;
 use super::mesh::ReflectorMesh;
 use super::rays::{ReflectionPoints, VertexRays};
+use crate::methods::Report;
 use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::relative_index;
@@ -45,6 +46,9 @@ pub(crate) trait Locator: Send + Sync {
 
     /// Bytes held.
     fn byte_count(&self) -> u64;
+
+    /// Adds the counts of searches that were cut short by a limit so far.
+    fn add_fallbacks(&self, report: &mut Report);
 }
 
 /// Rays of one kind at a level.
@@ -75,8 +79,8 @@ pub(crate) struct PathTree<L> {
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
     images: Vec<Option<EyeImage>>,
-    /// True if there were more paths than are built.
-    pub(crate) cut_short: bool,
+    /// Paths beyond [`MAX_PATHS`], which are not built; longer ones that would start with them are not counted.
+    pub(crate) paths_left_out: u64,
 }
 
 impl<L> PathLevel<L> {
@@ -98,7 +102,7 @@ impl<L: Locator> PathTree<L> {
     ) -> Result<Self, Cancelled> {
         let drawn = |mesh: &ReflectorMesh| (!mesh.convex).then(|| EyeImage::draw(mesh, view, image_size)).flatten();
         let images = parallel::map_collect(meshes.len(), |index| drawn(&meshes[index]));
-        let mut all = Self { paths: Vec::new(), levels: Vec::new(), view: view.clone(), images, cut_short: false };
+        let mut all = Self { paths: Vec::new(), levels: Vec::new(), view: view.clone(), images, paths_left_out: 0 };
         // How many paths there will be is unknown.
         let stage = Stage::begin(progress, "building maps", 0)?;
         let mut parents = 0..0;
@@ -179,8 +183,8 @@ impl<L: Locator> PathTree<L> {
                 continue;
             }
             if self.levels.len() >= MAX_PATHS {
-                self.cut_short = true;
-                return Ok(());
+                self.paths_left_out += 1;
+                continue;
             }
             let bounce = Bounce { object: mesh.object, kind };
             let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();

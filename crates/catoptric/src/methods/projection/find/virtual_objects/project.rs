@@ -3,6 +3,7 @@
 use super::descent::{Appearance, Descent, DescentScratch, PathStep, Recursion};
 use super::mesh::ReflectorMesh;
 use super::path_tree::{Locator, PathTree};
+use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
@@ -93,6 +94,12 @@ impl<L: Locator> VertexProjector for VirtualObjects<'_, L> {
             });
         }
         SCRATCH.set(scratch);
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        for ray_set in self.tree.levels.iter().flat_map(|level| &level.ray_sets) {
+            ray_set.locator.add_fallbacks(report);
+        }
     }
 }
 
