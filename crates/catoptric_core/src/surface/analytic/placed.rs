@@ -35,8 +35,7 @@ impl PlacedSurface {
     /// The box around the surface in the world.
     #[inline]
     pub fn bounds(&self) -> Aabb {
-        let corners = self.surface.bounds().corners();
-        Aabb::around(corners.map(|corner| self.world_from_surface.transform_point3(corner.as_dvec3()).as_vec3()))
+        self.surface.bounds().transformed(&self.world_from_surface)
     }
 
     /// The linear map from directions in the world to those in the surface's frame.

@@ -189,16 +189,6 @@ fn sign_changes(placed: &PlacedSurface, origin: DVec3, direction: DVec3, far: f6
     found
 }
 
-trait Transposed {
-    fn as_dmat3_transposed(&self) -> DMat3;
-}
-
-impl Transposed for glam::Mat3A {
-    fn as_dmat3_transposed(&self) -> DMat3 {
-        glam::Mat3::from(*self).as_dmat3().transpose()
-    }
-}
-
 #[test]
 fn no_first_hit_is_missed_and_none_is_invented() {
     let mut random = Stream::new(2);
