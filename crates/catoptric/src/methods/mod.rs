@@ -157,6 +157,13 @@ impl Report {
         self.warnings.extend(later.warnings);
     }
 
+    /// Adds to the count of a fall-back, if there were any.
+    pub fn add_fallback(&mut self, name: &'static str, count: u64) {
+        if count > 0 {
+            *self.fallbacks.entry(name).or_insert(0) += count;
+        }
+    }
+
     /// Adds the rasteriser's times and counts.
     pub fn add_raster(&mut self, raster: &RasterReport) {
         self.stages_ms.push(("raster_setup", raster.setup_ms));

@@ -135,6 +135,8 @@ pub struct SearchOutcome {
     pub found: usize,
     /// The point has infinitely many paths of some sequence of bounces; those are left out.
     pub infinite: bool,
+    /// A limit has cut the search short: paths may be missing.
+    pub cut_short: bool,
 }
 
 /// Finds all specular paths between one eye and scene points.

@@ -1,5 +1,6 @@
 //! Appearances of scene points: the answers of every method that projects points.
 
+use crate::methods::Report;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::Scene;
 use glam::{Vec2, Vec3};
@@ -194,6 +195,9 @@ pub trait VertexProjector: Sync {
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
         self.project_on(one.path, &[point], found);
     }
+
+    /// Adds the counts of searches that were cut short by a limit, since the data of the view were built.
+    fn add_fallbacks(&self, _report: &mut Report) {}
 
     /// Appends a batch of scene points with all their appearances, those of a point in the order of their paths.
     fn project(&self, points: &[Vec3], found: &mut Projections) {

@@ -5,8 +5,8 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
 use catoptric::light::tracer::Tracer;
 use catoptric::math::Aabb;
-use catoptric::methods::Quality;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs, views_manifest};
+use catoptric::methods::{self, Quality};
 use catoptric::metrics::{Comparison, PictureError};
 use catoptric::picture;
 use catoptric::progress::Silent;
@@ -348,6 +348,21 @@ fn views_made_elsewhere_show_what_captured_ones_do() {
     // Baked, they are the same; the file names the pictures that they are of.
     let units = baked("light_field", &with(""), &scene, QUALITY);
     assert!(from_bake(&with(""), &scene, units).unwrap().draw(&view).unwrap().picture.pixels == imported.pixels);
+
+    // By a hash that other programs can compute, too: of lengths and bytes, view after view.
+    let mut hash = blake3::Hasher::new();
+    for slab in ["px", "nx", "py", "ny", "pz", "nz"] {
+        for (t, s) in (0..6).flat_map(|t| (0..6).map(move |s| (t, s))) {
+            for kind in ["radiance", "distance"] {
+                let bytes = std::fs::read(folder.path().join(format!("{kind}-{slab}-{s}-{t}.exr"))).unwrap();
+                hash.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
+            }
+        }
+    }
+    let plan = methods::find("light_field").unwrap().bake.unwrap();
+    let work = plan(&with("").parse().unwrap(), &scene, QUALITY).unwrap();
+    let expected = format!("pictures:{}", &hash.finalize().to_hex()[..32]);
+    assert_eq!(work.settings()["views"].as_str(), Some(&*expected));
 
     // Pictures that do not fit are refused by name.
     let manifest_without = |line: &str| {

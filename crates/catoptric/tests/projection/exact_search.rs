@@ -10,9 +10,9 @@ use catoptric::optics::path::bundle::{Bounce, BounceKind, Eye};
 use catoptric::progress::Silent;
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, Model, Node};
 use catoptric::scene::{Material, Scene};
-use catoptric::surface::AnalyticSurface;
+use catoptric::surface::{AnalyticSurface, Torus};
 use catoptric_scenes::builtin;
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3, Vec3};
 
 /// A scene of spheres of one material.
 fn spheres(places: &[(Vec3, f64)], material: Material) -> Scene {
@@ -176,6 +176,57 @@ fn count_all(cases: [usize; 2], limit: usize) {
 #[test]
 fn visible_roots_are_found_and_none_invented() {
     count_all([6, 10], 0);
+}
+
+/// The points of a turned torus lie on it, and the law holds there, by formulas in the place that it is given: what is
+/// between keeps double precision.
+#[test]
+fn turned_surfaces_are_as_exact_as_others() {
+    let [x, y, z] = [33.3, -71.7, 12.9].map(f64::to_radians);
+    let rotation = DQuat::from_rotation_z(z) * DQuat::from_rotation_y(y) * DQuat::from_rotation_x(x);
+    let (turn, center) = (DMat3::from_quat(rotation), DVec3::new(0.1, 0.2, 0.3));
+    let surface = AnalyticSurface::Torus(Torus::new(0.7, 0.23).expect("the test's input is valid"));
+    let mut model = Model { materials: vec![mirror()], ..Model::default() };
+    let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
+    let local = LocalTransform::Rigid { translation: center, rotation };
+    model.nodes.push(Node { name: "ring".into(), analytic, local, ..Node::default() });
+    let scene = model.pose(&Default::default()).expect("the test's input is valid");
+    let mut random = Stream::new(17);
+    let (mut tested, mut worst) = (0, [0.0f64; 2]);
+    for _ in 0..20 {
+        let eye = center + unit_vector(&mut random) * 3.0;
+        let search = search(&scene, eye, 1);
+        for _ in 0..20 {
+            let point = center + unit_vector(&mut random) * between(&mut random, 1.2, 4.0);
+            let mut found = Vec::new();
+            search.search(point, &mut found);
+            for path in &found {
+                let local = turn.transpose() * (path.bounce_points[0] - center);
+                let ring = DVec3::new(local.x, 0.0, local.z).normalize() * 0.7;
+                let normal = turn * (local - ring).normalize();
+                let half = (eye - path.bounce_points[0]).normalize() + (point - path.bounce_points[0]).normalize();
+                worst[0] = worst[0].max(((local - ring).length() - 0.23).abs());
+                worst[1] = worst[1].max((half - normal * half.dot(normal)).length());
+                tested += 1;
+            }
+        }
+    }
+    assert!(tested > 100 && worst[0] < 1e-14 && worst[1] < 1e-11, "{worst:?} of {tested}");
+}
+
+/// Very near to the centre of a hollow ball, where there would be infinitely many paths, the search gives up and says
+/// so; elsewhere it does not.
+#[test]
+fn searches_that_are_cut_short_say_so() {
+    let scene = spheres(&[(Vec3::ZERO, 1.0)], mirror());
+    let settings = SearchSettings { visible_only: false, ..SearchSettings::default() };
+    let eye = DVec3::new(1e-5, 2e-5, 1e-5);
+    let search = ExactSearch::new(&scene, eye, 1, &[0], &settings, &Silent).expect("the test's input is valid");
+    let mut found = Vec::new();
+    let mut outcome = |point: DVec3| search.search(point, &mut found);
+    assert!(!outcome(DVec3::new(0.4, -0.2, 0.3)).cut_short);
+    let near: Vec<bool> = (4..12).map(|digits| outcome(eye * (1.0 + 0.1f64.powi(digits))).cut_short).collect();
+    assert!(near.contains(&true), "{near:?}");
 }
 
 #[test]

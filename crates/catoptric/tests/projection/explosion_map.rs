@@ -1,7 +1,11 @@
 //! Explosion maps against the reference, by pictures and by round trips; their errors against sizes and tessellations.
 
+use catoptric::methods::Quality;
+use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Preset, ReflectorMap};
+use catoptric::methods::projector::Projections;
 use catoptric::scene::Scene;
-use catoptric_testkit::drawing::{assert_measured as check, measured, round_trips, scene};
+use catoptric_testkit::drawing::{assert_measured as check, measured, round_trips, scene, with_projector};
+use glam::Vec3;
 
 #[test]
 fn a_ball_of_triangles_in_a_room_equals_the_reference() {
@@ -77,4 +81,50 @@ fn errors_fall_with_larger_maps_more_spheres_and_finer_triangles() {
     });
     // With the square of the edges.
     assert!(triangles[1] < 0.35 * triangles[0] && triangles[2] < 0.35 * triangles[1], "{triangles:?}");
+}
+
+/// Images in two tangent planes, blended, are nearer than the image in a blended plane (20 px here).
+#[test]
+fn two_spheres_blend_the_images_of_a_vertex() {
+    let scene = scene("sphere_room?tess=64");
+    let trips = round_trips("explosion_map", &scene, "preset = 'faithful'", 6).all;
+    assert!(trips.p50.is_some_and(|p50| p50 < 16.0) && trips.p99.is_some_and(|p99| p99 < 30.0), "{trips:?}");
+}
+
+/// One by one and many at once, points have the same images, and these move as their changes predict.
+#[test]
+fn blended_images_move_as_predicted() {
+    let scene = scene("sphere_room?tess=64");
+    let view = scene.default_view(640, 480);
+    let mut map =
+        ReflectorMap::new(&scene, scene.specular_objects()[0], &ExplosionMapSettings::preset(Preset::Faithful));
+    map.look(&view);
+    let center = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
+    let point = |k: u16| {
+        let turn = f32::from(k) * 0.61;
+        let away = 0.7 + f32::from(k % 11) * 0.15;
+        center + (view.eye() - center).normalize() * 0.6 + Vec3::new(turn.cos(), 0.3 * turn.sin(), turn.sin()) * away
+    };
+    let points: Vec<Vec3> = (0..400).map(point).collect();
+    let step = Vec3::new(1.0, -2.0, 1.5) * 1e-3;
+    let moved: Vec<Vec3> = points.iter().map(|point| *point + step).collect();
+    let mut images = vec![Vec3::NAN; points.len()];
+    map.virtual_vertices(&points, &mut images);
+    let quality = Quality { samples: 1, order: 1 };
+    with_projector("explosion_map", "preset = 'faithful'", &scene, &view, quality, |projector| {
+        let [mut here, mut there] = [Projections::default(), Projections::default()];
+        projector.project_on(0, &points, &mut here);
+        projector.project_on(0, &moved, &mut there);
+        let (mut compared, mut jumps) = (0, 0);
+        for (number, image) in images.iter().enumerate() {
+            let ([one], [next]) = (here.of(number), there.of(number)) else { continue };
+            let seen = view.pixel_of(*image).expect("it is before the eye");
+            assert!(seen.distance(one.image_px) < 0.05, "{seen}, not {}", one.image_px);
+            let by = next.image_px - one.image_px;
+            // From texel to texel images jump.
+            jumps += u32::from(one.predicted(step).distance(next.image_px) > 0.05 * by.length() + 0.01);
+            compared += 1;
+        }
+        assert!(compared > 100 && 10 * jumps < compared, "{jumps} of {compared}");
+    });
 }

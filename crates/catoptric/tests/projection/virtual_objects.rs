@@ -1,11 +1,14 @@
 //! Common behaviour of the methods of virtual objects: polish makes them exact, pictures glide, lengths are
 //! optical, nothing breaks them.
 
-use catoptric::methods::Quality;
 use catoptric::methods::projector::{Projection, Projections, VertexProjector};
+use catoptric::methods::{self, Quality, Report};
+use catoptric::progress::Silent;
+use catoptric::scene::Material;
 use catoptric_testkit::drawing::{round_trips, scene, with_projector};
-use catoptric_testkit::scenes::sphere_in_room;
+use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
 use glam::{Quat, Vec3};
+use std::sync::Arc;
 
 /// The goal of the methods on convex reflectors.
 #[test]
@@ -151,5 +154,70 @@ fn reflections_of_moving_things_glide() {
         };
         let compared = with_projector(id, settings, &scene, &view, quality, glide);
         assert!(compared > 90, "{id} {settings}: {compared}");
+    }
+}
+
+/// Paths beyond the 256 that are built are counted: 18 balls of open meshes have 18 + 18 * 18 of up to two bounces.
+#[test]
+fn paths_that_are_left_out_are_counted() {
+    let mut builder = SceneBuilder::new();
+    let chrome = builder.material(Material::mirror("chrome", Vec3::ONE));
+    for ball in 0..18u8 {
+        let center = Vec3::new(f32::from(ball % 6) - 2.5, f32::from(ball / 6) - 1.0, 0.0);
+        builder.sphere_mesh(&format!("ball {ball}"), center, 0.3, 4, chrome);
+    }
+    builder.camera(Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO, 50.0);
+    let scene = Arc::new(builder.build());
+    let view = scene.default_view(64, 48);
+    let settings = "preset = 'fast'\nmap_size = 8\nlongest_edge = 10.0";
+    let settings = settings.parse().expect("the test's input is valid");
+    let method = methods::create("explosion_map", &settings).expect("the test's input is valid");
+    for (order, left_out) in [(1, None), (2, Some(18 + 18 * 18 - 256))] {
+        let quality = Quality { samples: 1, order };
+        let mut prepared = method.prepare(&scene, quality, None, &Silent).expect("the test's input is valid");
+        let frame = prepared.frame(&view, &Silent).expect("the test's input is valid");
+        assert_eq!(frame.report().fallbacks.get("paths_left_out").copied(), left_out, "order {order}");
+    }
+}
+
+/// At the centre of a hollow ball that the eye is near to, all rays meet: more cells hold that place than are searched.
+#[test]
+fn cells_that_are_not_searched_are_counted() {
+    let mut builder = SceneBuilder::new();
+    let chrome = builder.material(Material::mirror("chrome", Vec3::ONE));
+    builder.sphere_mesh("hollow", Vec3::ZERO, 2.0, 60, chrome);
+    builder.camera(Vec3::new(0.0, 0.0, 0.001), Vec3::new(0.0, 0.0, -1.0), 100.0);
+    let scene = builder.build();
+    let view = scene.default_view(64, 48);
+    let quality = Quality { samples: 1, order: 1 };
+    with_projector("explosion_map", "", &scene, &view, quality, |projector| {
+        let counted = |point: Vec3| {
+            projector.project_on(0, &[point], &mut Projections::default());
+            let mut report = Report::default();
+            projector.add_fallbacks(&mut report);
+            report.fallbacks.get("cells_not_searched").copied()
+        };
+        assert_eq!(counted(Vec3::new(1.0, 0.7, 0.3)), None);
+        assert!(counted(Vec3::new(0.0, 0.0, -0.001)).is_some_and(|cells| cells > 100));
+    });
+}
+
+/// Only methods that trace rays through the reflectors build the hierarchy over them.
+#[test]
+fn methods_that_trace_nothing_build_no_hierarchy() {
+    let scene = Arc::new(scene("sphere_room?tess=8"));
+    let quality = Quality { samples: 1, order: 1 };
+    for (id, traces) in [
+        ("explosion_map", false),
+        ("reflector_search", false),
+        ("path_perturbation", true),
+        ("sample_based_camera", true),
+    ] {
+        let method = methods::create(id, &Default::default()).expect("the test's input is valid");
+        let mut prepared = method.prepare(&scene, quality, None, &Silent).expect("the test's input is valid");
+        let builds = |report: &Report| report.stages_ms.iter().any(|(stage, _)| *stage == "bvh");
+        assert_eq!(builds(prepared.report()), traces, "{id}");
+        prepared.update(&scene, quality, &Silent).expect("the test's input is valid");
+        assert!(!builds(prepared.report()), "{id}: the reflectors are the same");
     }
 }

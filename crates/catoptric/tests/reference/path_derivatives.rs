@@ -122,7 +122,7 @@ fn put_in_the_way(shape: &Shape, ray: &Ray, distance: f64, random: &mut Stream) 
     let translation = (ray.origin + ray.direction * distance).as_vec3() - rotation * local;
     PlacedSurface {
         surface: surface.clone(),
-        world_from_surface: Affine3A::from_rotation_translation(rotation, translation),
+        world_from_surface: Affine3A::from_rotation_translation(rotation, translation).as_daffine3(),
     }
 }
 
@@ -466,8 +466,10 @@ fn perturbed_paths_err_by_one_order_more_than_they_keep() {
 
 #[test]
 fn degenerate_paths_have_no_derivatives() {
-    let sphere =
-        PlacedSurface { surface: AnalyticSurface::Sphere { radius: 1.0 }, world_from_surface: Affine3A::IDENTITY };
+    let sphere = PlacedSurface {
+        surface: AnalyticSurface::Sphere { radius: 1.0 },
+        world_from_surface: Affine3A::IDENTITY.as_daffine3(),
+    };
     let at = |position: DVec3| PathBounce { position, taylor: sphere.taylor3(position), weights: [1.0; 2] };
     let eye = Eye::Point(DVec3::Z * 3.0);
     let top = at(DVec3::Z);

@@ -39,6 +39,7 @@ struct PointCounts {
     reflections: u64,
     without: u64,
     infinite: u64,
+    cut_short: u64,
 }
 
 /// The search and view for every point.
@@ -130,6 +131,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     }
     written?;
     terminal.warn(&model.warnings);
+    terminal.warn(cut_short_warning(&counts).iter());
     Ok(terminal.unless_quiet(summary(args, &counts)))
 }
 
@@ -218,6 +220,7 @@ fn stream(
             counts.reflections += piece.reflections;
             counts.without += piece.without;
             counts.infinite += piece.infinite;
+            counts.cut_short += piece.cut_short;
         }
         chunk = next.map_err(StreamError::Points)?;
         progress.at("projecting", points.bytes_read(), points.total_bytes()).map_err(StreamError::Cancelled)?;
@@ -236,6 +239,7 @@ impl Query<'_> {
             for (index, &point) in points.iter().enumerate() {
                 found.clear();
                 let outcome = self.search.search(point, found);
+                counts.cut_short += u64::from(outcome.cut_short);
                 if outcome.infinite {
                     counts.infinite += 1;
                     continue;
@@ -260,8 +264,15 @@ impl Query<'_> {
     }
 }
 
+/// The warning about searches that a limit has cut short.
+fn cut_short_warning(counts: &PointCounts) -> Option<String> {
+    let PointCounts { points, cut_short, .. } = *counts;
+    (cut_short > 0)
+        .then(|| format!("the search was cut short for {cut_short} of {points} points: paths may be missing"))
+}
+
 fn summary(args: &ProjectArgs, counts: &PointCounts) -> String {
-    let PointCounts { points, reflections, without, infinite } = counts;
+    let PointCounts { points, reflections, without, infinite, .. } = counts;
     let output = args.output.display();
     format!(
         "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with \

@@ -1,4 +1,4 @@
-use glam::{Affine3A, Vec3};
+use glam::{DAffine3, Vec3};
 
 /// An axis-aligned box; empty when `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,10 +75,10 @@ impl Aabb {
 
     /// The smallest axis-aligned box around the transformed box.
     #[inline]
-    pub fn transformed(&self, transform: &Affine3A) -> Self {
+    pub fn transformed(&self, transform: &DAffine3) -> Self {
         if self.is_empty() {
             return *self;
         }
-        Self::around(self.corners().map(|corner| transform.transform_point3(corner)))
+        Self::around(self.corners().map(|corner| transform.transform_point3(corner.as_dvec3()).as_vec3()))
     }
 }

@@ -92,7 +92,7 @@ impl Channel {
                 *rotation = value.filter(|q| q.is_finite()).unwrap_or(*rotation);
             }
             // glTF forbids animating a node that has a matrix; the matrix stays.
-            (_, LocalTransform::Matrix(_)) => {}
+            (_, LocalTransform::Matrix(_) | LocalTransform::Rigid { .. }) => {}
         }
     }
 }

@@ -6,7 +6,7 @@ use super::{Environment, LightKind, Material, Projection, Texture};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::AnalyticSurface;
-use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use glam::{Affine3A, DQuat, DVec3, Mat4, Quat, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -93,6 +93,13 @@ pub enum LocalTransform {
         rotation: Quat,
         /// The scale along each axis.
         scale: Vec3,
+    },
+    /// Rotate, then translate, in double precision, for analytic surfaces; not animated.
+    Rigid {
+        /// The translation.
+        translation: DVec3,
+        /// The rotation, of unit length.
+        rotation: DQuat,
     },
 }
 

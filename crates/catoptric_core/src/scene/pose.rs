@@ -7,7 +7,7 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use crate::surface::mesh::parts::append_parts;
-use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, Mat3, Mat4, Quat, Vec2, Vec3};
 use std::collections::HashMap;
 
 /// The moment and the roles with which a model becomes a scene.
@@ -29,6 +29,8 @@ const MAX_COORDINATE: f32 = 1e12;
 #[derive(Clone)]
 struct NodeState {
     local: Mat4,
+    /// The same in double precision.
+    exact: DMat4,
     weights: Option<Vec<f32>>,
 }
 
@@ -68,7 +70,7 @@ impl Model {
                 }
             }
             if let Some(analytic) = &node.analytic {
-                builder.add_analytic(node, analytic, &world, index)?;
+                builder.add_analytic(node, analytic, &self.exact_world(&states, index), index)?;
             }
             let Some(mesh_index) = node.mesh else { continue };
             let mesh =
@@ -144,7 +146,11 @@ impl Model {
                 channel.apply(time, local, &mut weights[channel.node]);
             }
         }
-        let states = parts.iter().zip(weights).map(|(local, weights)| NodeState { local: local.matrix(), weights });
+        let states = parts.iter().zip(weights).map(|(local, weights)| NodeState {
+            local: local.matrix(),
+            exact: local.exact_matrix(),
+            weights,
+        });
         Ok(states.collect())
     }
 
@@ -182,6 +188,19 @@ impl Model {
     }
 }
 
+impl Model {
+    /// The place of a node in double precision; none of its ancestors may be its own.
+    fn exact_world(&self, states: &[NodeState], node: usize) -> DAffine3 {
+        let mut world = states[node].exact;
+        let mut parent = self.nodes[node].parent;
+        while let Some(node) = parent {
+            world = states[node].exact * world;
+            parent = self.nodes[node].parent;
+        }
+        DAffine3::from_mat4(world)
+    }
+}
+
 fn affine(matrix: &Mat4) -> Affine3A {
     Affine3A::from_mat4(*matrix)
 }
@@ -202,6 +221,22 @@ impl LocalTransform {
                     if length2.is_finite() && length2 > 1e-20 { rotation.normalize() } else { Quat::IDENTITY };
                 Mat4::from_scale_rotation_translation(scale, rotation, translation)
             }
+            Self::Rigid { .. } => self.exact_matrix().as_mat4(),
+        }
+    }
+
+    /// The matrix in double precision: of single-precision rotations, that of the nearest unit quaternion.
+    fn exact_matrix(&self) -> DMat4 {
+        match *self {
+            Self::Matrix(matrix) => matrix.as_dmat4(),
+            Self::Parts { translation, rotation, scale } => {
+                let rotation = rotation.as_dquat();
+                let length2 = rotation.length_squared();
+                let rotation =
+                    if length2.is_finite() && length2 > 1e-20 { rotation.normalize() } else { DQuat::IDENTITY };
+                DMat4::from_scale_rotation_translation(scale.as_dvec3(), rotation, translation.as_dvec3())
+            }
+            Self::Rigid { translation, rotation } => DMat4::from_rotation_translation(rotation, translation),
         }
     }
 }
@@ -364,7 +399,7 @@ impl SceneBuilder<'_> {
         &mut self,
         node: &Node,
         analytic: &AnalyticAsset,
-        world: &Affine3A,
+        world: &DAffine3,
         index: usize,
     ) -> Result<(), SceneError> {
         let invalid = |problem: &str| SceneError::invalid(&self.model.name, format!("nodes[{index}]"), problem);
@@ -376,15 +411,16 @@ impl SceneBuilder<'_> {
         if !world.is_finite() || scale <= 0.0 || scales.iter().any(|s| (s - scale).abs() > 1e-3 * scale) {
             return Err(invalid("an analytic surface can be turned, moved and scaled alike in all directions only"));
         }
-        let surface = analytic.surface.scaled(scale as f64);
-        let placed = PlacedSurface { surface, world_from_surface: rigid(world) };
+        let surface = analytic.surface.scaled(scale);
+        let (_, rotation, translation) = world.to_scale_rotation_translation();
+        let place = DAffine3::from_rotation_translation(rotation, translation);
+        let placed = PlacedSurface { surface, world_from_surface: place };
         let material = self.material(&node.name, analytic.material);
         let mesh = placed.surface.tessellate();
         let (first_vertex, first_triangle) = (self.scene.positions.len(), self.scene.triangles.len());
-        let place = placed.world_from_surface;
         let scene = &mut self.scene;
-        scene.positions.extend(mesh.positions.iter().map(|p| place.transform_point3(*p)));
-        scene.normals.extend(mesh.normals.iter().map(|n| place.transform_vector3(*n)));
+        scene.positions.extend(mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3()).as_vec3()));
+        scene.normals.extend(mesh.normals.iter().map(|n| place.transform_vector3(n.as_dvec3()).as_vec3()));
         scene.uvs.extend(mesh.uvs.iter().map(|uv| [*uv; 2]));
         if self.any_colors {
             scene.colors.resize(scene.positions.len(), [1.0; 4]);

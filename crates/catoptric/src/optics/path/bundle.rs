@@ -9,7 +9,7 @@
 
 use crate::math::jet::{PAIRS, ScalarJet, VectorJet};
 use crate::surface::patch::{SurfacePatch, tangent_frame};
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 
 /// The light's interaction at a bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -208,6 +208,26 @@ pub struct Perturbation {
     pub distance: f64,
 }
 
+/// The first-order part of a [`Perturbation`].
+#[derive(Clone, Copy, Debug)]
+pub struct FirstOrder {
+    /// The parameters of the ray through the moved point.
+    pub linear: DVec2,
+    /// Distance of the moved point along the central ray.
+    pub distance: f64,
+    /// The change of the parameters with a lateral step, `[a][i]`.
+    focus: [[f64; 2]; 2],
+}
+
+impl FirstOrder {
+    /// The change of the parameters with a lateral step.
+    #[inline]
+    pub fn lateral_change(&self) -> DMat2 {
+        let [[a, b], [c, d]] = self.focus;
+        DMat2::from_cols_array(&[a, c, b, d])
+    }
+}
+
 impl OutgoingRays {
     /// The rays that leave a bundle; returns `None` if the direction is not finite.
     pub fn new(bundle: &RayBundle) -> Option<Self> {
@@ -308,12 +328,27 @@ impl OutgoingRays {
     /// point.
     #[inline]
     pub fn perturbed(&self, point: DVec3) -> Option<Perturbation> {
+        let first = self.first_order(point)?;
+        Some(Perturbation { linear: first.linear, quadratic: self.second_order(&first), distance: first.distance })
+    }
+
+    /// The first-order part of [`Self::perturbed`].
+    #[inline]
+    pub fn first_order(&self, point: DVec3) -> Option<FirstOrder> {
         let relative = point - self.origin;
         let distance = relative.dot(self.direction);
         let focus = self.focus(distance)?;
         let lateral = self.across.map(|axis| axis.dot(relative));
+        let linear = DVec2::from(focus.map(|row| row[0] * lateral[0] + row[1] * lateral[1]));
+        Some(FirstOrder { linear, distance, focus })
+    }
+
+    /// The second-order part of [`Self::perturbed`].
+    #[inline]
+    pub fn second_order(&self, first: &FirstOrder) -> DVec2 {
+        let FirstOrder { linear, distance, focus } = *first;
         let along = |row: &[f64; 2], right: &[f64; 2]| row[0] * right[0] + row[1] * right[1];
-        let z = focus.map(|row| along(&row, &lateral));
+        let z = linear.to_array();
         let forward = -along(&self.origin_along, &z);
         let squares = [0.5 * z[0] * z[0], z[0] * z[1], 0.5 * z[1] * z[1]];
         let bend = [0, 1].map(|i: usize| {
@@ -323,8 +358,18 @@ impl OutgoingRays {
                 + coefficient(2) * squares[2]
                 + forward * along(&self.direction_change[i], &z)
         });
-        let quadratic = focus.map(|row| -along(&row, &bend));
-        Some(Perturbation { linear: DVec2::from(z), quadratic: DVec2::from(quadratic), distance })
+        DVec2::from(focus.map(|row| -along(&row, &bend)))
+    }
+
+    /// The lateral second-order terms of [`Self::second_order`] as quadratic forms of the parameters (`xx / 2`, `xy`,
+    /// `yy / 2`), for both axes: those that do not depend on the distance along the ray, and those for a distance of 1.
+    pub fn bend_forms(&self) -> [[[f64; 3]; 2]; 2] {
+        let [along_x, along_y] = self.origin_along;
+        let origin = [0, 1].map(|i: usize| {
+            let ([xx, xy, yy], [x, y]) = (self.origin_bend[i], self.direction_change[i]);
+            [xx - 2.0 * along_x * x, xy - along_x * y - along_y * x, yy - 2.0 * along_y * y]
+        });
+        [origin, self.direction_bend]
     }
 
     /// The distances along the central ray at which neighbouring rays meet it, ascending; at most two, and only
@@ -378,7 +423,7 @@ mod tests {
     use glam::{Affine3A, Vec3};
 
     fn sphere(center: Vec3, radius: f32) -> PlacedSurface {
-        let world_from_surface = Affine3A::from_translation(center);
+        let world_from_surface = Affine3A::from_translation(center).as_daffine3();
         PlacedSurface { surface: AnalyticSurface::Sphere { radius: radius.into() }, world_from_surface }
     }
 

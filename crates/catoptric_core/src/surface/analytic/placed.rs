@@ -3,7 +3,7 @@
 use super::{AnalyticSurface, ImplicitShape, Sphere, Taylor2, Taylor3, with_shape};
 use super::{Plane, derivatives::outer};
 use crate::math::Aabb;
-use glam::{Affine3A, DMat3, DVec3, Mat3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// A surface placed in the world by a rotation and a translation.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub struct PlacedSurface {
     /// The shape.
     pub surface: AnalyticSurface,
     /// Its place: rotation and translation only.
-    pub world_from_surface: Affine3A,
+    pub world_from_surface: DAffine3,
 }
 
 /// The intersection of a ray with a surface.
@@ -41,12 +41,12 @@ impl PlacedSurface {
     /// The linear map from directions in the world to those in the surface's frame.
     #[inline]
     fn surface_from_world(&self) -> DMat3 {
-        Mat3::from(self.world_from_surface.matrix3).as_dmat3().transpose()
+        self.world_from_surface.matrix3.transpose()
     }
 
     #[inline]
     fn center(&self) -> DVec3 {
-        Vec3::from(self.world_from_surface.translation).as_dvec3()
+        self.world_from_surface.translation
     }
 
     /// The surface's implicit function at a world point, to second order.

@@ -1,7 +1,7 @@
 use super::derivatives::ImplicitFunction;
 use super::*;
 use crate::math::random::Stream;
-use glam::{Affine3A, DMat3, Quat};
+use glam::{Affine3A, DAffine3, DMat3, Quat};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -54,7 +54,7 @@ fn placed(surface: &AnalyticSurface) -> PlacedSurface {
     let turn = Quat::from_euler(glam::EulerRot::XYZ, 0.4, -0.9, 1.3);
     PlacedSurface {
         surface: surface.clone(),
-        world_from_surface: Affine3A::from_rotation_translation(turn, Vec3::new(0.3, -0.2, 0.5)),
+        world_from_surface: Affine3A::from_rotation_translation(turn, Vec3::new(0.3, -0.2, 0.5)).as_daffine3(),
     }
 }
 
@@ -72,7 +72,7 @@ fn points_near(
 ) -> Vec<DVec3> {
     let vertex = |random: &mut Stream| {
         let index = (random.next_unit() * mesh.positions.len() as f32) as usize % mesh.positions.len();
-        placed.world_from_surface.transform_point3(mesh.positions[index]).as_dvec3()
+        placed.world_from_surface.transform_point3(mesh.positions[index].as_dvec3())
     };
     (0..count).map(|_| vertex(random) + random_vector(random) * distance).collect()
 }
@@ -93,7 +93,7 @@ fn derivatives_agree_with_central_differences() {
             let lower = placed.taylor2(point);
             assert_eq!(at.lower.value.signum(), lower.value.signum());
             // Powers near the coordinate planes change fast: steps there must be small, and differences are not exact.
-            let local = placed.world_from_surface.inverse().transform_point3(point.as_vec3()).as_dvec3();
+            let local = placed.world_from_surface.inverse().transform_point3(point);
             let flat = matches!(placed.surface, AnalyticSurface::Superquadric(_)) || *name == "tent";
             if flat && local.abs().min_element() < 0.05 {
                 continue;
@@ -133,7 +133,7 @@ fn derivatives_agree_with_central_differences() {
 #[test]
 fn derivatives_are_finite_everywhere() {
     for (name, surface, _) in cases() {
-        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: Affine3A::IDENTITY };
+        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: DAffine3::IDENTITY };
         for point in [
             DVec3::ZERO,
             DVec3::X * 0.5,
@@ -158,8 +158,8 @@ fn derivatives_are_finite_everywhere() {
 /// The distances at which `g` changes its sign along a ray, within the surface's bounds, by dense sampling.
 fn sign_changes(placed: &PlacedSurface, origin: DVec3, direction: DVec3, far: f64) -> Vec<f64> {
     const STEPS: usize = 4000;
-    let inverse = placed.world_from_surface.matrix3.as_dmat3_transposed();
-    let center = Vec3::from(placed.world_from_surface.translation).as_dvec3();
+    let inverse = placed.world_from_surface.matrix3.transpose();
+    let center = placed.world_from_surface.translation;
     let (o, d) = (inverse * (origin - center), inverse * direction);
     let [min, max] = with_shape!(&placed.surface, shape => shape.corners());
     // Rays may graze the box of bounds that do not cut the surface: room around it.
@@ -189,16 +189,6 @@ fn sign_changes(placed: &PlacedSurface, origin: DVec3, direction: DVec3, far: f6
     found
 }
 
-trait Transposed {
-    fn as_dmat3_transposed(&self) -> DMat3;
-}
-
-impl Transposed for glam::Mat3A {
-    fn as_dmat3_transposed(&self) -> DMat3 {
-        glam::Mat3::from(*self).as_dmat3().transpose()
-    }
-}
-
 #[test]
 fn no_first_hit_is_missed_and_none_is_invented() {
     let mut random = Stream::new(2);
@@ -212,7 +202,7 @@ fn no_first_hit_is_missed_and_none_is_invented() {
             let vertex = mesh.positions[(random.next_unit() * mesh.positions.len() as f32) as usize];
             let target = match case % 2 {
                 0 => bounds.center().as_dvec3() + random_vector(&mut random) * spread * 0.3,
-                _ => placed.world_from_surface.transform_point3(vertex).as_dvec3(),
+                _ => placed.world_from_surface.transform_point3(vertex.as_dvec3()),
             };
             // From outside and from inside.
             let reach = if case % 4 == 0 { 0.3 } else { 2.0 };
@@ -252,7 +242,7 @@ fn no_first_hit_is_missed_and_none_is_invented() {
 #[test]
 fn degenerate_rays_give_no_nonsense() {
     for (name, surface, mesh) in cases() {
-        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: Affine3A::IDENTITY };
+        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: DAffine3::IDENTITY };
         let on_surface = mesh.positions[mesh.positions.len() / 3];
         let size = placed.bounds().diagonal();
         let origins = [Vec3::ZERO, on_surface, Vec3::X * 5.0, Vec3::new(0.0, -7.0, 0.0), Vec3::splat(1e8)];
@@ -288,7 +278,7 @@ fn degenerate_rays_give_no_nonsense() {
 #[test]
 fn tessellations_lie_on_the_surface_and_face_outwards() {
     for (name, surface, mesh) in cases() {
-        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: Affine3A::IDENTITY };
+        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: DAffine3::IDENTITY };
         let bounds = placed.bounds();
         let size = bounds.diagonal() as f64;
         let distance = |point: DVec3| {
@@ -384,7 +374,7 @@ fn refinement_finds_what_the_ray_meets() {
         for _ in 0..400 {
             let direction = random_vector(&mut random).as_vec3().normalize();
             let vertex = mesh.positions[(random.next_unit() * mesh.positions.len() as f32) as usize];
-            let target = placed.world_from_surface.transform_point3(vertex);
+            let target = placed.world_from_surface.transform_point3(vertex.as_dvec3()).as_vec3();
             let origin = target - direction * size * 2.0;
             let Some(hit) = placed.intersect(origin, direction, 0.0, f32::INFINITY) else { continue };
             let guess = hit.distance + random.next_between(-1e-4, 1e-4) * size;
@@ -401,7 +391,7 @@ fn refinement_finds_what_the_ray_meets() {
     }
     // Beside the silhouette there is nothing.
     let sphere =
-        PlacedSurface { surface: AnalyticSurface::Sphere { radius: 1.0 }, world_from_surface: Affine3A::IDENTITY };
+        PlacedSurface { surface: AnalyticSurface::Sphere { radius: 1.0 }, world_from_surface: DAffine3::IDENTITY };
     assert!(sphere.refine(Vec3::new(1.0001, 0.0, 5.0), Vec3::NEG_Z, 5.0).is_none());
     assert!(sphere.refine(Vec3::new(0.9999, 0.0, 5.0), Vec3::NEG_Z, 4.999).is_some());
 }

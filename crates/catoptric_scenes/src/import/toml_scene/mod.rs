@@ -145,7 +145,7 @@ fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Camer
 }
 
 /// A point within the limits of scene files.
-fn point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+fn exact_point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<glam::DVec3, SceneError> {
     let limit = super::analytic::MAX_LENGTH;
     if at.value.iter().any(|number| number.abs() > limit) {
         return Err(source.invalid(
@@ -154,13 +154,23 @@ fn point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, S
             format!("{:?}; allowed is up to {limit:e} from the origin", at.value),
         ));
     }
-    Ok(Vec3::from(at.value.map(|number| number as f32)))
+    Ok(glam::DVec3::from(at.value))
+}
+
+/// The same in single precision.
+fn point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+    Ok(exact_point(source, field, at)?.as_vec3())
 }
 
 /// A direction of unit length.
-fn direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+fn exact_direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<glam::DVec3, SceneError> {
     let vector = glam::DVec3::from(at.value).try_normalize();
-    vector.map(|vector| vector.as_vec3()).ok_or_else(|| source.invalid(at.begin, field, "must not be zero"))
+    vector.ok_or_else(|| source.invalid(at.begin, field, "must not be zero"))
+}
+
+/// The same in single precision.
+fn direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
+    Ok(exact_direction(source, field, at)?.as_vec3())
 }
 
 fn read_reflectors(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {

@@ -2,12 +2,12 @@
 
 use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value};
 use super::keys::{Keys, Located, Text};
-use super::{blend, direction, point};
+use super::{blend, exact_direction, exact_point};
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::LocalTransform;
 use catoptric_core::surface::AnalyticSurface;
-use glam::{DQuat, DVec3, EulerRot, Mat3, Quat, Vec3};
+use glam::{DMat3, DQuat, DVec3, EulerRot};
 
 pub(super) struct Reflector {
     pub(super) name: String,
@@ -63,39 +63,40 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
     let surface = keys.surface().map_err(explain)?;
     let material = keys.material(&name).map_err(explain)?;
     let center = match center {
-        Some(center) => point(text, &field("center"), center)?,
-        None if kind.name == "implicit" => Vec3::ZERO,
+        Some(center) => exact_point(text, &field("center"), center)?,
+        None if kind.name == "implicit" => DVec3::ZERO,
         None => return Err(table.invalid("center", "missing; needed is `center = [x, y, z]`")),
     };
     let upright = match (&surface, normal) {
-        (AnalyticSurface::Plane { .. }, Some(normal)) => plane_rotation(direction(text, &field("normal"), normal)?),
+        (AnalyticSurface::Plane { .. }, Some(normal)) => {
+            plane_rotation(exact_direction(text, &field("normal"), normal)?)
+        }
         (AnalyticSurface::Plane { .. }, None) => {
             return Err(table.invalid("normal", "missing; a plane needs `normal = [x, y, z]`"));
         }
-        _ => Quat::IDENTITY,
+        _ => DQuat::IDENTITY,
     };
-    let rotation = rotation_deg.map_or(Quat::IDENTITY, rotation_about_fixed_axes) * upright;
+    let rotation = rotation_deg.map_or(DQuat::IDENTITY, rotation_about_fixed_axes) * upright;
     table.finish()?;
-    let place = LocalTransform::Parts { translation: center, rotation, scale: Vec3::ONE };
+    let place = LocalTransform::Rigid { translation: center, rotation: rotation.normalize() };
     Ok(Reflector { name, surface, place, material, inside: keys.inside })
 }
 
 /// Turns about the fixed axes x, then y, then z: Rz Ry Rx.
-fn rotation_about_fixed_axes(at: Located<[f64; 3]>) -> Quat {
+fn rotation_about_fixed_axes(at: Located<[f64; 3]>) -> DQuat {
     // Whole turns are taken off in double precision, so that large angles keep their fraction.
     let [x, y, z] = at.value.map(|angle| (angle % 360.0).to_radians());
-    DQuat::from_euler(EulerRot::ZYX, z, y, x).as_quat()
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
 /// From the frame of a plane (x along its width, y its normal) to the world.
-fn plane_rotation(normal: Vec3) -> Quat {
-    let normal = normal.as_dvec3().normalize();
+fn plane_rotation(normal: DVec3) -> DQuat {
     // `y x normal` loses its direction where the normal is parallel to y.
     let across = DVec3::Y.cross(normal);
     let width = if across.length() < 1e-6 { DVec3::X } else { across.normalize() };
     let width = (width - normal * width.dot(normal)).normalize();
     let height = width.cross(normal);
-    Quat::from_mat3(&Mat3::from_cols(width.as_vec3(), normal.as_vec3(), height.as_vec3()))
+    DQuat::from_mat3(&DMat3::from_cols(width, normal, height))
 }
 
 #[cfg(test)]
@@ -105,16 +106,16 @@ mod tests {
     #[test]
     fn planes_are_wide_along_y_cross_normal() {
         for (normal, width) in [
-            (Vec3::Z, Vec3::X),
-            (Vec3::X, Vec3::NEG_Z),
-            (Vec3::NEG_Z, Vec3::NEG_X),
-            (Vec3::Y, Vec3::X),
-            (Vec3::NEG_Y, Vec3::X),
-            (Vec3::new(1.0, 1.0, 0.0).normalize(), Vec3::NEG_Z),
+            (DVec3::Z, DVec3::X),
+            (DVec3::X, DVec3::NEG_Z),
+            (DVec3::NEG_Z, DVec3::NEG_X),
+            (DVec3::Y, DVec3::X),
+            (DVec3::NEG_Y, DVec3::X),
+            (DVec3::new(1.0, 1.0, 0.0).normalize(), DVec3::NEG_Z),
         ] {
             let rotation = plane_rotation(normal);
-            assert!((rotation * Vec3::Y - normal).length() < 1e-6, "{normal}");
-            assert!((rotation * Vec3::X - width).length() < 1e-6, "{normal}: {}", rotation * Vec3::X);
+            assert!((rotation * DVec3::Y - normal).length() < 1e-12, "{normal}");
+            assert!((rotation * DVec3::X - width).length() < 1e-12, "{normal}: {}", rotation * DVec3::X);
         }
     }
 
@@ -122,8 +123,8 @@ mod tests {
     fn rotations_turn_about_x_first() {
         let rotation = rotation_about_fixed_axes(Located { begin: 0, value: [90.0, 90.0, 0.0] });
         // y goes to z by x, and on to x by y.
-        assert!((rotation * Vec3::Y - Vec3::X).length() < 1e-6);
-        let expected = Quat::from_rotation_z(0.3) * Quat::from_rotation_y(0.2) * Quat::from_rotation_x(0.1);
+        assert!((rotation * DVec3::Y - DVec3::X).length() < 1e-12);
+        let expected = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_y(0.2) * DQuat::from_rotation_x(0.1);
         let angles = [0.1f64, 0.2, 0.3].map(f64::to_degrees);
         assert!(rotation_about_fixed_axes(Located { begin: 0, value: angles }).angle_between(expected) < 1e-3);
     }

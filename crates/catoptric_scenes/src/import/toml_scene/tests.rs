@@ -4,6 +4,7 @@ use catoptric_core::scene::model::LocalTransform;
 use catoptric_core::scene::roles::BlendRule;
 use catoptric_core::scene::{Attenuation, Blend, PoseOptions, Projection};
 use catoptric_core::surface::AnalyticSurface;
+use glam::DVec3;
 
 fn read(text: &str) -> Model {
     parse("scene.toml", text).unwrap().model
@@ -57,7 +58,7 @@ inside = true
 [[reflector]]
 name = "wall"
 surface = "plane"
-center = [0, 0, -2]
+center = [0.1, 0, -2]
 normal = [0, 0, 5]
 size = [4, 2]
 rotation_deg = [0, 90, 0]
@@ -96,9 +97,10 @@ fn everything_is_read() {
     let wall = model.nodes[3].analytic.as_ref().unwrap();
     assert_eq!(wall.surface, AnalyticSurface::Plane { half_width: 2.0, half_height: 1.0 });
     assert!(model.nodes[2].analytic.as_ref().unwrap().inside && !wall.inside);
-    let LocalTransform::Parts { rotation, .. } = model.nodes[3].local else { panic!("a matrix") };
-    assert!((rotation * Vec3::Y - Vec3::X).length() < 1e-6); // the normal, turned from z to x
-    assert!((rotation * Vec3::X - Vec3::NEG_Z).length() < 1e-6);
+    let LocalTransform::Rigid { rotation, translation } = model.nodes[3].local else { panic!("in single precision") };
+    assert_eq!(translation, DVec3::new(0.1, 0.0, -2.0));
+    assert!((rotation * DVec3::Y - DVec3::X).length() < 1e-12); // the normal, turned from z to x
+    assert!((rotation * DVec3::X - DVec3::NEG_Z).length() < 1e-12);
     assert_eq!(model.roles.iter().map(RoleRule::pattern).collect::<Vec<_>>(), ["ball", "chair*"]);
     let fading = Attenuation { distance: 0.3, specularity: [0.0, 1.0] };
     let ball = Blend { fresnel: Some([0.1, 0.9]), attenuation: Some(fading), diffuse: Some(Vec3::new(0.2, 0.3, 0.4)) };

@@ -15,7 +15,6 @@ use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::{Quality, Settings};
 use crate::progress::Progress;
 use crate::scene::Scene;
-use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
 
 /// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are
@@ -76,7 +75,7 @@ impl<'a> SlabsWork<'a> {
     fn pictures(settings: &LightFieldSettings, layouts: &[SlabLayout]) -> Result<ViewSource, RenderError> {
         let views = Views::open(std::path::Path::new(&settings.views))?;
         views.check(settings, layouts)?;
-        let number = format!("{PICTURES}{:016x}", views.fingerprint()?);
+        let number = format!("{PICTURES}{}", views.fingerprint()?);
         Ok(ViewSource::Pictures(views, number))
     }
 
@@ -119,11 +118,13 @@ impl<'a> SlabsWork<'a> {
     }
 
     /// A number that changes with all that the slabs hold.
-    pub(super) fn fingerprint(&self) -> u64 {
-        let mut hasher = DefaultHasher::new();
-        self.write_scene(&mut |piece| hasher.write(piece));
-        hasher.write(self.settings().to_string().as_bytes());
-        hasher.finish()
+    pub(super) fn fingerprint(&self) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        self.write_scene(&mut |piece| {
+            hasher.update(piece);
+        });
+        hasher.update(self.settings().to_string().as_bytes());
+        hasher.finalize().into()
     }
 
     /// Slabs of every region, captured now.

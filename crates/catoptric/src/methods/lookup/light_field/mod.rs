@@ -95,7 +95,7 @@ struct FieldsFrame<'a> {
 /// The radiance that all reflectors and lenses look up.
 struct Fields {
     /// Identity of the slabs' contents: [`SlabsWork::fingerprint`].
-    fingerprint: u64,
+    fingerprint: [u8; 32],
     /// Number of every object's region, if it lies in one.
     region_of: Vec<Option<u32>>,
     regions: Vec<FieldRegion>,

@@ -6,11 +6,12 @@ use super::virtual_scene::VirtualScene;
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::projector::VertexProjector;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
-use crate::progress::Progress;
+use crate::progress::{Progress, Stage};
 use crate::scene::{Scene, View};
 use std::sync::Arc;
 
@@ -109,6 +110,25 @@ impl<'a> Stages<'a> {
     pub(crate) fn lap(&mut self, name: &'static str) {
         self.report.stages_ms.push((name, self.watch.lap_ms()));
     }
+}
+
+/// The hierarchy over reflectors and lenses alone, for methods that trace rays through these: the old one if there is
+/// one.
+///
+/// # Errors
+/// [`RenderError::Cancelled`].
+pub(crate) fn mirror_tracer(
+    scene: &Scene,
+    old: Option<&Arc<Tracer>>,
+    stages: &mut Stages<'_>,
+) -> Result<Arc<Tracer>, RenderError> {
+    if let Some(old) = old {
+        return Ok(old.clone());
+    }
+    Stage::begin(stages.progress, "building the hierarchy", 0)?;
+    let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
+    stages.lap("bvh");
+    Ok(tracer)
 }
 
 /// A projection method with its settings.

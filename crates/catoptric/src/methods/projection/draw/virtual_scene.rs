@@ -7,7 +7,6 @@ use super::{PathGeometry, draw_paths_with};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::light::tracer::Tracer;
 use crate::methods::projector::{SpecularPath, VertexProjector};
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Job, Report};
@@ -43,7 +42,6 @@ const LARGEST_SHARE: u64 = 3;
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
     mirrors: MirrorState,
-    tracer: Arc<Tracer>,
     topologies: MeshTopologies,
     welded: Vec<Arc<WeldedObject>>,
     meshes: Mutex<KeyedMeshes>,
@@ -105,16 +103,13 @@ impl VirtualScene {
     ) -> Result<(Self, bool), Cancelled> {
         let mirrors = MirrorState::of(scene);
         let same = old.filter(|old| old.mirrors == mirrors);
-        let (tracer, topologies) = match same {
-            Some(old) => (old.tracer.clone(), old.topologies.clone()),
+        let topologies = match same {
+            Some(old) => old.topologies.clone(),
             None => {
-                Stage::begin(stages.progress, "building the hierarchy", 0)?;
-                let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
-                stages.lap("bvh");
                 Stage::begin(stages.progress, "finding neighbours", 0)?;
                 let topologies = MeshTopologies::of(scene);
                 stages.lap("topology");
-                (tracer, topologies)
+                topologies
             }
         };
         let old_welded = same.map_or(&[][..], |old| &old.welded);
@@ -126,7 +121,7 @@ impl VirtualScene {
             }
         })?;
         stages.lap("weld");
-        Ok((Self { mirrors, tracer, topologies, welded, meshes: Mutex::default() }, same.is_some()))
+        Ok((Self { mirrors, topologies, welded, meshes: Mutex::default() }, same.is_some()))
     }
 
     /// Takes the virtual meshes of an earlier scene with the same mirrors.
@@ -141,11 +136,6 @@ impl VirtualScene {
     /// The mirrors, made ready for solvers.
     pub fn surfaces<'a>(&self, scene: &'a Scene) -> SpecularSurfaces<'a> {
         SpecularSurfaces::with_topologies(scene, &self.topologies)
-    }
-
-    /// The hierarchy over reflectors and lenses alone.
-    pub fn tracer(&self) -> &Arc<Tracer> {
-        &self.tracer
     }
 
     /// Forgets all virtual meshes: the view has changed.
@@ -189,13 +179,11 @@ impl VirtualScene {
         report.counts.insert("vertices_projected", projected);
         report.counts.insert("virtual_triangles", geometry.iter().map(|path| path.triangles.len() as u64).sum());
         report.counts.insert("paths", geometry.len() as u64);
-        let fallbacks = [
-            ("undivided_pieces", unfinished),
-            ("objects_left_out", left_out),
-            ("extrapolated_points", extrapolated),
-            ("appearances_left_out", appearances_left_out),
-        ];
-        report.fallbacks.extend(fallbacks.into_iter().filter(|(_, count)| *count > 0));
+        report.add_fallback("undivided_pieces", unfinished);
+        report.add_fallback("objects_left_out", left_out);
+        report.add_fallback("extrapolated_points", extrapolated);
+        report.add_fallback("appearances_left_out", appearances_left_out);
+        projector.add_fallbacks(&mut report);
         report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
         Ok(report)
     }

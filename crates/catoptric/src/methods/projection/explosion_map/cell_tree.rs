@@ -13,6 +13,7 @@ use crate::methods::projection::find::ray_map::BeamTree;
 use crate::methods::projection::find::virtual_objects::{ReflectionPoint, Reflector};
 use crate::methods::projection::find::work;
 use glam::{Vec2, Vec3};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A point this far outside a cell, in its weights, after two steps of Newton's method may be in it after more. Chosen,
 /// not measured.
@@ -51,12 +52,14 @@ struct CellSolution {
 const WORK_A_LEAF: u64 = 2;
 
 /// The cells of a reflector's rays.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct CellTree {
     beams: BeamTree,
     leaves: Vec<CellLeaf>,
     /// For each lane of each leaf.
     triangles: Vec<u32>,
+    /// Cells that might have held a point and were not looked at, or not kept, summed over the points so far.
+    not_searched: AtomicU64,
 }
 
 impl CellTree {
@@ -85,7 +88,7 @@ impl CellTree {
             ends.push(reaches.len());
         }
         let beams = BeamTree::new(&reaches, ends, TYPICAL_SHARE * f64::from(diagonal));
-        Self { beams, leaves, triangles }
+        Self { beams, leaves, triangles, not_searched: AtomicU64::new(0) }
     }
 
     /// Walks to all cells that hold the walks' point, or nearly.
@@ -97,7 +100,10 @@ impl CellTree {
         reflection_points: &mut Vec<ReflectionPoint>,
     ) {
         let mut near = Near { cells: [(0.0, 0, Vec2::ZERO, false); MAX_NEAR], count: 0 };
-        find(self, point.to_array(), &mut near);
+        let not_searched = find(self, point.to_array(), &mut near);
+        if not_searched > 0 {
+            self.not_searched.fetch_add(not_searched, Ordering::Relaxed);
+        }
         // From those that hold it on; neighbours of these start walks for the rest.
         let mesh = reflector.mesh;
         let mut found = [(Vec3::NAN, false); MAX_NEAR];
@@ -118,6 +124,11 @@ impl CellTree {
         }
     }
 
+    /// Cells that might have held a point and were not looked at, or not kept, summed over the points so far.
+    pub(super) fn not_searched(&self) -> u64 {
+        self.not_searched.load(Ordering::Relaxed)
+    }
+
     /// Bytes held.
     pub(super) fn byte_count(&self) -> u64 {
         let leaves = size_of_val(self.leaves.as_slice()) + size_of_val(self.triangles.as_slice());
@@ -125,12 +136,14 @@ impl CellTree {
     }
 }
 
+/// Finds the cells that may hold a point; returns the number of those that limits leave out.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) {
-    let mut looked = 0;
+fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) -> u64 {
+    let (mut looked, mut left_out) = (0, 0);
     tree.beams.visit(point, |leaf| {
         looked += 1;
         if looked > MAX_LEAVES {
+            left_out += (tree.triangles.len() - leaf as usize * LANES).min(LANES) as u64;
             return;
         }
         let Some(cells) = tree.leaves.get(leaf as usize) else { return };
@@ -141,10 +154,11 @@ fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) {
                 && let Some(triangle) = tree.triangles.get(leaf as usize * LANES + lane)
             {
                 let weights = Vec2::new(answer.weights[0][lane], answer.weights[1][lane]);
-                near.add(answer.inside[lane], *triangle, weights, answer.turned[lane]);
+                left_out += u64::from(!near.add(answer.inside[lane], *triangle, weights, answer.turned[lane]));
             }
         }
     });
+    left_out
 }
 
 /// Cells that hold a point or are next to those that do: no more than this. A bound on time; chosen, not measured.
@@ -157,12 +171,12 @@ struct Near {
 }
 
 impl Near {
-    /// Adds a cell, in the place of the one that holds the point least if there are too many.
-    fn add(&mut self, inside: f32, triangle: u32, weights: Vec2, turned: bool) {
+    /// Adds a cell, in the place of the one that holds the point least if there are too many; returns false then.
+    fn add(&mut self, inside: f32, triangle: u32, weights: Vec2, turned: bool) -> bool {
         if self.count < MAX_NEAR {
             self.cells[self.count] = (inside, triangle, weights, turned);
             self.count += 1;
-            return;
+            return true;
         }
         let least = (0..MAX_NEAR).min_by(|a, b| self.cells[*a].0.total_cmp(&self.cells[*b].0));
         if let Some(least) = least
@@ -170,6 +184,7 @@ impl Near {
         {
             self.cells[least] = (inside, triangle, weights, turned);
         }
+        false
     }
 }
 

@@ -4,6 +4,7 @@ use super::map::ExplosionMap;
 use super::profile::Profile;
 use super::settings::ExplosionMapSettings;
 use crate::math::Aabb;
+use crate::methods::Report;
 use crate::methods::projection::find::virtual_objects::{Locator, ReflectionPoint, ReflectionPoints, Reflector};
 use glam::Vec3;
 
@@ -50,6 +51,13 @@ impl Locator for Finder {
         match self {
             Self::Map(map) => map.locate(reflector, points, found),
             Self::Profile(profile) => profile.locate(reflector, points, found),
+        }
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        match self {
+            Self::Map(map) => map.add_fallbacks(report),
+            Self::Profile(profile) => profile.add_fallbacks(report),
         }
     }
 

@@ -18,7 +18,7 @@ pub use vertices::ReflectorMap;
 
 use crate::methods::projection::draw::prepared::ProjectionMethod;
 use crate::methods::projection::find::virtual_objects::{
-    Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod,
+    Options, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod,
 };
 use crate::methods::{Family, MethodInfo, Settings};
 use crate::scene::{Scene, View};
@@ -68,12 +68,7 @@ impl VirtualObjectMethod for ExplosionMaps {
     }
 
     fn options(&self) -> Options {
-        let recursion = match self.0.virtual_vertex {
-            // The solver starts at reflection points that obey the law as well as the mesh does.
-            VirtualVertex::Mirrored if self.0.polish == 0 => Recursion::VirtualPoints,
-            _ => Recursion::ReflectionPoints,
-        };
-        Options { polish: self.0.polish, recursion }
+        Options { polish: self.0.polish, recursion: self.0.recursion() }
     }
 
     fn sizes_px(&self) -> [f32; 2] {

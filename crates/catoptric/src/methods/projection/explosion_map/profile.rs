@@ -3,6 +3,7 @@
 
 use super::subdivision::{WalkReach, Walks};
 use crate::math::lanes::{LANES, Lanes};
+use crate::methods::Report;
 use crate::methods::projection::find::virtual_objects::{
     Extrusion, Locator, ReflectionPoint, ReflectionPoints, Reflector,
 };
@@ -106,6 +107,8 @@ impl Locator for Profile {
     fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints) {
         found.extend(points, |point, found| self.locate_point(reflector, point, found));
     }
+
+    fn add_fallbacks(&self, _: &mut Report) {}
 
     fn byte_count(&self) -> u64 {
         (size_of_val(self.blocks.as_slice()) + size_of_val(self.segments.as_slice())) as u64

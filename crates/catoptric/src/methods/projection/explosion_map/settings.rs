@@ -1,6 +1,6 @@
 //! The settings of explosion maps.
 
-use crate::methods::projection::find::virtual_objects::LONGEST_EDGE;
+use crate::methods::projection::find::virtual_objects::{LONGEST_EDGE, Recursion};
 use crate::methods::{declare_choices, declare_settings};
 
 declare_choices! {
@@ -18,7 +18,8 @@ declare_choices! {
     pub enum VirtualVertex {
         /// On the view ray through the foot, after one step of Newton's method with the curvature of the mesh.
         Corrected = "corrected",
-        /// The paper's: the mirror image in the tangent plane at the foot.
+        /// The paper's: the mirror image in the tangent plane at the foot; between two spheres the blend of both
+        /// spheres' images.
         Mirrored = "mirrored",
     }
 }
@@ -67,6 +68,15 @@ declare_settings! {
 }
 
 impl ExplosionMapSettings {
+    /// The point of a bounce that is an object for the bounce before.
+    pub(super) fn recursion(&self) -> Recursion {
+        match self.virtual_vertex {
+            // The solver starts at reflection points that obey the law as well as the mesh does.
+            VirtualVertex::Mirrored if self.polish == 0 => Recursion::VirtualPoints,
+            _ => Recursion::ReflectionPoints,
+        }
+    }
+
     /// The settings of a preset.
     pub fn preset(preset: Preset) -> Self {
         let balanced = Self { preset, ..Self::default() };

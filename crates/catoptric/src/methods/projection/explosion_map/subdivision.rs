@@ -213,6 +213,7 @@ fn reflection_point_at(reflector: &Reflector<'_>, spot: &WalkSpot, change: [Vec3
         triangle: spot.triangle,
         weights: spot.weights,
         beyond: false,
+        blended_image: None,
     };
     let held = point.held_at_horizon(mesh, rays, change);
     ReflectionPoint { beyond: held.beyond || spot.beyond, ..held }

@@ -101,6 +101,8 @@ struct SearchState<'f> {
     start: usize,
     /// Paths of which there are infinitely many.
     infinite: Vec<u32>,
+    /// True if a limit has been reached.
+    cut_short: bool,
 }
 
 /// A search in one scene from one eye.
@@ -310,8 +312,10 @@ impl<'a> ExactSearch<'a> {
     fn search_hidden(&self, hidden: &HiddenSearch, point: DVec3, answer: &mut SearchState<'_>) {
         let mut roots = Vec::new();
         let index = self.surfaces.index_of(hidden.bounce.object);
-        if hidden.finder.roots(&self.eye, point, hidden.bounce.kind, index, &mut roots) == RootCount::Infinite {
-            answer.infinite.push(hidden.path);
+        match hidden.finder.roots(&self.eye, point, hidden.bounce.kind, index, &mut roots) {
+            RootCount::Finite => {}
+            RootCount::Infinite => answer.infinite.push(hidden.path),
+            RootCount::Unresolved => answer.cut_short = true,
         }
         for root in roots {
             let Some(start) = PathSites::new(&[(hidden.bounce, ManifoldVertex::on_surface(root))]) else { continue };
@@ -447,9 +451,10 @@ impl PathSearch for ExactSearch<'_> {
         if !point.is_finite() {
             return SearchOutcome::default();
         }
-        let mut answer = SearchState { found, start, infinite: Vec::new() };
+        let mut answer = SearchState { found, start, infinite: Vec::new(), cut_short: false };
         let lookup = point.clamp_length_max(FARTHEST_LOOKUP).as_vec3();
         for chart in &self.charts {
+            answer.cut_short |= chart.map.left_coarse > 0;
             let groups = chart.map.groups.iter().zip(&chart.path_of_group).zip(&chart.single);
             for ((group, path), &single) in groups {
                 let Some(path) = *path else { continue };
@@ -459,12 +464,13 @@ impl PathSearch for ExactSearch<'_> {
                     let resolved = self.follow_up(group, candidate.ray, single, path, point, &mut answer);
                     attempts.end(attempt, resolved);
                 });
+                answer.cut_short |= attempts.is_cut_short();
             }
         }
         for hidden in &self.hidden {
             self.search_hidden(hidden, point, &mut answer);
         }
-        let SearchState { found, infinite, .. } = answer;
+        let SearchState { found, infinite, cut_short, .. } = answer;
         if !infinite.is_empty() {
             let mut kept = start;
             for index in start..found.len() {
@@ -476,7 +482,7 @@ impl PathSearch for ExactSearch<'_> {
             found.truncate(kept);
         }
         found[start..].sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length).then_with(|| a.path.cmp(&b.path)));
-        SearchOutcome { found: found.len() - start, infinite: !infinite.is_empty() }
+        SearchOutcome { found: found.len() - start, infinite: !infinite.is_empty(), cut_short }
     }
 }
 

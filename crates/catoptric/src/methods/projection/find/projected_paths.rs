@@ -182,7 +182,7 @@ impl PathSearch for ProjectedPaths<'_> {
         }
         let own = &mut found[start..];
         own.sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length).then(a.path.cmp(&b.path)));
-        SearchOutcome { found: own.len(), infinite: false }
+        SearchOutcome { found: own.len(), ..SearchOutcome::default() }
     }
 }
 

@@ -10,14 +10,16 @@ mod settings;
 pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings};
 
 use crate::error::RenderError;
+use crate::light::tracer::Tracer;
 use crate::math::Aabb;
-use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages};
+use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::find::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
 use crate::methods::{Family, MethodInfo, Quality, Report, Settings};
 use crate::scene::{PreciseView, Scene, View};
 use glam::Vec3;
 use project::{Perturber, rule};
+use std::sync::Arc;
 
 /// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
@@ -55,14 +57,20 @@ fn around(bounds: &Aabb) -> Aabb {
 }
 
 impl MeshProjection for PathPerturbation {
-    type Mirrors = ();
+    type Mirrors = Arc<Tracer>;
     type ViewData = RayMap;
     type Projector<'a> = Perturber<'a>;
 
     const INFO: &'static MethodInfo = &INFO;
 
-    fn mirrors(&self, _: &Scene, _: Quality, _: Option<&()>, _: &mut Stages<'_>) -> Result<(), RenderError> {
-        Ok(())
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        _: Quality,
+        old: Option<&Arc<Tracer>>,
+        stages: &mut Stages<'_>,
+    ) -> Result<Arc<Tracer>, RenderError> {
+        mirror_tracer(scene, old, stages)
     }
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<RayMap, RenderError> {
@@ -73,9 +81,9 @@ impl MeshProjection for PathPerturbation {
             accuracy_px: settings.accuracy_px,
             max_cells: settings.max_samples as usize,
         };
-        let Context { scene, virtual_scene, view, order, .. } = *context;
+        let Context { scene, virtual_scene, mirrors, view, order } = *context;
         let surfaces = &virtual_scene.surfaces(scene);
-        let specular = Specular { scene, tracer: virtual_scene.tracer(), surfaces, order };
+        let specular = Specular { scene, tracer: mirrors, surfaces, order };
         let field = ViewField::new(view, margin_px(settings));
         let map = RayMap::build(&specular, &field, &sampling, &around(&scene.bounds), rule(settings), stages.progress)?;
         stages.report.counts.insert("rays_traced", map.rays_traced);
@@ -86,6 +94,7 @@ impl MeshProjection for PathPerturbation {
         report.counts.entry("rays_traced").or_insert(0);
         report.counts.insert("sample_rays", map.samples as u64);
         report.bytes.insert("ray_map", map.byte_count());
+        report.add_fallback("samples_left_coarse", map.left_coarse);
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

@@ -22,7 +22,7 @@ const SAME_PX: f32 = 0.3;
 /// measured.
 const KNOWN_PX: f32 = 0.5;
 
-/// The expansion's linear part is enough where what the second order adds is below this, in pixels. Chosen, not
+/// The expansion's linear part is enough where the second order adds less than this, in pixels, by a bound. Chosen, not
 /// measured.
 const NEGLIGIBLE_PX: f64 = 0.02;
 
@@ -149,17 +149,21 @@ impl Perturber<'_> {
     fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> PointOutcome {
         work::add(WORK_A_SAMPLE);
         let sample = &group.samples[ray as usize];
-        let forced = self.settings.expansion.forced();
-        let Some(mut neighbour) = sample.neighbour(point, forced.unwrap_or(Approximation::Quadratic)) else {
+        let Some(first) = sample.rays.first_order(point) else { return PointOutcome::Unsolved };
+        if !(first.distance > 0.0 && group.is_trusted(ray, first.linear)) {
             return PointOutcome::Unsolved;
+        }
+        let neighbour = match self.settings.expansion.forced() {
+            None if group.second_order_px(ray, &first) < NEGLIGIBLE_PX => {
+                sample.neighbour_at(&first, DVec2::ZERO, Approximation::Linear)
+            }
+            forced => {
+                let order = forced.unwrap_or(Approximation::Quadratic);
+                sample.neighbour_at(&first, sample.rays.second_order(&first), order)
+            }
         };
-        if !(neighbour.distance > 0.0 && group.is_trusted(ray, neighbour.linear)) {
-            return PointOutcome::Unsolved;
-        }
+        let Some(neighbour) = neighbour else { return PointOutcome::Unsolved };
         let spacing = f64::from(group.reach[ray as usize]);
-        if forced.is_none() {
-            neighbour = of_sufficient_order(group, ray, point, neighbour);
-        }
         let found = if self.settings.polish > 0 {
             if self.is_known(sample, &neighbour, known) {
                 return PointOutcome::Settled;
@@ -308,14 +312,6 @@ impl Perturber<'_> {
         };
         projection.if_meaningful()
     }
-}
-
-/// The expansion at the order that its remainder needs.
-fn of_sufficient_order(group: &PathRays, ray: u32, point: DVec3, quadratic: Neighbour) -> Neighbour {
-    if group.distance_px(ray, quadratic.remainder) < NEGLIGIBLE_PX {
-        return group.samples[ray as usize].neighbour(point, Approximation::Linear).unwrap_or(quadratic);
-    }
-    quadratic
 }
 
 /// About what an expansion leaves out, in the sample's parameters: its next order.

@@ -5,7 +5,7 @@ use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::Scene;
 use crate::surface::AnalyticSurface;
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3};
 
 /// A sequence of mirrors, counted from the eye.
 #[derive(Clone, Copy, Debug, Default)]
@@ -112,9 +112,9 @@ impl Mirrors {
             && let AnalyticSurface::Plane { half_width, half_height } = placed.surface
         {
             let axes = placed.world_from_surface.matrix3;
-            let relative = point - Vec3::from(placed.world_from_surface.translation).as_dvec3();
-            let along = |axis: Vec3, half: f32| relative.dot(axis.as_dvec3()).abs() <= f64::from(half);
-            return along(axes.x_axis.into(), half_width as f32) && along(axes.z_axis.into(), half_height as f32);
+            let relative = point - placed.world_from_surface.translation;
+            let along = |axis: DVec3, half: f64| relative.dot(axis).abs() <= half;
+            return along(axes.x_axis, half_width) && along(axes.z_axis, half_height);
         }
         mirror.triangles.iter().any(|&triangle| in_triangle(scene, mirror, triangle, point))
     }

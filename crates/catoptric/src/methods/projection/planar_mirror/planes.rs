@@ -2,7 +2,7 @@
 
 use crate::scene::{Role, Scene};
 use crate::surface::AnalyticSurface;
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// A flat part of a reflector.
 #[derive(Clone, Debug)]
@@ -76,8 +76,8 @@ fn planes_of_object(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
     match &object.surface {
         Some(placed) => match placed.surface {
             AnalyticSurface::Plane { .. } => {
-                let normal = Vec3::from(placed.world_from_surface.matrix3.y_axis).as_dvec3().normalize();
-                let offset = normal.dot(Vec3::from(placed.world_from_surface.translation).as_dvec3());
+                let normal = placed.world_from_surface.matrix3.y_axis.normalize();
+                let offset = normal.dot(placed.world_from_surface.translation);
                 let triangles = object.triangles.clone().collect();
                 Some(vec![MirrorPlane { object: index, normal, offset, inside: object.inside, triangles }])
             }

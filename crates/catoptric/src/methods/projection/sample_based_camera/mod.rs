@@ -16,8 +16,9 @@ pub use rays::visible_pieces::{PiecesOfPixels, visible_pieces};
 pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 
 use crate::error::RenderError;
+use crate::light::tracer::Tracer;
 use crate::math::Aabb;
-use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages};
+use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::find::ray_map::{Specular, ViewField, eye_of};
 use crate::methods::reflector_maps::ReflectorMaps;
@@ -28,6 +29,7 @@ use crate::scene::{PreciseView, Scene, View};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
 use project::CameraProjector;
 use rays::grid::{RayGrid, RaySampler};
+use std::sync::Arc;
 
 /// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
@@ -120,14 +122,20 @@ fn margin_px(settings: &SampleBasedCameraSettings) -> f32 {
 }
 
 impl MeshProjection for SampleBasedCamera {
-    type Mirrors = ();
+    type Mirrors = Arc<Tracer>;
     type ViewData = ViewCameras;
     type Projector<'a> = CameraProjector<'a>;
 
     const INFO: &'static MethodInfo = &INFO;
 
-    fn mirrors(&self, _: &Scene, _: Quality, _: Option<&()>, _: &mut Stages<'_>) -> Result<(), RenderError> {
-        Ok(())
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        _: Quality,
+        old: Option<&Arc<Tracer>>,
+        stages: &mut Stages<'_>,
+    ) -> Result<Arc<Tracer>, RenderError> {
+        mirror_tracer(scene, old, stages)
     }
 
     fn fits(&self, context: &Context<'_, Self>, data: &ViewCameras) -> Result<bool, RenderError> {
@@ -138,11 +146,11 @@ impl MeshProjection for SampleBasedCamera {
     }
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<ViewCameras, RenderError> {
-        let Context { scene, virtual_scene, view, order, .. } = *context;
+        let Context { scene, virtual_scene, mirrors, view, order } = *context;
         let field = ViewField::new(view, margin_px(&self.0));
         let mapped = hybrid::mapped(&self.0, scene, &field)?;
         let surfaces = &virtual_scene.surfaces(scene);
-        let specular = Specular { scene, tracer: virtual_scene.tracer(), surfaces, order };
+        let specular = Specular { scene, tracer: mirrors, surfaces, order };
         let sampler = RaySampler::new(&specular, &field, self.0.downsampling as f32, &mapped);
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
@@ -192,7 +200,7 @@ impl MeshProjection for SampleBasedCamera {
     }
 
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a ViewCameras) -> CameraProjector<'a> {
-        let Context { scene, virtual_scene, view, .. } = *context;
+        let Context { scene, virtual_scene, mirrors, view, .. } = *context;
         let sizes = scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
         CameraProjector {
             grid: &data.grid,
@@ -202,7 +210,7 @@ impl MeshProjection for SampleBasedCamera {
             view: PreciseView::new(view),
             field: ViewField::new(view, margin_px(&self.0)),
             scene,
-            tracer: virtual_scene.tracer().clone(),
+            tracer: mirrors.clone(),
             surfaces: virtual_scene.surfaces(scene),
             margin_px: margin_px(&self.0).into(),
             accuracy_px: self.0.accuracy_px,

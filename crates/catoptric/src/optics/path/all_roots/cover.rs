@@ -126,8 +126,8 @@ impl Cover {
         let place = &surface.world_from_surface;
         let points: Vec<_> = (mesh.positions.iter().zip(&mesh.normals))
             .map(|(position, normal)| {
-                let near = place.transform_point3(*position).as_dvec3();
-                let rough = (place.transform_vector3(*normal).as_dvec3()).normalize_or_zero();
+                let near = place.transform_point3(position.as_dvec3());
+                let rough = place.transform_vector3(normal.as_dvec3()).normalize_or_zero();
                 let exact = onto_surface(surface, near);
                 exact.and_then(|(at, taylor)| Some((at, taylor.normal()?))).unwrap_or((near, rough))
             })

@@ -3,7 +3,7 @@
 use super::{ManifoldFrame, ManifoldVertex};
 use crate::surface::patch::tangent_frame;
 use crate::surface::{PlacedSurface, Taylor2};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3};
 
 /// More Newton steps than this onto a surface mean that it was lost.
 const MAX_LANDING_STEPS: usize = 24;
@@ -140,9 +140,8 @@ fn landed_hit(
 
 /// Returns true if a point on the surface or its continuation lies within the surface's borders.
 pub(super) fn is_within(surface: &PlacedSurface, point: DVec3) -> bool {
-    let center = Vec3::from(surface.world_from_surface.translation).as_dvec3();
-    let surface_from_world = glam::Mat3::from(surface.world_from_surface.matrix3).as_dmat3().transpose();
-    let local = surface_from_world * (point - center);
+    let place = &surface.world_from_surface;
+    let local = place.matrix3.transpose() * (point - place.translation);
     let bounds = surface.surface.bounds();
     let (low, high) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
     let leeway = DVec3::splat(1e-9 * (high - low).length());

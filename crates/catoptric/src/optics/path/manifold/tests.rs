@@ -67,8 +67,10 @@ fn centroid_site(scene: &Scene, triangle: u32) -> ManifoldVertex {
 
 fn ball(place: Affine3A, radius: f32) -> Scene {
     let mut scene = mesh_scene(&SurfaceMesh::default(), mirror());
-    let placed =
-        PlacedSurface { surface: AnalyticSurface::Sphere { radius: radius.into() }, world_from_surface: place };
+    let placed = PlacedSurface {
+        surface: AnalyticSurface::Sphere { radius: radius.into() },
+        world_from_surface: place.as_daffine3(),
+    };
     scene.objects[0].surface = Some(placed);
     scene
 }

@@ -2,7 +2,7 @@ use super::*;
 use catoptric_core::scene::model::LocalTransform;
 use catoptric_core::scene::{Attenuation, Blend, LightKind, Projection, Role};
 use catoptric_core::surface::AnalyticSurface;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 #[test]
 fn the_tree_places_meshes() {
@@ -131,7 +131,7 @@ fn extras_name_analytic_surfaces() {
     assert_eq!(scene.objects.len(), 1);
     let placed = scene.objects[0].surface.as_ref().unwrap();
     assert_eq!(placed.surface, AnalyticSurface::Sphere { radius: 2.0 });
-    assert_eq!(placed.world_from_surface.translation, Vec3::new(1.0, 2.0, 3.0).into());
+    assert_eq!(placed.world_from_surface.translation, DVec3::new(1.0, 2.0, 3.0));
     assert_eq!((scene.role_of(0), scene.material_of(0).name.as_str()), (Role::Reflector, "ball"));
     // On a mesh, without a colour of its own: the triangles' material stays.
     file.json["nodes"][0] = json!({ "mesh": 0 });

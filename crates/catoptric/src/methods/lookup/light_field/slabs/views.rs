@@ -12,11 +12,13 @@ use glam::{Vec2, Vec3};
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
-use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};
 
 /// Slabs in names of files.
 const NAMES: [&str; SLABS] = ["px", "nx", "py", "ny", "pz", "nz"];
+
+/// Digits of the number that stands for pictures: 128 bits.
+const FINGERPRINT_DIGITS: usize = 32;
 
 /// Regions are the same if they are so near to each other, as a share of their size. Chosen, not measured.
 const SAME: f32 = 1e-4;
@@ -108,19 +110,19 @@ impl Views {
         Ok(())
     }
 
-    /// A number that changes with any picture.
-    pub(crate) fn fingerprint(&self) -> Result<u64, RenderError> {
-        let mut hasher = DefaultHasher::new();
+    /// A number that changes with any picture, in hexadecimal digits: it stands in baked files.
+    pub(crate) fn fingerprint(&self) -> Result<String, RenderError> {
+        let mut hasher = blake3::Hasher::new();
         let Manifest { st, distance, radiance, .. } = &self.manifest;
         for number in 0..SLABS as u32 * st * st {
             let (slab, t, s) = (number / (st * st), number / st % st, number % st);
             for names in [Some(radiance), distance.as_ref()].into_iter().flatten() {
                 let path = self.file(names, slab as usize, s, t);
-                let bytes = std::fs::read(&path);
-                hasher.write(&bytes.map_err(|source| setting(SceneError::Read { path, source }))?);
+                let bytes = std::fs::read(&path).map_err(|source| setting(SceneError::Read { path, source }))?;
+                hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
             }
         }
-        Ok(hasher.finish())
+        Ok(hasher.finalize().to_hex()[..FINGERPRINT_DIGITS].to_owned())
     }
 
     /// A row of views: that of a number, slab after slab.

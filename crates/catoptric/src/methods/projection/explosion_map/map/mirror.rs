@@ -92,7 +92,7 @@ fn look_up(spheres: &Spheres<'_>, points: &[Vec3; LANES], lookup: &mut Lookup) {
     }
 }
 
-/// The mirror image of one of eight points.
+/// The mirror image of one of eight points: between those in the two spheres' tangent planes.
 #[inline(always)]
 fn mirrored(spheres: &Spheres<'_>, lookup: &Lookup, lane: usize, point: Vec3) -> Vec3 {
     let nearness = lookup.nearness[lane];
@@ -114,7 +114,9 @@ fn mirrored(spheres: &Spheres<'_>, lookup: &Lookup, lane: usize, point: Vec3) ->
         // Also what is not a number.
         if share > 0.0 { share.min(1.0) } else { 0.0 }
     };
-    let (position, normal) = (here + (there - here) * share, here_normal + (there_normal - here_normal) * share);
     let point = Vec3A::from(point);
-    (point - normal * (2.0 * normal.dot(point - position) / normal.length_squared())).into()
+    let step_to_image =
+        |position: Vec3A, normal: Vec3A| normal * (-2.0 * normal.dot(point - position) / normal.length_squared());
+    let (near_step, far_step) = (step_to_image(here, here_normal), step_to_image(there, there_normal));
+    (point + near_step + (far_step - near_step) * share).into()
 }

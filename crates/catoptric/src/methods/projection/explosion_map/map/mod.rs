@@ -4,12 +4,13 @@ mod chart;
 mod mirror;
 
 use crate::math::Aabb;
+use crate::methods::Report;
 use crate::methods::projection::explosion_map::cell_tree::CellTree;
 use crate::methods::projection::explosion_map::cells::{MapCells, RayCorner};
 use crate::methods::projection::explosion_map::settings::{ExplosionMapSettings, Variant};
 use crate::methods::projection::explosion_map::subdivision::{WalkReach, Walks};
 use crate::methods::projection::find::virtual_objects::{
-    Locator, ReflectionPoint, ReflectionPoints, Reflector, interpolated, outer, weights_of,
+    Locator, Recursion, ReflectionPoint, ReflectionPoints, Reflector, interpolated, outer, weights_of,
 };
 use crate::methods::projection::find::work;
 use crate::optics::path::bundle::BounceKind;
@@ -48,6 +49,8 @@ pub(super) struct ExplosionMap {
     /// All cells, for points that the spheres do not resolve.
     tree: Option<CellTree>,
     variant: Variant,
+    /// True if the answers of two spheres are blended as virtual vertices, false if as reflection points.
+    blends_images: bool,
 }
 
 /// Records of one or two spheres at a place, blended.
@@ -97,7 +100,9 @@ impl ExplosionMap {
         let make = |index: usize| MapSphere::new(radii[index], mesh.center, &axes, &cells, settings.map_size);
         let spheres = parallel::map_collect(radii.len(), make);
         let tree = (!mesh.convex).then(|| CellTree::new(reflector, scene.diagonal()));
-        Some(Self { center: mesh.center, axes, size: settings.map_size, spheres, tree, variant: settings.variant })
+        let (center, size, variant) = (mesh.center, settings.map_size, settings.variant);
+        let blends_images = variant == Variant::Map && settings.recursion() == Recursion::VirtualPoints;
+        Some(Self { center, axes, size, spheres, tree, variant, blends_images })
     }
 
     /// The place of a point in the maps, and its distance from their centre.
@@ -217,7 +222,33 @@ impl ExplosionMap {
             triangle: nearer.triangle,
             weights,
             beyond: near_tag.beyond || far_tag.beyond,
+            blended_image: None,
         }
+    }
+
+    /// The virtual point of a blend (Ofek, Rappoport 1998): that between the point's images in the two spheres' tangent
+    /// planes, and its change with the point. Returns `None` if one plane alone counts, or if a refracted ray cannot
+    /// get to the point by one of them.
+    fn blended_image(
+        &self,
+        reflector: &Reflector<'_>,
+        blend: &SphereBlend<'_>,
+        place: &ChartPlace,
+        direction: Vec3,
+        point: Vec3,
+    ) -> Option<(Vec3, Mat3)> {
+        let SphereBlend { near, far, share, slope } = *blend;
+        if !self.blends_images || share <= 0.0 || share >= 1.0 {
+            return None;
+        }
+        let distance = point.distance(self.center);
+        let image = |record: TaggedRecord<'_>| {
+            let alone = SphereBlend::alone(record);
+            self.reflection_point(reflector, &alone, place, direction, distance).virtual_point(reflector.rays, point)
+        };
+        let ((near, near_change), (far, far_change)) = (image(near)?, image(far)?);
+        let change = near_change * (1.0 - share) + far_change * share + outer(far - near, direction * slope);
+        Some((near + (far - near) * share, change))
     }
 }
 
@@ -237,7 +268,8 @@ impl ExplosionMap {
             tree.locate(reflector, point, &mut walks, found);
         }
         self.blends(&place, distance, &mut |blend| {
-            let reflection_point = self.reflection_point(reflector, blend, &place, direction, distance);
+            let mut reflection_point = self.reflection_point(reflector, blend, &place, direction, distance);
+            reflection_point.blended_image = self.blended_image(reflector, blend, &place, direction, point);
             match (self.variant, tree) {
                 (Variant::Map, None) => found.push(reflection_point),
                 (Variant::Subdivision, None) => {
@@ -256,6 +288,10 @@ impl ExplosionMap {
 impl Locator for ExplosionMap {
     fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints) {
         found.extend(points, |point, found| self.locate_point(reflector, point, found));
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        report.add_fallback("cells_not_searched", self.tree.as_ref().map_or(0, CellTree::not_searched));
     }
 
     fn byte_count(&self) -> u64 {

@@ -28,6 +28,8 @@ pub struct CandidateFilter {
     places: [AttemptPlace; MAX_PLACES],
     count: usize,
     unsolved: u32,
+    /// True if a candidate has been refused because a limit was reached.
+    cut_short: bool,
 }
 
 /// A place of the picture that candidates lead to.
@@ -48,25 +50,39 @@ impl CandidateFilter {
     #[inline]
     pub fn begin(&mut self, candidate: &Candidate) -> Option<Attempt> {
         let Some(reaching) = &candidate.reaching else { return Some(Attempt(None)) };
-        if self.unsolved >= MAX_UNSOLVED {
-            return None;
-        }
         let near2 = (SAME_SHARE * SAME_SHARE * reaching.distance2).max(SAME_PX * SAME_PX);
         let same = |place: &AttemptPlace| {
             place.mirrored == reaching.mirrored && place.px.distance_squared(reaching.place) <= near2
         };
-        let index = match self.places[..self.count].iter().position(same) {
+        if self.cut_short && self.unsolved >= MAX_UNSOLVED {
+            return None;
+        }
+        let known = self.places[..self.count].iter().position(same);
+        if self.unsolved >= MAX_UNSOLVED {
+            // More of what has been tried to its end is no loss.
+            self.cut_short |= known.is_none_or(|known| self.places[known].attempts < MAX_ATTEMPTS);
+            return None;
+        }
+        let index = match known {
             Some(known) => known,
             None if self.count < MAX_PLACES => {
                 self.places[self.count] = AttemptPlace { px: reaching.place, mirrored: reaching.mirrored, attempts: 0 };
                 self.count += 1;
                 self.count - 1
             }
-            None => return None,
+            None => {
+                self.cut_short = true;
+                return None;
+            }
         };
         let attempts = &mut self.places[index].attempts;
         *attempts += 1;
         (*attempts <= MAX_ATTEMPTS).then_some(Attempt(Some(index)))
+    }
+
+    /// True if a limit has kept a candidate from being tried that might lead to another appearance.
+    pub fn is_cut_short(&self) -> bool {
+        self.cut_short
     }
 
     /// Ends an attempt: no other sample is asked for what it was made for if it told.

@@ -120,6 +120,8 @@ pub(super) struct SampleCells {
     /// Index of the cell that covers each finest cell.
     index: Vec<u32>,
     rays_traced: u64,
+    /// Cells that disagree with their neighbours, but are not divided since there would be too many.
+    left_coarse: u64,
 }
 
 impl SampleCells {
@@ -145,13 +147,18 @@ impl SampleCells {
             samples: Vec::new(),
             index: vec![0; extent[0] as usize * extent[1] as usize],
             rays_traced: 0,
+            left_coarse: 0,
         };
         let regular = grid.map(|corner| SampleCell { corner, size: base }).collect();
         cells.add(specular, field, regular, &[], progress)?;
         let mut size = base;
         while size > 1 {
             let divided = cells.disagreeing(field, sampling, bounds, size, progress)?;
-            if divided.is_empty() || cells.len() + 3 * divided.len() > sampling.max_cells {
+            if divided.is_empty() {
+                break;
+            }
+            if cells.len() + 3 * divided.len() > sampling.max_cells {
+                cells.left_coarse = divided.len() as u64;
                 break;
             }
             let half = size / 2;
@@ -255,6 +262,10 @@ impl SampleCells {
 
     pub(super) fn rays_traced(&self) -> u64 {
         self.rays_traced
+    }
+
+    pub(super) fn left_coarse(&self) -> u64 {
+        self.left_coarse
     }
 
     /// All paths that occur, sorted.

@@ -9,6 +9,7 @@ mod cells;
 mod lines;
 mod sample;
 mod scatter;
+mod second_order;
 mod tree;
 
 pub use beam::{Beam, Reach};
@@ -19,11 +20,12 @@ pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
 pub use scatter::{Scattering, departure, is_spurious};
+pub use second_order::SecondOrderBound;
 pub use tree::RayTree;
 
 use crate::math::Aabb;
 use crate::methods::projector::SpecularPath;
-use crate::optics::path::bundle::Eye;
+use crate::optics::path::bundle::{Eye, FirstOrder};
 use crate::parallel;
 use crate::progress::{Cancelled, Progress};
 use crate::scene::Ray;
@@ -93,6 +95,8 @@ pub struct PathRays {
     trusted_px: Vec<f32>,
     /// The change of the place where the first reflection point is seen with the bundle's parameters, in pixels.
     picture_change: Vec<DMat2>,
+    /// Bounds of what second orders add, in pixels.
+    second_order: Vec<SecondOrderBound>,
     /// Acceleration structure of the candidates of a point.
     pub finder: CandidateFinder,
     /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
@@ -131,6 +135,8 @@ pub struct RayMap {
     pub rays_traced: u64,
     /// Rays of the field that were sampled.
     pub samples: usize,
+    /// Cells that disagree with their neighbours, but are not divided since there would be too many.
+    pub left_coarse: u64,
     index: CellIndex,
 }
 
@@ -148,7 +154,7 @@ impl RayMap {
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
         let cells = SampleCells::sample(specular, field, sampling, bounds, progress)?;
-        let rays_traced = cells.rays_traced();
+        let (rays_traced, left_coarse) = (cells.rays_traced(), cells.left_coarse());
         let paths = cells.paths();
         let neighbours_of_cells = cells.neighbours();
         let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
@@ -189,7 +195,7 @@ impl RayMap {
         for (rays, group) in finished.iter_mut().zip(groups) {
             (rays.path, rays.samples) = (group.path, group.samples);
         }
-        Ok(Self { groups: finished, rays_traced, samples, index })
+        Ok(Self { groups: finished, rays_traced, samples, left_coarse, index })
     }
 
     /// The index of a path's sample whose cell covers a place of the field.
@@ -274,6 +280,10 @@ impl Group {
             DMat2::from_cols_array_2d(&tangents.map(|tangent| [x.dot(tangent), y.dot(tangent)]))
         });
         let picture_change: Vec<DMat2> = picture_change.collect();
+        let second_order = self.samples.iter().zip(&picture_change).map(|(sample, picture_change)| {
+            SecondOrderBound::new(sample, picture_change, field.place_change(sample.first.value))
+        });
+        let second_order = second_order.collect();
         let trusted_px = match rule {
             CandidateRule::InReach(most) => parallel::map_collect(self.samples.len(), |index| {
                 let most = most * reach_px[index];
@@ -308,6 +318,7 @@ impl Group {
             reach_px,
             trusted_px,
             picture_change,
+            second_order,
             finder,
             sample_of_cell,
         }
@@ -336,6 +347,12 @@ impl PathRays {
     #[inline]
     pub fn distance_px(&self, ray: u32, parameters: DVec2) -> f64 {
         (self.picture_change[ray as usize] * parameters).length()
+    }
+
+    /// The most that the second order of a sample's expansion moves an appearance, in pixels.
+    #[inline]
+    pub fn second_order_px(&self, ray: u32, first: &FirstOrder) -> f64 {
+        self.second_order[ray as usize].px(&self.picture_change[ray as usize], first)
     }
 
     /// True if a sample's expansion may lead that far.

@@ -4,7 +4,7 @@ use super::scatter::{Scattering, departure, is_spurious};
 use crate::light::tracer::Tracer;
 use crate::math::jet::{ScalarJet, VectorJet};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
-use crate::optics::path::bundle::{Bounce, BounceKind, Eye, OutgoingRays, Perturbation, RayBundle};
+use crate::optics::path::bundle::{Bounce, BounceKind, Eye, FirstOrder, OutgoingRays, RayBundle};
 use crate::optics::path::manifold::{ManifoldVertex, SpecularSurfaces};
 use crate::optics::path::specular_solver::PathSites;
 use crate::scene::{Ray, Scene};
@@ -67,7 +67,7 @@ pub struct Neighbour {
     pub parameters: DVec2,
     /// Their first-order part.
     pub linear: DVec2,
-    /// Second-order terms, used or not.
+    /// Second-order terms, used or not; zero if they are negligible.
     pub remainder: DVec2,
 }
 
@@ -95,24 +95,30 @@ impl RaySample {
     /// Where a scene point near the ray is reflected; none at a focal point.
     #[inline]
     pub fn neighbour(&self, point: DVec3, approximation: Approximation) -> Option<Neighbour> {
-        let Perturbation { linear, quadratic, distance } = self.rays.perturbed(point)?;
+        let first = self.rays.first_order(point)?;
+        self.neighbour_at(&first, self.rays.second_order(&first), approximation)
+    }
+
+    /// [`Self::neighbour`] from the orders of its perturbation; `remainder` may be zero where it is not used.
+    #[inline]
+    pub fn neighbour_at(
+        &self,
+        first: &FirstOrder,
+        remainder: DVec2,
+        approximation: Approximation,
+    ) -> Option<Neighbour> {
+        let FirstOrder { linear, distance, .. } = *first;
         let (flat, parameters) = match approximation {
             Approximation::Nearest => (DVec2::ZERO, DVec2::ZERO),
             Approximation::Linear => (DVec2::ZERO, linear),
-            Approximation::Quadratic => (linear, linear + quadratic),
+            Approximation::Quadratic => (linear, linear + remainder),
         };
         let jet = &self.first;
         let bend = jet.second[0] * (0.5 * flat.x * flat.x)
             + jet.second[1] * (flat.x * flat.y)
             + jet.second[2] * (0.5 * flat.y * flat.y);
         let reflection_point = jet.value + jet.first[0] * parameters.x + jet.first[1] * parameters.y + bend;
-        reflection_point.is_finite().then_some(Neighbour {
-            reflection_point,
-            distance,
-            parameters,
-            linear,
-            remainder: quadratic,
-        })
+        reflection_point.is_finite().then_some(Neighbour { reflection_point, distance, parameters, linear, remainder })
     }
 
     /// The parameters of the family's ray through a first reflection point, to first order.

@@ -98,9 +98,7 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
 
     fn describe(&self, data: &PathTree<M::Locator>, report: &mut Report) {
         report.bytes.insert("maps", data.byte_count());
-        if data.left_out > 0 {
-            report.fallbacks.insert("paths_left_out", data.left_out);
-        }
+        report.add_fallback("paths_left_out", data.paths_left_out);
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

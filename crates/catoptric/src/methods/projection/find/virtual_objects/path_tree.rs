@@ -8,6 +8,7 @@ use super::descent::PathStep;
 use super::eye_image::EyeImage;
 use super::mesh::ReflectorMesh;
 use super::rays::{ReflectionPoints, VertexRays};
+use crate::methods::Report;
 use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::relative_index;
@@ -52,6 +53,9 @@ pub(crate) trait Locator: Send + Sync {
 
     /// Bytes held.
     fn byte_count(&self) -> u64;
+
+    /// Adds the counts of searches that were cut short by a limit so far.
+    fn add_fallbacks(&self, report: &mut Report);
 }
 
 /// Rays of one kind at a level.
@@ -82,8 +86,9 @@ pub(crate) struct PathTree<L> {
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
     images: Vec<Option<EyeImage>>,
-    /// Paths that are not built: there were too many, or too much to do for them.
-    pub(crate) left_out: u64,
+    /// Paths that are not built, because there were too many or too much to do for them; longer ones that would start
+    /// with them are not counted.
+    pub(crate) paths_left_out: u64,
     /// Work that is left for building paths.
     remaining: u64,
 }
@@ -112,7 +117,7 @@ impl<L: Locator> PathTree<L> {
             levels: Vec::new(),
             view: view.clone(),
             images,
-            left_out: 0,
+            paths_left_out: 0,
             remaining: BUILD_WORK,
         };
         // How many paths there will be is unknown.
@@ -153,7 +158,7 @@ impl<L: Locator> PathTree<L> {
             return Ok(());
         }
         let Some((finer, mut arrivals)) = self.arrivals(meshes, parent, index, stage)? else {
-            self.left_out += 1;
+            self.paths_left_out += 1;
             return Ok(());
         };
         let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
@@ -198,8 +203,8 @@ impl<L: Locator> PathTree<L> {
                 continue;
             }
             if self.levels.len() >= MAX_PATHS {
-                self.left_out += 1;
-                return Ok(());
+                self.paths_left_out += 1;
+                continue;
             }
             let bounce = Bounce { object: mesh.object, kind };
             let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();

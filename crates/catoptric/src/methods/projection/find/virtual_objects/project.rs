@@ -3,6 +3,7 @@
 use super::descent::{Appearance, Descent, DescentScratch, PathStep, Recursion};
 use super::mesh::ReflectorMesh;
 use super::path_tree::{Locator, PathTree};
+use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
@@ -94,6 +95,12 @@ impl<L: Locator> VertexProjector for VirtualObjects<'_, L> {
         }
         SCRATCH.set(scratch);
     }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        for ray_set in self.tree.levels.iter().flat_map(|level| &level.ray_sets) {
+            ray_set.locator.add_fallbacks(report);
+        }
+    }
 }
 
 impl<L: Locator> VirtualObjects<'_, L> {
@@ -139,7 +146,8 @@ impl<L: Locator> VirtualObjects<'_, L> {
                 {
                     return None;
                 }
-                seen -= reflection_point.normal * (2.0 * aside);
+                let mirrored = seen - reflection_point.normal * (2.0 * aside);
+                seen = reflection_point.blended_image.map_or(mirrored, |(image, _)| image);
             }
         }
         let place = self.picture.apply(first.reflection_point.position);

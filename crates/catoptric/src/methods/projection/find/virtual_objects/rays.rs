@@ -163,13 +163,19 @@ pub(crate) struct ReflectionPoint {
     pub(crate) weights: Vec2,
     /// True if it lies beyond where the reflector ends as it is seen.
     pub(crate) beyond: bool,
+    /// The virtual point of the scene point that it was located for and its change, if these are blends of several
+    /// tangent planes' images; `None` if they follow from position and normal.
+    pub(crate) blended_image: Option<(Vec3, Mat3)>,
 }
 
 impl ReflectionPoint {
     /// Where a point appears by this bounce (Ofek, Rappoport 1998: its mirror image in the tangent plane; through glass
     /// its image along the ray that reaches it by the tangent plane), and how that moves with the point. Returns `None`
     /// if a refracted ray cannot get to it.
-    pub(super) fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
+    pub(crate) fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
+        if self.blended_image.is_some() {
+            return self.blended_image;
+        }
         match rays.kind {
             BounceKind::Reflect => Some(self.mirrored(point)),
             BounceKind::Transmit => self.refracted(rays.eta, point),
@@ -201,6 +207,7 @@ impl ReflectionPoint {
             normal: (self.normal + bends[0] * step.x + bends[1] * step.y).normalize_or_zero(),
             weights: self.weights + step,
             beyond: false,
+            blended_image: None,
             ..*self
         };
         Some(moved.held_at_horizon(mesh, rays, [rows.x_axis, rows.y_axis]))
@@ -374,6 +381,7 @@ mod tests {
                 triangle: 0,
                 weights: Vec2::ZERO,
                 beyond: false,
+                blended_image: None,
             };
             let point =
                 reflection_point.position + if eta == 1.0 { normal } else { -normal } * 2.0 + vector(&mut random);

@@ -55,6 +55,8 @@ pub(in super::super) struct TexelCandidates {
     neighbours: Vec<[u16; 8]>,
     /// The distance between neighbours, in texels.
     pub(in super::super) stride: u32,
+    /// Squares that have a candidate beyond [`MAX_CANDIDATES`].
+    pub(in super::super) left_out: u64,
 }
 
 /// A texel that may be selected.
@@ -93,20 +95,27 @@ impl TexelCandidates {
     ) -> Self {
         let (columns, rows) = (image.width.div_ceil(stride), image.height.div_ceil(stride));
         let squares = Squares { image, stride, columns, rows };
-        let mut all =
-            Self { blocks: Vec::new(), groups: Vec::new(), places: Vec::new(), neighbours: Vec::new(), stride };
+        let mut all = Self {
+            blocks: Vec::new(),
+            groups: Vec::new(),
+            places: Vec::new(),
+            neighbours: Vec::new(),
+            stride,
+            left_out: 0,
+        };
         let mut numbers = vec![NONE; (image.face_count * columns * rows) as usize];
         let mut lanes: Vec<Option<Selected>> = Vec::new();
         for face in 0..image.face_count {
             for top in (0..rows).step_by(GROUP_SIDE as usize) {
                 for left in (0..columns).step_by(GROUP_SIDE as usize) {
                     let start = lanes.len();
-                    if start + GROUP_BLOCKS * LANES > MAX_CANDIDATES {
-                        break;
-                    }
+                    let is_full = start + GROUP_BLOCKS * LANES > MAX_CANDIDATES;
                     for row in top..(top + GROUP_SIDE).min(rows) {
                         for column in left..(left + GROUP_SIDE).min(columns) {
-                            if let Some(selected) = squares.selected(face, column, row, &choose) {
+                            let Some(selected) = squares.selected(face, column, row, &choose) else { continue };
+                            if is_full {
+                                all.left_out += 1;
+                            } else {
                                 numbers[squares.number(face, column, row)] = lanes.len() as u16;
                                 lanes.push(Some(selected));
                             }

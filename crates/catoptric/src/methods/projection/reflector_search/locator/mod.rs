@@ -8,6 +8,7 @@ mod origins;
 mod starts;
 
 use super::image::{ImagePlace, MeshSpot, ReflectorImage};
+use crate::methods::Report;
 use crate::methods::projection::find::virtual_objects::{
     Locator, ReflectionPoint, ReflectionPoints, Reflector, weights_of,
 };
@@ -21,6 +22,7 @@ use law::Law;
 use origins::RayOrigins;
 use starts::{Start, Starts};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Candidates along a picture's longer side (the faces of a cube count as three, of two layers as four) where a point
 /// appears once. Chosen, not measured.
@@ -92,6 +94,8 @@ pub(super) struct ReflectorSearch {
     pub(super) starts: Option<Starts>,
     /// True if no point appears more than once.
     single: bool,
+    /// Starts that were not followed since a point had [`MAX_PLACES`] already, summed over the points so far.
+    not_followed: AtomicU64,
 }
 
 impl ReflectorSearch {
@@ -143,7 +147,7 @@ impl ReflectorSearch {
             Some(_) if single => Starts::new(&image, &whole, law.side, mesh.center),
             _ => None,
         };
-        Some(Self { image, law, source, whole, candidates, starts, single })
+        Some(Self { image, law, source, whole, candidates, starts, single, not_followed: AtomicU64::new(0) })
     }
 
     /// Where the ray comes from that arrives at a texel.
@@ -369,6 +373,7 @@ impl ReflectorSearch {
             triangle,
             weights: lies.weights,
             beyond: ends,
+            blended_image: None,
         };
         if reflection_point.normal.dot(reflection_point.origin - reflection_point.position) >= 0.0 {
             return Some(reflection_point);
@@ -428,6 +433,7 @@ impl ReflectorSearch {
         let stride = self.candidates.stride as f32;
         self.candidates.best(&self.law, point, |start, best| {
             if count == MAX_PLACES {
+                self.not_followed.fetch_add(1, Ordering::Relaxed);
                 return;
             }
             let Some(cell) = self.cell(reflector, &start, point) else { return };
@@ -470,6 +476,11 @@ impl ReflectorSearch {
 impl Locator for ReflectorSearch {
     fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints) {
         found.extend(points, |point, found| self.locate_point(reflector, point, found));
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        report.add_fallback("texels_not_searched", self.candidates.left_out);
+        report.add_fallback("starts_not_followed", self.not_followed.load(Ordering::Relaxed));
     }
 
     fn byte_count(&self) -> u64 {

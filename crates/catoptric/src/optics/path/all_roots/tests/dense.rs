@@ -50,7 +50,7 @@ fn vase() -> (PlacedSurface, Parametric) {
     };
     let ends = [Vec3::new(-3.0, -1.0, -3.0), Vec3::new(3.0, 4.0, 3.0)];
     let parametric = Parametric { local, periodic: true, inside: |p| p.x.min(1.0 - p.x), place: place(), ends };
-    (PlacedSurface { surface, world_from_surface: place() }, parametric)
+    (PlacedSurface { surface, world_from_surface: place().as_daffine3() }, parametric)
 }
 
 fn dish() -> (PlacedSurface, Parametric) {
@@ -66,7 +66,10 @@ fn dish() -> (PlacedSurface, Parametric) {
     let inside = |p: DVec2| 1.0 - (p * 2.0 - 1.0).length();
     let ends = [Vec3::new(-1.0, 0.1, -1.0), Vec3::new(1.0, 2.0, 1.0)];
     let parametric = Parametric { local, periodic: false, inside, place: place(), ends };
-    (PlacedSurface { surface: AnalyticSurface::Quadric(surface), world_from_surface: place() }, parametric)
+    (
+        PlacedSurface { surface: AnalyticSurface::Quadric(surface), world_from_surface: place().as_daffine3() },
+        parametric,
+    )
 }
 
 impl Parametric {

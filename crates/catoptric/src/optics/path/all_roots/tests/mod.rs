@@ -13,7 +13,7 @@ fn center() -> DVec3 {
 
 fn sphere() -> PlacedSurface {
     let place = Affine3A::from_rotation_translation(Quat::from_rotation_x(0.4), center().as_vec3());
-    PlacedSurface { surface: AnalyticSurface::Sphere { radius: RADIUS }, world_from_surface: place }
+    PlacedSurface { surface: AnalyticSurface::Sphere { radius: RADIUS }, world_from_surface: place.as_daffine3() }
 }
 
 fn unit_vector(random: &mut Stream) -> DVec3 {
@@ -246,7 +246,7 @@ fn eye_centre_and_point_in_a_line_have_infinitely_many_reflections() {
 #[test]
 fn a_plane_mirrors_once_within_its_border() {
     let surface = AnalyticSurface::Plane { half_width: 2.0, half_height: 1.0 };
-    let plane = PlacedSurface { surface, world_from_surface: Affine3A::IDENTITY };
+    let plane = PlacedSurface { surface, world_from_surface: Affine3A::IDENTITY.as_daffine3() };
     let finder = RootFinder::new(&plane);
     let mut random = Stream::new(7);
     let mut inside = 0;

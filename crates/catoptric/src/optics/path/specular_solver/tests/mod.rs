@@ -14,7 +14,7 @@ use glam::{Affine3A, Quat, Vec3};
 pub(crate) fn scene_of(surfaces: &[(AnalyticSurface, Affine3A, Material)]) -> Scene {
     let mut scene = Scene::default();
     for (surface, place, material) in surfaces {
-        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: *place };
+        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: place.as_daffine3() };
         scene.objects.push(Object {
             name: String::new(),
             material: scene.materials.len() as u32,

@@ -21,6 +21,7 @@ fn what_one_sample_told_no_other_is_asked() {
     }
     let unknown = Candidate { ray: 1, reaching: None };
     assert!((0..50).all(|_| attempts.begin(&unknown).is_some()));
+    assert!(!attempts.is_cut_short());
 }
 
 #[test]
@@ -34,7 +35,11 @@ fn samples_that_fail_are_followed_by_a_few_others() {
         None => false,
     };
     assert_eq!((0..10).filter(|_| fail(1.0)).count(), 3, "at one place");
-    assert_eq!((0..100).filter(|&k| fail(100.0 + 10.0 * k as f32)).count(), 5, "of eight in all");
+    assert_eq!((0..5).filter(|&k| fail(100.0 + 10.0 * k as f32)).count(), 5, "of eight in all");
+    fail(1.0);
+    assert!(!attempts.is_cut_short(), "that place has been tried to its end");
+    assert!(attempts.begin(&candidate(200.0, 1.0, false)).is_none(), "of eight in all");
+    assert!(attempts.is_cut_short());
 }
 
 #[test]
@@ -48,4 +53,5 @@ fn places_are_bounded() {
         None => false,
     });
     assert_eq!(told.count(), 16);
+    assert!(attempts.is_cut_short());
 }
