@@ -192,11 +192,6 @@ impl Drawing {
             }
         }
     }
-
-    /// The median time of a frame, milliseconds.
-    pub(crate) fn median_ms(&self) -> f64 {
-        median(&self.frame_ms)
-    }
 }
 
 /// The camera that the options name.

@@ -27,11 +27,28 @@ fn rounded(milliseconds: f64) -> f64 {
     (milliseconds * 1e3).round() / 1e3
 }
 
+/// Times of frames, in milliseconds.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct FrameTimes {
+    /// The first frame, which makes what later ones keep.
+    pub(crate) first: f64,
+    /// The median of the frames after the first where there are several.
     pub(crate) median: f64,
     pub(crate) min: f64,
     pub(crate) max: f64,
+}
+
+impl FrameTimes {
+    /// The times of some frames, in order; all 0 where there are none.
+    fn new(times: &[f64]) -> Self {
+        let later = if times.len() > 1 { &times[1..] } else { times };
+        Self {
+            first: rounded(times.first().copied().unwrap_or_default()),
+            median: rounded(median(later)),
+            min: rounded(times.iter().copied().reduce(f64::min).unwrap_or_default()),
+            max: rounded(times.iter().copied().reduce(f64::max).unwrap_or_default()),
+        }
+    }
 }
 
 #[derive(Clone, Debug, serde::Serialize)]
@@ -86,7 +103,6 @@ impl Stats {
             scene.objects.iter().filter(|object| scene.materials[object.material as usize].role != Role::Diffuse);
         let reflector_triangles = reflector_triangles.map(|object| object.triangles.len() as u64).sum();
         named.entry("reflector_triangles".into()).or_insert(reflector_triangles);
-        let times = &drawing.frame_ms;
         Self {
             version: env!("CARGO_PKG_VERSION"),
             scene: shot.model.name.clone(),
@@ -101,11 +117,7 @@ impl Stats {
             frames: shot.frames,
             motion: shot.motion.name(),
             setup_ms: Times(drawing.setup_ms.clone()),
-            frame_ms: FrameTimes {
-                median: rounded(drawing.median_ms()),
-                min: rounded(times.iter().copied().fold(f64::INFINITY, f64::min)),
-                max: rounded(times.iter().copied().fold(0.0, f64::max)),
-            },
+            frame_ms: FrameTimes::new(&drawing.frame_ms),
             stages_ms: Times(drawing.stages_ms.iter().map(|(name, times)| (name.clone(), median(times))).collect()),
             first_stages_ms: Times(drawing.first_stages_ms.clone()),
             counts: Counts { named, fallbacks: owned(&drawing.fallbacks) },
@@ -126,4 +138,17 @@ pub(crate) fn device() -> String {
         Some(line.split_once(':')?.1.trim().to_owned())
     });
     described.unwrap_or_else(|| std::env::consts::ARCH.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_frame_is_beside_the_median_of_the_others() {
+        let FrameTimes { first, median, min, max } = FrameTimes::new(&[50.0, 3.0, 1.0, 2.0]);
+        assert_eq!([first, median, min, max], [50.0, 2.0, 1.0, 50.0]);
+        let FrameTimes { first, median, min, max } = FrameTimes::new(&[7.0]);
+        assert_eq!([first, median, min, max], [7.0; 4]);
+    }
 }

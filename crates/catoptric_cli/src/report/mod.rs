@@ -159,7 +159,7 @@ mod tests {
             frames: 1,
             motion: "none",
             setup_ms: Times(vec![("load".into(), 1.0)]),
-            frame_ms: FrameTimes { median: 10.0, min: 10.0, max: 10.0 },
+            frame_ms: FrameTimes { first: 30.0, median: 10.0, min: 10.0, max: 30.0 },
             stages_ms: Times::default(),
             first_stages_ms: Times::default(),
             counts: Counts { named: [("rays".into(), 5)].into(), fallbacks: [("given_up".into(), 1234)].into() },

@@ -28,8 +28,9 @@ const PROJECTION_COLUMNS: [Column; 4] = [
     ("max", |m| m.error.projection_px.as_ref()?.all.max, four_digits),
     ("missing", |m| m.error.projection_px.as_ref().map(|error| error.all.missing), percent),
 ];
-const TIME_COLUMNS: [Column; 2] = [
+const TIME_COLUMNS: [Column; 3] = [
     ("a frame", |m| Some(m.stats.frame_ms.median), milliseconds),
+    ("first frame", |m| Some(m.stats.frame_ms.first), milliseconds),
     ("set-up", |m| Some(m.stats.setup_ms.0.iter().map(|(_, time)| time).sum()), milliseconds),
 ];
 
@@ -60,6 +61,8 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                         "Projection is how far from a pixel's centre the method finds the point that the pixel shows \
                         in a mirror or "
                         "through glass; missing is the share of points that it does not find. "
+                        "A frame is the median of the frames after the first; the first, a circle in the plot, makes "
+                        "what later ones keep. "
                         "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best \
                         method."
                     }
@@ -82,8 +85,8 @@ fn facts(report: &Report) -> Markup {
     let share = report.reflector_pixels as f64 / (f64::from(width) * f64::from(height));
     let frames = match (truth.frames, truth.motion) {
         (1, _) => "1".to_owned(),
-        (frames, "none") => format!("{frames}, times are medians"),
-        (frames, motion) => format!("{frames}, moving: {motion}; times are medians"),
+        (frames, "none") => format!("{frames}, times are medians after the first"),
+        (frames, motion) => format!("{frames}, moving: {motion}; times are medians after the first"),
     };
     let facts = [
         ("Picture", format!("{width} × {height}")),
@@ -255,6 +258,7 @@ fn details(measured: &Measured) -> Markup {
         .iter()
         .map(|(name, value)| (name.clone(), value.as_str().map_or_else(|| value.to_string(), ToOwned::to_owned)));
     let frame = vec![
+        ("first".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.first))),
         ("median".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.median))),
         ("fastest".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.min))),
         ("slowest".to_owned(), format!("{} ms", milliseconds(stats.frame_ms.max))),

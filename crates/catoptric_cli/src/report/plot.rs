@@ -29,6 +29,7 @@ pub(super) struct Plot {
 struct Point {
     label: String,
     time_ms: f64,
+    first_ms: f64,
     error: f64,
     color: RGBColor,
 }
@@ -50,7 +51,8 @@ pub(super) fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 
-/// Mean FLIP against the time of a frame, both logarithmic; the time of the reference is a dashed line.
+/// Mean FLIP against the time of a frame, both logarithmic: a disc for the median, a circle for the first frame.
+/// The time of the reference is a dashed line.
 pub(super) fn error_against_time(report: &Report) -> Result<Plot, Failure> {
     let points: Vec<Point> = report
         .entries
@@ -60,6 +62,7 @@ pub(super) fn error_against_time(report: &Report) -> Result<Plot, Failure> {
             super::Outcome::Measured(measured) if !entry.is_truth => Some(Point {
                 label: entry.label.clone(),
                 time_ms: measured.stats.frame_ms.median.max(1e-3),
+                first_ms: measured.stats.frame_ms.first.max(1e-3),
                 error: measured.ranking_error()?,
                 color: color(index),
             }),
@@ -79,7 +82,7 @@ fn draw(
     reference_ms: f64,
     reflectors: bool,
 ) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
-    let times = || points.iter().map(|point| point.time_ms).chain([reference_ms]);
+    let times = || points.iter().flat_map(|point| [point.time_ms, point.first_ms]).chain([reference_ms]);
     let errors = || points.iter().map(|point| point.error).filter(|error| *error > 0.0);
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
     // Errors of 0 have no place on a logarithmic axis; they are drawn near its lower end.
@@ -138,6 +141,9 @@ fn draw(
     sorted.sort_by(|a, b| b.error.total_cmp(&a.error));
     for point in sorted {
         let shown = point.error.max(lowest);
+        chart
+            .draw_series([PathElement::new([(point.time_ms, shown), (point.first_ms, shown)], point.color.mix(0.5))])?;
+        chart.draw_series([Circle::new((point.first_ms, shown), 5, point.color.stroke_width(2))])?;
         chart.draw_series([Circle::new((point.time_ms, shown), 6, point.color.filled())])?;
         let (x, y) = chart.backend_coord(&(point.time_ms, shown));
         let label = if point.error > 0.0 { point.label.clone() } else { format!("{} (no error)", point.label) };
@@ -175,7 +181,7 @@ mod tests {
     use super::*;
 
     fn point(label: &str, time_ms: f64, error: f64) -> Point {
-        Point { label: label.into(), time_ms, error, color: COLORS[0] }
+        Point { label: label.into(), time_ms, first_ms: 2.0 * time_ms, error, color: COLORS[0] }
     }
 
     #[test]
@@ -190,7 +196,7 @@ mod tests {
             draw(&mut svg, &points, 12.0, true).unwrap();
             assert!(svg.contains("</svg>") && svg.contains("reference"));
             assert!(!svg.contains("NaN") && !svg.contains("<&>"));
-            assert_eq!(svg.matches("<circle").count(), points.len());
+            assert_eq!(svg.matches("<circle").count(), 2 * points.len(), "medians and first frames");
         }
     }
 
