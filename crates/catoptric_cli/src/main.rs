@@ -35,7 +35,7 @@ fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
     let terminal = Terminal::new(&cli.global);
     let output: Output = match &cli.command {
         Command::Render(args) => commands::render::run(args, options, &terminal)?.into(),
-        Command::Compare(args) => commands::compare::run(args, options, &terminal)?.into(),
+        Command::Compare(args) => commands::compare::run(args, options, &terminal)?,
         Command::Project(args) => commands::project::run(args, options, &terminal)?.into(),
         Command::Bake(args) => commands::bake::run(args, options, &terminal)?,
         Command::Methods(args) => commands::methods::run(args)?.into(),

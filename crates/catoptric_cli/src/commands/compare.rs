@@ -5,7 +5,7 @@ mod selection;
 use super::columns;
 use crate::args::CompareArgs;
 use crate::drawing::{Drawing, Shot, check_backend};
-use crate::failure::Failure;
+use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
 use crate::settings::{self, Chosen};
 use crate::stats::{ErrorReport, Stats};
@@ -31,7 +31,7 @@ struct Truth {
     projection_every: u32,
 }
 
-pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
+pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     let selected = selection::select(&args.method, &args.set)?;
     check_backend(&args.draw)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
@@ -89,7 +89,8 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     }
     terminal.errors(&failures);
     staging.publish()?;
-    Ok(terminal.unless_quiet(summary(args, &report)))
+    let code = u8::from(!failures.is_empty());
+    Ok(Output { text: terminal.unless_quiet(summary(args, &report)), code })
 }
 
 fn entry(wanted: &Selected, chosen: &Chosen, is_truth: bool, outcome: Outcome) -> Entry {

@@ -56,8 +56,18 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
     assert!(stats["setup_ms"]["load"].as_f64().unwrap() > 0.0);
     let time = |name: &str| stats["frame_ms"][name].as_f64().unwrap();
     assert!(0.0 < time("min") && time("min") <= time("median") && time("median") <= time("max"));
+    assert!(time("min") <= time("first") && time("first") <= time("max"));
     assert!(stats["counts"]["scene_triangles"].as_u64() > stats["counts"]["reflector_triangles"].as_u64());
     assert!(stats["counts"]["fallbacks"].is_object());
+}
+
+#[test]
+fn a_single_frame_is_the_first_one() {
+    let place = Workplace::new();
+    place.render(&["--stats", "stats.json"]);
+    let times = place.json("stats.json")["frame_ms"].clone();
+    assert!(times["first"].as_f64().unwrap() > 0.0, "{times}");
+    assert!(["max", "median", "min"].iter().all(|name| times[name] == times["first"]), "{times}");
 }
 
 #[test]
@@ -295,6 +305,18 @@ fn compare_takes_all_methods_and_lists_those_that_fail() {
     for entry in report.as_array().unwrap() {
         assert!(entry["error"].is_object() != entry["failed"].is_string(), "{entry}");
     }
+}
+
+#[test]
+fn a_comparison_in_which_a_method_fails_ends_with_1_and_its_report() {
+    let place = Workplace::new();
+    let methods = ["--method", "environment_map", "--method", "light_field:views=none.toml"];
+    let words = [&["compare", "scene.toml", "--report", "report", "--frames", "1"], &SMALL[..], &methods].concat();
+    let said = place.ends(1, &words);
+    assert!(said.contains("report.html"), "{said}");
+    let report = place.json("report/report.json");
+    assert!(report[0]["error"].is_object(), "{report}");
+    assert!(report[1]["failed"].as_str().unwrap().contains("none.toml"), "{report}");
 }
 
 #[test]
