@@ -7,6 +7,7 @@ use crate::publish;
 use crate::status::{Check, Status, status};
 use crate::store::Store;
 use crate::unit;
+use catoptric::output::Temporary;
 use serde::Serialize;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -49,7 +50,7 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
         .ok_or_else(|| BakeError::invalid(&place, "identity.units", "no file can be as large as all of them"))?;
     refuse_incomplete(&status(plan, store, Check::Sizes)?, &place)?;
 
-    let mut file = publish::temporary_beside(beside).map_err(fail)?;
+    let mut file = Temporary::beside(beside).map_err(fail)?;
     let mut writer = BufWriter::new(file.as_file_mut());
     // The head has the hashes of all units, so it is written last.
     writer.seek(SeekFrom::Start(layout.payloads)).map_err(fail)?;

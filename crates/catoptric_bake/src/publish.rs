@@ -1,36 +1,13 @@
 //! Files that appear whole or not at all, and stay after a power cut.
 
+use catoptric::output::Temporary;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
-use tempfile::NamedTempFile;
-
-const PREFIX: &str = ".catoptric-";
-const SUFFIX: &str = ".tmp";
-
-/// True if a name is that of a temporary file of [`temporary_beside`].
-pub(crate) fn is_temporary(name: &str) -> bool {
-    name.starts_with(PREFIX) && name.ends_with(SUFFIX)
-}
-
-/// A temporary file in the folder of a path. It is deleted when it is dropped, unless the program is killed before.
-pub(crate) fn temporary_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        let problem = format!("the folder {} does not exist; create it first", folder.display());
-        return Err(io::Error::new(ErrorKind::NotFound, problem));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).suffix(SUFFIX);
-    // Temporary files are private; results are as readable as any new file of the user.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
-}
 
 /// Creates a file unless there is one of that name; returns true if it did.
 pub(crate) fn create_new(path: &Path, bytes: &[u8]) -> io::Result<bool> {
-    let mut file = temporary_beside(path)?;
+    let mut file = Temporary::beside(path)?;
     file.write_all(bytes)?;
     file.as_file().sync_all()?;
     match fs::hard_link(file.path(), path) {
@@ -55,27 +32,25 @@ fn has_no_links(error: &io::Error) -> bool {
 /// The way without hard links: a rename that fails if the name is taken is one step of the file system as well
 /// (renameat2 of Linux, renamex_np of macOS, MoveFileEx of Windows). It comes second, since network file systems
 /// support links better.
-fn rename_to_new(file: NamedTempFile, path: &Path, no_links: &io::Error) -> io::Result<bool> {
-    match file.persist_noclobber(path) {
-        Ok(_) => Ok(true),
-        Err(error) if error.error.kind() == ErrorKind::AlreadyExists => Ok(false),
-        Err(error) if has_no_links(&error.error) => Err(io::Error::new(
-            error.error.kind(),
+fn rename_to_new(file: Temporary, path: &Path, no_links: &io::Error) -> io::Result<bool> {
+    match file.publish_new(path) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
+        Err(error) if has_no_links(&error) => Err(io::Error::new(
+            error.kind(),
             format!(
-                "the file system can neither link ({no_links}) nor rename without overwriting ({}), so two writers \
-                could \
-                 destroy each other's work; use a folder of another file system",
-                error.error
+                "the file system can neither link ({no_links}) nor rename without overwriting ({error}), so two \
+                writers could destroy each other's work; use a folder of another file system"
             ),
         )),
-        Err(error) => Err(error.error),
+        Err(error) => Err(error),
     }
 }
 
-/// Puts a temporary file in the place of a path, also of a file that is there.
-pub(crate) fn replace(file: NamedTempFile, path: &Path) -> io::Result<()> {
+/// Puts a temporary file in the place of a path, also of a file that is there, or into a device.
+pub(crate) fn replace(file: Temporary, path: &Path) -> io::Result<()> {
     file.as_file().sync_all()?;
-    file.persist(path).map_err(|error| error.error)?;
+    file.publish(path)?;
     sync_folder(path)
 }
 
@@ -107,7 +82,7 @@ mod tests {
         let no_links = io::Error::from(ErrorKind::Unsupported);
         assert!(has_no_links(&no_links));
         for (bytes, is_new) in [(b"one", true), (b"two", false)] {
-            let mut file = temporary_beside(&path).unwrap();
+            let mut file = Temporary::beside(&path).unwrap();
             file.write_all(bytes).unwrap();
             assert_eq!(rename_to_new(file, &path, &no_links).unwrap(), is_new);
         }
@@ -120,11 +95,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x");
         fs::write(&path, b"old").unwrap();
-        let mut file = temporary_beside(&path).unwrap();
+        let mut file = Temporary::beside(&path).unwrap();
         file.write_all(b"new").unwrap();
         replace(file, &path).unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
-        let missing = temporary_beside(&folder.path().join("no/x")).unwrap_err().to_string();
+        let missing = Temporary::beside(&folder.path().join("no/x")).unwrap_err().to_string();
         assert!(missing.contains("does not exist; create it first"), "{missing}");
     }
 

@@ -1,7 +1,41 @@
 //! The ends of the program other than success: messages and exit codes.
 
+use catoptric::output;
 use std::fmt::Display;
+use std::io::Write;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Exit code of a bake that stopped before its end: try again.
+pub(crate) const STOPPED: u8 = 75;
+/// Exit code of work that a signal ended: the shells' number for Ctrl-C.
+const INTERRUPTED: u8 = 130;
+
+/// Set when a signal requests the program to stop.
+static STOP: AtomicBool = AtomicBool::new(false);
+/// Set while the first signal only requests the work to stop.
+static IS_SOFT: AtomicBool = AtomicBool::new(false);
+
+/// Ends the program on Ctrl-C and SIGTERM without leaving anything temporary behind.
+pub(crate) fn listen_for_signals() -> Result<(), Failure> {
+    let stop = || match IS_SOFT.load(Ordering::SeqCst) {
+        true if !STOP.swap(true, Ordering::SeqCst) => {}
+        true => output::exit(STOPPED.into()),
+        false => output::exit(INTERRUPTED.into()),
+    };
+    ctrlc::set_handler(stop).map_err(|error| Failure::input(format!("cannot listen for signals: {error}")))
+}
+
+/// From now on the first signal only sets the flag that this returns, and the second ends the program.
+pub(crate) fn stop_softly() -> &'static AtomicBool {
+    IS_SOFT.store(true, Ordering::SeqCst);
+    &STOP
+}
+
+/// Prints a line on standard error, where it can be printed: no program can complain of that.
+pub(crate) fn say(line: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
 
 /// The message and exit code of a command that did not succeed.
 pub(crate) struct Output {
@@ -34,16 +68,21 @@ impl Failure {
         Self::Input(anyhow::anyhow!("{problem}"))
     }
 
+    /// A failed write to standard output.
+    pub(crate) fn standard_output(error: std::io::Error) -> Self {
+        Self::input(format!("standard output: cannot write to it: {error}"))
+    }
+
     /// Prints the one message and gives the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         match self {
             Self::Usage(problem) => {
-                eprintln!("error: {problem}\n\nFor more information, try '--help'.");
+                say(format_args!("error: {problem}\n\nFor more information, try '--help'."));
                 ExitCode::from(2)
             }
             Self::Input(error) => {
                 // The library's messages already contain their causes.
-                eprintln!("error: {error}");
+                say(format_args!("error: {error}"));
                 ExitCode::from(1)
             }
         }

@@ -20,8 +20,11 @@ use std::process::ExitCode;
 use terminal::Terminal;
 
 fn main() -> ExitCode {
-    let matches = Cli::command().get_matches();
-    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let parsed = Cli::command().try_get_matches().and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
+        Err(message) => return explain(&message),
+    };
     let options = matches.subcommand().map(|(_, options)| options.clone()).unwrap_or_default();
     match run(&cli, &options) {
         Ok(code) => ExitCode::from(code),
@@ -29,8 +32,27 @@ fn main() -> ExitCode {
     }
 }
 
+/// Prints the command line's help or fault.
+fn explain(message: &clap::Error) -> ExitCode {
+    let printed = message.print().and_then(|()| std::io::stdout().flush());
+    match written(printed) {
+        Err(failure) if !message.use_stderr() => failure.report(),
+        _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),
+    }
+}
+
+/// The outcome of writing to standard output.
+fn written(result: std::io::Result<()>) -> Result<(), Failure> {
+    match result {
+        // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::standard_output(error)),
+        _ => Ok(()),
+    }
+}
+
 /// Runs the command; returns the exit code.
 fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
+    failure::listen_for_signals()?;
     set_threads(&cli.global)?;
     let terminal = Terminal::new(&cli.global);
     let output: Output = match &cli.command {
@@ -44,11 +66,9 @@ fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
         Command::Doctor(args) => commands::doctor::run(args)?.into(),
         Command::Completions(args) => commands::completions(args.shell).into(),
     };
-    // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
-    match std::io::stdout().lock().write_all(output.text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(output.code),
-    }
+    let mut stdout = std::io::stdout().lock();
+    written(stdout.write_all(output.text.as_bytes()).and_then(|()| stdout.flush()))?;
+    Ok(output.code)
 }
 
 fn set_threads(global: &Global) -> Result<(), Failure> {

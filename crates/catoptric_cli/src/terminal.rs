@@ -1,6 +1,7 @@
 //! Messages of the program while it works.
 
 use crate::args::Global;
+use crate::failure;
 use catoptric::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashSet;
@@ -49,14 +50,14 @@ impl Terminal {
     /// Says errors that do not end the work, even when quiet.
     pub(crate) fn errors(&self, errors: &[String]) {
         for error in errors {
-            eprintln!("error: {error}");
+            failure::say(format_args!("error: {error}"));
         }
     }
 
     /// A line for the user on standard error, unless only errors are wanted.
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {
-            eprintln!("{line}");
+            failure::say(line);
         }
     }
 
@@ -82,10 +83,10 @@ impl Terminal {
         let distinct: Vec<&String> = warnings.into_iter().filter(|warning| seen.insert(warning.as_str())).collect();
         let shown = if self.verbose { distinct.len() } else { MAX_WARNINGS.min(distinct.len()) };
         for warning in &distinct[..shown] {
-            eprintln!("warning: {warning}");
+            failure::say(format_args!("warning: {warning}"));
         }
         if shown < distinct.len() {
-            eprintln!("warning: {} more; -v shows them", distinct.len() - shown);
+            failure::say(format_args!("warning: {} more; -v shows them", distinct.len() - shown));
         }
     }
 

@@ -6,6 +6,8 @@ pub mod clock;
 pub mod error;
 pub mod framebuffer;
 pub mod math;
+#[cfg(feature = "outputs")]
+pub mod output;
 pub mod parallel;
 #[cfg(feature = "files")]
 pub mod picture;

@@ -1,12 +1,10 @@
 //! Pictures as files: PNG for looking at, OpenEXR and Radiance HDR for measuring.
-//!
-//! Files appear by rename: a reader gets the old file or the whole new one, never a part of it.
 
 use crate::error::SceneError;
 use crate::framebuffer::{Framebuffer, linear_from_srgb};
+use crate::output::write_file;
 use exr::prelude as openexr;
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 /// Larger pictures are refused: they are damaged headers far more often than pictures.
@@ -32,48 +30,6 @@ impl PictureFormat {
             _ => None,
         }
     }
-}
-
-/// Writes a file through `fill`; it appears under its name when it is complete, and not at all when something fails.
-///
-/// # Errors
-/// [`SceneError::Write`] when the folder is missing or not writable, the name is a folder's, or `fill` fails.
-pub fn write_file(
-    path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> Result<(), SceneError> {
-    let fail = |source: io::Error| SceneError::Write { path: path.into(), source };
-    let mut file = temporary_beside(path).map_err(fail)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
-    fill(&mut writer).and_then(|()| writer.flush()).map_err(fail)?;
-    drop(writer);
-    file.persist(path).map_err(|error| fail(error.error))?;
-    Ok(())
-}
-
-/// Returns true if a file of this name could be written now; leaves nothing behind. For finding out before long work.
-///
-/// # Errors
-/// [`SceneError::Write`] as for [`write_file`].
-pub fn check_writable(path: &Path) -> Result<(), SceneError> {
-    temporary_beside(path).map(drop).map_err(|source| SceneError::Write { path: path.into(), source })
-}
-
-fn temporary_beside(path: &Path) -> io::Result<tempfile::NamedTempFile> {
-    if path.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder"));
-    }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    if !folder.is_dir() {
-        let problem = format!("the folder {} does not exist; create it first", folder.display());
-        return Err(io::Error::new(io::ErrorKind::NotFound, problem));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".catoptric-").suffix(".tmp");
-    // Temporary files are private; results are as readable as any new file of the user.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
 }
 
 /// Writes a picture in the format of its extension.
@@ -299,14 +255,9 @@ mod tests {
     fn files_that_cannot_be_written_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("no/where.png");
-        for error in [write(&missing, &sample()).unwrap_err(), check_writable(&missing).unwrap_err()] {
-            let message = error.to_string();
-            assert!(message.contains("where.png") && message.contains("does not exist"), "{message}");
-        }
-        assert!(check_writable(folder.path()).unwrap_err().to_string().contains("folder"));
+        let message = write(&missing, &sample()).unwrap_err().to_string();
+        assert!(message.contains("where.png") && message.contains("does not exist"), "{message}");
         assert!(matches!(write(&folder.path().join("a.bmp"), &sample()), Err(SceneError::Unsupported { .. })));
-        let failing = write_file(&folder.path().join("b.txt"), |_| Err(io::Error::other("full")));
-        assert!(failing.unwrap_err().to_string().contains("full"));
         assert!(names(folder.path()).is_empty());
     }
 

@@ -226,8 +226,7 @@ fn a_full_disk_leaves_whole_units_alone() {
 fn what_a_killed_writer_leaves_is_no_unit() {
     let folder = tempfile::tempdir().unwrap();
     let (plan, store) = (plan(&sizes(3)), LocalStore::open(folder.path()).unwrap());
-    let half = crate::publish::temporary_beside(&folder.path().join("unit-000001.bin")).unwrap();
-    let (_, path) = half.keep().unwrap();
+    let path = folder.path().join(".catoptric-123456.tmp");
     std::fs::write(&path, &unit::encode(plan.hash(), 1, &payload(&plan, 1))[..50]).unwrap();
     let before = status(&plan, &store, Check::Contents).unwrap();
     assert_eq!((before.missing, before.bad.len(), before.left_over.len()), (3, 0, 1));

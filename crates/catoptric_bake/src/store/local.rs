@@ -3,6 +3,7 @@
 use super::{Created, Entry, Store};
 use crate::error::BakeError;
 use crate::publish;
+use catoptric::output;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -97,7 +98,7 @@ impl Store for LocalStore {
     }
 
     fn list(&self) -> Result<Vec<Entry>, BakeError> {
-        self.entries(|name| !publish::is_temporary(name))
+        self.entries(|name| !output::is_temporary(name))
     }
 
     fn remove(&self, name: &str) -> Result<(), BakeError> {
@@ -113,7 +114,7 @@ impl Store for LocalStore {
     }
 
     fn left_over(&self) -> Result<Vec<Entry>, BakeError> {
-        self.entries(publish::is_temporary)
+        self.entries(output::is_temporary)
     }
 }
 
@@ -159,10 +160,7 @@ mod tests {
     fn temporaries_of_killed_writers_are_no_units() {
         let folder = tempfile::tempdir().unwrap();
         let store = LocalStore::open(folder.path()).unwrap();
-        let (temporary, path) =
-            publish::temporary_beside(&folder.path().join("unit-000001.bin")).unwrap().keep().unwrap();
-        drop(temporary);
-        fs::write(&path, b"half").unwrap();
+        fs::write(folder.path().join(".catoptric-123456.tmp"), b"half").unwrap();
         fs::create_dir(folder.path().join("folder")).unwrap();
         assert!(store.list().unwrap().is_empty());
         let left_over = store.left_over().unwrap();

@@ -12,9 +12,10 @@ use crate::stats::{ErrorReport, Stats};
 use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
-use catoptric::methods::Quality;
 use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
+use catoptric::methods::Quality;
 use catoptric::metrics::{Comparison, heat_map_rgb8};
+use catoptric::output::{self, NewFolders, TemporaryFolder};
 use catoptric::picture;
 use clap::ArgMatches;
 use selection::Selected;
@@ -161,31 +162,29 @@ fn write_pictures(
 
 /// A hidden folder beside the report's files, in which they are made before any of them appears.
 struct Staging {
+    // In this order: the report's folder goes if it is empty then.
+    hidden: TemporaryFolder,
+    _new: NewFolders,
     folder: PathBuf,
-    /// The report's folder did not exist before.
-    created: bool,
-    hidden: Option<tempfile::TempDir>,
 }
 
 impl Staging {
     fn new(folder: &Path) -> Result<Self, Failure> {
-        let created = !folder.is_dir();
         let fail = |error: std::io::Error| {
             Failure::input(format!("--report {}: cannot write into the folder: {error}", folder.display()))
         };
-        std::fs::create_dir_all(folder).map_err(fail)?;
-        let mut staging = Self { folder: folder.into(), created, hidden: None };
-        let hidden = tempfile::Builder::new().prefix(".catoptric-").tempdir_in(folder).map_err(fail)?;
-        staging.hidden = Some(hidden);
-        Ok(staging)
+        let mut new = NewFolders::default();
+        new.create(folder).map_err(fail)?;
+        let hidden = TemporaryFolder::within(folder).map_err(fail)?;
+        Ok(Self { hidden, _new: new, folder: folder.into() })
     }
 
     fn path(&self) -> &Path {
-        self.hidden.as_ref().map_or(&self.folder, |hidden| hidden.path())
+        self.hidden.path()
     }
 
     /// Moves all files to where they belong, the page last.
-    fn publish(mut self) -> Result<(), Failure> {
+    fn publish(self) -> Result<(), Failure> {
         let fail = |error: std::io::Error| {
             Failure::input(format!("--report {}: cannot move files into it: {error}", self.folder.display()))
         };
@@ -195,20 +194,9 @@ impl Staging {
         }
         names.sort_by_key(|name| name == "report.html");
         for name in names {
-            std::fs::rename(self.path().join(&name), self.folder.join(&name)).map_err(fail)?;
+            output::move_file(&self.path().join(&name), &self.folder.join(&name)).map_err(fail)?;
         }
-        self.created = false;
         Ok(())
-    }
-}
-
-impl Drop for Staging {
-    fn drop(&mut self) {
-        drop(self.hidden.take());
-        if self.created {
-            // Goes only if it is empty, which is what it was before.
-            let _ = std::fs::remove_dir(&self.folder);
-        }
     }
 }
 

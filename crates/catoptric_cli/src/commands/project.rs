@@ -17,7 +17,7 @@ use catoptric::methods::{self, Job, Quality};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Projection, Role, Scene, View};
-use catoptric::{parallel, picture};
+use catoptric::{output as files, parallel};
 use clap::ArgMatches;
 use glam::DVec3;
 use input::Points;
@@ -58,14 +58,14 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     } else if let Some((key, _)) = args.set.first() {
         return Err(Failure::usage(format!("--set {key}: the exact search has no settings; choose a --method")));
     }
-    if args.points == args.output {
+    if files::is_same_file(&args.points, &args.output) {
         return Err(Failure::usage(format!("{} is both --points and --output", args.points.display())));
     }
     if args.eye.is_some() && args.eye.map(|eye| eye.as_vec3()) == args.target {
         return Err(Failure::usage("--eye and --target are the same point"));
     }
     let roles = scene_source::pose_roles(&args.pose, options)?;
-    picture::check_writable(&args.output)?;
+    files::check_writable(&args.output)?;
     let mut points = Points::open(&args.points)?;
     let model = scene_source::load(&args.scene, None)?;
     let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles)?);
@@ -106,7 +106,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     // Errors of the points are distinguished from errors of the written file.
     let mut problem = None;
     let mut counts = PointCounts::default();
-    let written = picture::write_file(&args.output, |writer| {
+    let written = files::write_file(&args.output, |writer| {
         let mut sink = table.begin(writer)?;
         let streamed = stream(&mut points, &query, terminal, |rows| sink.write(rows));
         match streamed {

@@ -8,6 +8,7 @@ use crate::settings;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
 use catoptric::light::path_tracer::specular_mask;
+use catoptric::output::{self, NewFolders};
 use catoptric::{methods, picture};
 use clap::ArgMatches;
 use std::io::Write;
@@ -21,7 +22,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     shot.bakes.check_methods(&[&args.method])?;
     let chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
-    make_writable(&outputs)?;
+    let _folders = make_writable(&outputs)?;
     terminal.set_subject(&args.method);
     let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);
@@ -32,35 +33,39 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     }
     if let Some(path) = &args.stats {
         let json = pretty(&stats)?;
-        picture::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
+        output::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
     }
     terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&stats.warnings));
     Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
 }
 
-/// The files to be written; each has a name of its own.
+/// The files to be written, each another one.
 fn outputs(args: &RenderArgs) -> Result<Vec<&Path>, Failure> {
     let all = [Some(&args.output), args.stats.as_ref(), args.mask.as_ref()];
     let outputs: Vec<&Path> = all.into_iter().flatten().map(PathBuf::as_path).collect();
     for (index, path) in outputs.iter().enumerate() {
-        if outputs[..index].contains(path) {
-            return Err(Failure::usage(format!("{} is named for two outputs", path.display())));
+        if let Some(other) = outputs[..index].iter().find(|other| output::is_same_file(other, path)) {
+            let same = path == other;
+            let (one, other) = (path.display(), other.display());
+            let problem = if same { format!("{one} is") } else { format!("{other} and {one} are one file,") };
+            return Err(Failure::usage(format!("{problem} named for two outputs")));
         }
     }
     Ok(outputs)
 }
 
 /// Makes the folders of the outputs, and finds outputs that cannot be written before the work is done.
-fn make_writable(outputs: &[&Path]) -> Result<(), Failure> {
+fn make_writable(outputs: &[&Path]) -> Result<NewFolders, Failure> {
+    let mut folders = NewFolders::default();
     for path in outputs {
         if let Some(folder) = path.parent() {
             let fail =
                 |error: std::io::Error| Failure::input(format!("{}: cannot make its folder: {error}", path.display()));
-            std::fs::create_dir_all(folder).map_err(fail)?;
+            folders.create(folder).map_err(fail)?;
         }
-        picture::check_writable(path)?;
+        output::check_writable(path)?;
     }
-    Ok(())
+    Ok(folders)
 }
 
 fn summary(args: &RenderArgs, stats: &Stats, verbose: bool) -> String {

@@ -7,7 +7,7 @@ use crate::commands::pretty;
 use crate::failure::Failure;
 use crate::stats::{ErrorReport, Stats};
 use catoptric::methods::MethodInfo;
-use catoptric::picture;
+use catoptric::output;
 use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
@@ -75,7 +75,7 @@ pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     for (name, text) in
         [("report.json", pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)]
     {
-        picture::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
+        output::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
     }
     Ok(())
 }

@@ -6,9 +6,9 @@ use super::pretty;
 use crate::args::{
     BakeAllArgs, BakeArgs, BakeMergeArgs, BakePlanArgs, BakeRunArgs, BakeStatusArgs, BakeStep, BakeViewsArgs,
 };
-use crate::failure::{Failure, Output};
+use crate::failure::{self, Failure, Output, STOPPED};
 use crate::terminal::Terminal;
-use catoptric::picture;
+use catoptric::output;
 use catoptric::progress::Stage;
 use catoptric_bake::{
     Check, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
@@ -19,14 +19,8 @@ use recipe::Recipe;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Set when a signal requests the program to stop.
-static STOP: AtomicBool = AtomicBool::new(false);
-
-/// Exit code of a bake that stopped before its end: try again.
-const STOPPED: u8 = 75;
 /// Exit code of `status` where units are missing.
 const INCOMPLETE: u8 = 3;
 
@@ -90,7 +84,7 @@ fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Resul
 fn views(args: &BakeViewsArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     let ingredients = Recipe::new(&args.what, options)?.ingredients()?;
     let manifest = ingredients.views_manifest()?;
-    picture::write_file(&args.output, |writer| writer.write_all(manifest.as_bytes()))?;
+    output::write_file(&args.output, |writer| writer.write_all(manifest.as_bytes()))?;
     let count = manifest.lines().filter(|line| *line == "[[view]]").count();
     Ok(terminal.unless_quiet(format!("{}: {count} views\n", args.output.display())).into())
 }
@@ -186,12 +180,7 @@ fn work(
     terminal: &Terminal,
 ) -> Result<RunReport, Failure> {
     // A second signal ends the program at once: published units stay.
-    let ask = || {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(i32::from(STOPPED));
-        }
-    };
-    ctrlc::set_handler(ask).map_err(|error| Failure::input(format!("cannot listen for signals: {error}")))?;
+    let stop = failure::stop_softly();
     let until = max_time.map(|time| Instant::now() + time);
     terminal.set_subject(&plan.identity.method);
     let count = shard.unit_count(plan.identity.unit_count()) as usize;
@@ -207,7 +196,7 @@ fn work(
             let _ = stage.advance(1);
         }
     };
-    let options = RunOptions { shard, stop: &STOP, until, on_unit: &tell, ..RunOptions::default() };
+    let options = RunOptions { shard, stop, until, on_unit: &tell, ..RunOptions::default() };
     Ok(catoptric_bake::run(plan, store, units, &options)?)
 }
 

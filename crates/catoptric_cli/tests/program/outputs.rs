@@ -1,0 +1,123 @@
+//! Where outputs go: links, devices, one file by two names, and nothing that stays behind after a signal.
+
+use crate::workplace::Workplace;
+
+const RENDER: [&str; 6] = ["render", "scene.toml", "--size", "32x24", "--samples", "1"];
+
+impl Workplace {
+    fn draw(&self, more: &[&str]) -> String {
+        self.ok(&[&RENDER, more].concat())
+    }
+}
+
+#[test]
+fn two_outputs_are_never_one_file() {
+    let place = Workplace::new();
+    let folder = place.folder.path().file_name().unwrap().to_str().unwrap().to_owned();
+    for other in ["./a.png", &format!("../{folder}/a.png"), place.path("a.png").to_str().unwrap()] {
+        let message = place.fails(2, &[&RENDER, &["-o", "a.png", "--mask", other][..]].concat());
+        assert!(message.contains("a.png") && message.contains("two outputs"), "{message}");
+    }
+    let message = place.fails(2, &[&RENDER, &["-o", "new/a.png", "--mask", "new/../new/./a.png"][..]].concat());
+    assert!(message.contains("two outputs"), "{message}");
+    assert_eq!(place.files(), ["scene.toml"]);
+    place.write("points.csv", "x,y,z\n0,0,1\n");
+    let project = ["project", "scene.toml", "--points", "points.csv", "-o", "./points.csv"];
+    assert!(place.fails(2, &project).contains("both"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_stay_and_lead_to_the_new_file() {
+    use std::os::unix::fs::symlink;
+    let place = Workplace::new();
+    std::fs::create_dir(place.path("deep")).unwrap();
+    place.write("deep/old.png", "old");
+    symlink("deep/old.png", place.path("out.png")).unwrap();
+    symlink("deep/new.json", place.path("stats.json")).unwrap();
+    place.draw(&["-o", "out.png", "--stats", "stats.json"]);
+    assert!(place.path("out.png").is_symlink() && place.path("stats.json").is_symlink());
+    assert!(catoptric::picture::read(&place.path("deep/old.png")).unwrap().width == 32);
+    assert_eq!(place.json("deep/new.json")["method"], "reference");
+    let message = place.fails(2, &[&RENDER, &["-o", "out.png", "--mask", "deep/old.png"][..]].concat());
+    assert!(message.contains("two outputs"), "{message}");
+
+    // A report goes through links, too.
+    std::fs::create_dir(place.path("report")).unwrap();
+    symlink("../deep/page.html", place.path("report/report.html")).unwrap();
+    let small = ["--size", "32x24", "--frames", "1", "--method", "reference", "--report", "report"];
+    place.ok(&[&["compare", "scene.toml"], &small[..]].concat());
+    assert!(place.path("report/report.html").is_symlink() && place.text("deep/page.html").contains("<svg"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn devices_and_pipes_are_written_through() {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::process::Command;
+    let place = Workplace::new();
+    let message = place.fails(1, &[&RENDER, &["-o", "out.png", "--stats", "/dev/full"][..]].concat());
+    assert!(message.contains("/dev/full"), "{message}");
+    symlink("/dev/full", place.path("full.png")).unwrap();
+    place.fails(1, &[&RENDER, &["-o", "full.png"][..]].concat());
+    let kind = std::fs::metadata("/dev/full").unwrap().file_type();
+    assert!(kind.is_char_device() && place.path("full.png").is_symlink());
+    place.draw(&["-o", "out.png", "--stats", "/dev/null"]);
+
+    assert!(Command::new("mkfifo").arg(place.path("pipe")).status().unwrap().success());
+    let pipe = place.path("pipe");
+    let reader = std::thread::spawn(move || std::fs::read_to_string(pipe).unwrap());
+    place.draw(&["-o", "out.png", "--stats", "pipe"]);
+    assert!(reader.join().unwrap().contains("\"frame_ms\""));
+    assert!(std::fs::metadata(place.path("pipe")).unwrap().file_type().is_fifo());
+    assert_eq!(place.files(), ["full.png", "out.png", "pipe", "scene.toml"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_named() {
+    let place = Workplace::new();
+    for words in [&["scenes"][..], &["methods", "--json"], &["completions", "bash"], &["render", "--help"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = place.command(words).stdout(full).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {message}");
+        assert!(message.contains("standard output") && !message.contains("panicked"), "{words:?}: {message}");
+    }
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let output = place.command(&["info", "none.glb"]).stderr(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "a message that cannot be printed is no panic");
+}
+
+#[cfg(unix)]
+#[test]
+fn signals_leave_nothing_behind() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let place = Workplace::new();
+    let points: String = (0..400_000).map(|row| format!("{},0.5,1\n", f64::from(row) * 1e-6)).collect();
+    place.write("points.csv", format!("x,y,z\n{points}"));
+    let before = place.files();
+    let long = ["--size", "1600x1200", "--samples", "256", "--method", "reference"];
+    let render = [&["render", "scene.toml", "-o", "new/deep/out.png"], &long[..]].concat();
+    let compare = [&["compare", "scene.toml", "--report", "new/report"], &long[..]].concat();
+    let project = vec!["project", "scene.toml", "--points", "points.csv", "-o", "paths.csv"];
+    for (words, made) in [(render, "new"), (compare, "new/report"), (project, ".")] {
+        for signal in ["-INT", "-TERM"] {
+            let mut child = place.command(&words).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+            let begun = Instant::now();
+            let is_at_work = || match made {
+                "new" => place.path("new/deep").exists(),
+                folder => std::fs::read_dir(place.path(folder))
+                    .is_ok_and(|mut entries| entries.any(|it| it.unwrap().file_name().as_encoded_bytes()[0] == b'.')),
+            };
+            while !is_at_work() {
+                assert!(begun.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none(), "{words:?}");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+            assert_eq!(child.wait().unwrap().code(), Some(130), "{words:?}");
+            assert_eq!(place.files(), before, "{words:?}");
+        }
+    }
+}
