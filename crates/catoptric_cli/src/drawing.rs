@@ -6,8 +6,9 @@ use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{Prepared, Quality, Report};
+use catoptric::methods::{MethodInfo, Prepared, Quality, Report};
 use catoptric::progress::Progress;
+use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, Projection, Scene, View};
 use clap::ArgMatches;
@@ -66,6 +67,15 @@ pub(crate) fn check_backend(args: &DrawArgs) -> Result<(), Failure> {
         return Err(Failure::input("--backend gpu: this version has no GPU backend; use cpu or auto"));
     }
     Ok(())
+}
+
+/// Refuses numbers of samples that a method cannot take.
+pub(crate) fn check_samples(args: &DrawArgs, method: &MethodInfo) -> Result<(), Failure> {
+    let counts: Vec<String> = SAMPLE_COUNTS.iter().map(ToString::to_string).collect();
+    method.check_samples(args.samples).map_err(|_| {
+        let (samples, id, counts) = (args.samples, method.id, counts.join(", "));
+        Failure::usage(format!("--samples {samples}: method `{id}` takes {counts}; `reference` takes any number"))
+    })
 }
 
 impl<'a> Shot<'a> {

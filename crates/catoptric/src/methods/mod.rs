@@ -77,6 +77,18 @@ pub struct MethodInfo {
 }
 
 impl MethodInfo {
+    /// Checks that the method can take a number of samples a pixel: the reference any, others those that the
+    /// rasteriser has patterns for.
+    ///
+    /// # Errors
+    /// [`RenderError::Samples`] for the others.
+    pub fn check_samples(&self, samples: u32) -> Result<(), RenderError> {
+        match self.family {
+            Family::Reference if samples > 0 => Ok(()),
+            _ => crate::raster::sample_positions(samples).map(drop),
+        }
+    }
+
     /// Refuses a bake, for methods that precompute nothing.
     pub(crate) fn refuse_bake(&self, bake: Option<Arc<dyn bake::Baked>>) -> Result<(), RenderError> {
         match bake {

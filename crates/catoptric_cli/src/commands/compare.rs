@@ -4,7 +4,7 @@ mod selection;
 
 use super::columns;
 use crate::args::CompareArgs;
-use crate::drawing::{Drawing, Shot, check_backend};
+use crate::drawing::{Drawing, Shot, check_backend, check_samples};
 use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
 use crate::settings::{self, Chosen};
@@ -13,7 +13,7 @@ use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
-use catoptric::methods::Quality;
+use catoptric::methods::{self, Quality};
 use catoptric::metrics::{Comparison, heat_map_rgb8};
 use catoptric::output::{self, NewFolders, TemporaryFolder};
 use catoptric::picture;
@@ -34,6 +34,9 @@ struct Truth {
 
 pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     let selected = selection::select(&args.method, &args.set)?;
+    for wanted in &selected.methods {
+        check_samples(&args.draw, methods::find(&wanted.id).map_err(Failure::usage)?)?;
+    }
     check_backend(&args.draw)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
