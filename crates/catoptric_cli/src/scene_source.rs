@@ -2,6 +2,7 @@
 
 use crate::args::{PoseArgs, SceneArgs};
 use crate::failure::Failure;
+use crate::settings;
 use catoptric::error::SceneError;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, PoseOptions, Role, Scene};
@@ -11,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The model that SCENE names, with the environment of `--environment`.
-pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, SceneError> {
+pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Failure> {
     let mut model = match scene.strip_prefix("builtin:") {
         Some(spec) => builtin::parse(spec)?,
         None => import::load(Path::new(scene))?,
@@ -19,6 +20,7 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Sce
     if let Some(path) = environment {
         model.environment = Some(Arc::new(import::load_environment(path)?));
     }
+    settings::check(&model)?;
     Ok(model)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::baked::Bakes;
 use crate::failure::Failure;
+use catoptric::error::RenderError;
 use catoptric::methods::{self, Method, MethodInfo};
 use catoptric::scene::Model;
 use toml::{Table, Value};
@@ -30,8 +31,6 @@ pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, F
 pub(crate) fn choose_baked(id: &str, model: &Model, given: &Table, bakes: &Bakes) -> Result<Chosen, Failure> {
     let info = methods::find(id).map_err(Failure::usage)?;
     let mut settings = model.method_settings.get(id).cloned().unwrap_or_default();
-    // A wrong setting in the scene is an input error, one on the command line is wrong usage.
-    methods::create(id, &settings).map_err(|error| Failure::input(format!("{}: {error}", model.name)))?;
     settings.extend(given.clone());
     let settings = bakes.settings(info, settings)?;
     let method = methods::create(id, &settings).map_err(Failure::usage)?;
@@ -49,13 +48,28 @@ fn json(value: &Value) -> serde_json::Value {
     serde_json::to_value(value).unwrap_or_default()
 }
 
-/// Messages about settings that the scene has for methods of other versions.
-pub(crate) fn unknown_methods(model: &Model) -> Vec<String> {
-    model
-        .method_settings
-        .keys()
-        .filter_map(|id| methods::find(id).err().map(|error| format!("{}: method.{id}: {error}", model.name)))
-        .collect()
+/// Checks the settings that a scene has for methods.
+pub(crate) fn check(model: &Model) -> Result<(), Failure> {
+    for (id, settings) in &model.method_settings {
+        let table = format!("method.{id}");
+        let info = methods::find(id).map_err(|error| model.invalid(&table, error.to_string()))?;
+        let Some(problem) = fault(info, settings) else { continue };
+        // One that is wrong by itself, else the table: some do not go together.
+        let is_wrong = |(key, value): &(&String, &Value)| {
+            fault(info, &Table::from_iter([((*key).clone(), (*value).clone())])).is_some_and(|found| found == problem)
+        };
+        let field = settings.iter().find(is_wrong).map_or(table.clone(), |(key, _)| format!("{table}.{key}"));
+        return Err(model.invalid(&field, problem).into());
+    }
+    Ok(())
+}
+
+/// The reason why a method cannot take settings.
+fn fault(info: &MethodInfo, settings: &Table) -> Option<String> {
+    match (info.create)(settings).err()? {
+        RenderError::Setting { problem, .. } => Some(problem),
+        error => Some(error.to_string()),
+    }
 }
 
 #[cfg(test)]

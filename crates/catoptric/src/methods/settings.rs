@@ -255,6 +255,33 @@ impl SettingSpec {
         }
     }
 
+    /// Checks a value as users write it.
+    fn check_kind(&self, value: &Value) -> Result<(), String> {
+        let is_number = |value: &Value| value.is_integer() || value.is_float();
+        let (is_right, wanted) = match self.kind {
+            SettingKind::Bool => (value.is_bool(), "must be true or false".to_owned()),
+            SettingKind::Whole => {
+                (value.as_integer().is_some_and(|value| value >= 0), "must be a whole number of 0 or more".into())
+            }
+            SettingKind::Number => (is_number(value), "must be a number".into()),
+            SettingKind::Choice(choices) => {
+                let is_known = value.as_str().is_some_and(|value| choices.iter().any(|choice| choice.name == value));
+                let names: Vec<String> = choices.iter().map(|choice| format!("`{}`", choice.name)).collect();
+                (is_known, format!("must be one of {}", names.join(", ")))
+            }
+            SettingKind::Text => (value.is_str(), "must be a text".into()),
+            SettingKind::Vector => {
+                let is_vector = value.as_array().is_some_and(|list| list.len() == 3 && list.iter().all(is_number));
+                (is_vector, "must be three numbers in brackets, such as [0, 1, 0]".into())
+            }
+        };
+        match (is_right, value) {
+            (false, _) => Err(format!("{} = {value}: {wanted}", self.name)),
+            (true, Value::Array(_)) => Ok(()),
+            (true, _) => self.check(value),
+        }
+    }
+
     fn info(&self, default: Option<&Value>) -> SettingInfo {
         let choices = if let SettingKind::Choice(choices) = self.kind { choices } else { &[] };
         SettingInfo {
@@ -273,6 +300,30 @@ impl SettingSpec {
 /// Checks that a number lies in its range.
 pub(crate) fn within(name: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
     if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{name} = {value} is outside {least} to {most}")) }
+}
+
+/// Checks that all names are known and all values are of the right kinds and within their limits.
+fn check_kinds(schema: &[SettingSpec], table: &Table) -> Result<(), String> {
+    for (name, value) in table {
+        let Some(spec) = schema.iter().find(|spec| spec.name == name) else {
+            let known: Vec<String> = schema.iter().map(|spec| format!("`{}`", spec.name)).collect();
+            return Err(match known.is_empty() {
+                true => format!("there is no setting `{name}`; it has none"),
+                false => format!("there is no setting `{name}`; there are: {}", known.join(", ")),
+            });
+        };
+        spec.check_kind(value)?;
+    }
+    Ok(())
+}
+
+/// The message about settings of the right kinds that cannot be taken nevertheless: whole numbers may be too large.
+fn unreadable(table: &Table) -> String {
+    let is_large = |value: &Value| value.as_integer().is_some_and(|value| value > u32::MAX.into());
+    match table.iter().find(|(_, value)| is_large(value)) {
+        Some((name, value)) => format!("{name} = {value} is too large; at most {} is allowed", u32::MAX),
+        None => "these settings cannot be read".into(),
+    }
 }
 
 /// The same values with numbers of single precision by their fewest digits: 0.1, not 0.10000000149011612.
@@ -321,9 +372,11 @@ pub trait Settings: Default + Serialize + DeserializeOwned {
     fn from_table(table: &Table) -> Result<Self, RenderError> {
         let fail = |problem: String| RenderError::Setting { method: Self::METHOD, problem };
         let read = |table: Table| -> Result<Self, RenderError> {
+            let given = table.clone();
             let read = Value::Table(table).try_into();
-            read.map_err(|error: toml::de::Error| fail(error.to_string().trim().replace('\n', " ")))
+            read.map_err(|_: toml::de::Error| fail(unreadable(&given)))
         };
+        check_kinds(Self::SCHEMA, table).map_err(fail)?;
         let start = read(table.clone())?.start().table().map_err(fail)?;
         let settings = read(start.into_iter().chain(table.clone()).collect())?;
         settings.check().map_err(fail)?;

@@ -86,7 +86,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
         Outcome::Measured(_) => None,
     });
     let failures: Vec<String> = failures.collect();
-    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&warnings));
+    terminal.warn(&warnings);
     if report.measured().next().is_none() {
         let reasons = failures.join("; ");
         return Err(Failure::input(format!("{}: no method could draw this scene: {reasons}", shot.model.name)));

@@ -3,7 +3,7 @@
 use super::{columns, pretty};
 use crate::args::InfoArgs;
 use crate::failure::Failure;
-use crate::{scene_source, settings};
+use crate::scene_source;
 use catoptric::math::Aabb;
 use catoptric::scene::{Camera, LightKind, Model, Projection, Role, Scene};
 use clap::ArgMatches;
@@ -12,9 +12,8 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
-    let mut model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref())?;
+    let model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref())?;
     let scene = scene_source::pose(&model, args.scene.pose.time, &roles)?;
-    model.warnings.extend(settings::unknown_methods(&model));
     if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
 

@@ -129,7 +129,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
         return Err(problem);
     }
     written?;
-    terminal.warn(settings::unknown_methods(&model).iter().chain(&model.warnings));
+    terminal.warn(&model.warnings);
     Ok(terminal.unless_quiet(summary(args, &counts)))
 }
 

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         let json = pretty(&stats)?;
         output::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
     }
-    terminal.warn(settings::unknown_methods(&shot.model).iter().chain(&stats.warnings));
+    terminal.warn(&stats.warnings);
     Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
 }
 

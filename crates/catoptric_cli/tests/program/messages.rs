@@ -1,6 +1,72 @@
-//! Messages about wrong usage.
+//! Messages about scene files and settings: they name the file, the line and the remedy in plain words.
 
-use crate::workplace::Workplace;
+use crate::workplace::{BALL, Workplace};
+
+/// Words of the libraries that read files, which help no user.
+const JARGON: [&str; 8] = [
+    "expected u",
+    "expected f",
+    "unknown variant",
+    "unknown field",
+    "expected ident",
+    "invalid type",
+    "serde",
+    "TomlError",
+];
+
+#[test]
+fn faults_of_scene_files_name_the_line() {
+    let place = Workplace::new();
+    place.write("broken.gltf", "nonsense");
+    place.write("typed.gltf", r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":"one"}]}"#);
+    let line = BALL.lines().count();
+    for (more, offset, named) in [
+        ("[method.environment_map]\nsizze = 3\n", 2, "`size`"),
+        ("[method.environment_map]\nsize = 64\nparallax = 'cube'\n", 3, "`box`"),
+        ("[method.environment_map]\nsize = 'large'\n", 2, "whole number"),
+        ("[method.environment_map]\nsize = -1\n", 2, "whole number"),
+        ("[method.reference]\nseed = 1\n[method.nonsense]\n", 3, "there is no method `nonsense`"),
+        ("'no such*' = 'diffuse'\n", 1, "there is no node or material `no such*`"),
+    ] {
+        place.write("scene.toml", format!("{BALL}{more}"));
+        for command in [&["info", "scene.toml"][..], &["render", "scene.toml", "-o", "out.png"]] {
+            let message = place.fails(1, command);
+            assert!(message.contains(&format!("scene.toml: line {}: ", line + offset)), "{more}: {message}");
+            assert!(message.contains(named), "{more}: {message}");
+            assert!(!JARGON.iter().any(|word| message.contains(word)), "{more}: {message}");
+        }
+    }
+    for (first, named) in [
+        ("gltf = ['none.glb']", "none.glb"),
+        ("gltf = ['broken.gltf']", "is no JSON"),
+        ("gltf = ['typed.gltf']", "whole number"),
+        ("environment = 'none.hdr'", "none.hdr"),
+    ] {
+        place.write("scene.toml", format!("{first}\n{BALL}"));
+        let message = place.fails(1, &["info", "scene.toml"]);
+        assert!(message.contains("scene.toml: line 1: ") && message.contains(named), "{message}");
+        assert!(!JARGON.iter().any(|word| message.contains(word)), "{message}");
+    }
+}
+
+#[test]
+fn faults_of_settings_are_in_plain_words() {
+    let place = Workplace::new();
+    for (method, set, named) in [
+        ("reference", "seed=no number", "whole number"),
+        ("reference", "seed=-1", "whole number"),
+        ("reference", "paths=forest", "`tree`"),
+        ("reference", "no_such=1", "there is no setting `no_such`"),
+        ("environment_map", "size=1.5", "whole number"),
+        ("environment_map", "size=99999999999", "99999999999"),
+        ("sample_based_camera", "accuracy_px=small", "must be a number"),
+        ("reference", "count_tests=yes", "true or false"),
+    ] {
+        let message = place.fails(2, &["render", "scene.toml", "-o", "out.png", "--method", method, "--set", set]);
+        assert!(message.contains(named), "{set}: {message}");
+        assert!(!JARGON.iter().any(|word| message.contains(word)), "{set}: {message}");
+    }
+}
 
 #[test]
 fn samples_that_a_method_cannot_take_are_wrong_usage() {

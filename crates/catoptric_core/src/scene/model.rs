@@ -3,6 +3,7 @@
 //! [`Model::pose`] evaluates it at a time and flattens it into a [`Scene`](super::Scene), the methods' input.
 
 use super::{Environment, LightKind, Material, Projection, Texture};
+use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::AnalyticSurface;
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
@@ -41,8 +42,19 @@ pub struct Model {
     pub roles: Vec<super::roles::RoleRule>,
     /// The file's blends of mirrors by name, over their materials; later ones win.
     pub blends: Vec<super::roles::BlendRule>,
+    /// Lines of the file by fields that are checked later than they are read: `role.NAME`, `blend.NAME`, `method.ID`
+    /// and `method.ID.KEY`.
+    pub lines: BTreeMap<String, usize>,
     /// The parts left out or mended while reading, for the user.
     pub warnings: Vec<String>,
+}
+
+impl Model {
+    /// A wrong field of the file, with its line where that is known.
+    pub fn invalid(&self, field: &str, problem: impl Into<String>) -> SceneError {
+        let place = self.lines.get(field).map_or_else(|| field.into(), |line| format!("line {line}: {field}"));
+        SceneError::invalid(&self.name, place, problem)
+    }
 }
 
 /// A named place in the tree, with its mesh, light or surface.

@@ -172,12 +172,27 @@ impl<'a> MaterialRules<'a> {
         for (rule, found) in self.model.blends.iter().zip(&self.blend_uses) {
             if let BlendUse::Other(name) = found {
                 let problem = format!("`{name}` is not a mirror: give it the role \"reflector\", or leave this out");
-                return Err(SceneError::invalid(&self.model.name, format!("blend.{}", rule.pattern()), problem));
+                return Err(self.model.invalid(&format!("blend.{}", rule.pattern()), problem));
             }
         }
-        let role = self.role_used.iter().position(|used| !used).map(|unused| self.roles[unused].pattern());
+        let role = self.role_used.iter().position(|used| !used);
         let blend = self.blend_uses.iter().position(|found| *found == BlendUse::None);
-        let Some(unused) = role.or(blend.map(|unused| self.model.blends[unused].pattern())) else { return Ok(()) };
+        // The field of the file, empty for roles that the user gives beyond it.
+        let (name, field) = match (role, blend) {
+            (Some(unused), _) if unused >= self.model.roles.len() => (self.roles[unused].pattern(), String::new()),
+            (Some(unused), _) => (self.roles[unused].pattern(), format!("role.{}", self.roles[unused].pattern())),
+            (None, Some(unused)) => {
+                let name = self.model.blends[unused].pattern();
+                (name, format!("blend.{name}"))
+            }
+            (None, None) => return Ok(()),
+        };
+        let unknown = SceneError::Unknown { kind: "node or material", name: name.into(), known: self.names(scene) };
+        if field.is_empty() { Err(unknown) } else { Err(self.model.invalid(&field, unknown.to_string())) }
+    }
+
+    /// The names that rules can match, for messages.
+    fn names(&self, scene: &Scene) -> String {
         let mut names: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
         names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
         names.retain(|name| !name.is_empty());
@@ -187,7 +202,7 @@ impl<'a> MaterialRules<'a> {
         if names.len() > 40 {
             known.push_str(", ...");
         }
-        Err(SceneError::Unknown { kind: "node or material", name: unused.into(), known })
+        known
     }
 }
 

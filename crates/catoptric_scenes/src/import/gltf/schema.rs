@@ -168,7 +168,7 @@ pub(super) fn parse(name: &str, json: &[u8]) -> Result<Document, SceneError> {
     if json.iter().filter(|byte| **byte == b',').count() > MAX_JSON_VALUES {
         return Err(invalid("JSON", format!("more than {MAX_JSON_VALUES} values")));
     }
-    let mut root: Value = serde_json::from_slice(json).map_err(|error| invalid("JSON", error.to_string()))?;
+    let mut root: Value = serde_json::from_slice(json).map_err(|error| invalid("JSON", broken_json(&error)))?;
     let Value::Object(entries) = &root else {
         return Err(invalid("JSON", "a glTF file is one object `{...}`".into()));
     };
@@ -200,7 +200,30 @@ pub(super) fn extension<T: DeserializeOwned>(
 
 /// A value as a struct; the error is the path of the field and its fault.
 fn typed<T: DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
-    serde_path_to_error::deserialize(value).map_err(|error| (error.path().to_string(), error.inner().to_string()))
+    serde_path_to_error::deserialize(value)
+        .map_err(|error| (error.path().to_string(), in_words(&error.inner().to_string())))
+}
+
+/// The message about a text that is no JSON.
+fn broken_json(error: &serde_json::Error) -> String {
+    let problem = if error.is_eof() { "ends too early" } else { "is no JSON" };
+    format!("{problem} at line {}, column {}", error.line(), error.column())
+}
+
+/// The message about a value of the wrong kind, without names of types of this program.
+fn in_words(message: &str) -> String {
+    let wrong = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "));
+    let Some((found, wanted)) = wrong.and_then(|wrong| wrong.split_once(", expected ")) else { return message.into() };
+    let wanted = match wanted {
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "f32" | "f64" => "a number",
+        "a string" => "a text",
+        "a sequence" => "a list",
+        wanted if wanted.starts_with("struct ") => "an object `{...}`",
+        wanted => wanted,
+    };
+    format!("is {found}; must be {wanted}")
 }
 
 /// Turns numbers such as `3.0` and `3e0` into whole ones: JSON does not distinguish them, and glTF allows both.
@@ -230,7 +253,7 @@ mod tests {
     fn errors_name_the_field() {
         let message = |json: &str| parse("a.gltf", json.as_bytes()).unwrap_err().to_string();
         let text = message(r#"{"asset":{"version":"2.0"},"nodes":[{},{"mesh":-1}]}"#);
-        assert!(text.starts_with("a.gltf: nodes[1].mesh: "), "{text}");
+        assert_eq!(text, "a.gltf: nodes[1].mesh: is integer `-1`; must be a whole number of 0 or more");
         assert!(message(r#"{"asset":{"version":"1.0"}}"#).contains("asset.version"));
         assert!(message("{}").contains("asset.version"));
         assert!(message("[]").contains("JSON"));

@@ -2,6 +2,7 @@
 
 use super::super::analytic::KeyError;
 use super::super::blend::{AttenuationKeys, BlendKeys};
+use super::Lines;
 use super::keys::{Keys, Text};
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::roles::BlendRule;
@@ -45,11 +46,16 @@ pub(super) fn explain(text: Text<'_>, table: &Keys<'_, '_>, begins: &Begins, err
 }
 
 /// The tables `[blend."NAME or glob"]`.
-pub(super) fn read_rules(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<BlendRule>, SceneError> {
+pub(super) fn read_rules(
+    source: Text<'_>,
+    keys: &mut Keys<'_, '_>,
+    lines: &mut Lines,
+) -> Result<Vec<BlendRule>, SceneError> {
     let Some(tables) = keys.table("blend")? else { return Ok(Vec::new()) };
     let mut rules = Vec::new();
     for (pattern, begin, value) in tables.rest() {
         let field = format!("blend.{pattern}");
+        lines.insert(field.clone(), source.line(begin));
         let mut table = Keys::of_value(source, &field, value)?;
         let (given, begins) = take(&mut table)?;
         let blend = given.blend().map_err(|error| explain(source, &table, &begins, error))?;

@@ -30,6 +30,9 @@ pub struct SceneFile {
     pub model: Model,
 }
 
+/// Line numbers by fields.
+type Lines = std::collections::BTreeMap<String, usize>;
+
 /// Reads a scene file and all files that it names.
 ///
 /// # Errors
@@ -38,11 +41,15 @@ pub fn load(path: &Path) -> Result<Model, SceneError> {
     let text = files::read_text(path, MAX_SCENE_BYTES)?;
     let SceneFile { gltf, environment, mut model } = parse(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    for file in gltf {
-        super::merge::append(&mut model, super::load_gltf(&folder.join(file))?);
+    for (index, file) in gltf.iter().enumerate() {
+        let loaded = super::load_gltf(&folder.join(file));
+        let loaded = loaded.map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
+        super::merge::append(&mut model, loaded);
     }
     if let Some(file) = environment {
-        model.environment = Some(Arc::new(super::load_environment(&folder.join(file))?));
+        let loaded = super::load_environment(&folder.join(file));
+        let loaded = loaded.map_err(|error| model.invalid("environment", error.to_string()))?;
+        model.environment = Some(Arc::new(loaded));
     }
     Ok(model)
 }
@@ -59,20 +66,21 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     })?;
     let mut keys = Keys::new(source, "", 0, document.get_ref());
     let mut scene = SceneFile { model: Model { name: name.into(), ..Model::default() }, ..SceneFile::default() };
-    scene.gltf = read_gltf(source, &mut keys)?;
-    scene.environment = read_environment(source, &mut keys)?;
+    let lines = &mut scene.model.lines;
+    scene.gltf = read_gltf(source, &mut keys, lines)?;
+    scene.environment = read_environment(source, &mut keys, lines)?;
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
     read_reflectors(source, &mut keys, &mut scene.model)?;
     read_lights(source, &mut keys, &mut scene.model)?;
-    scene.model.roles = read_roles(source, &mut keys)?;
-    scene.model.blends = blend::read_rules(source, &mut keys)?;
+    scene.model.roles = read_roles(source, &mut keys, &mut scene.model.lines)?;
+    scene.model.blends = blend::read_rules(source, &mut keys, &mut scene.model.lines)?;
     scene.model.region = read_region(source, &mut keys)?;
     read_settings(source, &mut keys, &mut scene.model)?;
     keys.finish()?;
     Ok(scene)
 }
 
-fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<String>, SceneError> {
+fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> Result<Vec<String>, SceneError> {
     let Some((begin, value)) = keys.take("gltf") else { return Ok(Vec::new()) };
     let wrong = |begin| source.invalid(begin, "gltf", "must be a list of .glb or .gltf files, such as [\"room.glb\"]");
     let list = value.get_ref().as_array().ok_or_else(|| wrong(begin))?;
@@ -82,16 +90,22 @@ fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<String>, S
         if !["glb", "gltf"].contains(&super::extension(Path::new(file)).as_str()) {
             return Err(wrong(entry.span().start));
         }
+        lines.insert(format!("gltf[{}]", files.len()), source.line(entry.span().start));
         files.push(file.into());
     }
     Ok(files)
 }
 
-fn read_environment(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<String>, SceneError> {
+fn read_environment(
+    source: Text<'_>,
+    keys: &mut Keys<'_, '_>,
+    lines: &mut Lines,
+) -> Result<Option<String>, SceneError> {
     let Some(Located { begin, value }) = keys.string("environment")? else { return Ok(None) };
     if !["hdr", "exr"].contains(&super::extension(Path::new(&value)).as_str()) {
         return Err(source.invalid(begin, "environment", format!("`{value}`; must be a .hdr or .exr file")));
     }
+    lines.insert("environment".into(), source.line(begin));
     Ok(Some(value))
 }
 
@@ -185,11 +199,12 @@ fn read_lights(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> 
     Ok(())
 }
 
-fn read_roles(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Vec<RoleRule>, SceneError> {
+fn read_roles(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> Result<Vec<RoleRule>, SceneError> {
     let Some(table) = keys.table("role")? else { return Ok(Vec::new()) };
     let mut rules = Vec::new();
     for (pattern, begin, value) in table.rest() {
         let field = format!("role.{pattern}");
+        lines.insert(field.clone(), source.line(begin));
         let role = match value.get_ref().as_str() {
             Some("reflector") => Role::Reflector,
             Some("lens") => Role::Lens,
@@ -221,9 +236,12 @@ fn read_settings(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -
     let Some(table) = keys.table("method")? else { return Ok(()) };
     for (method, begin, value) in table.rest() {
         let field = format!("method.{method}");
-        if !value.get_ref().is_table() {
+        let Some(entries) = value.get_ref().as_table() else {
             return Err(source.invalid(begin, &field, format!("must be a table: [{field}]")));
-        }
+        };
+        let line = |begin| source.line(begin);
+        model.lines.extend(entries.keys().map(|key| (format!("{field}.{}", key.get_ref()), line(key.span().start))));
+        model.lines.insert(field.clone(), line(begin));
         // Read again as a plain table: the methods have no use for places in the text.
         let plain: toml::Table = source.text.parse().map_err(|error: toml::de::Error| {
             source.invalid(error.span().map_or(begin, |span| span.start), &field, error.message())

@@ -337,3 +337,28 @@ fn wrong_lights_name_the_line() {
     assert_error("[[light]]\nkind = 'directional'\ndirection = [0, 0, 0]\n", 3, "zero");
     assert_error("[[light]]\nkind = 'directional'\ndirection = [0, 0, 1]\nhue = 1\n", 4, "hue");
 }
+
+#[test]
+fn what_is_found_out_later_names_the_line() {
+    let read = |text: &str| parse("scene.toml", text).unwrap().model;
+    let ball = "[[reflector]]\nname = 'ball'\nsurface = 'sphere'\ncenter = [0, 0, 0]\nradius = 1\n";
+    for rule in ["[role]\n'bal' = 'diffuse'\n", "[blend]\n[blend.bal]\nfresnel = [0.5, 0.5]\n"] {
+        let model = read(&format!("{ball}{rule}"));
+        let message = model.pose(&PoseOptions::default()).unwrap_err().to_string();
+        assert!(message.starts_with("scene.toml: line 7: ") && message.contains("`bal`; there are: ball"), "{message}");
+    }
+    let model = read("[method.reference]\nseed = 1\npaths = 'tree'\n");
+    assert_eq!((model.lines["method.reference"], model.lines["method.reference.paths"]), (1, 3));
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("scene.toml");
+    for (text, line, named) in [
+        ("gltf = [\n\"gone.glb\"]\n", 2, "gone.glb"),
+        ("\n\nenvironment = \"gone.hdr\"\n", 3, "gone.hdr"),
+        ("gltf = [\"broken.gltf\"]\n", 1, "is no JSON at line 1"),
+    ] {
+        std::fs::write(folder.path().join("broken.gltf"), "nonsense").unwrap();
+        std::fs::write(&scene, text).unwrap();
+        let message = load(&scene).unwrap_err().to_string();
+        assert!(message.contains(&format!("scene.toml: line {line}: ")) && message.contains(named), "{message}");
+    }
+}
