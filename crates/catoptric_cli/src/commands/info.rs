@@ -69,7 +69,7 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         .animations
         .iter()
         .map(|animation| json!({ "name": animation.name, "channels": animation.channels.len() }));
-    json!({
+    as_written(json!({
         "scene": model.name,
         "triangles": scene.triangles.len(),
         "vertices": scene.positions.len(),
@@ -85,7 +85,22 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         "region": scene.region.as_ref().map(bounds_json),
         "methods": model.method_settings,
         "warnings": model.warnings,
-    })
+    }))
+}
+
+/// The same values with numbers of single precision by their fewest digits: 0.1, not 0.10000000149011612.
+fn as_written(value: Value) -> Value {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(double) if number.is_f64() && f64::from(double as f32) == double => {
+                (double as f32).to_string().parse::<f64>().map_or(Value::Number(number), Value::from)
+            }
+            _ => Value::Number(number),
+        },
+        Value::Array(values) => values.into_iter().map(as_written).collect(),
+        Value::Object(fields) => fields.into_iter().map(|(name, value)| (name, as_written(value))).collect(),
+        other => other,
+    }
 }
 
 fn as_text(model: &Model, scene: &Scene) -> String {
@@ -162,9 +177,14 @@ fn shown(name: &str) -> String {
 
 fn projection(camera: &Camera) -> (&'static str, (&'static str, f32)) {
     match camera.projection {
-        Projection::Perspective { fov_y } => ("perspective", ("fov_deg", fov_y.to_degrees())),
+        Projection::Perspective { fov_y } => ("perspective", ("fov_deg", degrees(fov_y))),
         Projection::Orthographic { half_height } => ("orthographic", ("half_height", half_height)),
     }
+}
+
+/// An angle in degrees without the digits that radians of single precision add to it.
+fn degrees(radians: f32) -> f32 {
+    ((f64::from(radians).to_degrees() * 1e4).round() / 1e4) as f32
 }
 
 fn light_kind(kind: LightKind) -> &'static str {

@@ -79,3 +79,19 @@ fn samples_that_a_method_cannot_take_are_wrong_usage() {
     assert_eq!(place.files(), ["scene.toml"]);
     place.ok(&render);
 }
+
+#[test]
+fn numbers_print_as_they_are_written() {
+    let place = Workplace::with_scene(&BALL.replace("radius = 0.8", "radius = 0.8\ntint = [0.1, 0.2, 0.7]"));
+    let info = place.ok(&["info", "scene.toml", "--json"]);
+    let set = ["--method", "sample_based_camera", "--set", "accuracy_px=0.1", "--stats", "stats.json"];
+    place.ok(&[&["render", "scene.toml", "-o", "out.png", "--size", "16x12"], &set[..]].concat());
+    let lists = [info, place.ok(&["methods", "--json"]), place.text("stats.json")];
+    for text in &lists {
+        let numbers = text.split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c)));
+        let long: Vec<&str> = numbers.filter(|number| number.contains('.') && number.len() > 12).collect();
+        assert!(long.is_empty(), "{long:?}");
+    }
+    assert!(lists[0].contains("0.1,") && lists[0].contains("\"fov_deg\": 45.0"), "{}", lists[0]);
+    assert!(lists[2].contains("\"accuracy_px\": 0.1,"), "{}", lists[2]);
+}
