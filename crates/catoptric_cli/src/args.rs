@@ -10,16 +10,20 @@ use std::time::Duration;
 /// Reflections and refractions of near objects in curved mirrors and glass, by several methods, each measured
 /// against a ray-traced reference.
 #[derive(Parser)]
-#[command(name = "catoptric", version, max_term_width = 100)]
+#[command(name = "catoptric", version, max_term_width = 100, disable_help_flag = true, disable_version_flag = true)]
 #[command(after_help = "Example:\n  catoptric scenes\n  catoptric render SCENE -o picture.png")]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) global: Global,
+    /// Print the version
+    #[arg(long, short = 'V', action = ArgAction::Version, help_heading = "General")]
+    version: Option<bool>,
     #[command(subcommand)]
     pub(crate) command: Command,
 }
 
 #[derive(Args)]
+#[command(next_help_heading = "General")]
 pub(crate) struct Global {
     /// Print errors alone
     #[arg(long, short, global = true, conflicts_with = "verbose")]
@@ -30,6 +34,9 @@ pub(crate) struct Global {
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
+    /// Print help
+    #[arg(long, short, global = true, action = ArgAction::Help)]
+    help: Option<bool>,
 }
 
 #[derive(Subcommand)]
@@ -37,41 +44,43 @@ pub(crate) enum Command {
     /// Draw one picture
     #[command(after_help = "Examples:\n  \
         catoptric render room.glb -o room.png --size 640x360 --camera 0\n  \
-        catoptric render room.glb -o room.exr --method reference --samples 16 --eye -2,1,3 --target 0,1,0 --fov 40")]
+        catoptric render room.glb -o room.exr --method reference --samples 16 \\\n      \
+        --eye -2,1,3 --target 0,1,0 --fov 40")]
     Render(Box<RenderArgs>),
     /// Draw methods side by side, measure them against the reference, and write a report
     #[command(after_help = "Examples:\n  \
         catoptric compare room.glb --report report --size 640x360\n  \
-        catoptric compare room.glb --report report --method environment_map --method environment_map:parallax=box\n\n\
-        A method may be given several times with settings after a colon: ID:KEY=VALUE,KEY=VALUE.\n\
-        Open `report.html` of that folder in any browser.")]
+        catoptric compare room.glb --report report --method environment_map \\\n      \
+        --method environment_map:parallax=box\n\n\
+        A method may be given several times with settings after a colon: ID:KEY=VALUE,KEY=VALUE. Open `report.html` \
+        of that folder in any browser. Exit code 1: some method failed; the report says why.")]
     Compare(Box<CompareArgs>),
     /// Find where scene points appear in mirrors and through glass
     #[command(after_help = "Examples:\n  \
-        catoptric project room.toml --reflector ball --eye -2,1,3 --points points.csv -o paths.csv\n  \
-        catoptric project room.glb --camera 0 --size 640x480 --order 2 --points points.npy -o paths.npy --jacobian\n\n\
+        catoptric project room.toml --reflector ball --eye -2,1,3 \\\n      \
+        --points points.csv -o paths.csv\n  \
+        catoptric project room.glb --camera 0 --size 640x480 --order 2 --jacobian \\\n      \
+        --points points.npy -o paths.npy\n\n\
         Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or \
-        f8\n\
-        numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row is \
-        named.\n\
+        f8 numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row \
+        is named.\n\n\
         Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), \
-        path,\n\
-        focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, ... and, \
-        with\n\
-        --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a structured NPY \
-        array\n\
-        (absent values are NaN there). Points with infinitely many paths have no row. Only reflectors and lenses \
-        block.")]
+        path, focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, \
+        ... and, with --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a \
+        structured NPY array (absent values are NaN there). Points with infinitely many paths have no row. Only \
+        reflectors and lenses block.")]
     Project(Box<ProjectArgs>),
     /// Precompute what a method looks up, in units that survive interruptions
     #[command(after_help = "Examples:\n  \
         catoptric bake room.toml --method light_field --set preset=full -o room.bake\n  \
-        catoptric render room.toml --method light_field --baked room.bake -o room.png\n\n\
-        Interrupted, it goes on where it was when it is started again. Exit code 75: stopped before the end.\n\
-        On several machines that share a folder:\n  \
-        catoptric bake plan room.toml --method light_field --set preset=full -o room.parts\n  \
-        catoptric bake run room.parts --shard 0/4       one of these for each of 4 machines\n  \
-        catoptric bake status room.parts                exit code 0: complete, 3: not yet\n  \
+        catoptric render room.toml --method light_field --baked room.bake \\\n      \
+        -o room.png\n\n\
+        Interrupted, it goes on where it was when it is started again. Exit code 75: stopped before the end.\n\n\
+        Examples, on several machines that share a folder:\n  \
+        catoptric bake plan room.toml --method light_field --set preset=full \\\n      \
+        -o room.parts\n  \
+        catoptric bake run room.parts --shard 0/4   (one of these for each of 4)\n  \
+        catoptric bake status room.parts            (code 0: complete, 3: not yet)\n  \
         catoptric bake merge room.parts -o room.bake")]
     Bake(BakeArgs),
     /// List the methods with their settings
@@ -87,13 +96,13 @@ pub(crate) enum Command {
     #[command(after_help = "Example:\n  catoptric doctor")]
     Doctor(JsonArgs),
     /// Print a script that completes commands and options in a shell
-    #[command(
-        after_help = "Example:\n  catoptric completions bash > ~/.local/share/bash-completion/completions/catoptric"
-    )]
+    #[command(after_help = "Example:\n  catoptric completions bash \\\n      \
+            > ~/.local/share/bash-completion/completions/catoptric")]
     Completions(CompletionsArgs),
 }
 
 #[derive(Args)]
+#[command(next_help_heading = "Output")]
 pub(crate) struct JsonArgs {
     /// Print JSON
     #[arg(long)]
@@ -103,11 +112,13 @@ pub(crate) struct JsonArgs {
 #[derive(Args)]
 pub(crate) struct CompletionsArgs {
     /// The shell
+    #[arg(help_heading = "Output")]
     pub(crate) shell: Shell,
 }
 
 /// The scene and the roles of its parts.
 #[derive(Args)]
+#[command(next_help_heading = "Scene")]
 pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE")]
@@ -124,6 +135,7 @@ pub(crate) struct SceneArgs {
 
 /// Roles of the scene's parts, and its moment.
 #[derive(Args)]
+#[command(next_help_heading = "Scene")]
 pub(crate) struct PoseArgs {
     /// Make objects of this node or material name glass (repeat; later roles win)
     #[arg(long, value_name = "GLOB[:IOR]")]
@@ -138,6 +150,7 @@ pub(crate) struct PoseArgs {
 
 /// The view of the scene.
 #[derive(Args)]
+#[command(next_help_heading = "View")]
 pub(crate) struct ViewArgs {
     /// Picture size in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
@@ -161,6 +174,7 @@ pub(crate) struct ViewArgs {
 
 /// The quality and number of frames.
 #[derive(Args)]
+#[command(next_help_heading = "Method")]
 pub(crate) struct DrawArgs {
     /// Antialiasing samples a pixel
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
@@ -169,7 +183,7 @@ pub(crate) struct DrawArgs {
     #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
     pub(crate) order: u32,
     /// Motion from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
-    #[arg(long, value_enum, default_value = "none")]
+    #[arg(long, value_enum, default_value = "none", help_heading = "View")]
     pub(crate) motion: Motion,
     /// Processor that draws
     #[arg(long, value_enum, default_value = "auto")]
@@ -213,21 +227,22 @@ pub(crate) struct RenderArgs {
     pub(crate) draw: DrawArgs,
     /// Frames to draw; the last one is written
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(help_heading = "View")]
     pub(crate) frames: u32,
     /// The method; `catoptric methods` lists them
-    #[arg(long, value_name = "ID", default_value = "reference")]
+    #[arg(long, value_name = "ID", default_value = "reference", help_heading = "Method")]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
     pub(crate) set: Vec<(String, String)>,
     /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats)
-    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path)]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, help_heading = "Output")]
     pub(crate) output: PathBuf,
     /// Write times and counts to this file (JSON)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
     /// Write a picture that is white where the first surface is a reflector or lens (.png)
-    #[arg(long, value_name = "FILE", value_parser = parse::mask_path)]
+    #[arg(long, value_name = "FILE", value_parser = parse::mask_path, help_heading = "Output")]
     pub(crate) mask: Option<PathBuf>,
 }
 
@@ -241,18 +256,20 @@ pub(crate) struct CompareArgs {
     pub(crate) draw: DrawArgs,
     /// Frames a method; times are their median, the last one is compared
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(help_heading = "View")]
     pub(crate) frames: u32,
     /// Folder for the report; created if absent
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) report: PathBuf,
     /// A method, with settings after a colon (repeat) [default: all]
-    #[arg(long, value_name = "ID[:KEY=VALUE,...]")]
+    #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method")]
     pub(crate) method: Vec<String>,
     /// Measure where methods project points at every N-th pixel of every N-th row; 1 is all
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(help_heading = "Method")]
     pub(crate) projection_every: u32,
     /// A setting of one method, or of every method that has it (repeat)
-    #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]
+    #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
     pub(crate) set: Vec<(String, String)>,
 }
 
@@ -298,18 +315,18 @@ pub(crate) enum BakeStep {
     #[command(after_help = "Examples:\n  catoptric bake run room.parts\n  \
         catoptric bake run room.parts --shard 2/8 --max-time 50m\n\n\
         Units that are done are skipped, whoever made them. While it works it prints a JSON line a unit on standard \
-        error,\n\
-        or shows a bar where that is a terminal.")]
+        error, or shows a bar where that is a terminal.")]
     Run(BakeRunArgs),
     /// Say how far a bake has come; exit code 0: complete, 3: not yet
     #[command(after_help = "Example:\n  catoptric bake status room.parts --missing")]
     Status(BakeStatusArgs),
     /// Write the cameras of a light field's views, for another renderer to make the pictures
     #[command(after_help = "Example:\n  \
-        catoptric bake views room.toml --method light_field --set st=16 --set uv=64 -o views/views.toml\n  \
+        catoptric bake views room.toml --method light_field \\\n      \
+        --set st=16 --set uv=64 -o views/views.toml\n  \
         (make the pictures)\n  \
-        catoptric bake room.toml --method light_field --set st=16 --set uv=64 --set views=views/views.toml -o \
-        room.bake")]
+        catoptric bake room.toml --method light_field --set st=16 --set uv=64 \\\n      \
+        --set views=views/views.toml -o room.bake")]
     Views(BakeViewsArgs),
     /// Merge all units into one file
     #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
@@ -321,7 +338,7 @@ pub(crate) struct BakeViewsArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
     /// File of the manifest; pictures are looked for beside it
-    #[arg(long, short, value_name = "FILE.toml")]
+    #[arg(long, short, value_name = "FILE.toml", help_heading = "Output")]
     pub(crate) output: PathBuf,
 }
 
@@ -331,16 +348,17 @@ pub(crate) struct BakeWhatArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// The method; `catoptric methods` lists which bake
-    #[arg(long, value_name = "ID")]
+    #[arg(long, value_name = "ID", help_heading = "Method")]
     pub(crate) method: String,
     /// Settings of the method, over the scene's own (TOML, KEY = VALUE a line)
-    #[arg(long, short = 'c', value_name = "FILE.toml")]
+    #[arg(long, short = 'c', value_name = "FILE.toml", help_heading = "Method")]
     pub(crate) config: Option<PathBuf>,
     /// A setting of the method, over those of the scene and the file (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
     pub(crate) set: Vec<(String, String)>,
     /// Highest number of reflections and refractions on a path
     #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
+    #[arg(help_heading = "Method")]
     pub(crate) order: u32,
 }
 
@@ -349,7 +367,7 @@ pub(crate) struct BakeAllArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
     /// File of the bake; units are kept in FILE.parts until all are made
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
@@ -357,6 +375,7 @@ pub(crate) struct BakeAllArgs {
 
 /// When a bake pauses.
 #[derive(Args)]
+#[command(next_help_heading = "General")]
 pub(crate) struct StopArgs {
     /// Stop before the next unit after this time, such as 50m or 1h30m
     #[arg(long, value_name = "TIME", value_parser = parse::duration)]
@@ -368,17 +387,17 @@ pub(crate) struct BakePlanArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
     /// The folder that plan and units go to; created if absent
-    #[arg(long, short, value_name = "FOLDER")]
+    #[arg(long, short, value_name = "FOLDER", help_heading = "Output")]
     pub(crate) output: String,
 }
 
 #[derive(Args)]
 pub(crate) struct BakeRunArgs {
     /// The folder of the plan
-    #[arg(value_name = "FOLDER")]
+    #[arg(value_name = "FOLDER", help_heading = "Scene")]
     pub(crate) place: String,
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
-    #[arg(long, value_name = "I/N or auto")]
+    #[arg(long, value_name = "I/N or auto", help_heading = "General")]
     pub(crate) shard: Option<String>,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
@@ -387,26 +406,26 @@ pub(crate) struct BakeRunArgs {
 #[derive(Args)]
 pub(crate) struct BakeStatusArgs {
     /// The folder of the plan
-    #[arg(value_name = "FOLDER")]
+    #[arg(value_name = "FOLDER", help_heading = "Scene")]
     pub(crate) place: String,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) json: bool,
     /// Print the numbers of the units that are to be made, one a line
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with = "json", help_heading = "Output")]
     pub(crate) missing: bool,
     /// Read all units whole, not their sizes alone
-    #[arg(long)]
+    #[arg(long, help_heading = "General")]
     pub(crate) verify: bool,
 }
 
 #[derive(Args)]
 pub(crate) struct BakeMergeArgs {
     /// The folder of the plan
-    #[arg(value_name = "FOLDER")]
+    #[arg(value_name = "FOLDER", help_heading = "Scene")]
     pub(crate) place: String,
     /// File of the bake
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub(crate) output: PathBuf,
 }
 
@@ -421,50 +440,55 @@ pub(crate) struct InfoArgs {
 #[derive(Args)]
 pub(crate) struct ProjectArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", help_heading = "Scene")]
     pub(crate) scene: String,
     /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
-    #[arg(long, value_name = "NAME or GLOB")]
+    #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene")]
     pub(crate) reflector: Vec<String>,
     /// Position of the eye [default: the camera's eye]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
+    #[arg(help_heading = "View")]
     pub(crate) eye: Option<DVec3>,
     /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers
-    #[arg(long, value_name = "FILE", value_parser = parse::table_path)]
+    #[arg(long, value_name = "FILE", value_parser = parse::table_path, help_heading = "Scene")]
     pub(crate) points: PathBuf,
     /// File of the paths: .csv or .npy
-    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path)]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path, help_heading = "Output")]
     pub(crate) output: PathBuf,
     /// The most bounces on a path; at a lens both branches count
     #[arg(long, value_name = "K", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=4))]
+    #[arg(help_heading = "Method")]
     pub(crate) order: u32,
     /// Picture size in pixels; fills image_x and image_y
-    #[arg(long, value_name = "WxH", value_parser = parse::size)]
+    #[arg(long, value_name = "WxH", value_parser = parse::size, help_heading = "View")]
     pub(crate) size: Option<[u32; 2]>,
     /// A camera of the scene; with --eye it is moved there [default: its first, else one that frames it]
-    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target")]
+    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target", help_heading = "View")]
     pub(crate) camera: Option<String>,
     /// Point that the eye looks at, in place of the camera's direction
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
+    #[arg(help_heading = "View")]
     pub(crate) target: Option<Vec3>,
     /// Upward direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
+    #[arg(help_heading = "View")]
     pub(crate) up: Option<Vec3>,
     /// Vertical field of view in degrees [default: the camera's; 40 with --target]
     #[arg(long, value_name = "DEG", value_parser = parse::field_of_view, allow_hyphen_values = true)]
+    #[arg(help_heading = "View")]
     pub(crate) fov: Option<f32>,
     /// Add the derivative of the first bounce point
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub(crate) jacobian: bool,
     /// Keep paths that a reflector, a lens or the surface itself blocks: all of one bounce on exact surfaces; on
     /// meshes, and of more bounces, those found from rays that the eye sees
-    #[arg(long)]
+    #[arg(long, help_heading = "Method")]
     pub(crate) ignore_visibility: bool,
     /// `exact`, or a method that projects points (it works with --size)
-    #[arg(long, value_name = "ID", default_value = "exact")]
+    #[arg(long, value_name = "ID", default_value = "exact", help_heading = "Method")]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value)]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
     pub(crate) set: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,

@@ -1,0 +1,64 @@
+//! Help.
+
+use crate::workplace::Workplace;
+
+const COMMANDS: [&[&str]; 14] = [
+    &[],
+    &["render"],
+    &["compare"],
+    &["project"],
+    &["bake"],
+    &["bake", "plan"],
+    &["bake", "run"],
+    &["bake", "status"],
+    &["bake", "views"],
+    &["bake", "merge"],
+    &["methods"],
+    &["info"],
+    &["scenes"],
+    &["completions"],
+];
+
+#[test]
+fn options_stand_under_headings() {
+    let place = Workplace::new();
+    for command in COMMANDS {
+        for help in ["--help", "-h"] {
+            let text = place.ok(&[command, &[help]].concat());
+            assert!(text.contains("\nGeneral:\n") && !text.contains("\nOptions:\n"), "{command:?}: {text}");
+        }
+    }
+    for command in ["render", "compare", "project", "bake"] {
+        let text = place.ok(&[command, "--help"]);
+        let at =
+            |heading: &str| text.find(&format!("\n{heading}:\n")).unwrap_or_else(|| panic!("{command}: {heading}"));
+        assert!(at("Scene") < at("Method") && at("Output") < at("General"), "{command}");
+        assert!(command == "bake" || text.contains("\nView:\n"), "{command}");
+    }
+    let version = place.ok(&["--version"]);
+    assert!(version.starts_with("catoptric "), "{version}");
+}
+
+#[test]
+fn examples_fit_into_80_columns() {
+    let place = Workplace::new();
+    for command in COMMANDS {
+        let output = place.command(&[command, &["--help"]].concat()).env("COLUMNS", "80").output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let mut lines = text.lines().skip_while(|line| !line.starts_with("Example")).peekable();
+        assert!(lines.peek().is_some(), "{command:?} has no example");
+        let mut is_example = false;
+        let mut goes_on = false;
+        for line in lines {
+            assert!(line.chars().count() <= 80, "{line}");
+            is_example = line.starts_with("Example") || (is_example && !line.is_empty());
+            if !is_example || line.starts_with("Example") {
+                continue;
+            }
+            let is_begin = line.starts_with("  catoptric ") || line.starts_with("  (");
+            assert!(if goes_on { line.starts_with("      ") } else { is_begin }, "wrapped: {line}");
+            goes_on = line.ends_with('\\');
+        }
+        assert!(!goes_on, "{command:?}");
+    }
+}
