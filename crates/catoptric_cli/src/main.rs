@@ -64,7 +64,7 @@ fn run(cli: &Cli, options: &ArgMatches) -> Result<u8, Failure> {
         Command::Info(args) => commands::info::run(args, options)?.into(),
         Command::Scenes(args) => commands::scenes::run(args)?.into(),
         Command::Doctor(args) => commands::doctor::run(args)?.into(),
-        Command::Completions(args) => commands::completions(args.shell).into(),
+        Command::Completions(args) => commands::completions::run(args.shell).into(),
     };
     let mut stdout = std::io::stdout().lock();
     written(stdout.write_all(output.text.as_bytes()).and_then(|()| stdout.flush()))?;

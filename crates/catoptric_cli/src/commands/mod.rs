@@ -2,6 +2,7 @@
 
 pub(crate) mod bake;
 pub(crate) mod compare;
+pub(crate) mod completions;
 pub(crate) mod doctor;
 pub(crate) mod info;
 pub(crate) mod methods;
@@ -10,15 +11,6 @@ pub(crate) mod render;
 pub(crate) mod scenes;
 
 use crate::failure::Failure;
-use clap::CommandFactory;
-use clap_complete::Shell;
-
-/// The completion script of a shell.
-pub(crate) fn completions(shell: Shell) -> String {
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut crate::args::Cli::command(), "catoptric", &mut script);
-    String::from_utf8_lossy(&script).into_owned()
-}
 
 /// Readable JSON with a line end.
 pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {

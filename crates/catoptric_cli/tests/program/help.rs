@@ -1,6 +1,7 @@
-//! Help.
+//! Help and completions.
 
 use crate::workplace::Workplace;
+use std::process::Command;
 
 const COMMANDS: [&[&str]; 14] = [
     &[],
@@ -61,4 +62,36 @@ fn examples_fit_into_80_columns() {
         }
         assert!(!goes_on, "{command:?}");
     }
+}
+
+#[test]
+fn completions_know_methods_settings_and_scenes() {
+    let place = Workplace::new();
+    for (shell, scene) in
+        [("bash", "builtin:sphere_room"), ("zsh", "builtin\\:sphere_room"), ("fish", "builtin:sphere_room")]
+    {
+        let script = place.ok(&["completions", shell]);
+        for name in ["sample_based_camera", "accuracy_px=", "reference.seed=", "exact", scene] {
+            assert!(script.contains(name), "{shell}: {name}");
+        }
+    }
+    if Command::new("bash").arg("--version").output().is_err() {
+        return;
+    }
+    let script = place.ok(&["completions", "bash"]);
+    let completed = |words: &[&str]| -> Vec<String> {
+        let (last, before) = (words[words.len() - 1], words[words.len() - 2]);
+        let (line, count) = (words.join(" "), words.len() - 1);
+        let call = format!(
+            "{script}\nCOMP_WORDS=({line})\n[ -z '{last}' ] && COMP_WORDS+=('')\nCOMP_CWORD={count}\n\
+            _catoptric catoptric '{last}' '{before}'\nprintf '%s\\n' \"${{COMPREPLY[@]}}\"\n"
+        );
+        place.write("call.bash", call);
+        let output = Command::new("bash").arg("--norc").arg(place.path("call.bash")).output().unwrap();
+        String::from_utf8(output.stdout).unwrap().lines().map(String::from).collect()
+    };
+    assert_eq!(completed(&["catoptric", "render", "builtin:sphere_r"]), ["builtin:sphere_room"]);
+    assert_eq!(completed(&["catoptric", "render", "a.glb", "--method", "path_p"]), ["path_perturbation"]);
+    assert_eq!(completed(&["catoptric", "render", "a.glb", "--set", "accuracy_p"]), ["accuracy_px="]);
+    assert!(completed(&["catoptric", "bake", "a.glb", "--method", ""]).contains(&"light_field".to_owned()));
 }
