@@ -121,10 +121,10 @@ pub(crate) struct CompletionsArgs {
 #[command(next_help_heading = "Scene")]
 pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", display_order = 0)]
     pub(crate) scene: String,
     /// Light from infinity, an equirectangular picture (.hdr or .exr)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", display_order = 1)]
     pub(crate) environment: Option<PathBuf>,
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
@@ -230,10 +230,10 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = "View")]
     pub(crate) frames: u32,
     /// The method; `catoptric methods` lists them
-    #[arg(long, value_name = "ID", default_value = "reference", help_heading = "Method")]
+    #[arg(long, value_name = "ID", default_value = "reference", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
     /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats)
     #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, help_heading = "Output")]
@@ -262,14 +262,15 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) report: PathBuf,
     /// A method, with settings after a colon (repeat) [default: all]
-    #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method")]
+    #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method", display_order = 0)]
     pub(crate) method: Vec<String>,
     /// Measure where methods project points at every N-th pixel of every N-th row; 1 is all
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1024))]
     #[arg(help_heading = "Method")]
     pub(crate) projection_every: u32,
     /// A setting of one method, or of every method that has it (repeat)
-    #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
+    #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]
+    #[arg(help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
 }
 
@@ -348,13 +349,13 @@ pub(crate) struct BakeWhatArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// The method; `catoptric methods` lists which bake
-    #[arg(long, value_name = "ID", help_heading = "Method")]
+    #[arg(long, value_name = "ID", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// Settings of the method, over the scene's own (TOML, KEY = VALUE a line)
     #[arg(long, short = 'c', value_name = "FILE.toml", help_heading = "Method")]
     pub(crate) config: Option<PathBuf>,
     /// A setting of the method, over those of the scene and the file (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
     /// Highest number of reflections and refractions on a path
     #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
@@ -440,10 +441,10 @@ pub(crate) struct InfoArgs {
 #[derive(Args)]
 pub(crate) struct ProjectArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
-    #[arg(value_name = "SCENE", help_heading = "Scene")]
+    #[arg(value_name = "SCENE", help_heading = "Scene", display_order = 0)]
     pub(crate) scene: String,
     /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
-    #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene")]
+    #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene", display_order = 1)]
     pub(crate) reflector: Vec<String>,
     /// Position of the eye [default: the camera's eye]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
@@ -485,10 +486,10 @@ pub(crate) struct ProjectArgs {
     #[arg(long, help_heading = "Method")]
     pub(crate) ignore_visibility: bool,
     /// `exact`, or a method that projects points (it works with --size)
-    #[arg(long, value_name = "ID", default_value = "exact", help_heading = "Method")]
+    #[arg(long, value_name = "ID", default_value = "exact", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method")]
+    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,

@@ -33,6 +33,7 @@ fn options_stand_under_headings() {
         let text = place.ok(&[command, "--help"]);
         let at =
             |heading: &str| text.find(&format!("\n{heading}:\n")).unwrap_or_else(|| panic!("{command}: {heading}"));
+        assert!(text.contains("\nScene:\n  <SCENE>"), "{command}: {text}");
         assert!(at("Scene") < at("Method") && at("Output") < at("General"), "{command}");
         assert!(command == "bake" || text.contains("\nView:\n"), "{command}");
     }
