@@ -53,23 +53,26 @@ pub(crate) fn check(model: &Model) -> Result<(), Failure> {
     for (id, settings) in &model.method_settings {
         let table = format!("method.{id}");
         let info = methods::find(id).map_err(|error| model.invalid(&table, error.to_string()))?;
-        let Some(problem) = fault(info, settings) else { continue };
-        // One that is wrong by itself, else the table: some do not go together.
-        let is_wrong = |(key, value): &(&String, &Value)| {
-            fault(info, &Table::from_iter([((*key).clone(), (*value).clone())])).is_some_and(|found| found == problem)
-        };
-        let field = settings.iter().find(is_wrong).map_or(table.clone(), |(key, _)| format!("{table}.{key}"));
-        return Err(model.invalid(&field, problem).into());
+        if let Some((key, problem)) = fault(info, settings) {
+            let field = key.map_or(table.clone(), |key| format!("{table}.{key}"));
+            return Err(model.invalid(&field, problem).into());
+        }
     }
     Ok(())
 }
 
-/// The reason why a method cannot take settings.
-fn fault(info: &MethodInfo, settings: &Table) -> Option<String> {
-    match (info.create)(settings).err()? {
+/// The reason why a method cannot take settings, and the key at fault; `None` for keys that do not go together.
+pub(crate) fn fault(info: &MethodInfo, settings: &Table) -> Option<(Option<String>, String)> {
+    let refusal = |settings: &Table| match (info.create)(settings).err()? {
         RenderError::Setting { problem, .. } => Some(problem),
         error => Some(error.to_string()),
-    }
+    };
+    let problem = refusal(settings)?;
+    let is_wrong = |(key, value): &(&String, &Value)| {
+        refusal(&Table::from_iter([((*key).clone(), (*value).clone())])).as_ref() == Some(&problem)
+    };
+    let key = settings.iter().find(is_wrong).map(|(key, _)| key.clone());
+    Some((key, problem))
 }
 
 #[cfg(test)]

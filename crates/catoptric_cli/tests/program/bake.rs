@@ -271,7 +271,12 @@ fn what_cannot_be_baked_is_refused() {
     assert!(place.fails(1, &["bake", "status", "s3://bucket/bake"]).contains("folder"));
     place.write("bake.toml", "st = 3\nuv =");
     let broken = [&["bake", "scene.toml"], &method[..], &["-c", "bake.toml", "-o", "x"]].concat();
-    assert!(place.fails(1, &broken).contains("bake.toml"));
+    assert!(place.fails(1, &broken).contains("bake.toml: line 2: "));
+    for (text, named) in [("st = 3\nuw = 2\n", "`uv`"), ("st = 3\nuv = 'many'\n", "whole number")] {
+        place.write("bake.toml", text);
+        let message = place.fails(1, &broken);
+        assert!(message.contains("bake.toml: line 2: ") && message.contains(named), "{message}");
+    }
     assert_eq!(place.files(), ["bake.toml", "scene.toml"]);
     place.ends(2, &["bake"]);
     place.ends(2, &["bake", "run", ".", "--shard", "4/4"]);

@@ -12,6 +12,7 @@ use clap::ArgMatches;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use toml::Table;
+use toml::de::DeTable;
 
 /// A scene, a method and its settings, as the command line gave them.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -38,9 +39,9 @@ pub(super) struct Ingredients {
 
 impl Recipe {
     pub(super) fn new(args: &BakeWhatArgs, options: &ArgMatches) -> Result<Self, Failure> {
-        methods::find(&args.method).map_err(Failure::usage)?;
+        let info = methods::find(&args.method).map_err(Failure::usage)?;
         let mut settings = match &args.config {
-            Some(path) => read_settings(path)?,
+            Some(path) => read_settings(path, info)?,
             None => Table::new(),
         };
         settings.extend(args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))));
@@ -86,10 +87,20 @@ impl Ingredients {
     }
 }
 
-fn read_settings(path: &Path) -> Result<Table, Failure> {
+fn read_settings(path: &Path, info: &methods::MethodInfo) -> Result<Table, Failure> {
     let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| fail(format!("cannot read it: {error}")))?;
-    toml::from_str(&text).map_err(|error| fail(error.to_string().trim().into()))
+    let line = |byte: usize| text.as_bytes()[..byte].iter().filter(|byte| **byte == b'\n').count() + 1;
+    let document = DeTable::parse(&text).map_err(|error| {
+        let begin = error.span().map_or(0, |span| span.start.min(text.len()));
+        fail(format!("line {}: {}", line(begin), error.message()))
+    })?;
+    let table: Table = toml::from_str(&text).map_err(|error| fail(error.message().into()))?;
+    let Some((key, problem)) = settings::fault(info, &table) else { return Ok(table) };
+    let place = key.and_then(|key| document.get_ref().keys().find(|found| *found.get_ref() == *key));
+    Err(fail(
+        place.map_or(problem.clone(), |key| format!("line {}: {}: {problem}", line(key.span().start), key.get_ref())),
+    ))
 }
 
 fn whole(path: &Path) -> PathBuf {
