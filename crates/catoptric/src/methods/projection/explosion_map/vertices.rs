@@ -13,8 +13,8 @@ const AT_ONCE: usize = 4096;
 /// The explosion map of one convex reflector, for views and vertices that change from frame to frame.
 ///
 /// Virtual vertices are the paper's (Ofek, Rappoport 1998): between the mirror images in the tangent planes of two
-/// spheres' records, without derivatives, correction, polish or a test of what is hidden. They are as far off as the `faithful` preset of the
-/// method. A reflector that shows a point several times gives one of its images.
+/// spheres' records, without derivatives, correction, polish or a test of what is hidden. They are as far off as the
+/// `faithful` preset of the method. A reflector that shows a point several times gives one of its images.
 ///
 /// ```
 /// use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Preset, ReflectorMap};
