@@ -1,6 +1,7 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
 mod cameras;
+mod first_frames;
 mod layered;
 mod light_field;
 mod light_field_library;
@@ -27,7 +28,8 @@ Commands:
                    docs/figures-sample-based-camera.md; with `virtual_objects-table`, `virtual_objects-blend` and
                    the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
                    `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md; with
-                   `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md
+                   `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md;
+                   with `first_frames [FILE...]` the table of docs/performance.md
   new-method NAME --family lookup|projection [--bake] [--layout]
                    make the folder of a method with all roles, its lines in the registry, a test and a bench that
                    fail until it draws
@@ -36,13 +38,14 @@ Commands:
 
 fn main() -> Result<()> {
     match std::env::args().nth(1).as_deref() {
-        Some("figures") => match std::env::args().nth(2) {
-            Some(name) if name.starts_with("cameras") => cameras::draw(&name),
-            Some(name) if name == "scaling" => scaling::draw(),
-            Some(name) if name.starts_with("layered") => layered::draw(&name),
-            Some(name) if name.starts_with("light_field") => light_field::draw(&name),
-            Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(&name),
-            Some(name) => perturbation::draw(&name),
+        Some("figures") => match std::env::args().nth(2).as_deref() {
+            Some("first_frames") => first_frames::draw(&std::env::args().skip(3).collect::<Vec<_>>()),
+            Some(name) if name.starts_with("cameras") => cameras::draw(name),
+            Some("scaling") => scaling::draw(),
+            Some(name) if name.starts_with("layered") => layered::draw(name),
+            Some(name) if name.starts_with("light_field") => light_field::draw(name),
+            Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(name),
+            Some(name) => perturbation::draw(name),
             None => figures(),
         },
         Some("new-method") => new_method::make(&std::env::args().skip(2).collect::<Vec<_>>()),

@@ -166,8 +166,8 @@ impl Report {
 
     /// Adds the rasteriser's times and counts.
     pub fn add_raster(&mut self, raster: &RasterReport) {
-        self.stages_ms.push(("raster_setup", raster.setup_ms));
-        self.stages_ms.push(("raster_and_shade", raster.tiles_ms));
+        let RasterReport { raster_ms, shade_ms, resolve_ms, .. } = *raster;
+        self.stages_ms.extend([("raster", raster_ms), ("shade", shade_ms), ("resolve", resolve_ms)]);
         self.counts.insert("triangles_drawn", raster.triangles);
         self.counts.insert("triangles_clipped", raster.clipped);
         self.counts.insert("fragments", raster.fragments);

@@ -36,7 +36,7 @@ use plan::Plan;
 use samples::Pattern;
 use setup::{MAX_PICTURE_PX, PictureSetup};
 use std::sync::{Mutex, PoisonError};
-use tile::{TileScratch, TileWork};
+use tile::{TileReport, TileScratch, TileWork};
 
 /// A triangle to be drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -113,10 +113,14 @@ pub struct RasterReport {
     pub binned: u64,
     /// Fragments that were shaded.
     pub fragments: u64,
-    /// Time for setting up and sorting triangles, in milliseconds; 0 where there is no clock.
-    pub setup_ms: f64,
-    /// Time for drawing and shading tiles, in milliseconds; 0 where there is no clock.
-    pub tiles_ms: f64,
+    /// Time for setting up and sorting triangles and for finding what samples show; 0 where there is no clock, like
+    /// the others. Tiles are drawn side by side, each in all three stages: of their time together each stage has the
+    /// share that it has of the threads' time.
+    pub raster_ms: f64,
+    /// Time for the colours of fragments.
+    pub shade_ms: f64,
+    /// Time for finding the fragments of pixels from their samples, and for adding them up.
+    pub resolve_ms: f64,
 }
 
 /// Draws `lists` into `target`, which has the view's size, with `samples` coverage samples a pixel.
@@ -144,16 +148,25 @@ pub fn draw<S: FragmentShader + ?Sized>(
     let mut clock = Stopwatch::new();
     let sorted = Sorted::new(view, samples, lists)?;
     let mut report = sorted.report();
-    report.setup_ms = clock.lap_ms();
+    report.raster_ms = clock.lap_ms();
     if pixels == 0 {
         return Ok(report);
     }
     let mut tiles = split_into_tiles(target, &sorted.grid);
     sorted.for_each_tile(progress, &mut tiles, shader, |work, scratch, tile| {
-        tile.fragments = work.draw(scratch, &mut tile.rows);
+        tile.done = work.draw(scratch, &mut tile.rows);
     })?;
-    report.fragments = tiles.iter().map(|tile| tile.fragments).sum();
-    report.tiles_ms = clock.lap_ms();
+    let mut done = TileReport::default();
+    for tile in &tiles {
+        done.add(tile.done);
+    }
+    report.fragments = done.fragments;
+    let of_threads = done.raster_ms + done.shade_ms + done.resolve_ms;
+    // Without a clock all of them are 0.
+    let share = if of_threads > 0.0 { clock.lap_ms() / of_threads } else { 0.0 };
+    report.raster_ms += done.raster_ms * share;
+    report.shade_ms += done.shade_ms * share;
+    report.resolve_ms += done.resolve_ms * share;
     Ok(report)
 }
 
@@ -243,12 +256,15 @@ impl<'a> Sorted<'a> {
 /// The pixels of a tile in the picture.
 struct TileTarget<'a> {
     rows: Vec<&'a mut [[f32; 4]]>,
-    fragments: u64,
+    done: TileReport,
 }
 
 fn split_into_tiles<'a>(target: &'a mut Framebuffer, grid: &TileGrid) -> Vec<TileTarget<'a>> {
     let mut tiles: Vec<TileTarget<'a>> = Vec::with_capacity(grid.columns * grid.rows);
-    tiles.resize_with(grid.columns * grid.rows, || TileTarget { rows: Vec::with_capacity(TILE), fragments: 0 });
+    tiles.resize_with(grid.columns * grid.rows, || TileTarget {
+        rows: Vec::with_capacity(TILE),
+        done: TileReport::default(),
+    });
     for (row, pixels) in target.pixels.chunks_mut(target.width as usize).enumerate() {
         for (column, piece) in pixels.chunks_mut(TILE).enumerate() {
             tiles[row / TILE * grid.columns + column].rows.push(piece);

@@ -12,6 +12,7 @@ use super::plan::{LayerPlan, Plan};
 use super::resolve::{Chains, resolve};
 use super::samples::Pattern;
 use super::setup::{PictureSetup, SetupTriangle};
+use crate::clock::Stopwatch;
 use crate::math::lanes::LANES;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -27,6 +28,24 @@ pub(super) struct TileScratch {
     chains: Chains,
     surfaces: Vec<LayerSurface>,
     colors: Vec<Vec3>,
+}
+
+/// What was done in a tile: fragments, and the times of stages in one thread.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TileReport {
+    pub(super) fragments: u64,
+    pub(super) raster_ms: f64,
+    pub(super) shade_ms: f64,
+    pub(super) resolve_ms: f64,
+}
+
+impl TileReport {
+    pub(super) fn add(&mut self, other: Self) {
+        self.fragments += other.fragments;
+        self.raster_ms += other.raster_ms;
+        self.shade_ms += other.shade_ms;
+        self.resolve_ms += other.resolve_ms;
+    }
 }
 
 /// A tile and the input of its drawing.
@@ -48,8 +67,8 @@ struct VisibleLayers {
 }
 
 impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
-    /// Draws the tile; `rows` are its pixels in the picture. Returns the number of fragments that were shaded.
-    pub(super) fn draw(&self, scratch: &mut TileScratch, rows: &mut [&mut [[f32; 4]]]) -> u64 {
+    /// Draws the tile; `rows` are its pixels in the picture.
+    pub(super) fn draw(&self, scratch: &mut TileScratch, rows: &mut [&mut [[f32; 4]]]) -> TileReport {
         if self.frame.pattern.samples > 1 {
             for row in rows.iter_mut() {
                 row.fill([0.0, 0.0, 0.0, 1.0]);
@@ -96,17 +115,19 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         first_layer: usize,
         scratch: &mut TileScratch,
         rows: &mut [&mut [[f32; 4]]],
-    ) -> u64 {
+    ) -> TileReport {
+        let mut watch = Stopwatch::new();
         let shown = self.draw_layers(second_branches, first_layer, scratch);
-        let mut fragments = self.shade(second_branches, shown.layers, scratch, rows);
+        let mut done = TileReport { raster_ms: watch.lap_ms(), ..TileReport::default() };
+        done.add(self.shade(second_branches, shown.layers, scratch, rows));
         // From the last layer down: drawing a layer again leaves the layers below unchanged.
         let mut divides = shown.divides;
         while divides != 0 {
             let layer = divides.ilog2();
             divides &= !(1 << layer);
-            fragments += self.draw_branches(second_branches | 1 << layer, layer as usize + 1, scratch, rows);
+            done.add(self.draw_branches(second_branches | 1 << layer, layer as usize + 1, scratch, rows));
         }
-        fragments
+        done
     }
 
     /// Shades the fragments of the layers in `scratch` and adds them to the picture.
@@ -116,7 +137,8 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         layers: usize,
         scratch: &mut TileScratch,
         rows: &mut [&mut [[f32; 4]]],
-    ) -> u64 {
+    ) -> TileReport {
+        let mut watch = Stopwatch::new();
         let (plan, pattern) = (self.plan, &self.frame.pattern);
         let TileScratch { layers: ids, chains, surfaces, colors, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
@@ -128,25 +150,29 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
                 taken.all(|layer| chain.get(layer).is_some_and(|&id| plan.divides(layer, id)))
             });
         }
+        let mut done = TileReport { resolve_ms: watch.lap_ms(), ..TileReport::default() };
         fetch_surfaces(plan, chains, pattern.samples, surfaces);
         // All of them are set by the shader.
         colors.resize(chains.positions.len(), Vec3::ZERO);
         let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces, second_branches };
         self.shader.shade_batch(&batch, colors);
+        done.fragments = colors.len() as u64;
+        done.shade_ms = watch.lap_ms();
         if pattern.samples == 1 && second_branches == 0 {
             // Every pixel is one fragment.
             for (target, color) in chains.targets.iter().zip(colors.iter()) {
                 rows[target.row as usize][target.column as usize] = color.extend(1.0).to_array();
             }
-            return colors.len() as u64;
+        } else {
+            let unit = 1.0 / pattern.samples as f32;
+            for (target, color) in chains.targets.iter().zip(colors.iter()) {
+                let pixel = &mut rows[target.row as usize][target.column as usize];
+                let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
+                *pixel = sum.to_array();
+            }
         }
-        let unit = 1.0 / pattern.samples as f32;
-        for (target, color) in chains.targets.iter().zip(colors.iter()) {
-            let pixel = &mut rows[target.row as usize][target.column as usize];
-            let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
-            *pixel = sum.to_array();
-        }
-        colors.len() as u64
+        done.resolve_ms += watch.lap_ms();
+        done
     }
 
     /// Draws the layers from `first_layer` on into `scratch`.

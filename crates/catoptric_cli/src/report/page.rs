@@ -104,12 +104,12 @@ fn facts(report: &Report) -> Markup {
 }
 
 fn table(report: &Report) -> Markup {
+    // Times first: they are what narrow windows show beside the names.
     let mut groups: Vec<(&str, &[Column])> =
-        vec![("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS)];
+        vec![("Time, ms", &TIME_COLUMNS), ("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS)];
     if report.measured().any(|(_, measured)| measured.error.projection_px.is_some()) {
         groups.push(("Projection, pixels", &PROJECTION_COLUMNS));
     }
-    groups.push(("Time, ms", &TIME_COLUMNS));
     let width: usize = groups.iter().map(|(_, columns)| columns.len()).sum();
     let reference_ms = report.truth.frame_ms.median;
     html! {
@@ -117,15 +117,15 @@ fn table(report: &Report) -> Markup {
             thead {
                 tr {
                     th {}
-                    @for (name, columns) in &groups { th.group colspan=(columns.len()) { (name) } }
                     th.group {}
+                    @for (name, columns) in &groups { th.group colspan=(columns.len()) { (name) } }
                 }
                 tr {
                     th { "Method" }
+                    th.group { "Speed-up" }
                     @for (_, columns) in &groups {
                         @for (index, column) in columns.iter().enumerate() { th.group[index == 0] { (column.0) } }
                     }
-                    th.group { "Speed-up" }
                 }
             }
             tbody {
@@ -134,6 +134,7 @@ fn table(report: &Report) -> Markup {
                         th { (dot(index)) a href={ "#" (anchor(index, entry)) } { (breakable(&entry.label)) } }
                         @match &entry.outcome {
                             Outcome::Measured(measured) => {
+                                td.group { (speedup(reference_ms, measured)) }
                                 @for (_, columns) in &groups {
                                     @for (index, column) in columns.iter().enumerate() {
                                         td.group[index == 0].best[is_best(report, entry, column)] {
@@ -141,7 +142,6 @@ fn table(report: &Report) -> Markup {
                                         }
                                     }
                                 }
-                                td.group { (speedup(reference_ms, measured)) }
                             }
                             Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" { "could not draw \
                                 this scene, see below" } }

@@ -196,7 +196,7 @@ impl VirtualScene {
         projector: &P,
         quality: &MeshQuality,
     ) -> Result<(u64, u64), Cancelled> {
-        let pairs = self.pairs(job.scene, projector);
+        let pairs = self.pairs(job, projector);
         let steps = pairs.iter().map(|(_, object)| VirtualObject::steps(&self.welded[*object as usize])).sum();
         let stage = Stage::begin(job.progress, "projecting", steps)?;
         let (mut projected, mut remaining) = (0, FRAME_WORK);
@@ -236,7 +236,8 @@ impl VirtualScene {
     }
 
     /// The paths and objects that may appear on them.
-    fn pairs<P: VertexProjector + ?Sized>(&self, scene: &Scene, projector: &P) -> Vec<(u32, u32)> {
+    fn pairs<P: VertexProjector + ?Sized>(&self, job: &Job<'_>, projector: &P) -> Vec<(u32, u32)> {
+        let scene = job.scene;
         let mut pairs = Vec::new();
         for (path, sequence) in projector.paths().iter().enumerate() {
             let Some(last) = sequence.bounces.last() else { continue };
@@ -246,7 +247,8 @@ impl VirtualScene {
                     None => self.topologies.is_convex(index as u32),
                 };
                 let own = last.object == index as u32;
-                if own && convex && last.kind == BounceKind::Reflect && !object.inside {
+                let from_without = !object.inside && !job.view.may_start_within(&object.bounds);
+                if own && convex && last.kind == BounceKind::Reflect && from_without {
                     continue; // rays that leave a convex mirror never come back
                 }
                 pairs.push((path as u32, index as u32));

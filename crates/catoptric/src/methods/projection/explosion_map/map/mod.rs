@@ -99,7 +99,10 @@ impl ExplosionMap {
         let radii: Vec<Option<f32>> = itself.into_iter().chain((0..count).map(|index| Some(radius(index)))).collect();
         let make = |index: usize| MapSphere::new(radii[index], mesh.center, &axes, &cells, settings.map_size);
         let spheres = parallel::map_collect(radii.len(), make);
-        let tree = (!mesh.convex).then(|| CellTree::new(reflector, scene.diagonal()));
+        // A convex mirror is hollow to an eye in it.
+        let rays = reflector.rays;
+        let hollow = rays.kind == BounceKind::Reflect && rays.side < 0.0 && !rays.inside_after;
+        let tree = (!mesh.convex || hollow).then(|| CellTree::new(reflector, scene.diagonal()));
         let (center, size, variant) = (mesh.center, settings.map_size, settings.variant);
         let blends_images = variant == Variant::Map && settings.recursion() == Recursion::VirtualPoints;
         Some(Self { center, axes, size, spheres, tree, variant, blends_images })

@@ -167,16 +167,18 @@ impl<L: Locator> PathTree<L> {
         }
         let material = scene.material_of(mesh.object);
         let lens = material.role == Role::Lens;
+        let from_within = self.view.may_start_within(&scene.objects[mesh.object as usize].bounds);
         let kinds: &[BounceKind] =
             if lens { &[BounceKind::Reflect, BounceKind::Transmit] } else { &[BounceKind::Reflect] };
         for &kind in kinds {
             let mut ray_sets = Vec::new();
             for Arrivals { from, inside, rays: arriving } in &arrivals {
                 for side in [1.0, -1.0] {
-                    // Within a body its inner side is met, from without the outer one; open sheets have both.
+                    // Within a body its inner side is met, from without the outer one; open sheets have both, and so
+                    // do mirrors around the eye.
                     let possible = match (mesh.inside_only, mesh.closed, *inside) {
                         (true, ..) => side < 0.0,
-                        (_, true, false) => side > 0.0,
+                        (_, true, false) => side > 0.0 || (from_within && !lens),
                         (_, true, true) => side < 0.0,
                         (_, false, inside) => !lens || (side < 0.0) == inside,
                     };
