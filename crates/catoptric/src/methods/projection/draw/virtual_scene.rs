@@ -35,9 +35,16 @@ const FRAME_WORK: u64 = 60_000_000;
 /// by this many times what others may be. Chosen, not measured.
 const BLACK: f32 = 2.0;
 
-/// An object on a path may take one part of so many of the work that is left, or an even share if that is more: what
-/// appears first on short paths leaves enough for what comes after. Chosen, not measured.
+/// Objects on a path may first take this many times an even share of what is there for those of their kind: most need
+/// less. Chosen, not measured.
+const EVEN_SHARES: u64 = 2;
+
+/// Of the work that is left in the end an object on a path may take one part of so many, or an even share if that is
+/// more. Chosen, not measured.
 const LARGEST_SHARE: u64 = 3;
+
+/// Meshes are made again if they may take so many times what they were first allowed. Chosen, not measured.
+const MUCH_MORE: u64 = 2;
 
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
@@ -87,8 +94,37 @@ impl MirrorState {
     }
 }
 
-/// Virtual meshes by path and object, with the objects that they were made of.
-type KeyedMeshes = HashMap<(u32, u32), (Arc<WeldedObject>, VirtualMesh)>;
+/// Virtual meshes by path and object.
+type KeyedMeshes = HashMap<(u32, u32), KeptMesh>;
+
+/// A virtual mesh that later frames may use.
+struct KeptMesh {
+    /// What it was made of.
+    welded: Arc<WeldedObject>,
+    mesh: VirtualMesh,
+    /// What it first was allowed and took, before there was work left to make it again.
+    first: FirstMesh,
+}
+
+#[derive(Clone, Copy)]
+struct FirstMesh {
+    allowed: u64,
+    work: u64,
+    needed: Option<u64>,
+    is_coarse: bool,
+}
+
+impl FirstMesh {
+    fn of(mesh: &VirtualMesh) -> Self {
+        let is_coarse = mesh.unfinished + mesh.extrapolated > 0;
+        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, is_coarse }
+    }
+
+    /// True if it would be the same with this much work allowed.
+    fn holds_with(&self, allowed: u64) -> bool {
+        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
+    }
+}
 
 impl VirtualScene {
     /// Prepares a scene and returns whether its mirrors are those of `old`: what is still true of that one is kept, but
@@ -163,17 +199,17 @@ impl VirtualScene {
         let geometry = |(path, sequence): (usize, &SpecularPath)| {
             let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
             for object in 0..job.scene.objects.len() as u32 {
-                if let Some((_, mesh)) = meshes.get(&(path as u32, object)) {
-                    mesh.append_to(&mut geometry.vertices, &mut geometry.triangles, &mut geometry.corners);
+                if let Some(kept) = meshes.get(&(path as u32, object)) {
+                    kept.mesh.append_to(&mut geometry.vertices, &mut geometry.triangles, &mut geometry.corners);
                 }
             }
             geometry
         };
         let geometry: Vec<PathGeometry> = projector.paths().iter().enumerate().map(geometry).collect();
-        let unfinished: u64 = meshes.values().map(|(_, mesh)| mesh.unfinished).sum();
-        let appearances_left_out: u64 = meshes.values().map(|(_, mesh)| mesh.left_out).sum();
-        let extrapolated: u64 = meshes.values().map(|(_, mesh)| mesh.extrapolated).sum();
-        report.counts.insert("work", meshes.values().map(|(_, mesh)| mesh.work).sum());
+        let unfinished: u64 = meshes.values().map(|kept| kept.mesh.unfinished).sum();
+        let appearances_left_out: u64 = meshes.values().map(|kept| kept.mesh.left_out).sum();
+        let extrapolated: u64 = meshes.values().map(|kept| kept.mesh.extrapolated).sum();
+        report.counts.insert("work", meshes.values().map(|kept| kept.mesh.work).sum());
         drop(meshes);
         report.stages_ms.push(("project", watch.lap_ms()));
         report.counts.insert("vertices_projected", projected);
@@ -190,6 +226,8 @@ impl VirtualScene {
 
     /// Makes the virtual meshes that are not kept from an earlier frame; returns the number of points projected, and of
     /// objects on paths that there was no work left for.
+    ///
+    /// All of them are made with about even shares of the work, then those that are coarse again with what is left.
     fn add_missing_meshes<P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
@@ -197,45 +235,92 @@ impl VirtualScene {
         quality: &MeshQuality,
     ) -> Result<(u64, u64), Cancelled> {
         let pairs = self.pairs(job, projector);
-        let steps = pairs.iter().map(|(_, object)| VirtualObject::steps(&self.welded[*object as usize])).sum();
-        let stage = Stage::begin(job.progress, "projecting", steps)?;
-        let (mut projected, mut remaining) = (0, FRAME_WORK);
-        let mut left_out = 0;
-        for (number, &(path, index)) in pairs.iter().enumerate() {
-            let allowed = remaining / ((pairs.len() - number) as u64).min(LARGEST_SHARE);
-            let (key, welded) = ((path, index), &self.welded[index as usize]);
-            if allowed == 0 {
-                self.locked_meshes().remove(&key);
-                left_out += 1;
-                continue;
+        let steps_of = |(_, object): (u32, u32)| VirtualObject::steps(&self.welded[object as usize]);
+        let stage = Stage::begin(job.progress, "projecting", pairs.iter().map(|key| steps_of(*key)).sum())?;
+        let (mut projected, mut remaining, mut left_out) = (0, FRAME_WORK, 0);
+        let make = |key: (u32, u32), allowed: u64, stage: &Stage<'_>| {
+            let object = self.virtual_object(job.scene, projector, key);
+            let is_black = job.scene.role_of(key.1).is_specular() && self.length(projector, key) >= job.quality.order;
+            let quality = if is_black { quality.coarser(BLACK) } else { *quality };
+            virtual_mesh(projector, &object, &quality, allowed, stage)
+        };
+        let mut coarse = Vec::new();
+        // Each kind leaves a half for those after it.
+        let kinds: Vec<&[(u32, u32)]> =
+            pairs.chunk_by(|a, b| self.kind(job, projector, *a) == self.kind(job, projector, *b)).collect();
+        for (kind, pairs) in kinds.iter().enumerate() {
+            let mut of_kind = if kind + 1 < kinds.len() { remaining / 2 } else { remaining };
+            for (number, &key) in pairs.iter().enumerate() {
+                let allowed = (EVEN_SHARES * of_kind / (pairs.len() - number) as u64).min(of_kind);
+                let welded = &self.welded[key.1 as usize];
+                if allowed == 0 {
+                    self.locked_meshes().remove(&key);
+                    left_out += 1;
+                    continue;
+                }
+                let kept = self.locked_meshes().get(&key).and_then(|kept| {
+                    (Arc::ptr_eq(&kept.welded, welded) && kept.first.holds_with(allowed)).then_some(kept.first)
+                });
+                let first = match kept {
+                    Some(first) => {
+                        stage.advance(steps_of(key) as u64)?;
+                        first
+                    }
+                    None => {
+                        let mesh = make(key, allowed, &stage)?;
+                        projected += mesh.points_projected;
+                        let first = FirstMesh::of(&mesh);
+                        self.locked_meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
+                        first
+                    }
+                };
+                if first.is_coarse {
+                    coarse.push((key, first.allowed));
+                }
+                of_kind = of_kind.saturating_sub(first.work);
+                remaining = remaining.saturating_sub(first.work);
             }
-            let kept = self
-                .locked_meshes()
-                .get(&key)
-                .and_then(|(old, mesh)| (Arc::ptr_eq(old, welded) && mesh.holds_with(allowed)).then_some(mesh.work));
+        }
+        let steps = coarse.iter().map(|(key, _)| steps_of(*key)).sum();
+        let stage = Stage::begin(job.progress, "projecting again", steps)?;
+        for (number, &(key, first_allowed)) in coarse.iter().enumerate() {
+            let more = remaining / ((coarse.len() - number) as u64).min(LARGEST_SHARE);
+            let is_again = more >= MUCH_MORE * first_allowed;
+            let allowed = if is_again { more } else { first_allowed };
+            let kept = self.locked_meshes().get(&key).map(|kept| (kept.mesh.holds_with(allowed), kept.mesh.work));
             let work = match kept {
-                Some(work) => {
-                    stage.advance(VirtualObject::steps(welded) as u64)?;
+                Some((true, work)) => {
+                    stage.advance(steps_of(key) as u64)?;
                     work
                 }
-                None => {
-                    let object = self.virtual_object(job.scene, projector, key);
-                    let length = projector.paths()[path as usize].bounces.len() as u32;
-                    let is_black = job.scene.role_of(index).is_specular() && length >= job.quality.order;
-                    let quality = if is_black { quality.coarser(BLACK) } else { *quality };
-                    let mesh = virtual_mesh(projector, &object, &quality, allowed, &stage)?;
+                _ => {
+                    let mesh = make(key, allowed, &stage)?;
                     projected += mesh.points_projected;
                     let work = mesh.work;
-                    self.locked_meshes().insert(key, (welded.clone(), mesh));
+                    if let Some(kept) = self.locked_meshes().get_mut(&key) {
+                        kept.mesh = mesh;
+                    }
                     work
                 }
             };
-            remaining = remaining.saturating_sub(work);
+            if is_again {
+                remaining = remaining.saturating_sub(work);
+            }
         }
         Ok((projected, left_out))
     }
 
-    /// The paths and objects that may appear on them.
+    fn length<P: VertexProjector + ?Sized>(&self, projector: &P, (path, _): (u32, u32)) -> u32 {
+        projector.paths()[path as usize].bounces.len() as u32
+    }
+
+    /// Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground of
+    /// longer paths.
+    fn kind<P: VertexProjector + ?Sized>(&self, job: &Job<'_>, projector: &P, key: (u32, u32)) -> (u32, bool) {
+        (self.length(projector, key), job.scene.role_of(key.1).is_specular())
+    }
+
+    /// The paths and objects that may appear on them, by their kind.
     fn pairs<P: VertexProjector + ?Sized>(&self, job: &Job<'_>, projector: &P) -> Vec<(u32, u32)> {
         let scene = job.scene;
         let mut pairs = Vec::new();
@@ -254,13 +339,7 @@ impl VirtualScene {
                 pairs.push((path as u32, index as u32));
             }
         }
-        // Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground
-        // of longer paths.
-        let rank = |&(path, object): &(u32, u32)| {
-            let length = projector.paths()[path as usize].bounces.len();
-            (length, scene.role_of(object).is_specular(), path, object)
-        };
-        pairs.sort_by_key(rank);
+        pairs.sort_by_key(|&key| (self.kind(job, projector, key), key));
         pairs
     }
 

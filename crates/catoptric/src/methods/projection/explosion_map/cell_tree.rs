@@ -51,6 +51,9 @@ struct CellSolution {
 /// Work of two steps in eight cells.
 const WORK_A_LEAF: u64 = 2;
 
+/// Work of a cell's place in the hierarchy.
+const WORK_A_CELL: u64 = 20;
+
 /// The cells of a reflector's rays.
 #[derive(Debug)]
 pub(super) struct CellTree {
@@ -127,6 +130,11 @@ impl CellTree {
     /// Cells that might have held a point and were not looked at, or not kept, summed over the points so far.
     pub(super) fn not_searched(&self) -> u64 {
         self.not_searched.load(Ordering::Relaxed)
+    }
+
+    /// Work that it took to make.
+    pub(super) fn build_work(&self) -> u64 {
+        WORK_A_CELL * self.triangles.len() as u64
     }
 
     /// Bytes held.

@@ -61,6 +61,13 @@ impl Locator for Finder {
         }
     }
 
+    fn build_work(&self) -> u64 {
+        match self {
+            Self::Map(map) => map.build_work(),
+            Self::Profile(profile) => profile.build_work(),
+        }
+    }
+
     fn byte_count(&self) -> u64 {
         match self {
             Self::Map(map) => map.byte_count(),

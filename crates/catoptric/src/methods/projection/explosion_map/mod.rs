@@ -18,7 +18,7 @@ pub use vertices::ReflectorMap;
 
 use crate::methods::projection::draw::prepared::ProjectionMethod;
 use crate::methods::projection::find::virtual_objects::{
-    Options, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod,
+    Options, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size,
 };
 use crate::methods::{Family, MethodInfo, Settings};
 use crate::scene::{Scene, View};
@@ -61,10 +61,12 @@ impl VirtualObjectMethod for ExplosionMaps {
     fn locators<'a>(
         &'a self,
         scene: &'a Scene,
-        _: &'a Reflectors<Self>,
+        reflectors: &'a Reflectors<Self>,
         _: &'a View,
     ) -> impl Fn(&Reflector<'_>) -> Option<Finder> + 'a {
-        |reflector: &Reflector<'_>| Finder::new(reflector, &scene.bounds, &self.0)
+        let map_size = map_size(self.0.map_size, reflectors.meshes.len());
+        let settings = ExplosionMapSettings { map_size, ..self.0.clone() };
+        move |reflector: &Reflector<'_>| Finder::new(reflector, &scene.bounds, &settings)
     }
 
     fn options(&self) -> Options {

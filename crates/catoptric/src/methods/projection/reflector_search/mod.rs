@@ -16,7 +16,7 @@ pub use settings::{Images, Refine, ReflectorSearchSettings};
 
 use crate::methods::projection::draw::prepared::ProjectionMethod;
 use crate::methods::projection::find::virtual_objects::{
-    Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod,
+    Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size,
 };
 use crate::methods::{Family, MethodInfo, Settings};
 use crate::parallel;
@@ -47,9 +47,10 @@ pub static INFO: MethodInfo = MethodInfo {
 struct ReflectorSearchMethod(ReflectorSearchSettings);
 
 impl ReflectorSearchMethod {
-    /// Texels a side of cube maps: as many texels around as there are in two pictures of half of it.
-    fn cube_size(&self) -> u32 {
-        self.0.map_size.div_ceil(2)
+    /// Texels a side of the cube maps of so many reflectors: as many texels around as there are in two pictures of half
+    /// of it.
+    fn cube_size(&self, reflectors: usize) -> u32 {
+        map_size(self.0.map_size, reflectors).div_ceil(2)
     }
 }
 
@@ -69,7 +70,10 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
         match old {
             Some(cubes) if cubes.len() == meshes.len() => cubes.clone(),
             _ if order <= 1 && self.0.images == Images::Eye => Vec::new(),
-            _ => meshes.iter().map(|mesh| Arc::new(ReflectorImage::around(mesh, self.cube_size()))).collect(),
+            _ => {
+                let size = self.cube_size(meshes.len());
+                meshes.iter().map(|mesh| Arc::new(ReflectorImage::around(mesh, size))).collect()
+            }
         }
     }
 
@@ -81,7 +85,8 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
     ) -> impl Fn(&Reflector<'_>) -> Option<ReflectorSearch> + 'a {
         let Reflectors { meshes, pictures: cubes } = reflectors;
         let images = self.0.images;
-        let from_eye = |index: usize| ReflectorImage::from_eye(&meshes[index], view, self.0.map_size).map(Arc::new);
+        let size = map_size(self.0.map_size, meshes.len());
+        let from_eye = |index: usize| ReflectorImage::from_eye(&meshes[index], view, size).map(Arc::new);
         let seen = match images {
             Images::Eye => parallel::map_collect(meshes.len(), from_eye),
             Images::Cube => Vec::new(),
@@ -90,7 +95,7 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
             let image = match (reflector.index, reflector.view, images) {
                 (Some(index), Some(_), Images::Eye) => seen.get(index as usize)?.clone()?,
                 (Some(index), ..) => cubes.get(index as usize)?.clone(),
-                (None, ..) => Arc::new(ReflectorImage::around(reflector.mesh, self.cube_size())),
+                (None, ..) => Arc::new(ReflectorImage::around(reflector.mesh, self.cube_size(meshes.len()))),
             };
             ReflectorSearch::new(reflector, image)
         }

@@ -31,6 +31,9 @@ const MAX_CELLS: usize = 8;
 /// Work of the look-up of a point.
 const WORK_A_POINT: u64 = 3;
 
+/// Bytes of a map that take a unit of work to fill.
+const CHART_BYTES_A_UNIT: u64 = 24;
+
 /// One sphere with its two maps, or the reflector as if it were one.
 struct MapSphere {
     /// None for the reflector itself.
@@ -256,6 +259,10 @@ impl ExplosionMap {
 }
 
 impl ExplosionMap {
+    fn chart_bytes(&self) -> u64 {
+        self.spheres.iter().flat_map(|sphere| &sphere.charts).map(SphereChart::byte_count).sum()
+    }
+
     /// Appends the reflection points of one scene point.
     fn locate_point(&self, reflector: &Reflector<'_>, point: Vec3, found: &mut Vec<ReflectionPoint>) {
         let (place, direction, distance) = self.place(point);
@@ -298,8 +305,11 @@ impl Locator for ExplosionMap {
     }
 
     fn byte_count(&self) -> u64 {
-        let charts = self.spheres.iter().flat_map(|sphere| &sphere.charts);
-        charts.map(SphereChart::byte_count).sum::<u64>() + self.tree.as_ref().map_or(0, CellTree::byte_count)
+        self.chart_bytes() + self.tree.as_ref().map_or(0, CellTree::byte_count)
+    }
+
+    fn build_work(&self) -> u64 {
+        self.chart_bytes() / CHART_BYTES_A_UNIT + self.tree.as_ref().map_or(0, CellTree::build_work)
     }
 }
 

@@ -99,6 +99,7 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
     fn describe(&self, data: &PathTree<M::Locator>, report: &mut Report) {
         report.bytes.insert("maps", data.byte_count());
         report.add_fallback("paths_left_out", data.paths_left_out);
+        report.add_fallback("coarser_maps", data.coarser_maps());
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

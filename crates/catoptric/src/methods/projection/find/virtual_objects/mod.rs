@@ -24,7 +24,7 @@ pub(crate) use mesh::ReflectorMesh;
 pub(crate) use method::{LONGEST_EDGE, Reflectors, VirtualObjectMethod};
 #[cfg(test)]
 pub(crate) use path_tree::PathTree;
-pub(crate) use path_tree::{Locator, Reflector};
+pub(crate) use path_tree::{Locator, Reflector, map_size};
 pub(crate) use piece::{CORNERS, in_front, interpolated, weights_of};
 pub(crate) use project::Options;
 pub(crate) use rays::{ReflectionPoint, ReflectionPoints, VertexRays, outer};

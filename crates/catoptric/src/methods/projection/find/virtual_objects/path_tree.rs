@@ -28,6 +28,22 @@ const MAX_TRIANGLES: usize = 300_000;
 /// Work that building the paths of a view may take: a second or two of one core. Chosen, not measured.
 const BUILD_WORK: u64 = 40_000_000;
 
+/// Bytes of a locator that take a unit of work to make and fill.
+const BYTES_A_UNIT: u64 = 24;
+
+/// More reflectors than this have smaller maps, which have as many texels together. A bound on time and memory; chosen,
+/// not measured.
+const MAX_FULL_MAPS: usize = 24;
+
+/// Smaller maps show next to nothing. Chosen, not measured.
+const MIN_MAP_SIZE: u32 = 16;
+
+/// The texels a side of the maps of so many reflectors, where one alone would have `wanted`.
+pub(crate) fn map_size(wanted: u32, reflectors: usize) -> u32 {
+    let share = (MAX_FULL_MAPS as f32 / reflectors.max(1) as f32).sqrt();
+    if share < 1.0 { ((wanted as f32 * share) as u32).max(MIN_MAP_SIZE.min(wanted)) } else { wanted }
+}
+
 /// Rays do not come back to their own reflector within this share of its radius. Chosen, not measured.
 const MIN_WAY: f32 = 1e-4;
 
@@ -53,6 +69,11 @@ pub(crate) trait Locator: Send + Sync {
 
     /// Bytes held.
     fn byte_count(&self) -> u64;
+
+    /// Work that it took to make, about: as measured of maps and pictures alike.
+    fn build_work(&self) -> u64 {
+        self.byte_count() / BYTES_A_UNIT
+    }
 
     /// Adds the counts of searches that were cut short by a limit so far.
     fn add_fallbacks(&self, report: &mut Report);
@@ -157,7 +178,8 @@ impl<L: Locator> PathTree<L> {
         if !meshes[index as usize].has_shape() {
             return Ok(());
         }
-        let Some((finer, mut arrivals)) = self.arrivals(meshes, parent, index, stage)? else {
+        let found = if self.remaining > 0 { self.arrivals(meshes, parent, index, stage)? } else { None };
+        let Some((finer, mut arrivals)) = found else {
             self.paths_left_out += 1;
             return Ok(());
         };
@@ -197,6 +219,7 @@ impl<L: Locator> PathTree<L> {
                     if let Some(locator) =
                         make(&Reflector { index: finer.is_none().then_some(index), mesh, rays: &rays, view })
                     {
+                        self.remaining = self.remaining.saturating_sub(locator.build_work());
                         ray_sets.push(RaySet { rays, locator, parent: *from });
                     }
                 }
@@ -302,6 +325,11 @@ impl<L: Locator> PathTree<L> {
     /// The surface of a reflector nearest to the eye; returns `None` if it hides nothing of itself.
     pub(crate) fn image_of(&self, mesh: u32) -> Option<&EyeImage> {
         self.images.get(mesh as usize)?.as_ref()
+    }
+
+    /// The number of reflectors, if there are so many that their maps are smaller than wanted.
+    pub(crate) fn coarser_maps(&self) -> u64 {
+        if self.images.len() > MAX_FULL_MAPS { self.images.len() as u64 } else { 0 }
     }
 
     /// Bytes held.
