@@ -7,12 +7,14 @@ use crate::light::parallax_proxy::ParallaxProxy;
 use crate::light::radiance_field::RadianceField;
 use crate::light::reflector_shader::{ReflectorShader, reflector_radiance};
 use crate::math::Aabb;
+use crate::methods::Report;
 use crate::methods::lookup_shader::LookupShader;
 use crate::progress::{Progress, Silent, Stage};
 use crate::raster;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Shape of the geometry around reflectors, by which a reflected ray becomes a direction of the map.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,13 +71,72 @@ impl Default for ReflectorMapSettings {
     }
 }
 
+/// Work that capturing the maps of a scene may take: a few seconds of one core. Many reflectors have smaller maps, or
+/// share some. Chosen, not measured.
+const CAPTURE_WORK: f64 = 40e6;
+
+/// Work of a triangle in a face, and of a sample of it; in units of about 100 ns.
+const WORK_A_TRIANGLE: f64 = 0.6;
+const WORK_A_SAMPLE: f64 = 0.5;
+
+/// Texels a side that maps have at least, unless fewer are wanted, before reflectors share them. Chosen, not measured.
+const MIN_SIZE: u32 = 64;
+
+/// What can be captured of some reflectors in [`CAPTURE_WORK`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct CaptureLimits {
+    /// Maps in one round.
+    count: usize,
+    /// Texels a side.
+    size: u32,
+}
+
+impl CaptureLimits {
+    fn new(settings: &ReflectorMapSettings, scene: &Scene, reflectors: usize, rounds: u32) -> Self {
+        let whole = Self { count: reflectors, size: settings.size };
+        if settings.source == MapSource::Background {
+            return whole;
+        }
+        let a_map = CAPTURE_WORK / (6.0 * f64::from(rounds));
+        let geometry = WORK_A_TRIANGLE * scene.triangles.len() as f64;
+        let samples = |size: u32| WORK_A_SAMPLE * f64::from(settings.capture_samples) * f64::from(size).powi(2);
+        let least = settings.size.min(MIN_SIZE);
+        let count = (a_map / (geometry + samples(least))).clamp(1.0, reflectors as f64) as usize;
+        let left = a_map / count as f64 - geometry;
+        let size = (left / (WORK_A_SAMPLE * f64::from(settings.capture_samples))).max(0.0).sqrt() as u32;
+        Self { count, size: size.clamp(least, settings.size) }
+    }
+}
+
+/// Reflectors in groups of neighbours, at most so many: halved along the longest side of their centres' box, the
+/// largest group first.
+fn grouped(scene: &Scene, reflectors: &[u32], count: usize) -> Vec<Vec<u32>> {
+    let center = |object: &u32| scene.objects[*object as usize].bounds.center();
+    let mut groups: Vec<Vec<u32>> = vec![reflectors.to_vec()];
+    while groups.len() < count {
+        let Some(largest) = (0..groups.len()).max_by_key(|group| (groups[*group].len(), usize::MAX - group)) else {
+            break;
+        };
+        if groups[largest].len() < 2 {
+            break;
+        }
+        let mut group = groups.swap_remove(largest);
+        let size = Aabb::around(group.iter().map(center)).size();
+        let axis = (0..3).max_by(|a: &usize, b| size[*a].total_cmp(&size[*b])).unwrap_or(0);
+        group.sort_by(|a, b| center(a)[axis].total_cmp(&center(b)[axis]).then(a.cmp(b)));
+        let other = group.split_off(group.len() / 2);
+        groups.extend([group, other]);
+    }
+    groups
+}
+
 /// The map of one reflector.
 #[derive(Clone, Debug)]
 struct ReflectorCubeMap {
     /// Centre of the reflector's bounds, in world space.
     center: Vec3,
     /// The captured radiance; `None` if the scene's background is read.
-    cube: Option<CubeMap>,
+    cube: Option<Arc<CubeMap>>,
     /// Shape of the surrounding geometry, in world space.
     proxy: ParallaxProxy,
 }
@@ -86,36 +147,56 @@ pub(super) struct ReflectorMaps {
     /// For every object of the scene.
     maps: Vec<Option<ReflectorCubeMap>>,
     captured_faces: u64,
+    /// Reflectors whose maps are smaller than wanted, and those that share one with others.
+    smaller: u64,
+    shared: u64,
 }
 
 impl ReflectorMaps {
-    /// The maps of some objects. In `rounds` rounds all of one show the maps of the round before; without any there are
+    /// The maps of some objects; where these are many, smaller ones, or some in common. In `rounds` rounds all of one show the maps of the round before; without any there are
     /// none.
     pub(super) fn capture(
-        settings: &ReflectorMapSettings,
+        wanted: &ReflectorMapSettings,
         scene: &Scene,
         reflectors: &[u32],
         rounds: u32,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        let mut maps = Self { maps: vec![None; scene.objects.len()], captured_faces: 0 };
-        let rounds = match settings.source {
+        let mut maps = Self { maps: vec![None; scene.objects.len()], ..Self::default() };
+        let rounds = match wanted.source {
             MapSource::Capture => rounds,
             MapSource::Background => rounds.min(1),
         };
         if rounds == 0 || reflectors.is_empty() {
             return Ok(maps);
         }
-        let stage = Stage::begin(progress, "capturing environment maps", rounds as usize * reflectors.len())?;
+        let limits = CaptureLimits::new(wanted, scene, reflectors.len(), rounds);
+        let groups = match limits.count {
+            count if count < reflectors.len() => grouped(scene, reflectors, count),
+            _ => reflectors.iter().map(|object| vec![*object]).collect(),
+        };
+        let settings = ReflectorMapSettings { size: limits.size, ..*wanted };
+        maps.shared = groups.iter().filter(|group| group.len() > 1).map(|group| group.len() as u64).sum();
+        maps.smaller = if limits.size < wanted.size { reflectors.len() as u64 } else { 0 };
+        let stage = Stage::begin(progress, "capturing environment maps", rounds as usize * groups.len())?;
         for _ in 0..rounds {
             let mut captured = vec![None; scene.objects.len()];
-            for &object in reflectors {
-                captured[object as usize] = Some(maps.map(settings, scene, object)?);
+            for group in &groups {
+                let map = maps.map(&settings, scene, group)?;
+                for &object in group {
+                    captured[object as usize] = Some(map.clone());
+                }
                 stage.advance(1)?;
             }
             maps.maps = captured;
         }
         Ok(maps)
+    }
+
+    /// Adds what is not as it was wanted to a report.
+    pub(super) fn add_fallbacks(&self, report: &mut Report) {
+        report.add_fallback("smaller_environment_maps", self.smaller);
+        report.add_fallback("shared_environment_maps", self.shared);
     }
 
     /// Keeps the maps of some objects alone.
@@ -141,17 +222,26 @@ impl ReflectorMaps {
 
     /// Memory of the cubes.
     pub(super) fn byte_count(&self) -> u64 {
-        self.maps.iter().flatten().filter_map(|map| map.cube.as_ref()).map(CubeMap::byte_count).sum()
+        let mut cubes: Vec<&Arc<CubeMap>> = self.maps.iter().flatten().filter_map(|map| map.cube.as_ref()).collect();
+        cubes.sort_by_key(|cube| Arc::as_ptr(cube));
+        cubes.dedup_by_key(|cube| Arc::as_ptr(cube));
+        cubes.into_iter().map(|cube| cube.byte_count()).sum()
     }
 
-    /// The map of one reflector, with the other reflectors as they look so far.
+    /// The map of a group of reflectors, with the others as they look so far; members that the centre lies in are left
+    /// out.
     fn map(
         &mut self,
         settings: &ReflectorMapSettings,
         scene: &Scene,
-        object: u32,
+        group: &[u32],
     ) -> Result<ReflectorCubeMap, RenderError> {
-        let center = scene.objects[object as usize].bounds.center();
+        let bounds = |object: u32| &scene.objects[object as usize].bounds;
+        let center = match group {
+            [object] => bounds(*object).center(),
+            several => several.iter().map(|object| bounds(*object).center()).sum::<Vec3>() / several.len() as f32,
+        };
+        let is_around = |object: u32| group == [object] || group.contains(&object) && bounds(object).contains(center);
         let proxy = settings.proxy.around(&diffuse_bounds(scene));
         let cube = match settings.source {
             MapSource::Background => None,
@@ -159,14 +249,14 @@ impl ReflectorMaps {
                 let mut pictures = Vec::with_capacity(6);
                 for face in 0..6 {
                     let view = CubeMap::face_view(face, center, settings.size, scene.near());
-                    let list = raster::scene_draw_list(scene, &view, |other| (other != object).then_some(0));
+                    let list = raster::scene_draw_list(scene, &view, |other| (!is_around(other)).then_some(0));
                     let shader = LookupShader { scene, rays: view.rays(), reflectors: &*self };
                     let mut picture = Framebuffer::new(view.width, view.height);
                     raster::draw(&view, settings.capture_samples, &[list], &shader, &mut picture, &Silent)?;
                     pictures.push(picture.pixels);
                 }
                 self.captured_faces += 6;
-                Some(CubeMap::new(settings.size, pictures))
+                Some(Arc::new(CubeMap::new(settings.size, pictures)))
             }
         };
         Ok(ReflectorCubeMap { center, cube, proxy })

@@ -37,6 +37,12 @@ impl Aabb {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    /// Returns true if a point is in the box or on its sides.
+    #[inline]
+    pub fn contains(&self, point: Vec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
     /// Returns true if the box holds no point at all.
     #[inline]
     pub fn is_empty(&self) -> bool {

@@ -146,13 +146,12 @@ impl View {
     /// True if rays of the view may start within a box: the eye is in it, or in orthographic views the plane that rays
     /// start from cuts it.
     pub fn may_start_within(&self, bounds: &Aabb) -> bool {
-        let (low, high) = (bounds.min - self.eye(), bounds.max - self.eye());
         match self.projection {
-            Projection::Perspective { .. } => low.max_element() <= 0.0 && high.min_element() >= 0.0,
+            Projection::Perspective { .. } => bounds.contains(self.eye()),
             Projection::Orthographic { .. } => {
                 let axis = Vec3::from(self.world_from_view.matrix3.z_axis);
-                let depth = ((low + high) * 0.5).dot(axis);
-                depth.abs() <= ((high - low) * 0.5).dot(axis.abs())
+                let depth = (bounds.center() - self.eye()).dot(axis);
+                depth.abs() <= (bounds.size() * 0.5).dot(axis.abs())
             }
         }
     }

@@ -86,6 +86,7 @@ impl PreparedMaps {
         let mut report = Report { stages_ms: vec![("capture", watch.lap_ms())], ..Report::default() };
         report.counts.insert("captured_faces", maps.captured_faces());
         report.bytes.insert("environment_maps", maps.byte_count());
+        maps.add_fallbacks(&mut report);
         Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, maps, report })
     }
 }

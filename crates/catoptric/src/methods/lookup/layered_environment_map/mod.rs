@@ -21,6 +21,7 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
+use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::progress::Progress;
 use crate::raster;
@@ -63,12 +64,18 @@ pub static INFO: MethodInfo = MethodInfo {
 /// measured.
 const MAX_KEPT: usize = 8;
 
+/// Texels a side that textures have at least, unless fewer are wanted: a bound on what is made smaller. Chosen, not
+/// measured.
+const MIN_SIZE: u32 = 64;
+
 struct LayeredEnvironmentMap {
     settings: LayeredEnvironmentMapSettings,
 }
 
 /// The layers of a scene, and those of the viewpoints of the views so far.
 struct PreparedLayers {
+    wanted: LayeredEnvironmentMapSettings,
+    /// Those of the layers that there are.
     settings: LayeredEnvironmentMapSettings,
     scene: Arc<Scene>,
     quality: Quality,
@@ -107,7 +114,7 @@ impl Method for LayeredEnvironmentMap {
 
 impl PreparedLayers {
     fn new(
-        settings: &LayeredEnvironmentMapSettings,
+        wanted: &LayeredEnvironmentMapSettings,
         scene: &Arc<Scene>,
         quality: Quality,
         baked: Option<Arc<dyn Baked>>,
@@ -115,6 +122,7 @@ impl PreparedLayers {
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
+        let settings = &captured_at_once(wanted, scene, baked.is_some(), &mut report);
         let known = LayerGeometry::new(settings, scene, quality.order);
         let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };
         known.check_memory(settings, viewpoints)?;
@@ -139,9 +147,26 @@ impl PreparedLayers {
         }
         report.bytes.insert("layers", projected.iter().flatten().map(Layer::byte_count).sum());
         let of_viewpoints = vec![BTreeMap::new(); known.part_count()];
-        let (settings, scene) = (settings.clone(), scene.clone());
-        Ok(Self { settings, scene, quality, baked, known, projected, of_viewpoints, report })
+        let (wanted, settings, scene) = (wanted.clone(), settings.clone(), scene.clone());
+        Ok(Self { wanted, settings, scene, quality, baked, known, projected, of_viewpoints, report })
     }
+}
+
+/// Settings for layers about a scene's groups that are all captured now: textures are smaller about many of them.
+fn captured_at_once(
+    settings: &LayeredEnvironmentMapSettings,
+    scene: &Scene,
+    is_baked: bool,
+    report: &mut Report,
+) -> LayeredEnvironmentMapSettings {
+    let regions = Regions::of(scene, 0.0);
+    report.add_fallback("joined_groups", regions.joined);
+    let mut settings = settings.clone();
+    if regions.share_of_side() < 1.0 && !is_baked {
+        settings.size = (settings.size / 2).max(MIN_SIZE.min(settings.size));
+        report.add_fallback("groups_with_smaller_layers", regions.boxes.len() as u64);
+    }
+    settings
 }
 
 impl Prepared for PreparedLayers {
@@ -150,7 +175,7 @@ impl Prepared for PreparedLayers {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        *self = Self::new(&self.settings, scene, quality, self.baked.clone(), progress)?;
+        *self = Self::new(&self.wanted, scene, quality, self.baked.clone(), progress)?;
         Ok(())
     }
 

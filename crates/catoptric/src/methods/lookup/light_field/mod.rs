@@ -71,6 +71,10 @@ pub fn views_manifest(settings: &LightFieldSettings, scene: &Scene) -> Result<St
     SlabsWork::for_baking(&settings, scene, Quality { samples: 1, order: 1 })?.manifest()
 }
 
+/// Pixels a side that views have at least, unless fewer are wanted: a bound on what is made smaller. Chosen, not
+/// measured.
+const MIN_UV: u32 = 16;
+
 struct LightField {
     settings: LightFieldSettings,
 }
@@ -200,6 +204,7 @@ impl Fields {
     ) -> Result<(Self, Report), RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
+        let settings = &captured_at_once(settings, scene, baked.is_some(), &mut report);
         let work = SlabsWork::new(settings, scene, quality)?;
         if settings.transfer == Transfer::Stored {
             let (st, uv) = (settings.transfer_st, settings.transfer_uv);
@@ -244,6 +249,7 @@ impl Fields {
         if !others.is_empty() {
             report.fallbacks.insert("reflectors_with_environment_maps", others.len() as u64);
             report.bytes.insert("environment_maps", maps.byte_count());
+            maps.add_fallbacks(&mut report);
         }
         if !regions.is_empty() && baked.is_none() {
             let (st, uv) = (settings.st, settings.uv);
@@ -267,6 +273,24 @@ impl Fields {
         report.counts.insert("regions", self.regions.len() as u64);
         report.bytes.insert("slabs", self.regions.iter().map(|region| region.slabs.byte_count()).sum());
     }
+}
+
+/// Settings for slabs about a scene's regions that are all captured now: views are smaller about many of them.
+fn captured_at_once(
+    settings: &LightFieldSettings,
+    scene: &Scene,
+    is_baked: bool,
+    report: &mut Report,
+) -> LightFieldSettings {
+    let regions = Regions::of(scene, settings.region_margin);
+    report.add_fallback("joined_regions", regions.joined);
+    let share = regions.share_of_side();
+    let mut settings = settings.clone();
+    if share < 1.0 && !is_baked && settings.views.is_empty() {
+        settings.uv = ((settings.uv as f32 * share) as u32).max(MIN_UV.min(settings.uv));
+        report.add_fallback("regions_with_smaller_views", regions.boxes.len() as u64);
+    }
+    settings
 }
 
 impl Inside {

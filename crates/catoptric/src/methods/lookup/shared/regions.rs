@@ -7,9 +7,18 @@ use glam::Vec3;
 /// Boxes are no flatter than this share of their diagonal. Chosen, not measured.
 const MIN_DEPTH: f32 = 0.02;
 
+/// No more regions than this: what is around each is captured. A bound on time and memory; chosen, not measured.
+const MAX_REGIONS: usize = 4;
+
+/// More regions than this are captured with as many texels together, where nothing is baked. A bound on time and memory;
+/// chosen, not measured.
+const MAX_FULL_REGIONS: usize = 2;
+
 /// Boxes of reflectors and lenses, and who is in which.
 pub(crate) struct Regions {
     pub(crate) boxes: Vec<Aabb>,
+    /// Boxes that do not overlap and have become one all the same, because there were too many.
+    pub(crate) joined: u64,
     /// Of every object of the scene.
     pub(crate) region_of: Vec<Option<u32>>,
 }
@@ -17,11 +26,11 @@ pub(crate) struct Regions {
 impl Regions {
     /// The scene's region, with the reflectors and lenses in it; where it has none, a box about each of them, larger
     /// by a
-    /// share of its diagonal, and one about those whose boxes overlap.
+    /// share of its diagonal, and one about those whose boxes overlap, or that are nearest where there are too many.
     pub(crate) fn of(scene: &Scene, margin: f32) -> Self {
         let specular = scene.specular_objects();
-        let boxes = match scene.region {
-            Some(region) => vec![region],
+        let (boxes, joined) = match scene.region {
+            Some(region) => (vec![region], 0),
             None => {
                 let around = |object: &u32| {
                     let bounds = scene.objects[*object as usize].bounds;
@@ -30,7 +39,7 @@ impl Regions {
                     let room = room.max((MIN_DEPTH * bounds.diagonal() - bounds.size()) * 0.5);
                     Aabb { min: bounds.min - room, max: bounds.max + room }
                 };
-                merged(specular.iter().map(around).filter(|bounds| bounds.size().min_element() > 0.0).collect())
+                few(merged(specular.iter().map(around).filter(|bounds| bounds.size().min_element() > 0.0).collect()))
             }
         };
         let mut region_of = vec![None; scene.objects.len()];
@@ -38,7 +47,12 @@ impl Regions {
             let region = boxes.iter().position(|region| is_within(scene, object, region));
             region_of[object as usize] = region.map(|region| region as u32);
         }
-        Self { boxes, region_of }
+        Self { boxes, joined, region_of }
+    }
+
+    /// The share of a side's texels that each region has where all of them are captured at once.
+    pub(crate) fn share_of_side(&self) -> f32 {
+        (MAX_FULL_REGIONS as f32 / self.boxes.len().max(1) as f32).sqrt().min(1.0)
     }
 }
 
@@ -71,6 +85,23 @@ fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
     boxes
 }
 
+/// No more boxes than [`MAX_REGIONS`]: those whose union is smallest become one. The second value counts these.
+fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
+    let mut joined = 0;
+    while boxes.len() > MAX_REGIONS {
+        let pairs = (0..boxes.len()).flat_map(|a| (a + 1..boxes.len()).map(move |b| (a, b)));
+        let size = |&(a, b): &(usize, usize)| boxes[a].union(boxes[b]).diagonal();
+        let Some((a, b)) = pairs.min_by(|one, other| size(one).total_cmp(&size(other))) else { break };
+        boxes[a] = boxes[a].union(boxes.swap_remove(b));
+        joined += 1;
+        // It may reach others now.
+        let before = boxes.len();
+        boxes = merged(boxes);
+        joined += (before - boxes.len()) as u64;
+    }
+    (boxes, joined)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +112,15 @@ mod tests {
         let found = merged(vec![cube(0.0), cube(5.0), cube(1.5), cube(0.8)]);
         assert_eq!(found.len(), 2);
         assert!(found.contains(&Aabb { min: Vec3::ZERO, max: Vec3::new(2.5, 1.0, 1.0) }));
+    }
+
+    #[test]
+    fn the_nearest_of_many_boxes_become_one() {
+        let cube = |x: f32| Aabb { min: Vec3::new(x, 0.0, 0.0), max: Vec3::new(x + 1.0, 1.0, 1.0) };
+        let (found, joined) = few([0.0, 1.5, 10.0, 20.0, 30.0, 32.0].map(cube).to_vec());
+        assert_eq!((found.len(), joined), (4, 2));
+        assert!(found.contains(&cube(0.0).union(cube(1.5))) && found.contains(&cube(30.0).union(cube(32.0))));
+        assert_eq!(few(vec![cube(0.0), cube(3.0)]).1, 0);
     }
 
     #[test]

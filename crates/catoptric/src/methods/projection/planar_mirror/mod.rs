@@ -31,6 +31,10 @@ use planes::Mirrors;
 use project::MirrorProjector;
 use std::sync::Arc;
 
+/// Triangles of all mirrored copies of the scene together: beyond, copies are left out. A bound on time and memory;
+/// chosen, not measured.
+const MAX_TRIANGLES: usize = 16_000_000;
+
 /// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
     id: "planar_mirror",
@@ -133,7 +137,9 @@ impl Frame for MirrorFrame<'_> {
         report.counts.insert("virtual_triangles", lists[1..].iter().map(|list| list.triangles.len() as u64).sum());
         if left_out > 0 {
             report.fallbacks.insert("lists_left_out", left_out);
-            report.warnings.push(format!("{left_out} mirrored copies of the scene are left out; raise max_lists"));
+            report.warnings.push(format!(
+                "{left_out} mirrored copies of the scene are left out; max_lists and the number of triangles limit them"
+            ));
         }
         let shader = PathShader::new(scene, &self.view);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
@@ -156,7 +162,8 @@ impl MirrorFrame<'_> {
     /// The paths of up to `order` mirrors that the view shows, and the number of those beyond `max_lists`.
     fn visible_paths(&self, order: u32) -> (Vec<MirrorPath>, u64) {
         let PreparedMirrors { settings, scene, mirrors, .. } = self.prepared;
-        visible_paths(scene, mirrors, &self.view, order, settings.max_lists as usize)
+        let most = MAX_TRIANGLES / scene.triangles.len().max(1);
+        visible_paths(scene, mirrors, &self.view, order, most.clamp(1, settings.max_lists as usize))
     }
 
     /// The scene as it is seen at the end of a path, in front of its last mirror.

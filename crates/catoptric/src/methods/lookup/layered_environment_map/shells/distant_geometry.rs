@@ -19,6 +19,10 @@ pub(crate) const MAX_LAYERS: usize = 17;
 /// above rounding, not measured.
 const FURTHER: f32 = 1e-5;
 
+/// The same as a share of the scene's diagonal, for surfaces that rays start from: the middle of a flat mirror lies on
+/// it. Chosen well above rounding, not measured.
+const FURTHER_OF_SCENE: f32 = 1e-6;
+
 /// A surface on the way of a ray.
 struct ShellCrossing {
     encounter: SurfaceInteraction,
@@ -48,10 +52,10 @@ impl<'a> DistantGeometry<'a> {
 
     /// All surfaces along a ray, one behind the other, from either side.
     fn all_hits(self, ray: Ray) -> impl Iterator<Item = ShellCrossing> + use<'a> {
-        let mut near = 0.0;
+        let (mut near, least) = (0.0, FURTHER_OF_SCENE * self.scene.bounds.diagonal());
         let all = std::iter::from_fn(move || {
             let hit = self.everything.first_hit(self.scene, &ray, near)?;
-            near = hit.distance() * (1.0 + FURTHER);
+            near = hit.distance() * (1.0 + FURTHER) + least;
             Some(hit)
         });
         let others = all.take(MAX_SURFACES).filter(move |hit| !self.holds(hit.object(self.scene)));
