@@ -1,5 +1,7 @@
-//! All registered methods: pictures of all built-in scenes within limits, degenerate scenes, declarations of settings.
+//! All registered methods: pictures of all built-in scenes within limits, bounded work, degenerate scenes, declarations of
+//! settings.
 
+mod bounded;
 mod cancelling;
 mod degenerate;
 mod matrix;
