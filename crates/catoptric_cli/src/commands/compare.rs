@@ -223,8 +223,17 @@ fn command_line(words: impl Iterator<Item = String>) -> String {
 }
 
 fn summary(args: &CompareArgs, report: &Report) -> String {
-    let header =
-        ["method", "FLIP reflectors", "FLIP picture", "RMSE picture", "px p50", "px p99", "missing", "frame ms"];
+    let header = [
+        "method",
+        "FLIP reflectors",
+        "FLIP picture",
+        "RMSE picture",
+        "px p50",
+        "px p99",
+        "missing",
+        "invented",
+        "frame ms",
+    ];
     let mut rows = vec![header.map(String::from).to_vec()];
     for (entry, measured) in report.measured() {
         let flip = |error: &Option<catoptric::metrics::PictureError>| {
@@ -234,6 +243,9 @@ fn summary(args: &CompareArgs, report: &Report) -> String {
         let pixels = |part: fn(&RoundTripError) -> Option<f64>| {
             projection.as_ref().and_then(part).map_or("none".into(), |error| format!("{error:.4}"))
         };
+        let share = |part: fn(&RoundTripError) -> f64| {
+            projection.as_ref().map(part).map_or("none".into(), |share| format!("{:.2} %", share * 100.0))
+        };
         rows.push(vec![
             entry.label.clone(),
             flip(&measured.error.reflector),
@@ -241,7 +253,8 @@ fn summary(args: &CompareArgs, report: &Report) -> String {
             measured.error.image.map_or("none".into(), |error| format!("{:.5}", error.rmse)),
             pixels(|error| error.p50),
             pixels(|error| error.p99),
-            projection.map_or("none".into(), |error| format!("{:.2} %", error.missing * 100.0)),
+            share(|error| error.missing),
+            share(|error| error.invented),
             format!("{:.1}", measured.stats.frame_ms.median),
         ]);
     }

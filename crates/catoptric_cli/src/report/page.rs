@@ -22,11 +22,12 @@ const PICTURE_COLUMNS: [Column; 2] = [
     ("FLIP mean", |m| m.error.image.map(|e| e.flip_mean), four_digits),
     ("RMSE", |m| m.error.image.map(|e| e.rmse), four_digits),
 ];
-const PROJECTION_COLUMNS: [Column; 4] = [
+const PROJECTION_COLUMNS: [Column; 5] = [
     ("p50", |m| m.error.projection_px.as_ref()?.all.p50, four_digits),
     ("p99", |m| m.error.projection_px.as_ref()?.all.p99, four_digits),
     ("max", |m| m.error.projection_px.as_ref()?.all.max, four_digits),
     ("missing", |m| m.error.projection_px.as_ref().map(|error| error.all.missing), percent),
+    ("invented", |m| m.error.projection_px.as_ref().map(|error| error.all.invented), percent),
 ];
 const TIME_COLUMNS: [Column; 3] = [
     ("a frame", |m| Some(m.stats.frame_ms.median), milliseconds),
@@ -60,7 +61,8 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                         more than 0.1. "
                         "Projection is how far from a pixel's centre the method finds the point that the pixel shows \
                         in a mirror or "
-                        "through glass; missing is the share of points that it does not find. "
+                        "through glass; missing is the share of points that it does not find, invented that of answers "
+                        "where the point does not appear. "
                         "A frame is the median of the frames after the first; the first, a circle in the plot, makes "
                         "what later ones keep. "
                         "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best \
@@ -122,7 +124,7 @@ fn table(report: &Report) -> Markup {
                 }
                 tr {
                     th { "Method" }
-                    th.group { "Speed-up" }
+                    th.group { "Speed-up, first / later" }
                     @for (_, columns) in &groups {
                         @for (index, column) in columns.iter().enumerate() { th.group[index == 0] { (column.0) } }
                     }
@@ -301,9 +303,10 @@ fn dot(index: usize) -> Markup {
     html! { span.dot style={ "--dot:rgb(" (r) " " (g) " " (b) ")" } {} }
 }
 
+/// How many times shorter the first frame and those after it are than the reference's.
 fn speedup(reference_ms: f64, measured: &Measured) -> String {
-    let own = measured.stats.frame_ms.median;
-    if own > 0.0 { format!("{:.2}×", reference_ms / own) } else { "–".into() }
+    let times = |own: f64| if own > 0.0 { format!("{:.2}×", reference_ms / own) } else { "–".into() };
+    format!("{} / {}", times(measured.stats.frame_ms.first), times(measured.stats.frame_ms.median))
 }
 
 fn four_digits(value: f64) -> String {

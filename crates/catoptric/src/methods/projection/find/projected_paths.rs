@@ -5,7 +5,7 @@ use crate::light::tracer::Tracer;
 use crate::methods::path_query::{FoundPath, PathSearch, SearchOutcome};
 use crate::methods::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
 use crate::methods::{Frame, Job};
-use crate::optics::path::bundle::BounceKind;
+use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::{Facing, crossed_medium, medium_after, relative_index};
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, Role, Scene, View};
@@ -23,11 +23,17 @@ const MAX_LAYERS: usize = 8;
 /// by how much the last bounce misses the scene point. Appearances whose ray does not meet the objects of its path
 /// are left out. Single precision: about 1e-6 of the scene's coordinates.
 pub struct ProjectedPaths<'a> {
-    scene: &'a Scene,
-    view: &'a View,
     projector: Box<dyn VertexProjector + 'a>,
     /// Indices of the projector's paths that are wanted.
     wanted: Vec<u32>,
+    follower: PathFollower<'a>,
+}
+
+/// Follows view rays over the objects of paths, whatever else stands in the way.
+pub(crate) struct PathFollower<'a> {
+    scene: &'a Scene,
+    view: &'a View,
+    /// Of each object on the paths, alone.
     tracers: HashMap<u32, Tracer>,
 }
 
@@ -77,14 +83,19 @@ impl<'a> ProjectedPaths<'a> {
         };
         let paths = projector.paths().iter().enumerate();
         let wanted: Vec<u32> = paths.filter(|(_, path)| is_wanted(path)).map(|(index, _)| index as u32).collect();
+        let follower = PathFollower::new(scene, view, wanted.iter().map(|path| &projector.paths()[*path as usize]));
+        Self { projector, wanted, follower }
+    }
+}
+
+impl<'a> PathFollower<'a> {
+    pub(crate) fn new<'b>(scene: &'a Scene, view: &'a View, paths: impl Iterator<Item = &'b SpecularPath>) -> Self {
         let mut tracers = HashMap::new();
-        for path in &wanted {
-            for bounce in &projector.paths()[*path as usize].bounces {
-                let build = || Tracer::build(scene, |object| object == bounce.object);
-                tracers.entry(bounce.object).or_insert_with(build);
-            }
+        for bounce in paths.flat_map(|path| &path.bounces) {
+            let build = || Tracer::build(scene, |object| object == bounce.object);
+            tracers.entry(bounce.object).or_insert_with(build);
         }
-        Self { scene, view, projector, wanted, tracers }
+        Self { scene, view, tracers }
     }
 
     /// The point of an object along a ray: the first, or the one nearest to a distance.
@@ -114,8 +125,15 @@ impl<'a> ProjectedPaths<'a> {
         Some(FollowedBounce { normal: facing.normal, media, outgoing })
     }
 
-    fn completed(&self, projection: &Projection, point: DVec3) -> Option<FoundPath> {
-        let bounces = &self.projector.paths()[projection.path as usize].bounces;
+    /// True if the view ray through an appearance meets the first object of its path: drawing cuts all others.
+    pub(crate) fn begins(&self, bounces: &[Bounce], projection: &Projection) -> bool {
+        let (ray, _) = self.view.ray_with_differential(projection.image_px.x, projection.image_px.y);
+        bounces.first().is_some_and(|bounce| self.point_along(bounce.object, &ray, None).is_some())
+    }
+
+    /// The path of the view ray through an appearance of a point, whose bounces these are; the residual gives by how
+    /// much it misses the point. Returns `None` if the ray does not meet the objects of the path.
+    pub(crate) fn completed(&self, bounces: &[Bounce], projection: &Projection, point: DVec3) -> Option<FoundPath> {
         let (mut ray, change) = self.view.ray_with_differential(projection.image_px.x, projection.image_px.y);
         let mut distance = Some((projection.reflection_point - ray.origin).dot(ray.direction));
         let mut steps = [FollowedBounce::default(); MAX_BOUNCES];
@@ -178,7 +196,11 @@ impl PathSearch for ProjectedPaths<'_> {
             for &path in &self.wanted {
                 self.projector.project_on(path, &[point.as_vec3()], &mut projections);
             }
-            found.extend(projections.all().iter().filter_map(|projection| self.completed(projection, point)));
+            let completed = |projection: &Projection| {
+                let bounces = &self.projector.paths()[projection.path as usize].bounces;
+                self.follower.completed(bounces, projection, point)
+            };
+            found.extend(projections.all().iter().filter_map(completed));
         }
         let own = &mut found[start..];
         own.sort_by(|a, b| a.optical_length.total_cmp(&b.optical_length).then(a.path.cmp(&b.path)));

@@ -6,7 +6,8 @@
 
 use crate::light::path_tracer::{MIN_THROUGHPUT, NearPlane};
 use crate::light::tracer::Tracer;
-use crate::methods::projector::{MAX_BOUNCES, Projections, SpecularPath, VertexProjector};
+use crate::methods::projection::find::projected_paths::PathFollower;
+use crate::methods::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::LightStep;
 use crate::parallel;
@@ -51,11 +52,44 @@ pub struct RoundTripError {
     pub missing: f64,
     /// Number of points asked for.
     pub count: u64,
+    /// The share of answers where the point does not appear: the ray through them, followed over the objects of its
+    /// path, misses these or the point by more than 10 pixels, to first order.
+    pub invented: f64,
+    /// The share of answers that are within a pixel of one before, for the same point on the same path.
+    pub doubled: f64,
+    /// Number of answers in the picture, on the first reflector of their path.
+    pub answers: u64,
+}
+
+/// An answer further off than this is none. Chosen well above the errors of answers that are meant, not measured.
+const INVENTED_PX: f64 = 10.0;
+
+/// Answers nearer to each other than this are one. Chosen, not measured.
+const DOUBLED_PX: f32 = 1.0;
+
+/// What was answered to the questions of one row of pixels, by order.
+#[derive(Clone, Debug, Default)]
+struct Answers {
+    /// Distances in pixels, infinite where nothing was answered.
+    errors: Vec<f32>,
+    count: u64,
+    invented: u64,
+    doubled: u64,
+}
+
+impl Answers {
+    fn add(&mut self, other: &Self) {
+        self.errors.extend_from_slice(&other.errors);
+        self.count += other.count;
+        self.invented += other.invented;
+        self.doubled += other.doubled;
+    }
 }
 
 impl RoundTripError {
-    /// Summarises distances in pixels; those that are not finite were not answered.
-    fn of(mut errors: Vec<f32>) -> Self {
+    /// Summarises answers; distances that are not finite are of points without one.
+    fn of(answers: Answers) -> Self {
+        let Answers { mut errors, count: answer_count, invented, doubled } = answers;
         let count = errors.len();
         errors.retain(|error| error.is_finite());
         errors.sort_by(f32::total_cmp);
@@ -71,6 +105,9 @@ impl RoundTripError {
             max: percentile(1.0),
             missing: (count - errors.len()) as f64 / count.max(1) as f64,
             count: count as u64,
+            invented: invented as f64 / answer_count.max(1) as f64,
+            doubled: doubled as f64 / answer_count.max(1) as f64,
+            answers: answer_count,
         }
     }
 }
@@ -97,29 +134,35 @@ pub fn round_trip(
     // The middle pixel of every square of pixels.
     let places = |length: u32| (every.min(length) / 2..length).step_by(every as usize);
     let (columns, rows): (Vec<u32>, Vec<u32>) = (places(view.width).collect(), places(view.height).collect());
+    let follower = PathFollower::new(scene, view, projector.paths().iter());
     let (rays, near) = (view.rays(), NearPlane::new(view));
     let init = || Walk {
         scene,
         tracer: &tracer,
         tree: &tree,
         projector,
+        follower: &follower,
+        size_px: Vec2::new(view.width as f32, view.height as f32),
         max_order: options.order.min(MAX_BOUNCES as u32),
         waiting: Vec::new(),
         found: Projections::default(),
-        errors: Default::default(),
+        answers: Default::default(),
     };
-    let errors = parallel::map_init_stage(progress, "round trip", rows.len(), init, |walk, row| {
+    let rows = parallel::map_init_stage(progress, "round trip", rows.len(), init, |walk, row| {
         for &column in &columns {
             let pixel = Vec2::new(column as f32 + 0.5, rows[row] as f32 + 0.5);
             let ray = rays.ray(pixel.x, pixel.y);
             walk.follow(ray, near.distance(&ray), pixel);
         }
-        std::mem::take(&mut walk.errors)
+        std::mem::take(&mut walk.answers)
     })?;
-    let order = |index: usize| errors.iter().flat_map(|row| &row[index]).copied().collect::<Vec<f32>>();
-    let orders: Vec<Vec<f32>> = (0..options.order.min(MAX_BOUNCES as u32) as usize).map(order).collect();
-    let all = RoundTripError::of(orders.concat());
-    Ok(RoundTrip { all, orders: orders.into_iter().map(RoundTripError::of).collect() })
+    let (mut all, mut orders) =
+        (Answers::default(), vec![Answers::default(); options.order.min(MAX_BOUNCES as u32) as usize]);
+    for (index, order) in orders.iter_mut().enumerate() {
+        rows.iter().for_each(|row| order.add(&row[index]));
+        all.add(order);
+    }
+    Ok(RoundTrip { all: RoundTripError::of(all), orders: orders.into_iter().map(RoundTripError::of).collect() })
 }
 
 /// The projector's paths by their bounces.
@@ -171,8 +214,10 @@ struct Walk<'a> {
     max_order: u32,
     waiting: Vec<TripSegment>,
     found: Projections,
-    /// Distances in pixels by order, infinite where nothing was answered.
-    errors: [Vec<f32>; MAX_BOUNCES],
+    follower: &'a PathFollower<'a>,
+    size_px: Vec2,
+    /// By order.
+    answers: [Answers; MAX_BOUNCES],
 }
 
 impl Walk<'_> {
@@ -196,9 +241,24 @@ impl Walk<'_> {
         if let Some(path) = segment.node.and_then(|node| self.tree.paths[node as usize]) {
             self.projector.project_on(path, &[point], &mut self.found);
         }
-        let distances = self.found.all().iter().map(|projection| projection.image_px.distance(pixel));
+        let found = self.found.all();
+        let distances = found.iter().map(|projection| projection.image_px.distance(pixel));
         let nearest = distances.filter(|distance| distance.is_finite()).fold(f32::INFINITY, f32::min);
-        self.errors[segment.order as usize - 1].push(nearest);
+        let answers = &mut self.answers[segment.order as usize - 1];
+        answers.errors.push(nearest);
+        for (index, one) in found.iter().enumerate() {
+            let bounces = &self.projector.paths()[one.path as usize].bounces;
+            let is_inside = one.image_px.clamp(Vec2::ZERO, self.size_px) == one.image_px;
+            if !is_inside || !self.follower.begins(bounces, one) {
+                continue;
+            }
+            answers.count += 1;
+            if !is_of_point(self.follower, bounces, one, point) {
+                answers.invented += 1;
+            } else if found[..index].iter().any(|before| before.image_px.distance(one.image_px) < DOUBLED_PX) {
+                answers.doubled += 1;
+            }
+        }
     }
 
     /// Paths that go on at a reflector or lens.
@@ -216,6 +276,15 @@ impl Walk<'_> {
             }
         }
     }
+}
+
+/// True if the ray through an answer leads to the point, or near it.
+fn is_of_point(follower: &PathFollower<'_>, bounces: &[Bounce], one: &Projection, point: Vec3) -> bool {
+    let Some(path) = follower.completed(bounces, one, point.as_dvec3()) else { return false };
+    // The residual is about the angle by which the last ray misses the point.
+    let miss = path.residual * path.bounce_points[bounces.len() - 1].distance(point.as_dvec3());
+    let pixels = one.image_change[0].length().hypot(one.image_change[1].length());
+    miss * f64::from(pixels) <= INVENTED_PX
 }
 
 #[cfg(test)]
@@ -243,6 +312,45 @@ mod tests {
         assert_eq!(found.all.count, found.orders.iter().map(|order| order.count).sum::<u64>());
         assert!(found.all.p99.unwrap() < 5e-3 && found.all.max.unwrap() < 0.05, "{found:?}");
         assert!(found.all.missing < 1e-3, "{found:?}");
+        assert!(
+            found.all.answers >= found.all.count && found.all.invented == 0.0 && found.all.doubled == 0.0,
+            "{found:?}"
+        );
+    }
+
+    /// Answers every question with the truth, once more, and with a place far from it.
+    struct Liar<'a>(Box<dyn VertexProjector + 'a>);
+
+    impl VertexProjector for Liar<'_> {
+        fn paths(&self) -> &[SpecularPath] {
+            self.0.paths()
+        }
+
+        fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
+            let mut true_ones = Projections::default();
+            self.0.project_on(path, points, &mut true_ones);
+            found.extend(points, |point, answers| {
+                let index = points.iter().position(|other| *other == point).unwrap();
+                for one in true_ones.of(index) {
+                    let far = one.image_px + Vec2::new(0.0, if one.image_px.y < 60.0 { 15.0 } else { -15.0 });
+                    answers.extend([*one, *one, Projection { image_px: far, ..*one }]);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn answers_that_are_invented_or_given_twice_are_counted() {
+        let scene = Arc::new(builtin::parse("planar_mirror").unwrap().pose(&Default::default()).unwrap());
+        let view = scene.default_view(160, 120);
+        let method = methods::create("planar_mirror", &Default::default()).unwrap();
+        let mut prepared = method.prepare(&scene, Quality { samples: 1, order: 1 }, None, &Silent).unwrap();
+        let frame = prepared.frame(&view, &Silent).unwrap();
+        let liar = Liar(frame.projector().unwrap());
+        let found = round_trip(&scene, &view, &liar, RoundTripOptions { order: 1, every: 3 }, &Silent).unwrap().all;
+        // Some of the far ones are beside the mirrors.
+        assert!((0.28..0.334).contains(&found.invented) && (0.333..0.36).contains(&found.doubled), "{found:?}");
+        assert!(found.missing < 1e-3 && found.p99.unwrap() < 5e-3, "{found:?}");
     }
 
     #[test]
@@ -255,10 +363,11 @@ mod tests {
 
     #[test]
     fn percentiles_are_values_that_were_measured() {
-        let error = RoundTripError::of((1..=200).rev().map(|value| value as f32).collect());
+        let of = |errors: Vec<f32>| RoundTripError::of(Answers { errors, ..Answers::default() });
+        let error = of((1..=200).rev().map(|value| value as f32).collect());
         assert_eq!((error.p50, error.p95), (Some(100.0), Some(190.0)));
         assert_eq!((error.p99, error.max, error.missing, error.count), (Some(198.0), Some(200.0), 0.0, 200));
-        let half = RoundTripError::of(vec![f32::INFINITY, 2.0]);
+        let half = of(vec![f32::INFINITY, 2.0]);
         assert_eq!((half.p50, half.missing), (Some(2.0), 0.5));
     }
 }
