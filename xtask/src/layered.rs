@@ -25,6 +25,9 @@ const QUALITY: Quality = Quality { samples: 8, order: 6 };
 
 const TRUTH: (&str, &str) = ("reference", "paths = \"two_path\"");
 
+/// What methods without the paper's model of two paths draw.
+const TREE: (&str, &str) = ("reference", "");
+
 /// The settings of the paper's sizes.
 const INFERRED: &str = "textures = \"inferred\"";
 
@@ -98,13 +101,16 @@ fn table() -> Result<()> {
     let mut frames = Vec::new();
     for (_, turn, lift) in views {
         let view = view(&scene, [480, 360], turn, lift)?;
-        let truth = draw_with(&scene, &view, TRUTH)?.picture;
-        frames.push((view, truth));
+        let truths = [TRUTH, TREE].map(|way| draw_with(&scene, &view, way).map(|drawn| drawn.picture));
+        let [two_path, tree] = truths;
+        frames.push((view, two_path?, tree?));
     }
     for (name, id, settings) in ways {
         let mut session = Session::new(id, &settings, &scene, QUALITY)?;
         let mut line = format!("| {name} |");
-        for (view, truth) in &frames {
+        for (view, two_path, tree) in &frames {
+            // Each against the model that it draws.
+            let truth = if id == layered { two_path } else { tree };
             let found = session.draw(view)?.picture;
             line += &format!(" {:.3} |", flip(&scene, view, &found, truth)?);
         }

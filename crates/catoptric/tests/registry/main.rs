@@ -1,8 +1,9 @@
-//! All registered methods: pictures of all built-in scenes within limits, bounded work, degenerate scenes, declarations of
-//! settings.
+//! All registered methods: pictures of all built-in scenes within limits, bounded work, frames that do not pop, degenerate
+//! scenes, declarations of settings.
 
 mod bounded;
 mod cancelling;
 mod degenerate;
 mod matrix;
+mod popping;
 mod settings;

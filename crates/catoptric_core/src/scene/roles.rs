@@ -19,7 +19,9 @@ impl NamePattern {
     }
 
     fn matches(&self, node: &str, material: &str) -> bool {
-        let is_match = |name: &str| !name.is_empty() && self.matcher.is_match(name);
+        // What has no name at all is still among everything.
+        let has_name = !(node.is_empty() && material.is_empty());
+        let is_match = |name: &str| !(has_name && name.is_empty()) && self.matcher.is_match(name);
         node == self.text || material == self.text || is_match(node) || is_match(material)
     }
 }
@@ -198,6 +200,9 @@ impl<'a> MaterialRules<'a> {
         names.retain(|name| !name.is_empty());
         names.sort_unstable();
         names.dedup();
+        if names.is_empty() {
+            return "none with a name; `*` is all of them".into();
+        }
         let mut known = names[..names.len().min(40)].join(", ");
         if names.len() > 40 {
             known.push_str(", ...");
@@ -215,6 +220,8 @@ mod tests {
         let rule = RoleRule::parse_lens("Glass*:1.7").unwrap();
         assert!(rule.matches("GlassBall", "") && rule.matches("", "Glass") && !rule.matches("Ball", ""));
         assert_eq!(rule.apply(&Material::default()).ior, 1.7);
+        let all = RoleRule::new("*", Role::Reflector, None).unwrap();
+        assert!(all.matches("", "") && all.matches("", "Glass") && !rule.matches("", ""));
         let literal = RoleRule::new("a[1", Role::Reflector, None).unwrap();
         assert!(literal.matches("a[1", ""));
         assert!(RoleRule::parse_lens("x:99").is_err());
