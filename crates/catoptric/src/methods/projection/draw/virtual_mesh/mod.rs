@@ -244,7 +244,7 @@ const MIN_POINTS: u64 = 8;
 /// Work that every triangle counts as: it is looked at, however little there is to do.
 const WORK_A_TRIANGLE: u64 = 2;
 
-/// Makes the virtual mesh of an object on one path, as [`VirtualObject::steps`] of a stage, with about as much work as is
+/// Makes the virtual mesh of an object on one path, as its `steps` of a stage, with about as much work as is
 /// `allowed`: what is left then is drawn coarser, and counted.
 ///
 /// # Errors
