@@ -34,6 +34,22 @@ impl MeshShape<'_> {
         self.is_closed() && self.bulges_outwards() && self.hangs_together()
     }
 
+    /// True if it is closed and its normals point into what it encloses, as in files whose triangles are wound the other
+    /// way round.
+    pub fn is_inside_out(&self) -> bool {
+        if !self.is_closed() {
+            return false;
+        }
+        let from = self.proper().next().map_or(Vec3::ZERO, |(_, [a, ..])| a).as_dvec3();
+        let volume = |(index, triangle): (usize, [Vec3; 3])| {
+            let [a, b, c] = triangle.map(|corner| corner.as_dvec3() - from);
+            let outer: Vec3 = self.triangles[index].iter().map(|vertex| self.normals[*vertex as usize]).sum();
+            let volume = a.dot(b.cross(c));
+            if (b - a).cross(c - a).dot(outer.as_dvec3()) < 0.0 { -volume } else { volume }
+        };
+        self.proper().map(volume).sum::<f64>() < 0.0
+    }
+
     /// The triangles that have an area.
     fn proper(&self) -> impl Iterator<Item = (usize, [Vec3; 3])> {
         let corners = |triangle: &[u32; 3]| triangle.map(|vertex| self.positions[vertex as usize]);

@@ -4,7 +4,7 @@ use super::extrusion::Extrusion;
 use super::facets::normal_errors;
 use super::piece::CORNERS;
 use crate::optics::path::manifold::{ManifoldVertex, welded_vertices};
-use crate::scene::Scene;
+use crate::scene::{Role, Scene};
 use crate::surface::mesh::adjacency::{NO_NEIGHBOUR, neighbours};
 use crate::surface::mesh::convexity::MeshShape;
 use crate::surface::mesh::weld::WeldedVertices;
@@ -43,6 +43,9 @@ pub(crate) struct ReflectorMesh {
     pub(super) piece_count: u32,
     /// True if it has no border.
     pub(crate) closed: bool,
+    /// True if it is a closed mirror whose normals point inwards: its side that is seen from without is the inner one by
+    /// these.
+    pub(crate) inside_out: bool,
     /// True if it is closed, of one piece, and bulges nowhere inwards: its outer side hides nothing of itself.
     pub(crate) convex: bool,
     /// True if it reflects on its inner side alone.
@@ -112,6 +115,7 @@ impl ReflectorMesh {
             pieces: Vec::new(),
             piece_count: 1,
             closed: false,
+            inside_out: false,
             convex: false,
             inside_only: object.inside,
             extrusion: None,
@@ -122,6 +126,7 @@ impl ReflectorMesh {
         mesh.neighbours = neighbours(&mesh.triangles, |vertex| vertex);
         mesh.normal_errors = normal_errors(&mesh);
         mesh.closed = mesh.shape().is_closed();
+        mesh.inside_out = scene.role_of(index) == Role::Reflector && mesh.shape().is_inside_out();
         mesh.extrusion = Extrusion::new(&mesh);
         (mesh.pieces, mesh.piece_count) = mesh.divided_at_creases();
         mesh.convex = mesh.shape().is_convex();

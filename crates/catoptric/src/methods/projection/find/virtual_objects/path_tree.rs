@@ -200,7 +200,7 @@ impl<L: Locator> PathTree<L> {
                     // do mirrors around the eye.
                     let possible = match (mesh.inside_only, mesh.closed, *inside) {
                         (true, ..) => side < 0.0,
-                        (_, true, false) => side > 0.0 || (from_within && !lens),
+                        (_, true, false) => (side > 0.0) != mesh.inside_out || (from_within && !lens),
                         (_, true, true) => side < 0.0,
                         (_, false, inside) => !lens || (side < 0.0) == inside,
                     };
