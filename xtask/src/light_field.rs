@@ -1,12 +1,14 @@
 //! The light field's figures and tables (Yu, Yang, McMillan 2005), for docs/figures-light-field.md.
 
-use crate::light_field_library::{coordinates, scenes, slab_choice};
+mod library;
+
 use crate::panels::{below, beside, cut, save_small};
 use crate::program::{catoptric, compare};
 use crate::stage::print;
 use crate::{program, root, run};
 use anyhow::{Context, Result};
 use image::RgbImage;
+use library::{coordinates, scenes, slab_choice};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

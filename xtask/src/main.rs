@@ -4,7 +4,6 @@ mod cameras;
 mod first_frames;
 mod layered;
 mod light_field;
-mod light_field_library;
 mod new_method;
 mod panels;
 mod perturbation;

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 const LAYERS: [&[&str]; 8] = [
     &["clock", "progress"],
     &["error", "framebuffer", "parallel"],
-    &["math", "picture"],
-    &["surface"],
+    &["math", "output"],
+    &["picture", "surface"],
     &["scene"],
     &["optics"],
     &["light", "metrics", "raster"],

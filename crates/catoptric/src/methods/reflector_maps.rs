@@ -153,8 +153,8 @@ pub(super) struct ReflectorMaps {
 }
 
 impl ReflectorMaps {
-    /// The maps of some objects; where these are many, smaller ones, or some in common. In `rounds` rounds all of one show the maps of the round before; without any there are
-    /// none.
+    /// The maps of some objects; where these are many, smaller ones, or some in common. In `rounds` rounds all of one
+    /// show the maps of the round before; without any there are none.
     pub(super) fn capture(
         wanted: &ReflectorMapSettings,
         scene: &Scene,

@@ -1,5 +1,5 @@
-//! All registered methods: pictures of all built-in scenes within limits, bounded work, frames that do not pop, degenerate
-//! scenes, declarations of settings.
+//! All registered methods: pictures of all built-in scenes within limits, bounded work, frames that do not pop,
+//! degenerate scenes, declarations of settings.
 
 mod bounded;
 mod cancelling;

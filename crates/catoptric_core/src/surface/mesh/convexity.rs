@@ -34,8 +34,8 @@ impl MeshShape<'_> {
         self.is_closed() && self.bulges_outwards() && self.hangs_together()
     }
 
-    /// True if it is closed and its normals point into what it encloses, as in files whose triangles are wound the other
-    /// way round.
+    /// True if it is closed and its normals point into what it encloses, as in files whose triangles are wound the
+    /// other way round.
     pub fn is_inside_out(&self) -> bool {
         if !self.is_closed() {
             return false;

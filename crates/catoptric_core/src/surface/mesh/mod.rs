@@ -1,4 +1,5 @@
-//! Triangle meshes as geometry alone: vertices that are one point, triangles that are neighbours, connected parts, convex bodies.
+//! Triangle meshes as geometry alone: vertices that are one point, triangles that are neighbours, connected parts,
+//! convex bodies.
 
 pub mod adjacency;
 pub mod convexity;

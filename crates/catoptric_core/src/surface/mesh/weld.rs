@@ -14,9 +14,9 @@ pub enum NormalRule {
     Within(f64),
 }
 
-/// Positions of one object that are no further apart than this share of its box's diagonal are one: exporters round, and
-/// compute both sides of a seam by different formulas (a turn's sine is not 0). Ten times what six decimals of a unit
-/// object are off by.
+/// Positions of one object that are no further apart than this share of its box's diagonal are one: exporters round,
+/// and compute both sides of a seam by different formulas (a turn's sine is not 0). Ten times what six decimals of a
+/// unit object are off by.
 const SAME_POSITION: f32 = 1e-5;
 
 /// The same as a share of the median length of edges: a vertex far off makes the box large, not the mesh coarse.

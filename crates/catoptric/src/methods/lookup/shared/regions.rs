@@ -10,8 +10,8 @@ const MIN_DEPTH: f32 = 0.02;
 /// No more regions than this: what is around each is captured. A bound on time and memory; chosen, not measured.
 const MAX_REGIONS: usize = 4;
 
-/// More regions than this are captured with as many texels together, where nothing is baked. A bound on time and memory;
-/// chosen, not measured.
+/// More regions than this are captured with as many texels together, where nothing is baked. A bound on time and
+/// memory; chosen, not measured.
 const MAX_FULL_REGIONS: usize = 2;
 
 /// Boxes of reflectors and lenses, and who is in which.

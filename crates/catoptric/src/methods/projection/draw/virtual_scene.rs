@@ -31,8 +31,8 @@ const OWN_TRANSMITTED: f32 = 0.002;
 /// coarser, and counted. Chosen, not measured.
 const FRAME_WORK: u64 = 60_000_000;
 
-/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be off
-/// by this many times what others may be. Chosen, not measured.
+/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
+/// off by this many times what others may be. Chosen, not measured.
 const BLACK: f32 = 2.0;
 
 /// Objects on a path may first take this many times an even share of what is there for those of their kind: most need

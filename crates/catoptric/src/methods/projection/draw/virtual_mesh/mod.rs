@@ -227,8 +227,8 @@ const MAX_APPEARANCES: usize = 8;
 /// Triangles that are worked on at once. A size for threads; chosen, not measured.
 const TRIANGLES_AT_ONCE: usize = 8;
 
-/// Triangles are worked on again, because of what was found in their neighbours, or with what work the others have left,
-/// at most this often. A bound on time; chosen, not measured.
+/// Triangles are worked on again, because of what was found in their neighbours, or with what work the others have
+/// left, at most this often. A bound on time; chosen, not measured.
 const MAX_ROUNDS: usize = 6;
 
 /// In the first round triangles may take this many times an even share of the work: most need next to nothing. Chosen,
@@ -274,7 +274,8 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
     let mut limit = FIRST_SHARES * allowed.saturating_sub(mesh.work) / wanted.len().max(1) as u64;
     for round in 0..MAX_ROUNDS {
-        // With the work of a point or two next to nothing is divided: rather some triangles well than all of them badly.
+        // With the work of a point or two next to nothing is divided: rather some triangles well than all of them
+        // badly.
         limit = if limit < DIVIDING_POINTS * mean_work { 0 } else { limit };
         let chunks: Vec<&[u32]> = wanted.chunks(TRIANGLES_AT_ONCE).collect();
         let divided = parallel::map_within(stage, chunks.len(), |chunk| {

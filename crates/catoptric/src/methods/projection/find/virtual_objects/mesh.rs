@@ -43,8 +43,8 @@ pub(crate) struct ReflectorMesh {
     pub(super) piece_count: u32,
     /// True if it has no border.
     pub(crate) closed: bool,
-    /// True if it is a closed mirror whose normals point inwards: its side that is seen from without is the inner one by
-    /// these.
+    /// True if it is a closed mirror whose normals point inwards: its side that is seen from without is the inner one
+    /// by these.
     pub(crate) inside_out: bool,
     /// True if it is closed, of one piece, and bulges nowhere inwards: its outer side hides nothing of itself.
     pub(crate) convex: bool,

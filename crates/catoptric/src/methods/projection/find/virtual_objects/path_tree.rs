@@ -240,8 +240,8 @@ impl<L: Locator> PathTree<L> {
         Ok(())
     }
 
-    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet. Returns `None`
-    /// if that takes more work than is left.
+    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet. Returns
+    /// `None` if that takes more work than is left.
     fn arrivals(
         &mut self,
         meshes: &[ReflectorMesh],
@@ -269,8 +269,8 @@ impl<L: Locator> PathTree<L> {
         Ok(Some((finer, arrivals)))
     }
 
-    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch. Returns `None` if that takes
-    /// more than a half of the work that is left.
+    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch. Returns `None` if that
+    /// takes more than a half of the work that is left.
     fn level_rays(
         &mut self,
         meshes: &[ReflectorMesh],
