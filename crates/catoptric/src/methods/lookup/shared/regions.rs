@@ -70,7 +70,6 @@ fn rounding(bounds: &Aabb) -> f32 {
 
 /// Boxes that do not overlap, about those that do.
 fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
-    let overlap = |a: &Aabb, b: &Aabb| a.min.cmple(b.max).all() && b.min.cmple(a.max).all();
     let mut index = 0;
     while index < boxes.len() {
         match (index + 1..boxes.len()).find(|other| overlap(&boxes[index], &boxes[*other])) {
@@ -85,21 +84,48 @@ fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
     boxes
 }
 
-/// No more boxes than [`MAX_REGIONS`]: those whose union is smallest become one. The second value counts these.
+/// No more boxes than [`MAX_REGIONS`], of such that do not overlap: those whose union is smallest become one, with all
+/// that it reaches. The second value counts the boxes that others take in. Takes time with the square of their number.
 fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
+    let mut left: Vec<bool> = vec![true; boxes.len()];
+    // For each the size of the smallest union, and with which.
+    let nearest = |boxes: &[Aabb], left: &[bool], one: usize| -> (f32, usize) {
+        let others = (0..boxes.len()).filter(|&other| other != one && left[other]);
+        let unions = others.map(|other| (boxes[one].union(boxes[other]).diagonal(), other));
+        unions.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f32::INFINITY, one))
+    };
+    let mut count = boxes.len();
     let mut joined = 0;
-    while boxes.len() > MAX_REGIONS {
-        let pairs = (0..boxes.len()).flat_map(|a| (a + 1..boxes.len()).map(move |b| (a, b)));
-        let size = |&(a, b): &(usize, usize)| boxes[a].union(boxes[b]).diagonal();
-        let Some((a, b)) = pairs.min_by(|one, other| size(one).total_cmp(&size(other))) else { break };
-        boxes[a] = boxes[a].union(boxes.swap_remove(b));
-        joined += 1;
-        // It may reach others now.
-        let before = boxes.len();
-        boxes = merged(boxes);
-        joined += (before - boxes.len()) as u64;
+    let mut near: Vec<(f32, usize)> = Vec::new();
+    while count > MAX_REGIONS {
+        if near.is_empty() {
+            near = (0..boxes.len()).map(|one| nearest(&boxes, &left, one)).collect();
+        }
+        let smallest = (0..boxes.len()).filter(|one| left[*one]).min_by(|a, b| near[*a].0.total_cmp(&near[*b].0));
+        let Some(one) = smallest else { break };
+        let mut next = Some(near[one].1);
+        while let Some(other) = next {
+            boxes[one] = boxes[one].union(boxes[other]);
+            left[other] = false;
+            (count, joined) = (count - 1, joined + 1);
+            // It may reach others now.
+            next = (0..boxes.len()).find(|&other| other != one && left[other] && overlap(&boxes[one], &boxes[other]));
+        }
+        for other in (0..boxes.len()).filter(|&other| left[other]).collect::<Vec<_>>() {
+            let union = boxes[one].union(boxes[other]).diagonal();
+            if other == one || near[other].1 == one || !left[near[other].1] {
+                near[other] = nearest(&boxes, &left, other);
+            } else if union < near[other].0 {
+                near[other] = (union, one);
+            }
+        }
     }
-    (boxes, joined)
+    let kept = boxes.into_iter().zip(left).filter_map(|(bounds, left)| left.then_some(bounds));
+    (kept.collect(), joined)
+}
+
+fn overlap(a: &Aabb, b: &Aabb) -> bool {
+    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
 #[cfg(test)]
@@ -121,6 +147,22 @@ mod tests {
         assert_eq!((found.len(), joined), (4, 2));
         assert!(found.contains(&cube(0.0).union(cube(1.5))) && found.contains(&cube(30.0).union(cube(32.0))));
         assert_eq!(few(vec![cube(0.0), cube(3.0)]).1, 0);
+    }
+
+    #[test]
+    fn many_boxes_become_few_that_hold_them_all_and_do_not_overlap() {
+        let mut random = crate::math::random::Stream::new(5);
+        let mut cube = || {
+            let min = Vec3::from([0; 3].map(|_| random.next_between(-9.0, 9.0)));
+            Aabb { min, max: min + 0.1 }
+        };
+        let all: Vec<Aabb> = (0..2000).map(|_| cube()).collect();
+        let apart = merged(all.clone());
+        let (found, joined) = few(apart.clone());
+        assert!(found.len() <= MAX_REGIONS && joined as usize == apart.len() - found.len(), "{found:?}");
+        assert_eq!(merged(found.clone()).len(), found.len());
+        let holds = |region: &Aabb, one: &Aabb| region.contains(one.min) && region.contains(one.max);
+        assert!(all.iter().all(|one| found.iter().any(|region| holds(region, one))));
     }
 
     #[test]

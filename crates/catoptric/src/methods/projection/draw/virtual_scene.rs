@@ -327,13 +327,13 @@ impl VirtualScene {
         for (path, sequence) in projector.paths().iter().enumerate() {
             let Some(last) = sequence.bounces.last() else { continue };
             for (index, object) in scene.objects.iter().enumerate() {
-                let convex = match &object.surface {
+                let is_convex = || match &object.surface {
                     Some(surface) => surface.is_convex(),
                     None => self.topologies.is_convex(index as u32),
                 };
-                let own = last.object == index as u32;
-                let from_without = !object.inside && !job.view.may_start_within(&object.bounds);
-                if own && convex && last.kind == BounceKind::Reflect && from_without {
+                let from_without = || !object.inside && !job.view.may_start_within(&object.bounds);
+                let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
+                if own && is_convex() && from_without() {
                     continue; // rays that leave a convex mirror never come back
                 }
                 pairs.push((path as u32, index as u32));
