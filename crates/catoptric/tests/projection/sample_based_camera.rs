@@ -62,6 +62,23 @@ fn pinholes_of_the_paper_keep_their_accuracy_too() {
 }
 
 #[test]
+fn pinholes_that_are_split_to_the_end_are_more_and_end_where_rays_cross_everywhere() {
+    let ball = scene("sphere_room?surface=analytic&tess=8");
+    let stops = ["1", "1.5", "2"];
+    let leaves = stops.map(|stop| count(&ball, &format!("camera = 'pinhole'\nmax_shared = {stop}"), "leaves"));
+    assert!(leaves[0] < leaves[1] && leaves[1] < leaves[2], "{leaves:?}");
+    // Normals of a mesh that bend from triangle to triangle: the paper's rule alone would not end here, nor on the ball.
+    let teapot = scene("teapot?tess=4");
+    let rays = |scene: &Scene, stop: &str, what: &str| count(scene, &format!("preset = 'faithful'\n{stop}"), what);
+    for scene in [&ball, &teapot] {
+        let (kept, listed) = (rays(scene, "", "ray_map_rays"), rays(scene, "", "rays_in_lists"));
+        assert!(listed > rays(scene, "max_shared = 1.5", "rays_in_lists"), "{listed} of {kept}");
+        // No level of splits may hold more rays than all splits may share out.
+        assert!(listed <= 48 * kept, "{listed} of {kept}");
+    }
+}
+
+#[test]
 fn finer_rays_are_traced_where_those_of_the_map_are_too_few() {
     // A map of a dozen rays across the ball; and a neck, whose rays cross.
     for (name, settings) in [("sphere_room?surface=analytic&tess=24", "downsampling = 8"), ("vase?tess=32", "")] {

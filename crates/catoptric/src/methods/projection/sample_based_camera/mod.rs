@@ -109,10 +109,11 @@ fn describe<'a>(grids: impl Iterator<Item = (&'a RayGrid, &'a [Cameras])> + Clon
     report.counts.insert("leaves", sum(|counts| counts.leaves));
     report.counts.insert("ray_lists", sum(|counts| counts.ray_lists));
     report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
-    let unrefined = sum(|counts| counts.unrefined_blocks);
-    if unrefined > 0 {
-        report.fallbacks.insert("unrefined_blocks", unrefined);
-    }
+    let left = [
+        ("unrefined_blocks", sum(|counts| counts.unrefined_blocks)),
+        ("unsplit_lists", sum(|counts| counts.unsplit_lists)),
+    ];
+    report.fallbacks.extend(left.into_iter().filter(|(_, count)| *count > 0));
     report.counts.insert("pieces", groups().map(|group| u64::from(group.piece_count)).sum());
     report.bytes.insert("cameras", sum(|counts| counts.bytes));
 }
@@ -154,8 +155,9 @@ impl MeshProjection for SampleBasedCamera {
         let sampler = RaySampler::new(&specular, &field, self.0.downsampling as f32, &mapped);
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
-        let SampleBasedCameraSettings { camera, accuracy_px, finest_ray_px, .. } = self.0;
-        let demand = CameraDemand { camera, accuracy_px: accuracy_px.into(), finest_ray_px, traced_a_ray: 0 };
+        let SampleBasedCameraSettings { camera, accuracy_px, max_shared, finest_ray_px, .. } = self.0;
+        let accuracy_px = accuracy_px.into();
+        let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
         let bounds = scene.bounds;
         let cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, stages.progress)?;
         stages.report.counts.insert("rays_traced", grid.traced);

@@ -36,6 +36,9 @@ declare_settings! {
         camera: CameraKind = CameraKind::RayBundle;
         /// The largest error of a leaf at the points of its rays.
         accuracy_px: f32 = 0.1, range(0.01, 100.0), unit("pixels");
+        /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays; 2: the
+        /// paper's rule.
+        max_shared: f32 = 1.5, range(1.0, 2.0);
         /// Spacing of the rays of the map.
         downsampling: u32 = 2, range(1.0, 64.0), unit("pixels");
         /// Where no camera is accurate, rays between those of the map are traced, down to this spacing; 1000: none.
@@ -79,7 +82,9 @@ impl SampleBasedCameraSettings {
             },
             Preset::Balanced => balanced,
             Preset::Exact => Self { polish: 8, ..balanced },
-            Preset::Faithful => Self { camera: CameraKind::Pinhole, accuracy_px: 1.0, edge_error_px: 0.5, ..balanced },
+            Preset::Faithful => {
+                Self { camera: CameraKind::Pinhole, accuracy_px: 1.0, max_shared: 2.0, edge_error_px: 0.5, ..balanced }
+            }
         }
     }
 }

@@ -12,9 +12,9 @@ use crate::parallel;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;
 
-/// A split whose sides together have more than this many times its rays is none: four by four rays are still split.
-/// Chosen, not measured.
-const MAX_SHARED: f64 = 1.5;
+/// A tree's splits look at no more than this many times its rays: a balanced tree of a hundred thousand rays has 17
+/// levels, and some rays are on both sides. Chosen, not measured.
+const MAX_LEVELS: f64 = 48.0;
 
 /// The trees of one path: one for each connected region of rays.
 #[derive(Clone, Debug, Default)]
@@ -28,12 +28,14 @@ pub(in super::super) struct PinholeTrees {
     beams: BeamTree,
     lists: u64,
     listed_rays: u64,
+    /// Lists that could have been split further.
+    unsplit: u64,
 }
 
 /// A tree as it is built.
 enum BspBranch {
     Camera(Box<PinholeLeaf>),
-    List(Vec<u32>),
+    List { rays: Vec<u32>, unsplit: bool },
     Split { normal: Vec3, offset: f32, children: Box<[BspBranch; 2]> },
 }
 
@@ -43,7 +45,10 @@ impl CameraBuilder<'_> {
         let group = self.group;
         let heads: Vec<f32> = group.rays.iter().map(|ray| self.head(ray) as f32).collect();
         let pieces = self.pieces();
-        let branches = parallel::map_collect(pieces.len(), |piece| self.branch(&pieces[piece], &heads));
+        let branches = parallel::map_collect(pieces.len(), |piece| {
+            let rays = &pieces[piece];
+            self.branch(rays, &heads, MAX_LEVELS * rays.len() as f64)
+        });
         let mut trees = PinholeTrees::default();
         let mut cells = BTreeSet::new();
         for (piece, branch) in branches.into_iter().enumerate() {
@@ -83,25 +88,32 @@ impl CameraBuilder<'_> {
         pinhole::fit(&all.0, &all.1).filter(|leaf| accurate(leaf, &all))
     }
 
-    fn branch(&self, rays: &[u32], heads: &[f32]) -> BspBranch {
+    /// The tree over some rays; its splits look at no more than `budget` rays.
+    fn branch(&self, rays: &[u32], heads: &[f32], budget: f64) -> BspBranch {
         if let Some(camera) = self.camera(rays, heads) {
             return BspBranch::Camera(Box::new(camera));
         }
-        let Some((normal, offset)) = self.plane(rays) else { return BspBranch::List(rays.to_vec()) };
+        let list = |unsplit| BspBranch::List { rays: rays.to_vec(), unsplit };
+        let Some((normal, offset)) = self.plane(rays) else { return list(false) };
         let sides: Vec<[bool; 2]> = rays.iter().map(|&ray| self.sides(ray, normal, offset, heads)).collect();
         let subset = |side: usize| -> Vec<u32> {
             rays.iter().zip(&sides).filter(|(_, sides)| sides[side]).map(|(ray, _)| *ray).collect()
         };
         let (positive, negative) = (subset(0), subset(1));
-        // The paper's rule, which alone would go on for as long as a ray less is left on each side.
         let fails = positive.len() == rays.len() || negative.len() == rays.len();
-        if fails || (positive.len() + negative.len()) as f64 > MAX_SHARED * rays.len() as f64 {
-            return BspBranch::List(rays.to_vec());
+        let handled = (positive.len() + negative.len()) as f64;
+        if fails || handled > f64::from(self.demand.max_shared) * rays.len() as f64 {
+            return list(false);
         }
+        // The paper's rule alone goes on for as long as a ray less is left on each side.
+        if handled > budget {
+            return list(true);
+        }
+        let share = |side: &[u32]| (budget - handled) * side.len() as f64 / handled;
         let children = parallel::join(
             rays.len() > PARALLEL_RAYS,
-            || self.branch(&positive, heads),
-            || self.branch(&negative, heads),
+            || self.branch(&positive, heads, share(&positive)),
+            || self.branch(&negative, heads, share(&negative)),
         );
         BspBranch::Split { normal: normal.as_vec3(), offset: offset as f32, children: Box::new(children.into()) }
     }
@@ -151,8 +163,9 @@ impl CameraBuilder<'_> {
                 trees.leaves.push(*leaf);
                 SplitNode::LEAF | (trees.leaves.len() - 1) as u32
             }
-            BspBranch::List(rays) => {
+            BspBranch::List { rays, unsplit } => {
                 trees.lists += 1;
+                trees.unsplit += u64::from(unsplit);
                 trees.listed_rays += rays.len() as u64;
                 for ray in rays {
                     let [column, row] = self.group.cell_of(ray as usize).map(|cell| cell as u32);
@@ -175,12 +188,12 @@ impl CameraBuilder<'_> {
 }
 
 impl PinholeTrees {
-    /// Calls `found` with the trees' projections of a point.
     /// The number of trees.
     pub(in super::super) fn piece_count(&self) -> u32 {
         self.roots.len() as u32
     }
 
+    /// Calls `found` with the trees' projections of a point.
     pub(in super::super) fn ask(
         &self,
         point: Vec3,
@@ -231,6 +244,7 @@ impl PinholeTrees {
             ray_lists: self.lists,
             rays_in_lists: self.listed_rays,
             unrefined_blocks: 0,
+            unsplit_lists: self.unsplit,
             bytes: bytes as u64,
         }
     }

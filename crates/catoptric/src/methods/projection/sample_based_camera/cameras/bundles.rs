@@ -284,6 +284,7 @@ impl BundleTree {
             ray_lists: self.interpolating_leaves,
             rays_in_lists: self.rays_in_interpolating_leaves,
             unrefined_blocks: self.unrefined_blocks,
+            unsplit_lists: 0,
             bytes: bytes as u64,
         }
     }

@@ -52,6 +52,8 @@ pub(super) struct CameraDemand {
     pub(super) camera: CameraKind,
     /// They see the points of their rays at most this far from where they belong.
     pub(super) accuracy_px: f64,
+    /// Pinholes: no split shares out more than this many times its rays.
+    pub(super) max_shared: f32,
     /// Where the rays of the map are too few, others are traced no nearer to each other than this.
     pub(super) finest_ray_px: f32,
     /// About so many of them for each ray of the map, and no more; set for each map.
@@ -143,6 +145,8 @@ pub(super) struct Counts {
     pub(super) rays_in_lists: u64,
     /// Blocks of the map that interpolate because there were too many to trace more rays for.
     pub(super) unrefined_blocks: u64,
+    /// Lists of rays that would have been split further, had there not been too many splits.
+    pub(super) unsplit_lists: u64,
     pub(super) bytes: u64,
 }
 

@@ -69,6 +69,9 @@ pub struct PanoramaSettings {
     /// Leaves see the points of their rays at most this far from where they belong, in pixels, from 0.01 to the spacing
     /// of the rays.
     pub accuracy_px: f32,
+    /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays, 1 to 2; 2
+    /// is the paper's rule.
+    pub max_shared: f32,
     /// Where no camera is accurate, rays between these are traced, no nearer to each other than this in pixels, from
     /// 0.03.
     pub finest_ray_px: f32,
@@ -84,7 +87,7 @@ pub struct PanoramaSettings {
 impl Default for PanoramaSettings {
     /// A ray every third of a degree or so, a bounce, a tenth of a pixel: at most 0.4 milliradians.
     fn default() -> Self {
-        let SampleBasedCameraSettings { downsampling, camera, accuracy_px, finest_ray_px, polish, .. } =
+        let SampleBasedCameraSettings { downsampling, camera, accuracy_px, max_shared, finest_ray_px, polish, .. } =
             Default::default();
         Self {
             size_px: 512,
@@ -92,6 +95,7 @@ impl Default for PanoramaSettings {
             order: 1,
             camera,
             accuracy_px,
+            max_shared,
             finest_ray_px,
             polish,
             environment_mapped: Vec::new(),
@@ -106,6 +110,7 @@ impl PanoramaSettings {
         within("downsampling", self.downsampling as f32, 1.0, 64.0).map_err(wrong)?;
         within("size_px", self.size_px as f32, 1.0, (MAX_RAYS * self.downsampling) as f32).map_err(wrong)?;
         within("accuracy_px", self.accuracy_px, 0.01, self.downsampling as f32).map_err(wrong)?;
+        within("max_shared", self.max_shared, 1.0, 2.0).map_err(wrong)?;
         within("finest_ray_px", self.finest_ray_px, 0.03, 1e6).map_err(wrong)?;
         within("polish", self.polish as f32, 0.0, 100.0).map_err(wrong)?;
         within("order", self.order as f32, 0.0, MAX_BOUNCES as f32).map_err(wrong)?;
@@ -214,8 +219,8 @@ impl PanoramicCameras {
         let PanoramicMirrors { tracer, surfaces, .. } = mirrors;
         let specular = Specular { scene, tracer, surfaces, order: settings.order };
         let accuracy_px = settings.accuracy_px.into();
-        let PanoramaSettings { camera, finest_ray_px, .. } = *settings;
-        let demand = CameraDemand { camera, accuracy_px, finest_ray_px, traced_a_ray: 0 };
+        let PanoramaSettings { camera, max_shared, finest_ray_px, .. } = *settings;
+        let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
         let seen = |index: usize| -> Result<(RayGrid, Vec<Cameras>), Cancelled> {
             let view = face_view(numbers[index], eye, near, settings);
             let field = ViewField::new(&view, settings.margin_px());
