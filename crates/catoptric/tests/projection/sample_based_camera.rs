@@ -67,7 +67,7 @@ fn pinholes_that_are_split_to_the_end_are_more_and_end_where_rays_cross_everywhe
     let stops = ["1", "1.5", "2"];
     let leaves = stops.map(|stop| count(&ball, &format!("camera = 'pinhole'\nmax_shared = {stop}"), "leaves"));
     assert!(leaves[0] < leaves[1] && leaves[1] < leaves[2], "{leaves:?}");
-    // Normals of a mesh that bend from triangle to triangle: the paper's rule alone would not end here, nor on the ball.
+    // Normals of a mesh bend from triangle to triangle: the paper's rule alone would not end there, nor on the ball.
     let teapot = scene("teapot?tess=4");
     let rays = |scene: &Scene, stop: &str, what: &str| count(scene, &format!("preset = 'faithful'\n{stop}"), what);
     for scene in [&ball, &teapot] {

@@ -36,8 +36,8 @@ declare_settings! {
         camera: CameraKind = CameraKind::RayBundle;
         /// The largest error of a leaf at the points of its rays.
         accuracy_px: f32 = 0.1, range(0.01, 100.0), unit("pixels");
-        /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays; 2: the
-        /// paper's rule.
+        /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays; 2:
+        /// the paper's rule.
         max_shared: f32 = 1.5, range(1.0, 2.0);
         /// Spacing of the rays of the map.
         downsampling: u32 = 2, range(1.0, 64.0), unit("pixels");
