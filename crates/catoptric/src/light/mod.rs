@@ -8,3 +8,4 @@ pub(crate) mod reflector_shader;
 pub mod tracer;
 mod traversal;
 pub(crate) mod two_path_tracer;
+pub(crate) mod wide_hierarchy;

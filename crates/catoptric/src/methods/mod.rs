@@ -253,6 +253,7 @@ pub fn all() -> &'static [&'static MethodInfo] {
         &lookup::light_field::INFO,
         &lookup::layered_environment_map::INFO,
         &projection::planar_mirror::INFO,
+        &projection::multiperspective::INFO,
         &projection::path_perturbation::INFO,
         &projection::sample_based_camera::INFO,
         &projection::explosion_map::INFO,

@@ -147,9 +147,9 @@ pub(super) fn depth_at(points: [&PicturePoint; 3], at: Vec2) -> f32 {
 }
 
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
-pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2) -> Barycentrics {
+pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2, leeway: f32) -> Barycentrics {
     let (mut corners, mut out) = (CornerLanes::default(), Weights::default());
-    corners.set(0, points, 0.0);
+    corners.set(0, points, leeway);
     corners.set_position(0, at);
     weights(&corners, &mut out);
     lane(&out, 0)

@@ -19,7 +19,7 @@ pub(super) const TILE: usize = 32;
 /// Blocks along a side of a tile.
 pub(super) const TILE_BLOCKS: usize = TILE / BLOCK;
 /// The id of a sample that shows nothing.
-pub(super) const EMPTY: u32 = u32::MAX;
+pub(crate) const EMPTY: u32 = u32::MAX;
 
 /// Eight keys of samples.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -14,6 +14,7 @@ mod resolve;
 mod samples;
 mod scene_list;
 mod setup;
+pub(crate) mod source;
 #[cfg(test)]
 mod tests;
 mod tile;
@@ -35,6 +36,7 @@ use kernel::TILE;
 use plan::Plan;
 use samples::Pattern;
 use setup::{MAX_PICTURE_PX, PictureSetup};
+use source::{LayerSource, ListsAlone};
 use std::sync::{Mutex, PoisonError};
 use tile::{TileReport, TileScratch, TileWork};
 
@@ -140,6 +142,22 @@ pub fn draw<S: FragmentShader + ?Sized>(
     target: &mut Framebuffer,
     progress: &dyn Progress,
 ) -> Result<RasterReport, RenderError> {
+    draw_with(view, samples, lists, &ListsAlone, shader, target, progress)
+}
+
+/// As [`draw`], with surfaces that a source finds where no list goes on.
+///
+/// # Errors
+/// As [`draw`].
+pub(crate) fn draw_with<S: FragmentShader + ?Sized, L: LayerSource>(
+    view: &View,
+    samples: u32,
+    lists: &[DrawList],
+    source: &L,
+    shader: &S,
+    target: &mut Framebuffer,
+    progress: &dyn Progress,
+) -> Result<RasterReport, RenderError> {
     let pixels = view.width as usize * view.height as usize;
     if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
         let (width, height, have, rows) = (view.width, view.height, target.width, target.height);
@@ -153,7 +171,7 @@ pub fn draw<S: FragmentShader + ?Sized>(
         return Ok(report);
     }
     let mut tiles = split_into_tiles(target, &sorted.grid);
-    sorted.for_each_tile(progress, &mut tiles, shader, |work, scratch, tile| {
+    sorted.for_each_tile(progress, &mut tiles, source, shader, |work, scratch, tile| {
         tile.done = work.draw(scratch, &mut tile.rows);
     })?;
     let mut done = TileReport::default();
@@ -186,9 +204,10 @@ pub(crate) fn for_each_seen<S: FragmentShader + ?Sized>(
 ) -> Result<(), RenderError> {
     let sorted = Sorted::new(view, samples, lists)?;
     let mut tiles = vec![(); sorted.grid.columns * sorted.grid.rows];
-    let work =
-        |work: &TileWork<'_, S>, scratch: &mut TileScratch, (): &mut ()| work.for_each_seen(list, scratch, &seen);
-    Ok(sorted.for_each_tile(&Silent, &mut tiles, shader, work)?)
+    let work = |work: &TileWork<'_, S, _>, scratch: &mut TileScratch<()>, (): &mut ()| {
+        work.for_each_seen(list, scratch, &seen)
+    };
+    Ok(sorted.for_each_tile(&Silent, &mut tiles, &ListsAlone, shader, work)?)
 }
 
 fn limit(problem: String) -> RenderError {
@@ -234,20 +253,21 @@ impl<'a> Sorted<'a> {
     }
 
     /// Calls `work` for every tile, on all cores.
-    fn for_each_tile<S: FragmentShader + ?Sized, T: Send>(
+    fn for_each_tile<S: FragmentShader + ?Sized, L: LayerSource, T: Send>(
         &self,
         progress: &dyn Progress,
         tiles: &mut [T],
+        source: &L,
         shader: &S,
-        work: impl Fn(&TileWork<'_, S>, &mut TileScratch, &mut T) + Sync,
+        work: impl Fn(&TileWork<'_, S, L>, &mut TileScratch<L::Found>, &mut T) + Sync,
     ) -> Result<(), Cancelled> {
-        let scratches: Mutex<Vec<TileScratch>> = Mutex::default();
+        let scratches: Mutex<Vec<TileScratch<L::Found>>> = Mutex::default();
         parallel::for_each_mut_stage(progress, "drawing", tiles, |index, tile| {
             let locked = || scratches.lock().unwrap_or_else(PoisonError::into_inner);
             let mut scratch = locked().pop().unwrap_or_default();
             let Self { frame, plan, grid, bins } = self;
             let place = grid.place(frame, index);
-            work(&TileWork { frame, plan, bins, shader, tile: index, place }, &mut scratch, tile);
+            work(&TileWork { frame, plan, bins, source, shader, tile: index, place }, &mut scratch, tile);
             locked().push(scratch);
         })
     }

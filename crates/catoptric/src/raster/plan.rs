@@ -1,6 +1,7 @@
 //! The order of a call's drawing: layers, their pieces of work, and the labels of their stencils.
 
 use super::bin::ListPart;
+use super::source::FOUND;
 use super::{Branch, DrawList, DrawTriangle};
 use crate::error::RenderError;
 use crate::scene::PicturePoint;
@@ -91,8 +92,8 @@ impl<'a> Plan<'a> {
             list_plans.push(ListPlan { first_id: ids as u32, label: 0, second, alpha_tested });
             ids += list.triangles.len() as u64;
         }
-        if ids >= u32::MAX as u64 {
-            return Err(limit(format!("{ids} triangles; a picture can have {}", u32::MAX - 1)));
+        if ids >= FOUND as u64 {
+            return Err(limit(format!("{ids} triangles; a picture can have {}", FOUND - 1)));
         }
         for layer in &mut layers {
             layer.stencils.sort_unstable();

@@ -1,9 +1,8 @@
 //! Fragments from samples: the samples of a pixel that show the same chain of surfaces are shaded together.
 
-use super::attributes::depth_at;
 use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
-use super::plan::Plan;
 use super::samples::Pattern;
+use super::source::{KnownSurfaces, LayerSource};
 use crate::math::lanes::LANES;
 use glam::Vec2;
 
@@ -67,8 +66,8 @@ impl Chains {
     "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
     "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
 ))]
-pub(super) fn resolve(
-    plan: &Plan<'_>,
+pub(super) fn resolve<L: LayerSource>(
+    known: &KnownSurfaces<'_, L>,
     pattern: &Pattern,
     layers: &[Vec<Ids>],
     extent: [usize; 2],
@@ -114,7 +113,7 @@ pub(super) fn resolve(
                 }
                 ids.truncate(start);
                 let mut prefix = [0u32; 64];
-                let mut place = PixelPlace { plan, pattern, layers, first, corner, merges: true };
+                let mut place = PixelPlace { known, pattern, layers, first, corner, merges: true };
                 let mut add = |mask: u32, chain: &[u32]| {
                     positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
                     targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
@@ -187,8 +186,8 @@ fn centroid(pattern: &Pattern, mask: u32) -> Vec2 {
 }
 
 /// A pixel whose samples show different triangles.
-struct PixelPlace<'a> {
-    plan: &'a Plan<'a>,
+struct PixelPlace<'a, L: LayerSource> {
+    known: &'a KnownSurfaces<'a, L>,
     pattern: &'a Pattern,
     layers: &'a [Vec<Ids>],
     /// The indices of its samples in the layers.
@@ -199,7 +198,7 @@ struct PixelPlace<'a> {
     merges: bool,
 }
 
-impl PixelPlace<'_> {
+impl<L: LayerSource> PixelPlace<'_, L> {
     fn layer(&self, depth: usize) -> Option<&[u32]> {
         let layer: &[u32] = bytemuck::cast_slice(self.layers.get(depth)?);
         Some(&layer[self.first..self.first + self.pattern.samples])
@@ -230,11 +229,10 @@ impl PixelPlace<'_> {
         if id == EMPTY || all == rest || !self.merges {
             return (id, all);
         }
-        let (list, triangle) = self.plan.triangle(id);
-        if triangle.patch == 0 {
+        let (list, patch) = self.known.patch(id);
+        if patch == 0 {
             return (id, all);
         }
-        let first = self.plan.corners(list, triangle);
         let mut others = rest & !all;
         while others != 0 {
             let sample = others.trailing_zeros() as usize;
@@ -244,12 +242,11 @@ impl PixelPlace<'_> {
             if other == EMPTY {
                 continue;
             }
-            let (other_list, other_triangle) = self.plan.triangle(other);
-            if other_list != list || other_triangle.patch != triangle.patch {
+            if self.known.patch(other) != (list, patch) {
                 continue;
             }
             let at = self.corner + self.pattern.positions[sample];
-            let (here, there) = (depth_at(first, at), depth_at(self.plan.corners(list, other_triangle), at));
+            let (here, there) = (self.known.depth_at(id, at), self.known.depth_at(other, at));
             if (here - there).abs() <= SAME_DEPTH * there.abs() {
                 all |= mask;
             }
@@ -285,7 +282,13 @@ fn samples_of(layer: &[u32], id: u32) -> u32 {
 
 /// Calls `found` for every different chain among the samples in `mask`, in the order of their first samples within
 /// each layer. `prefix[..depth]` is their common prefix so far.
-fn split(place: &PixelPlace<'_>, mask: u32, prefix: &mut [u32; 64], depth: usize, found: &mut impl FnMut(u32, &[u32])) {
+fn split<L: LayerSource>(
+    place: &PixelPlace<'_, L>,
+    mask: u32,
+    prefix: &mut [u32; 64],
+    depth: usize,
+    found: &mut impl FnMut(u32, &[u32]),
+) {
     let Some(layer) = place.layer(depth) else {
         found(mask, &prefix[..depth]);
         return;

@@ -5,15 +5,17 @@ use super::attributes::{CornerLanes, Weights, barycentrics, in_source, lane, wei
 use super::bin::Bins;
 use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
 use super::kernel::{
-    BLOCK, EMPTY, Ids, Keys, LayerSamples, StencilMask, TILE_BLOCKS, TilePlace, draw_triangles, edges, groups_in_tile,
-    overlap,
+    BLOCK, EMPTY, Ids, Keys, LayerSamples, StencilMask, TILE, TILE_BLOCKS, TilePlace, draw_triangles, edges,
+    groups_in_tile, overlap,
 };
 use super::plan::{LayerPlan, Plan};
 use super::resolve::{Chains, resolve};
 use super::samples::Pattern;
 use super::setup::{PictureSetup, SetupTriangle};
+use super::source::{FOUND, KnownSurfaces, LayerSource, ShownBySource, TileBelow, found_number};
 use crate::clock::Stopwatch;
 use crate::math::lanes::LANES;
+use crate::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3, Vec4};
 
 /// The distance beside a piece of a surface up to which its attributes are valid, in sizes of the piece.
@@ -21,13 +23,17 @@ const PIECE_LEEWAY: f32 = 1.0;
 
 /// A worker's buffers for a tile, reused from tile to tile.
 #[derive(Debug, Default)]
-pub(super) struct TileScratch {
+pub(super) struct TileScratch<F> {
     keys: Vec<Keys>,
     layers: Vec<Vec<Ids>>,
     labels: Vec<Ids>,
     chains: Chains,
     surfaces: Vec<LayerSurface>,
     colors: Vec<Vec3>,
+    /// Places of surfaces of lists among all.
+    listed: Vec<u32>,
+    /// What the source has found.
+    found: F,
 }
 
 /// What was done in a tile: fragments, and the times of stages in one thread.
@@ -49,10 +55,11 @@ impl TileReport {
 }
 
 /// A tile and the input of its drawing.
-pub(super) struct TileWork<'a, S: ?Sized> {
+pub(super) struct TileWork<'a, S: ?Sized, L> {
     pub(super) frame: &'a PictureSetup,
     pub(super) plan: &'a Plan<'a>,
     pub(super) bins: &'a [Bins],
+    pub(super) source: &'a L,
     pub(super) shader: &'a S,
     pub(super) tile: usize,
     pub(super) place: TilePlace,
@@ -66,19 +73,25 @@ struct VisibleLayers {
     divides: u64,
 }
 
-impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
+impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
     /// Draws the tile; `rows` are its pixels in the picture.
-    pub(super) fn draw(&self, scratch: &mut TileScratch, rows: &mut [&mut [[f32; 4]]]) -> TileReport {
+    pub(super) fn draw(&self, scratch: &mut TileScratch<L::Found>, rows: &mut [&mut [[f32; 4]]]) -> TileReport {
         if self.frame.pattern.samples > 1 {
             for row in rows.iter_mut() {
                 row.fill([0.0, 0.0, 0.0, 1.0]);
             }
         }
+        self.source.begin(&mut scratch.found);
         self.draw_branches(0, 0, scratch, rows)
     }
 
     /// Calls `seen` with the pixel and the triangle for all triangles of a list in layer 0 that samples show.
-    pub(super) fn for_each_seen(&self, list: u32, scratch: &mut TileScratch, seen: &impl Fn([u32; 2], &DrawTriangle)) {
+    pub(super) fn for_each_seen(
+        &self,
+        list: u32,
+        scratch: &mut TileScratch<L::Found>,
+        seen: &impl Fn([u32; 2], &DrawTriangle),
+    ) {
         let may_show = |bins: &Bins| bins.list == list && !bins.of_tile(self.tile).is_empty();
         if !self.bins.iter().any(may_show) || self.draw_layers(0, 0, scratch).layers == 0 {
             return;
@@ -113,7 +126,7 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         &self,
         second_branches: u64,
         first_layer: usize,
-        scratch: &mut TileScratch,
+        scratch: &mut TileScratch<L::Found>,
         rows: &mut [&mut [[f32; 4]]],
     ) -> TileReport {
         let mut watch = Stopwatch::new();
@@ -135,23 +148,24 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
         &self,
         second_branches: u64,
         layers: usize,
-        scratch: &mut TileScratch,
+        scratch: &mut TileScratch<L::Found>,
         rows: &mut [&mut [[f32; 4]]],
     ) -> TileReport {
         let mut watch = Stopwatch::new();
         let (plan, pattern) = (self.plan, &self.frame.pattern);
-        let TileScratch { layers: ids, chains, surfaces, colors, .. } = scratch;
+        let TileScratch { layers: ids, chains, surfaces, colors, listed, found, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
-        resolve(plan, pattern, &ids[..layers], extent, self.place.pixel, chains);
+        let known = KnownSurfaces { plan, source: self.source, found };
+        resolve(&known, pattern, &ids[..layers], extent, self.place.pixel, chains);
         if second_branches != 0 {
             // Surfaces without second branches have been drawn before.
             chains.retain(|chain| {
-                let mut taken = (0..plan.layers.len()).filter(|layer| second_branches >> layer & 1 != 0);
-                taken.all(|layer| chain.get(layer).is_some_and(|&id| plan.divides(layer, id)))
+                let mut taken = (0..u64::BITS as usize).filter(|layer| second_branches >> layer & 1 != 0);
+                taken.all(|layer| chain.get(layer).is_some_and(|&id| known.divides(layer, id)))
             });
         }
         let mut done = TileReport { resolve_ms: watch.lap_ms(), ..TileReport::default() };
-        fetch_surfaces(plan, chains, pattern.samples, surfaces);
+        fetch_surfaces(&known, chains, pattern.samples, listed, surfaces);
         // All of them are set by the shader.
         colors.resize(chains.positions.len(), Vec3::ZERO);
         let batch = FragmentBatch { positions: &chains.positions, chain_ends: &chains.ends, surfaces, second_branches };
@@ -176,59 +190,100 @@ impl<S: FragmentShader + ?Sized> TileWork<'_, S> {
     }
 
     /// Draws the layers from `first_layer` on into `scratch`.
-    fn draw_layers(&self, second_branches: u64, first_layer: usize, scratch: &mut TileScratch) -> VisibleLayers {
-        let Self { frame, plan, bins, shader, tile, place } = *self;
+    fn draw_layers(
+        &self,
+        second_branches: u64,
+        first_layer: usize,
+        scratch: &mut TileScratch<L::Found>,
+    ) -> VisibleLayers {
+        let Self { frame, plan, source, place, .. } = *self;
         let groups = groups_in_tile(frame.pattern.samples);
-        let TileScratch { keys, layers, labels, .. } = scratch;
+        let count = plan.layers.len().max(source.layer_count());
         let mut divides = 0u64;
-        for (index, layer) in plan.layers.iter().enumerate().skip(first_layer) {
-            let in_blocks = match index.checked_sub(1) {
-                None => [0; TILE_BLOCKS * TILE_BLOCKS],
-                Some(below) => {
-                    let (in_blocks, divided) = label(plan, layer, &layers[below], labels);
-                    // The branches of the layers below are chosen already.
-                    divides |= u64::from(divided && below >= first_layer) << below;
-                    in_blocks
-                }
-            };
-            let second = index > 0 && second_branches >> (index - 1) & 1 != 0;
-            let present = in_blocks.iter().fold(0, |all, block| all | block);
-            let visible = |bins: &&Bins| {
-                let list = &plan.list_plans[bins.list as usize];
-                let reached = index == 0 || (present >> (list.label & 63) & 1 != 0 && list.second == second);
-                reached && !bins.of_tile(tile).is_empty()
-            };
-            let bins = || bins[layer.pieces.clone()].iter().filter(visible);
-            if bins().next().is_none() {
-                return VisibleLayers { layers: index, divides };
-            }
+        for index in first_layer..count {
+            let TileScratch { layers, .. } = scratch;
             if layers.len() <= index {
                 layers.push(Vec::new());
             }
-            let ids = &mut layers[index];
-            keys.clear();
-            keys.resize(groups, Keys([f32::NEG_INFINITY; LANES]));
+            let mut ids = std::mem::take(&mut layers[index]);
             ids.clear();
             ids.resize(groups, Ids([EMPTY; LANES]));
-            let mut target = LayerSamples { keys, ids };
-            let stencil = |bins: &Bins| {
-                let wanted = plan.list_plans[bins.list as usize].label;
-                (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
-            };
-            for bins in bins() {
-                draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
+            let second = index > 0 && second_branches >> (index - 1) & 1 != 0;
+            let mut shown = self.draw_lists(index, second, scratch, &mut ids);
+            if index > 0 && index < source.layer_count() {
+                let extent = [0, 1].map(|axis| {
+                    let size = [frame.width, frame.height][axis] as i32 - place.pixel[axis];
+                    (size.max(0) as usize).min(TILE)
+                });
+                let tile = TileBelow {
+                    pixel: place.pixel,
+                    extent,
+                    positions: frame.pattern.positions,
+                    second_branches,
+                    plan,
+                    layers: &scratch.layers[..index],
+                };
+                let by_source = source.draw_layer(&tile, &mut scratch.found, bytemuck::cast_slice_mut(&mut ids));
+                shown.any |= by_source.any;
+                shown.divides |= by_source.divides;
             }
-            for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
-                let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
-                for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
-                    let stencil = stencil(bins);
-                    draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
-                        shader.is_present(&surface_at(plan, triangle.id, position), position)
-                    });
-                }
+            scratch.layers[index] = ids;
+            if let Some(below) = index.checked_sub(1).filter(|below| *below >= first_layer) {
+                // The branches of the layers below are chosen already.
+                divides |= u64::from(shown.divides) << below;
+            }
+            if !shown.any {
+                return VisibleLayers { layers: index, divides };
             }
         }
-        VisibleLayers { layers: plan.layers.len(), divides }
+        VisibleLayers { layers: count, divides }
+    }
+
+    /// Draws the lists of a layer.
+    fn draw_lists(
+        &self,
+        index: usize,
+        second: bool,
+        scratch: &mut TileScratch<L::Found>,
+        ids: &mut [Ids],
+    ) -> ShownBySource {
+        let Self { frame, plan, bins, shader, tile, place, .. } = *self;
+        let Some(layer) = plan.layers.get(index) else { return ShownBySource::default() };
+        let TileScratch { keys, layers, labels, .. } = scratch;
+        let (in_blocks, divides) = match index.checked_sub(1) {
+            None => ([0; TILE_BLOCKS * TILE_BLOCKS], false),
+            Some(below) => label(plan, layer, &layers[below], labels),
+        };
+        let present = in_blocks.iter().fold(0, |all, block| all | block);
+        let visible = |bins: &&Bins| {
+            let list = &plan.list_plans[bins.list as usize];
+            let reached = index == 0 || (present >> (list.label & 63) & 1 != 0 && list.second == second);
+            reached && !bins.of_tile(tile).is_empty()
+        };
+        let bins = || bins[layer.pieces.clone()].iter().filter(visible);
+        if bins().next().is_none() {
+            return ShownBySource { any: false, divides };
+        }
+        keys.clear();
+        keys.resize(ids.len(), Keys([f32::NEG_INFINITY; LANES]));
+        let mut target = LayerSamples { keys, ids };
+        let stencil = |bins: &Bins| {
+            let wanted = plan.list_plans[bins.list as usize].label;
+            (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
+        };
+        for bins in bins() {
+            draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
+        }
+        for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
+            let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
+            for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
+                let stencil = stencil(bins);
+                draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
+                    shader.is_present(&surface_at(plan, triangle.id, position, 0.0), position)
+                });
+            }
+        }
+        ShownBySource { any: true, divides }
     }
 }
 
@@ -259,7 +314,7 @@ fn label(
                     if id != last_id {
                         last_id = id;
                         last_label = 0;
-                        if id != EMPTY {
+                        if id & FOUND == 0 {
                             let (list, triangle) = plan.triangle(id);
                             last_label = layer.label(list, triangle.group);
                             divided |= layer.divides(last_label);
@@ -323,36 +378,75 @@ fn draw_tested(
 }
 
 /// A surface as passed to the shader at a position in the picture.
-fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2) -> LayerSurface {
+pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
     let (list, triangle) = plan.triangle(id);
-    let mut barycentrics = barycentrics(plan.corners(list, triangle), position);
+    let mut barycentrics = barycentrics(plan.corners(list, triangle), position, leeway);
     if let Some(corners) = plan.corners_in_source(list, id) {
         barycentrics = in_source(&barycentrics, corners);
     }
     LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
 }
 
-/// The surfaces of all chains, with their attributes.
+/// The surfaces of all chains, with their attributes; `listed` is a buffer.
 #[multiversion::multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
     "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
 ))]
-fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &mut Vec<LayerSurface>) {
+fn fetch_surfaces<L: LayerSource>(
+    known: &KnownSurfaces<'_, L>,
+    chains: &Chains,
+    samples: usize,
+    listed: &mut Vec<u32>,
+    surfaces: &mut Vec<LayerSurface>,
+) {
     // All values from before are overwritten.
     surfaces.resize(chains.ids.len(), LayerSurface::default());
+    listed.clear();
+    let mut start = 0;
+    for (fragment, &end) in chains.ends.iter().enumerate() {
+        for index in start..end {
+            match found_number(chains.ids[index as usize]) {
+                None => listed.push(index),
+                Some(number) => {
+                    let mut surface = known.source.surface(known.found, number, chains.positions[fragment]);
+                    of_part(&mut surface.barycentrics, chains.targets[fragment].weight, samples);
+                    surfaces[index as usize] = surface;
+                }
+            }
+        }
+        start = end;
+    }
+    fetch_listed(known.plan, chains, samples, listed, surfaces);
+}
+
+/// Confines a footprint to the part of a pixel that shows the surface.
+#[inline(always)]
+fn of_part(barycentrics: &mut Barycentrics, weight: u8, samples: usize) {
+    if (weight as usize) < samples {
+        // A part of a pixel stands for its share of the footprint.
+        let side = (weight as f32 / samples as f32).sqrt();
+        barycentrics.dx *= side;
+        barycentrics.dy *= side;
+    }
+    barycentrics.samples = weight.into();
+}
+
+/// Those that lists have drawn.
+#[inline(always)]
+fn fetch_listed(plan: &Plan<'_>, chains: &Chains, samples: usize, listed: &[u32], surfaces: &mut [LayerSurface]) {
     let (mut corners, mut result) = (CornerLanes::default(), Weights::default());
-    let mut fragment_weights = [0u8; LANES];
+    let (mut fragment_weights, mut ids) = ([0u8; LANES], [0u32; LANES]);
     let mut fragment = 0;
-    for (index, surfaces) in surfaces.chunks_mut(LANES).enumerate() {
-        let first = index * LANES;
-        let ids = &chains.ids[first..first + surfaces.len()];
-        for (index, fragment_weight) in fragment_weights[..ids.len()].iter_mut().enumerate() {
-            while chains.ends[fragment] as usize <= first + index {
+    for places in listed.chunks(LANES) {
+        for (lane, &place) in places.iter().enumerate() {
+            while chains.ends[fragment] <= place {
                 fragment += 1;
             }
-            corners.set_position(index, chains.positions[fragment]);
-            *fragment_weight = chains.targets[fragment].weight;
+            corners.set_position(lane, chains.positions[fragment]);
+            fragment_weights[lane] = chains.targets[fragment].weight;
+            ids[lane] = chains.ids[place as usize];
         }
+        let ids = &ids[..places.len()];
         // One of several pieces may be shaded for all of them, at a place beside it.
         let leeway = |triangle: &DrawTriangle| if triangle.patch != 0 { PIECE_LEEWAY } else { 0.0 };
         let alike = ids.iter().fold(0, |differences, id| differences | (id ^ ids[0])) == 0;
@@ -360,27 +454,23 @@ fn fetch_surfaces(plan: &Plan<'_>, chains: &Chains, samples: usize, surfaces: &m
             // Neighbours mostly show the same triangle.
             let (list, triangle) = plan.triangle(ids[0]);
             corners.set_all(plan.corners(list, triangle), leeway(triangle));
-            for surface in surfaces.iter_mut() {
+            for &place in places {
+                let surface = &mut surfaces[place as usize];
                 (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
             }
         } else {
-            for (index, (&id, surface)) in ids.iter().zip(surfaces.iter_mut()).enumerate() {
+            for (lane, (&id, &place)) in ids.iter().zip(places).enumerate() {
                 let (list, triangle) = plan.triangle(id);
+                let surface = &mut surfaces[place as usize];
                 (surface.list, surface.source, surface.group) = (list, triangle.source, triangle.group);
-                corners.set(index, plan.corners(list, triangle), leeway(triangle));
+                corners.set(lane, plan.corners(list, triangle), leeway(triangle));
             }
         }
         weights(&corners, &mut result);
-        for (index, (surface, &id)) in surfaces.iter_mut().zip(ids).enumerate() {
-            let weight = fragment_weights[index];
+        for (index, (&place, &id)) in places.iter().zip(ids).enumerate() {
+            let surface = &mut surfaces[place as usize];
             let mut barycentrics = lane(&result, index);
-            if (weight as usize) < samples {
-                // A part of a pixel stands for its share of the footprint.
-                let side = (weight as f32 / samples as f32).sqrt();
-                barycentrics.dx *= side;
-                barycentrics.dy *= side;
-            }
-            barycentrics.samples = weight.into();
+            of_part(&mut barycentrics, fragment_weights[index], samples);
             surface.barycentrics = match plan.corners_in_source(surface.list, id) {
                 Some(corners) => in_source(&barycentrics, corners),
                 None => barycentrics,

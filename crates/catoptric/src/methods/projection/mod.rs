@@ -4,6 +4,7 @@ pub mod draw;
 pub mod explosion_map;
 pub mod find;
 pub mod measure;
+pub mod multiperspective;
 pub mod path_perturbation;
 pub mod planar_mirror;
 pub mod reflector_search;

@@ -115,6 +115,20 @@ impl Scene {
         a + (b - a) * at.x + (c - a) * at.y
     }
 
+    /// The barycentric coordinates of a triangle's second and third vertex, and the distance, at which a ray meets its
+    /// plane, within the triangle or beside it. `None` for rays along the plane, and triangles without area.
+    #[inline]
+    pub fn plane_met(&self, triangle: u32, ray: &Ray) -> Option<(Vec2, f32)> {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
+        let (ab, ac) = (b - a, c - a);
+        let normal = ab.cross(ac);
+        let distance = (a - ray.origin).dot(normal) / ray.direction.dot(normal);
+        let from = ray.origin + ray.direction * distance - a;
+        let inverse = 1.0 / normal.length_squared();
+        let at = Vec2::new(from.cross(ac).dot(normal), ab.cross(from).dot(normal)) * inverse;
+        (at.is_finite() && distance.is_finite()).then_some((at, distance))
+    }
+
     /// The point of a triangle at these barycentric coordinates. The geometric normal is on the side of the vertex
     /// normals, whatever the winding.
     #[inline(always)]

@@ -26,7 +26,7 @@ use crate::raster::{self, DrawTriangle, RasterReport};
 use crate::scene::PicturePoint;
 use glam::Vec2;
 
-pub(in crate::methods::projection) use path_shader::PathShader;
+pub(in crate::methods::projection) use path_shader::{PathShader, meet_known_surface};
 
 /// Geometry that appears at the end of one specular path: pieces of scene triangles at the places where they appear.
 ///

@@ -7,11 +7,15 @@ use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, tra
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, RayDifferential, Role, Scene, View, ViewRays};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Shorter segments than this share of the coordinates' size have no direction of their own: it is lost in rounding.
 /// Chosen, not measured.
 const SHORT: f32 = 1e-4;
+
+/// A place in a triangle's plane belongs to it up to this far beside it, in sizes of the triangle: pictures are off by
+/// parts of a pixel. Chosen, not measured.
+const BESIDE: f32 = 3.0;
 
 /// Walks along the surfaces that a fragment shows.
 ///
@@ -56,21 +60,36 @@ impl<'a> PathShader<'a> {
         maps.radiance(self.scene, &encounter, ray, &change)
     }
 
-    /// Turns a ray from the last bounce towards the surface that is seen at its end.
-    #[inline]
-    fn aim(&self, ray: &mut Ray, surface: &LayerSurface) {
-        let position = self.scene.position_on(surface.source, surface.barycentrics.value);
-        let step = position - ray.origin;
-        let length = step.length();
-        if length > SHORT * position.abs().max_element() {
-            ray.direction = step / length;
-        }
-    }
-
     /// Distance of the surface at the end of a segment from its start. Rarely needed: kept out of the walk.
     #[inline(never)]
     fn distance(&self, ray: &Ray, surface: &LayerSurface) -> f32 {
         length(ray, &self.scene.drawn_point(surface.source, &surface.barycentrics, ray))
+    }
+}
+
+/// Brings a ray from the last bounce and the surface that is known to show at its end together: the ray is exact, the
+/// place on the surface is that of a picture. The place is moved to where the ray meets the triangle's plane; where
+/// that is far beside the triangle, or there is no such place, the ray is turned to the surface.
+///
+/// Turning the ray would do elsewhere, too, but not within thin walls of glass, where an error of half a pixel is a
+/// large angle.
+#[inline]
+pub(in crate::methods::projection) fn meet_known_surface(scene: &Scene, ray: &mut Ray, surface: &mut LayerSurface) {
+    let is_near = |at: &Vec2| at.min_element() >= -BESIDE && at.max_element() <= 1.0 + BESIDE;
+    match scene.plane_met(surface.source, ray).filter(|(at, distance)| *distance > 0.0 && is_near(at)) {
+        Some((at, _)) => surface.barycentrics.value = at,
+        None => aim(scene, ray, surface),
+    }
+}
+
+/// Turns a ray from the last bounce towards the surface that is seen at its end.
+#[inline]
+fn aim(scene: &Scene, ray: &mut Ray, surface: &LayerSurface) {
+    let position = scene.position_on(surface.source, surface.barycentrics.value);
+    let step = position - ray.origin;
+    let length = step.length();
+    if length > SHORT * position.abs().max_element() {
+        ray.direction = step / length;
     }
 }
 
@@ -92,16 +111,20 @@ impl LookShader for PathShader<'_> {
         let (mut sum, mut throughput, mut absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
         let mut deferred: Option<Deferred> = None;
         for (bounce, surface) in fragment.chain.iter().enumerate() {
+            let surface = &mut { *surface };
+            let object = scene.triangle_objects[surface.source as usize];
+            let material = scene.material_of(object);
             if bounce > 0 {
-                self.aim(&mut ray, surface);
+                match material.role {
+                    Role::Diffuse => aim(scene, &mut ray, surface),
+                    _ => meet_known_surface(scene, &mut ray, surface),
+                }
             }
             if let Some(waiting) = deferred.take() {
                 let (own, weight) = waiting.settled(self.distance(&ray, surface));
                 sum += own;
                 throughput *= weight;
             }
-            let object = scene.triangle_objects[surface.source as usize];
-            let material = scene.material_of(object);
             let maps = self.maps.filter(|maps| bounce < self.order && maps.has(object));
             if absorption != Vec3::ZERO && (material.role == Role::Diffuse || maps.is_some()) {
                 throughput *= transmittance(

@@ -1,0 +1,323 @@
+//! The rays of a tile as one family: every coordinate a quadratic in the place in the picture.
+
+use crate::scene::Ray;
+use glam::{Mat2, Vec2, Vec3};
+
+/// What is fitted: directions, moments and starts.
+const QUANTITIES: usize = 7;
+
+/// Coefficients of 1, u, v, u², uv, v².
+pub(in super::super) const TERMS: usize = 6;
+
+/// Rays whose cosine to their mean is smaller than this are no bundle. Chosen, not measured.
+const MIN_COSINE: f32 = 0.2;
+
+/// So many rays determine a quadratic well, fewer a linear function.
+const QUADRATIC_RAYS: usize = 10;
+const LINEAR_RAYS: usize = 4;
+
+/// A tile's plane of origins lies so far behind the rays' starts, as a share of their extent: depths are positive.
+const BEHIND: f32 = 0.25;
+
+/// Where rays meet in a focus within a tile, errors there count as if neighbouring rays were apart by this share of
+/// what they are elsewhere. Chosen, not measured.
+const DAMPING: f32 = 0.1;
+
+/// A ray of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct TileRay {
+    /// Its place in the picture, in pixels.
+    pub(in super::super) at: Vec2,
+    /// It starts on the last mirror.
+    pub(in super::super) ray: Ray,
+    /// The length that its direction counts with.
+    pub(in super::super) length: f32,
+}
+
+/// A tile's rays as lines: direction and moment about `origin`, in the world's axes.
+///
+/// Directions are as long as the eye's rays are that reach the picture's plane at depth 1: in a flat mirror they and
+/// their moments are then linear in the place, exactly.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct RayBundle {
+    /// u and v are 0 here, in pixels of the picture.
+    pub(in super::super) center: Vec2,
+    /// Change of u and v a pixel.
+    pub(in super::super) scale: f32,
+    /// A point behind all starts of rays, from which depths are measured along the mean direction.
+    pub(in super::super) origin: Vec3,
+    /// Two axes of the plane of origins, and the mean direction.
+    pub(in super::super) axes: [Vec3; 3],
+    pub(in super::super) directions: [Vec3; TERMS],
+    pub(in super::super) moments: [Vec3; TERMS],
+    /// Depths at which rays start.
+    pub(in super::super) starts: [f32; TERMS],
+    /// The least and largest of them.
+    pub(in super::super) start_range: [f32; 2],
+    /// Changes of a ray's slope and origin a pixel, at the centre.
+    slope_change: Mat2,
+    origin_change: Mat2,
+    /// Second-order terms (uu, uv, vv) of slopes and origins, a pixel for a unit of u or v.
+    slope_bend: [Vec2; 3],
+    origin_bend: [Vec2; 3],
+}
+
+/// The rays of a tile, and what the bundle does not say of them.
+#[derive(Debug, Default)]
+pub(in super::super) struct BundleFit {
+    /// Directions and moments.
+    lines: Vec<(Vec3, Vec3)>,
+    starts: Vec<f32>,
+    basis: Vec<[f32; TERMS]>,
+    /// Slopes and origins in the plane of origins, and what the quadratics miss of them.
+    slopes: Vec<Vec2>,
+    origins: Vec<Vec2>,
+    missed_slopes: Vec<Vec2>,
+    missed_origins: Vec<Vec2>,
+    /// The largest error of a start.
+    pub(in super::super) start_error: f32,
+}
+
+/// Slope and origin of a line in a plane through 0 that is normal to the last axis.
+#[inline(always)]
+fn in_plane([x, y, w]: &[Vec3; 3], (direction, moment): (Vec3, Vec3)) -> (Vec2, Vec2) {
+    let inverse = 1.0 / direction.dot(*w);
+    let slope = Vec2::new(direction.dot(*x), direction.dot(*y)) * inverse;
+    (slope, Vec2::new(-moment.dot(*y), moment.dot(*x)) * inverse)
+}
+
+/// Lines and the plane that they pass.
+struct Plane<'a> {
+    axes: [Vec3; 3],
+    directions: &'a [Vec3; TERMS],
+    moments: &'a [Vec3; TERMS],
+}
+
+impl Plane<'_> {
+    /// The coefficients of slope and origin that belong to a term of directions and moments, to first order.
+    #[inline(always)]
+    fn along(&self, term: usize, scale: f32) -> (Vec2, Vec2) {
+        let (slope, origin) = in_plane(&self.axes, (self.directions[0], self.moments[0]));
+        let [x, y, w] = self.axes;
+        let factor = scale / self.directions[0].dot(w);
+        let (direction, moment) = (self.directions[term], self.moments[term]);
+        let length = direction.dot(w);
+        let slope = Vec2::new(direction.dot(x), direction.dot(y)) - slope * length;
+        let origin = Vec2::new(-moment.dot(y), moment.dot(x)) - origin * length;
+        (slope * factor, origin * factor)
+    }
+
+    /// The changes of slopes and origins a pixel, at the centre.
+    #[inline(always)]
+    fn changes(&self, scale: f32) -> Option<(Mat2, Mat2)> {
+        let ((slope_u, origin_u), (slope_v, origin_v)) = (self.along(1, scale), self.along(2, scale));
+        let changes = (Mat2::from_cols(slope_u, slope_v), Mat2::from_cols(origin_u, origin_v));
+        (changes.0.is_finite() && changes.1.is_finite()).then_some(changes)
+    }
+}
+
+/// The terms at a place.
+#[inline(always)]
+pub(in super::super) fn terms(u: f32, v: f32) -> [f32; TERMS] {
+    [1.0, u, v, u * u, u * v, v * v]
+}
+
+impl RayBundle {
+    /// Fits a bundle to the rays of a tile about a place; `half` is half the tile's side in pixels. `None` if they are
+    /// too few or too far apart.
+    #[inline(always)]
+    pub(in super::super) fn fit(rays: &[TileRay], center: Vec2, half: f32, fit: &mut BundleFit) -> Option<Self> {
+        if rays.len() < LINEAR_RAYS {
+            return None;
+        }
+        let count = rays.len() as f32;
+        let mean = rays.iter().map(|ray| ray.ray.direction).sum::<Vec3>().try_normalize()?;
+        let middle = rays.iter().map(|ray| ray.ray.origin).sum::<Vec3>() / count;
+        let x = mean.any_orthonormal_vector();
+        let axes = [x, mean.cross(x), mean];
+        let (mut lowest, mut reach) = (0.0f32, 0.0f32);
+        for TileRay { ray, .. } in rays {
+            if ray.direction.dot(mean) < MIN_COSINE {
+                return None;
+            }
+            let from = ray.origin - middle;
+            lowest = lowest.min(from.dot(mean));
+            reach = reach.max(from.length_squared());
+        }
+        let behind = BEHIND * reach.sqrt() + 1e-6 * middle.abs().max_element() - lowest;
+        let origin = middle - mean * behind;
+        let scale = 1.0 / half;
+        fit.clear();
+        for TileRay { at, ray, length } in rays {
+            let from = ray.origin - origin;
+            let place = (*at - center) * scale;
+            let direction = ray.direction * *length;
+            fit.lines.push((direction, from.cross(direction)));
+            fit.starts.push(from.dot(mean));
+            fit.basis.push(terms(place.x, place.y));
+        }
+        let used = if rays.len() < QUADRATIC_RAYS { 3 } else { TERMS };
+        let solved = fit.solve(used).or_else(|| fit.solve(3))?;
+        let vector = |first: usize, term: usize| Vec3::from_array([0, 1, 2].map(|axis| solved[first + axis][term]));
+        let directions = std::array::from_fn(|term| vector(0, term));
+        let moments = std::array::from_fn(|term| vector(3, term));
+        let lines = Plane { axes, directions: &directions, moments: &moments };
+        let (slope_change, origin_change) = lines.changes(scale)?;
+        let bends = [3, 4, 5].map(|term| lines.along(term, scale));
+        let bundle = Self {
+            center,
+            scale,
+            origin,
+            axes,
+            directions,
+            moments,
+            starts: solved[6],
+            start_range: fit.starts.iter().fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(*z), b.max(*z)]),
+            slope_change,
+            origin_change,
+            slope_bend: bends.map(|(slope, _)| slope),
+            origin_bend: bends.map(|(_, origin)| origin),
+        };
+        fit.find_missed(&bundle).then_some(bundle)
+    }
+
+    /// Change a pixel of the place where rays are at a depth, in the tile's plane.
+    #[inline(always)]
+    fn footprint(&self, depth: f32) -> Mat2 {
+        self.origin_change + self.slope_change * depth
+    }
+
+    /// A bound of the change of the rays' places at a depth along a row, a pixel in both directions together,
+    /// anywhere in the tile.
+    #[inline(always)]
+    fn largest_change(&self, row: Vec2, depth: f32) -> f32 {
+        let footprint = self.footprint(depth);
+        let bent = self.origin_bend.iter().zip(&self.slope_bend);
+        let [uu, uv, vv] = {
+            let mut sizes = [0.0; 3];
+            for (size, (origin, slope)) in sizes.iter_mut().zip(bent) {
+                *size = row.dot(*origin + *slope * depth).abs();
+            }
+            sizes
+        };
+        row.dot(footprint.x_axis).abs() + row.dot(footprint.y_axis).abs() + 2.0 * (uu + uv + vv)
+    }
+
+    /// From places in the plane at a depth to pixels, damped near foci.
+    #[inline(always)]
+    pub(in super::super) fn pixels_from_plane(&self, depth: f32) -> Mat2 {
+        let footprint = self.footprint(depth);
+        let square = |m: &Mat2| m.x_axis.length_squared() + m.y_axis.length_squared();
+        // What the footprint would be if nothing met at this depth.
+        let apart = 0.5 * (square(&self.origin_change) + depth * depth * square(&self.slope_change));
+        let damping = DAMPING * DAMPING * apart + f32::MIN_POSITIVE;
+        let normal = footprint * footprint.transpose() + Mat2::from_diagonal(Vec2::splat(damping));
+        footprint.transpose() * normal.inverse()
+    }
+
+    /// The largest error of the bundle at its rays between two depths, in pixels.
+    #[inline(always)]
+    pub(in super::super) fn error_px(&self, fit: &BundleFit, [near, far]: [f32; 2]) -> f32 {
+        let ratio = (far / near).max(1.0);
+        let mut worst = 0.0f32;
+        for depth in [near, near * ratio.cbrt(), near * (ratio * ratio).cbrt(), near * ratio] {
+            let pixels = self.pixels_from_plane(depth);
+            for (slope, origin) in fit.missed_slopes.iter().zip(&fit.missed_origins) {
+                worst = worst.max((pixels * (*origin + *slope * depth)).length_squared());
+            }
+        }
+        worst.sqrt()
+    }
+
+    /// The bounds of the rays at a depth along a row of [`Self::pixels_from_plane`], with a margin of so many pixels.
+    #[inline(always)]
+    pub(in super::super) fn bounds_at(&self, fit: &BundleFit, row: Vec2, depth: f32, margin_px: f32) -> [f32; 2] {
+        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        for (slope, origin) in fit.slopes.iter().zip(&fit.origins) {
+            let at = row.dot(*origin + *slope * depth);
+            low = low.min(at);
+            high = high.max(at);
+        }
+        let margin = margin_px * self.largest_change(row, depth);
+        [low - margin, high + margin]
+    }
+}
+
+impl BundleFit {
+    fn clear(&mut self) {
+        self.lines.clear();
+        self.starts.clear();
+        self.basis.clear();
+    }
+
+    /// Least squares for directions, moments and starts, with the first terms alone.
+    #[inline(always)]
+    fn solve(&self, used: usize) -> Option<[[f32; TERMS]; QUANTITIES]> {
+        let mut gram = [[0.0f32; TERMS]; TERMS];
+        let mut right = [[0.0f32; QUANTITIES]; TERMS];
+        for (index, basis) in self.basis.iter().enumerate() {
+            let (d, m) = self.lines[index];
+            let values = [d.x, d.y, d.z, m.x, m.y, m.z, self.starts[index]];
+            for row in 0..TERMS {
+                for column in 0..TERMS {
+                    gram[row][column] += basis[row] * basis[column];
+                }
+                for (sum, value) in right[row].iter_mut().zip(values) {
+                    *sum += basis[row] * value;
+                }
+            }
+        }
+        // Cholesky's factorisation; the basis is of order 1, and a small pivot means that rays lie on a curve.
+        let mut lower = [[0.0f32; TERMS]; TERMS];
+        let least = 1e-4 * self.basis.len() as f32;
+        for row in 0..used {
+            for column in 0..=row {
+                let sum: f32 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
+                let rest = gram[row][column] - sum;
+                lower[row][column] = match row == column {
+                    true if rest < least => return None,
+                    true => rest.sqrt(),
+                    false => rest / lower[column][column],
+                };
+            }
+        }
+        let mut solution = [[0.0f32; TERMS]; QUANTITIES];
+        for (quantity, solution) in solution.iter_mut().enumerate() {
+            let mut half = [0.0f32; TERMS];
+            for row in 0..used {
+                let sum: f32 = (0..row).map(|k| lower[row][k] * half[k]).sum();
+                half[row] = (right[row][quantity] - sum) / lower[row][row];
+            }
+            for row in (0..used).rev() {
+                let sum: f32 = (row + 1..used).map(|k| lower[k][row] * solution[k]).sum();
+                solution[row] = (half[row] - sum) / lower[row][row];
+            }
+        }
+        solution.iter().flatten().all(|value| value.is_finite()).then_some(solution)
+    }
+
+    /// Compares the bundle with the rays; false where it has none of their directions.
+    #[inline(always)]
+    fn find_missed(&mut self, bundle: &RayBundle) -> bool {
+        self.slopes.clear();
+        self.origins.clear();
+        self.missed_slopes.clear();
+        self.missed_origins.clear();
+        self.start_error = 0.0;
+        for (index, basis) in self.basis.iter().enumerate() {
+            let of = |vectors: &[Vec3; TERMS]| vectors.iter().zip(basis).map(|(c, b)| *c * *b).sum::<Vec3>();
+            let line = (of(&bundle.directions), of(&bundle.moments));
+            if !(line.0.dot(bundle.axes[2]) > 0.0) {
+                return false;
+            }
+            let ((slope, origin), found) = (in_plane(&bundle.axes, self.lines[index]), in_plane(&bundle.axes, line));
+            self.slopes.push(slope);
+            self.origins.push(origin);
+            self.missed_slopes.push(found.0 - slope);
+            self.missed_origins.push(found.1 - origin);
+            let start = bundle.starts.iter().zip(basis).map(|(c, b)| c * b).sum::<f32>();
+            self.start_error = self.start_error.max((start - self.starts[index]).abs());
+        }
+        true
+    }
+}

@@ -1,0 +1,8 @@
+//! Bundles of rays, the triangles that they see, and what samples see of these.
+
+pub(super) mod beam;
+pub(super) mod bundle;
+pub(super) mod coverage;
+pub(super) mod edges;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,153 @@
+//! What mirrors and lenses show, as a source of the rasteriser's layers.
+
+use super::bundles::bundle::TERMS;
+use super::bundles::coverage::ROOT;
+use super::counts::Counts;
+use super::shapes::SceneShapes;
+use super::tiles::follow::kind;
+use super::tiles::found::FoundSurface;
+use super::tiles::own::OwnRule;
+use super::tiles::paths::{RootPaths, TilePaths};
+use super::tiles::square::PathWork;
+use crate::light::wide_hierarchy::WideHierarchy;
+use crate::optics::path::bundle::BounceKind;
+use crate::raster::LayerSurface;
+use crate::raster::source::{LayerSource, ShownBySource, TileBelow};
+use crate::scene::{Role, Scene, ViewRays};
+use glam::{Vec2, Vec3};
+
+/// Everything that is the same for all tiles of a picture.
+pub(super) struct Reflections<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) rays: ViewRays,
+    /// The direction along which the eye's depths are.
+    pub(super) forward: Vec3,
+    /// The places of samples in a pixel.
+    pub(super) positions: &'static [Vec2],
+    pub(super) hierarchy: &'a WideHierarchy,
+    pub(super) shapes: &'a SceneShapes,
+    /// Highest number of bounces.
+    pub(super) order: usize,
+    /// The most that bundles may miss their rays by.
+    pub(super) accuracy_px: f32,
+    pub(super) counts: Counts,
+}
+
+/// What was found in a tile, and a thread's buffers.
+#[derive(Default)]
+pub(super) struct TileSurfaces {
+    pub(super) surfaces: Vec<FoundSurface>,
+    pub(super) paths: TilePaths,
+    root: RootPaths,
+    work: PathWork,
+}
+
+/// A root tile.
+pub(super) struct Root<'a, 'b> {
+    pub(super) tile: &'a TileBelow<'b>,
+    /// Its first pixel in the rasteriser's tile.
+    pub(super) column: usize,
+    pub(super) row: usize,
+    /// The last event of the paths.
+    pub(super) kind: BounceKind,
+}
+
+impl Root<'_, '_> {
+    /// The corner of one of its pixels in the picture.
+    pub(super) fn corner(&self, column: usize, row: usize) -> Vec2 {
+        let x = self.tile.pixel[0] + (self.column + column) as i32;
+        let y = self.tile.pixel[1] + (self.row + row) as i32;
+        Vec2::new(x as f32, y as f32)
+    }
+
+    /// The first sample of one of its pixels.
+    pub(super) fn first_sample(&self, column: usize, row: usize) -> usize {
+        self.tile.first_sample(self.column + column, self.row + row)
+    }
+}
+
+impl LayerSource for Reflections<'_> {
+    type Found = TileSurfaces;
+
+    fn layer_count(&self) -> usize {
+        self.order + 1
+    }
+
+    fn begin(&self, found: &mut TileSurfaces) {
+        found.surfaces.clear();
+        found.paths.clear();
+    }
+
+    fn draw_layer(&self, tile: &TileBelow<'_>, found: &mut TileSurfaces, ids: &mut [u32]) -> ShownBySource {
+        let kind = kind(tile, tile.layer() - 1);
+        let refracts = kind == BounceKind::Transmit;
+        let going = found.paths.label(self.scene, tile, &found.surfaces, refracts);
+        let mut any = false;
+        if going.any {
+            for row in (0..tile.extent[1]).step_by(ROOT) {
+                for column in (0..tile.extent[0]).step_by(ROOT) {
+                    any |= self.draw_root(&Root { tile, column, row, kind }, found, ids);
+                }
+            }
+        }
+        ShownBySource { any, divides: going.divides }
+    }
+
+    fn surface(&self, found: &TileSurfaces, number: u32, position: Vec2) -> LayerSurface {
+        found.surfaces[number as usize].surface(position, None)
+    }
+
+    fn patch(&self, found: &TileSurfaces, number: u32) -> u32 {
+        found.surfaces[number as usize].patch
+    }
+
+    fn depth_at(&self, found: &TileSurfaces, number: u32, position: Vec2) -> f32 {
+        found.surfaces[number as usize].depth_at(position)
+    }
+
+    fn divides(&self, triangle: u32) -> bool {
+        self.scene.role_of(self.scene.triangle_objects[triangle as usize]) == Role::Lens
+    }
+}
+
+impl Reflections<'_> {
+    /// Draws a root tile; true if anything shows.
+    fn draw_root(&self, root: &Root<'_, '_>, found: &mut TileSurfaces, ids: &mut [u32]) -> bool {
+        let TileSurfaces { surfaces, paths, root: pixels, work } = found;
+        pixels.gather(root.tile, [root.column, root.row], paths);
+        let object = |label: u16| paths.paths[label as usize - 1].object;
+        let mut any = false;
+        for (label, rows) in &pixels.full {
+            any |= self.draw_path(root, object(*label), rows, work, surfaces, ids);
+        }
+        Counts::add(&self.counts.rim_pixels, pixels.partial.len());
+        for pixel in &pixels.partial {
+            let place = pixel.place.map(usize::from);
+            any |= self.trace_pixel(root, object(pixel.label), place, pixel.samples, surfaces, ids);
+        }
+        any
+    }
+
+    /// A surface by a triangle of the scene and its functions in a tile.
+    pub(super) fn found(
+        &self,
+        root: &Root<'_, '_>,
+        triangle: u32,
+        center: Vec2,
+        scale: f32,
+        functions: [[f32; TERMS]; 4],
+    ) -> FoundSurface {
+        let object = self.scene.triangle_objects[triangle as usize];
+        let is_specular = self.scene.role_of(object).is_specular();
+        let goes_on = is_specular && root.tile.layer() < self.order;
+        // As in the rasteriser's lists: reflections in a mesh may change much between two samples.
+        let of_mesh = || self.scene.triangle_parts.get(triangle as usize).copied().filter(|_| !is_specular);
+        let patch = self.scene.patch_of_object(object).or_else(of_mesh).unwrap_or(0);
+        FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions }
+    }
+
+    /// What of the last object of a path rays may meet.
+    pub(super) fn own_rule(&self, object: u32, kind: BounceKind, outside: bool) -> OwnRule {
+        OwnRule::new(object, self.shapes.of(object), kind, outside)
+    }
+}

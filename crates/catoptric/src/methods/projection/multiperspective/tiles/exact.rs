@@ -1,0 +1,136 @@
+//! Pixels whose samples' rays are traced one by one: at the rims of paths, and where no bundle is accurate.
+
+use super::super::bundles::bundle::TERMS;
+use super::super::counts::Counts;
+use super::super::source::{Reflections, Root};
+use super::follow::chain;
+use super::found::FoundSurface;
+use super::own::TOUCHING;
+use crate::light::wide_hierarchy::TriangleHit;
+use crate::raster::source::{EMPTY, found_id};
+use crate::scene::shade::Barycentrics;
+use glam::{Vec2, Vec3};
+
+/// The step by which the change of a triangle's coordinates is found, in pixels.
+const STEP_PX: f32 = 0.5;
+
+/// What a traced sample shows.
+#[derive(Clone, Copy)]
+struct Traced {
+    /// What shows in the last layer, and the triangle that its ray meets.
+    below: u32,
+    triangle: u32,
+    id: u32,
+}
+
+/// [`Reflections::trace_samples`], in the widest lanes that the machine has.
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
+fn trace_samples(
+    reflections: &Reflections<'_>,
+    root: &Root<'_, '_>,
+    object: u32,
+    place: [usize; 2],
+    samples: u32,
+    surfaces: &mut Vec<FoundSurface>,
+    ids: &mut [u32],
+) -> bool {
+    reflections.trace_samples(root, object, place, samples, surfaces, ids)
+}
+
+impl Reflections<'_> {
+    /// Traces the samples (bits) of a pixel of a path that ends on an object; true if anything shows.
+    pub(in super::super) fn trace_pixel(
+        &self,
+        root: &Root<'_, '_>,
+        object: u32,
+        place: [usize; 2],
+        samples: u32,
+        surfaces: &mut Vec<FoundSurface>,
+        ids: &mut [u32],
+    ) -> bool {
+        trace_samples(self, root, object, place, samples, surfaces, ids)
+    }
+
+    #[inline(always)]
+    fn trace_samples(
+        &self,
+        root: &Root<'_, '_>,
+        object: u32,
+        [column, row]: [usize; 2],
+        samples: u32,
+        surfaces: &mut Vec<FoundSurface>,
+        ids: &mut [u32],
+    ) -> bool {
+        let corner = root.corner(column, row);
+        let first = root.first_sample(column, row);
+        let mut known = [Traced { below: EMPTY, triangle: 0, id: EMPTY }; 16];
+        let mut count = 0;
+        let mut rest = samples;
+        while rest != 0 {
+            let sample = rest.trailing_zeros() as usize;
+            rest &= rest - 1;
+            let position = corner + root.tile.positions[sample];
+            let chain = chain(root.tile, first + sample);
+            let Some(path) = self.follow(root.tile, surfaces, &chain, position) else { continue };
+            let ray = path.departing();
+            let own = self.own_rule(object, root.kind, path.outside);
+            let passes = |hit: &TriangleHit| {
+                let triangle = hit.triangle;
+                let from = match own.distances(self.scene, self.shapes, triangle) {
+                    [along, against] if along == against => along,
+                    [along, _] if self.winding_normal(triangle).dot(ray.direction) > 0.0 => along,
+                    [_, against] => against,
+                };
+                let object = self.scene.triangle_objects[triangle as usize];
+                let at = || Barycentrics { value: hit.barycentrics, ..Barycentrics::default() };
+                hit.distance >= from
+                    && (!self.scene.is_alpha_tested(object) || self.scene.is_surface_present(triangle, &at()))
+            };
+            Counts::add(&self.counts.traced, 1);
+            let Some(mut hit) = self.hierarchy.nearest(&ray, 0.0, f32::INFINITY, passes) else { continue };
+            let is_around = |triangle: u32| own.is_around(self.scene.triangle_objects[triangle as usize]);
+            if own.is_around(object) && !is_around(hit.triangle) {
+                let far = hit.distance * (1.0 + TOUCHING);
+                let touching = |hit: &TriangleHit| is_around(hit.triangle) && passes(hit);
+                hit = self.hierarchy.nearest(&ray, 0.0, far, touching).unwrap_or(hit);
+            }
+            let below = chain[root.tile.layer() - 1];
+            let same = known[..count].iter().find(|other| other.below == below && other.triangle == hit.triangle);
+            let id = match same {
+                Some(same) => same.id,
+                None => {
+                    let id = found_id(surfaces.len() as u32);
+                    let other = |step: Vec2| {
+                        let moved = self.follow(root.tile, surfaces, &chain, position + step)?;
+                        let (at, distance) = self.scene.plane_met(hit.triangle, &moved.ray)?;
+                        Some(at.extend(distance))
+                    };
+                    let here = hit.barycentrics.extend(hit.distance);
+                    let along = |step: Vec2| other(step).map_or(Vec3::ZERO, |there| (there - here) / STEP_PX);
+                    let (dx, dy) = (along(Vec2::X * STEP_PX), along(Vec2::Y * STEP_PX));
+                    let linear = |axis: usize| [here[axis], dx[axis], dy[axis], 0.0, 0.0, 0.0];
+                    let mut one = [0.0; TERMS];
+                    one[0] = 1.0;
+                    let functions = [linear(0), linear(1), one, linear(2)];
+                    surfaces.push(self.found(root, hit.triangle, position, 1.0, functions));
+                    if let Some(place) = known.get_mut(count) {
+                        *place = Traced { below, triangle: hit.triangle, id };
+                        count += 1;
+                    }
+                    id
+                }
+            };
+            ids[first + sample] = id;
+        }
+        count > 0
+    }
+
+    #[inline(always)]
+    fn winding_normal(&self, triangle: u32) -> Vec3 {
+        let [a, b, c] = self.scene.triangles[triangle as usize].map(|vertex| self.scene.positions[vertex as usize]);
+        (b - a).cross(c - a)
+    }
+}

@@ -1,0 +1,8 @@
+//! From the pixels of a tile to the surfaces that its samples show: paths, squares with one bundle each, single rays.
+
+pub(super) mod exact;
+pub(super) mod follow;
+pub(super) mod found;
+pub(super) mod own;
+pub(super) mod paths;
+pub(super) mod square;
