@@ -56,7 +56,7 @@ fn barycentrics_and_derivatives_match_rays_and_differences() {
             }
             tested += 1;
             let points = corners.map(|corner| transform.apply(corner));
-            let found = barycentrics([&points[0], &points[1], &points[2]], position);
+            let found = barycentrics([&points[0], &points[1], &points[2]], position, 0.0);
             let (x, y) = (position.x as f64, position.y as f64);
             let expected = exact(&view, &corners, x, y).as_vec2();
             assert!((found.value - expected).length() < 1e-4, "{} against {expected}", found.value);
@@ -79,10 +79,10 @@ fn sizes_do_not_matter() {
     // The picture's shape is the same whatever the unit of length; products must not leave the range of numbers.
     let corners = [at(3.0, 4.0, 1.0), at(40.0, 9.0, 2.0), at(11.0, 50.0, 3.0)];
     let position = Vec2::new(13.0, 14.0);
-    let expected = barycentrics([&corners[0], &corners[1], &corners[2]], position);
+    let expected = barycentrics([&corners[0], &corners[1], &corners[2]], position, 0.0);
     for scale in [1e-30f32, 1e-10, 1e10, 1e30] {
         let scaled = corners.map(|p| PicturePoint { xy: p.xy * scale, w: p.w * scale, depth: p.depth * scale });
-        let found = barycentrics([&scaled[0], &scaled[1], &scaled[2]], position);
+        let found = barycentrics([&scaled[0], &scaled[1], &scaled[2]], position, 0.0);
         assert!((found.value - expected.value).length() < 1e-5, "{scale}");
         assert!((found.dx - expected.dx).length() < 1e-6, "{scale}");
     }
