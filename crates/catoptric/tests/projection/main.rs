@@ -2,6 +2,7 @@
 
 mod drawing;
 mod exact_search;
+mod exact_search_round_trips;
 mod explosion_map;
 mod extrusions;
 mod multiperspective;

@@ -109,7 +109,7 @@ impl Perturber<'_> {
         let exact = point.as_dvec3();
         let mut representatives: [u32; 8] = [0; 8];
         let mut representative_count = 0;
-        let mut attempts = CandidateFilter::default();
+        let mut attempts: CandidateFilter = CandidateFilter::default();
         let mut take = |candidate: Candidate| {
             let ray = candidate.ray;
             if self.settings.candidates == Candidates::Nearest {

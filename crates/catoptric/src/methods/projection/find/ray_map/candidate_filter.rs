@@ -3,16 +3,16 @@
 use super::Candidate;
 use glam::Vec2;
 
-/// Places in the picture that are remembered for a point; candidates that lead elsewhere then are not tried. A bound on
-/// time; chosen, not measured.
+/// Places in the picture that are remembered for a point, unless the user of a filter wants another number; candidates
+/// that lead elsewhere then are not tried. A bound on time; chosen, not measured.
 const MAX_PLACES: usize = 16;
 
 /// Samples tried for one appearance, unless the first ones decide. A bound on time; chosen, not measured.
 const MAX_ATTEMPTS: u32 = 3;
 
-/// Undecided samples tried for one point: around points without any reflection every sample
+/// Undecided samples tried for one point, as a share of the places: around points without any reflection every sample
 /// at a silhouette leads to another place. A bound on time; chosen, not measured.
-const MAX_UNSOLVED: u32 = 8;
+const UNSOLVED_SHARE: f32 = 0.5;
 
 /// Samples that lead to the same sheet, to places that differ by less than this share of the way there, lead to one
 /// appearance; nor are places distinct that are nearer than [`SAME_PX`]. Chosen, not measured.
@@ -23,9 +23,9 @@ const SAME_PX: f32 = 0.3;
 
 /// Places that a point's candidates have led to. Several samples lead to each of its appearances, the nearest ones
 /// most surely; they are identified by the place and the sheet that they lead to.
-#[derive(Debug, Default)]
-pub struct CandidateFilter {
-    places: [AttemptPlace; MAX_PLACES],
+#[derive(Debug)]
+pub struct CandidateFilter<const PLACES: usize = MAX_PLACES> {
+    places: [AttemptPlace; PLACES],
     count: usize,
     unsolved: u32,
     /// True if a candidate has been refused because a limit was reached.
@@ -44,7 +44,15 @@ struct AttemptPlace {
 #[derive(Debug)]
 pub struct Attempt(Option<usize>);
 
-impl CandidateFilter {
+impl<const PLACES: usize> Default for CandidateFilter<PLACES> {
+    fn default() -> Self {
+        Self { places: [AttemptPlace::default(); PLACES], count: 0, unsolved: 0, cut_short: false }
+    }
+}
+
+impl<const PLACES: usize> CandidateFilter<PLACES> {
+    const MAX_UNSOLVED: u32 = (PLACES as f32 * UNSOLVED_SHARE) as u32;
+
     /// Begins with a candidate (they come nearest first); none if others have led, or failed to lead, where it leads.
     /// Those without a predicted place are always tried.
     #[inline]
@@ -54,18 +62,18 @@ impl CandidateFilter {
         let same = |place: &AttemptPlace| {
             place.mirrored == reaching.mirrored && place.px.distance_squared(reaching.place) <= near2
         };
-        if self.cut_short && self.unsolved >= MAX_UNSOLVED {
+        if self.cut_short && self.unsolved >= Self::MAX_UNSOLVED {
             return None;
         }
         let known = self.places[..self.count].iter().position(same);
-        if self.unsolved >= MAX_UNSOLVED {
+        if self.unsolved >= Self::MAX_UNSOLVED {
             // More of what has been tried to its end is no loss.
             self.cut_short |= known.is_none_or(|known| self.places[known].attempts < MAX_ATTEMPTS);
             return None;
         }
         let index = match known {
             Some(known) => known,
-            None if self.count < MAX_PLACES => {
+            None if self.count < PLACES => {
                 self.places[self.count] = AttemptPlace { px: reaching.place, mirrored: reaching.mirrored, attempts: 0 };
                 self.count += 1;
                 self.count - 1

@@ -10,7 +10,7 @@ fn candidate(x: f32, distance: f32, mirrored: bool) -> Candidate {
 
 #[test]
 fn what_one_sample_told_no_other_is_asked() {
-    let mut attempts = CandidateFilter::default();
+    let mut attempts: CandidateFilter = CandidateFilter::default();
     let first = attempts.begin(&candidate(10.0, 4.0, false)).unwrap();
     attempts.end(first, true);
     // The same place, within the uncertainty of one from eight pixels away.
@@ -26,7 +26,7 @@ fn what_one_sample_told_no_other_is_asked() {
 
 #[test]
 fn samples_that_fail_are_followed_by_a_few_others() {
-    let mut attempts = CandidateFilter::default();
+    let mut attempts: CandidateFilter = CandidateFilter::default();
     let mut fail = |x: f32| match attempts.begin(&candidate(x, 1.0, false)) {
         Some(attempt) => {
             attempts.end(attempt, false);
@@ -44,7 +44,7 @@ fn samples_that_fail_are_followed_by_a_few_others() {
 
 #[test]
 fn places_are_bounded() {
-    let mut attempts = CandidateFilter::default();
+    let mut attempts: CandidateFilter = CandidateFilter::default();
     let told = (0..100).filter(|&k| match attempts.begin(&candidate(10.0 * k as f32, 1.0, false)) {
         Some(attempt) => {
             attempts.end(attempt, true);
