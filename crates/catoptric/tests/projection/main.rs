@@ -4,6 +4,7 @@ mod drawing;
 mod exact_search;
 mod explosion_map;
 mod extrusions;
+mod far_objects;
 mod panoramic_cameras;
 mod path_perturbation;
 mod planar_mirror;
