@@ -1,5 +1,7 @@
 //! Objects far from reflectors that path perturbation shows by maps: their places, what hides what, what is kept.
 
+#![allow(clippy::print_stdout)] // the README's numbers
+
 use catoptric::methods::Quality;
 use catoptric::methods::projector::{Projections, VertexProjector};
 use catoptric::metrics::PictureError;
