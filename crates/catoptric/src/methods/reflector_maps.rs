@@ -10,9 +10,9 @@ use crate::math::Aabb;
 use crate::methods::Report;
 use crate::methods::lookup_shader::LookupShader;
 use crate::progress::{Progress, Silent, Stage};
-use crate::raster;
+use crate::raster::{self, LookShader};
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Ray, RayDifferential, Scene};
+use crate::scene::{Ray, RayDifferential, Scene, View};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -84,15 +84,15 @@ const MIN_SIZE: u32 = 64;
 
 /// What can be captured of some reflectors in [`CAPTURE_WORK`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct CaptureLimits {
+pub(super) struct CaptureLimits {
     /// Maps in one round.
-    count: usize,
+    pub(super) count: usize,
     /// Texels a side.
-    size: u32,
+    pub(super) size: u32,
 }
 
 impl CaptureLimits {
-    fn new(settings: &ReflectorMapSettings, scene: &Scene, reflectors: usize, rounds: u32) -> Self {
+    pub(super) fn new(settings: &ReflectorMapSettings, scene: &Scene, reflectors: usize, rounds: u32) -> Self {
         let whole = Self { count: reflectors, size: settings.size };
         if settings.source == MapSource::Background {
             return whole;
@@ -106,6 +106,27 @@ impl CaptureLimits {
         let size = (left / (WORK_A_SAMPLE * f64::from(settings.capture_samples))).max(0.0).sqrt() as u32;
         Self { count, size: size.clamp(least, settings.size) }
     }
+}
+
+/// Pictures of the six faces of a cube about a point: the wanted objects of a scene, by a shader of each face's view.
+///
+/// # Errors
+/// Those of the rasteriser.
+pub(super) fn face_pictures<S: LookShader>(
+    settings: &ReflectorMapSettings,
+    scene: &Scene,
+    center: Vec3,
+    is_wanted: impl Fn(u32) -> bool,
+    shader: impl Fn(&View) -> S,
+) -> Result<Vec<Vec<[f32; 4]>>, RenderError> {
+    let picture = |face| {
+        let view = CubeMap::face_view(face, center, settings.size, scene.near());
+        let list = raster::scene_draw_list(scene, &view, |object| is_wanted(object).then_some(0));
+        let mut picture = Framebuffer::new(view.width, view.height);
+        raster::draw(&view, settings.capture_samples, &[list], &shader(&view), &mut picture, &Silent)?;
+        Ok(picture.pixels)
+    };
+    (0..6).map(picture).collect()
 }
 
 /// Reflectors in groups of neighbours, at most so many: halved along the longest side of their centres' box, the
@@ -246,15 +267,8 @@ impl ReflectorMaps {
         let cube = match settings.source {
             MapSource::Background => None,
             MapSource::Capture => {
-                let mut pictures = Vec::with_capacity(6);
-                for face in 0..6 {
-                    let view = CubeMap::face_view(face, center, settings.size, scene.near());
-                    let list = raster::scene_draw_list(scene, &view, |other| (!is_around(other)).then_some(0));
-                    let shader = LookupShader { scene, rays: view.rays(), reflectors: &*self };
-                    let mut picture = Framebuffer::new(view.width, view.height);
-                    raster::draw(&view, settings.capture_samples, &[list], &shader, &mut picture, &Silent)?;
-                    pictures.push(picture.pixels);
-                }
+                let shader = |view: &View| LookupShader { scene, rays: view.rays(), reflectors: &*self };
+                let pictures = face_pictures(settings, scene, center, |other| !is_around(other), shader)?;
                 self.captured_faces += 6;
                 Some(Arc::new(CubeMap::new(settings.size, pictures)))
             }

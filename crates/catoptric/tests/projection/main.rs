@@ -5,6 +5,7 @@ mod exact_search;
 mod exact_search_round_trips;
 mod explosion_map;
 mod extrusions;
+mod far_objects;
 mod multiperspective;
 mod panoramic_cameras;
 mod path_perturbation;

@@ -2,7 +2,7 @@
 
 use super::{FACES, Probes, locate, texels_across};
 use crate::scene::{Projection, View};
-use glam::{Affine3A, Mat3A, Vec2, Vec3};
+use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4, Vec4Swizzles};
 
 /// Texels added around each face of the finest level, so that blending across edges has both sides.
 const BORDER: u32 = 1;
@@ -10,7 +10,7 @@ const BORDER: u32 = 1;
 /// The largest ratio of a footprint's axes that is resolved by several look-ups. A bound on time; chosen, not measured.
 const MAX_ANISOTROPY: f32 = 8.0;
 
-/// One face at one resolution; rows from the top, linear radiance.
+/// One face at one resolution; rows from the top, linear radiance and coverage.
 #[derive(Clone, Debug)]
 struct Face {
     /// Texels a side without the border.
@@ -59,13 +59,18 @@ impl CubeMap {
     /// The radiance from a direction of unit length, blurred over a footprint: the changes of the direction from pixel
     /// to pixel. Long footprints take up to eight look-ups along their longer axis.
     pub(crate) fn filtered(&self, direction: Vec3, changes: [Vec3; 2]) -> Vec3 {
-        let probes = Probes::of(changes, MAX_ANISOTROPY);
-        let radiance = |at| self.radiance(direction + at, probes.spread);
-        probes.offsets().map(radiance).sum::<Vec3>() / probes.count as f32
+        self.filtered_with_coverage(direction, changes).xyz()
     }
 
-    /// The radiance from a direction (any length above 0), blurred over `spread` (radians).
-    pub(crate) fn radiance(&self, direction: Vec3, spread: f32) -> Vec3 {
+    /// As [`Self::filtered`]; the fourth number is the coverage of the captured pictures, 0 to 1.
+    pub(crate) fn filtered_with_coverage(&self, direction: Vec3, changes: [Vec3; 2]) -> Vec4 {
+        let probes = Probes::of(changes, MAX_ANISOTROPY);
+        let radiance = |at| self.radiance(direction + at, probes.spread);
+        probes.offsets().map(radiance).sum::<Vec4>() / probes.count as f32
+    }
+
+    /// Radiance and coverage from a direction (any length above 0), blurred over `spread` (radians).
+    fn radiance(&self, direction: Vec3, spread: f32) -> Vec4 {
         let (face, at, secant2) = locate(direction);
         let texels = texels_across(spread, self.size, secant2);
         let levels = &self.faces[face];
@@ -82,7 +87,7 @@ impl CubeMap {
 }
 
 impl Face {
-    fn bilinear(&self, at: Vec2) -> Vec3 {
+    fn bilinear(&self, at: Vec2) -> Vec4 {
         let side = (self.size + 2 * self.border) as f32;
         let position = (at + 1.0) * (0.5 * self.size as f32) + self.border as f32 - 0.5;
         let position = position.clamp(Vec2::ZERO, Vec2::splat(side - 1.0));
@@ -91,10 +96,7 @@ impl Face {
         let (x0, y0) = (low.x as usize, low.y as usize);
         let side = side as usize;
         let (x1, y1) = ((x0 + 1).min(side - 1), (y0 + 1).min(side - 1));
-        let texel = |x: usize, y: usize| {
-            let [r, g, b, _] = self.texels[y * side + x];
-            Vec3::new(r, g, b)
-        };
+        let texel = |x: usize, y: usize| Vec4::from(self.texels[y * side + x]);
         let upper = texel(x0, y0).lerp(texel(x1, y0), blend.x);
         let lower = texel(x0, y1).lerp(texel(x1, y1), blend.x);
         upper.lerp(lower, blend.y)
@@ -151,12 +153,12 @@ mod tests {
         for _ in 0..5000 {
             let mut number = || random.next_between(-1.0, 1.0);
             let direction = Vec3::new(number(), number(), number()).normalize();
-            let found = map.radiance(direction * 3.0, 0.0) - 1.0;
+            let found = map.radiance(direction * 3.0, 0.0).xyz() - 1.0;
             assert!((found - direction).length() < 1e-3, "{direction}: {found}");
         }
         // Exactly along edges and corners too.
         for direction in [Vec3::ONE, Vec3::new(1.0, 1.0, 0.0), Vec3::new(-1.0, 0.3, 1.0)] {
-            let found = map.radiance(direction, 0.0) - 1.0;
+            let found = map.radiance(direction, 0.0).xyz() - 1.0;
             assert!((found - direction.normalize()).length() < 1e-3, "{direction}: {found}");
         }
     }
@@ -164,7 +166,7 @@ mod tests {
     #[test]
     fn wide_spreads_average_and_odd_input_is_finite() {
         let map = direction_map(64);
-        let blurred = map.radiance(Vec3::X, 3.0) - 1.0;
+        let blurred = map.radiance(Vec3::X, 3.0).xyz() - 1.0;
         assert!(blurred.x > 0.5 && blurred.y.abs() < 1e-3 && blurred.z.abs() < 1e-3, "{blurred}");
         for direction in [Vec3::ZERO, Vec3::splat(f32::NAN), Vec3::splat(f32::INFINITY)] {
             assert!(map.radiance(direction, f32::NAN).is_finite());

@@ -229,6 +229,13 @@ impl FirstOrder {
 }
 
 impl OutgoingRays {
+    /// Lateral change of the directions with `z`: radians a unit of the parameters, a column a parameter.
+    #[inline]
+    pub fn direction_change(&self) -> DMat2 {
+        let [[a, b], [c, d]] = self.direction_change;
+        DMat2::from_cols_array(&[a, c, b, d])
+    }
+
     /// The rays that leave a bundle; returns `None` if the direction is not finite.
     pub fn new(bundle: &RayBundle) -> Option<Self> {
         let direction = bundle.direction.value.try_normalize()?;

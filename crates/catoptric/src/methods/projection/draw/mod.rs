@@ -11,6 +11,7 @@
 //! A path that entered a lens meets that lens's exit surface next, from inside. Nothing marks which of a lens's
 //! triangles are exits: at the end of a path that entered, the nearest is one, and hides those beyond it.
 
+pub(super) mod far_maps;
 mod lists;
 mod path_shader;
 pub(super) mod prepared;
@@ -24,6 +25,7 @@ use crate::methods::projector::SpecularPath;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::raster::{self, DrawTriangle, RasterReport};
 use crate::scene::PicturePoint;
+use far_maps::FarMaps;
 use glam::Vec2;
 
 pub(in crate::methods::projection) use path_shader::{PathShader, meet_known_surface};
@@ -51,6 +53,15 @@ pub struct PathGeometry {
     pub corners: Vec<[Vec2; 3]>,
 }
 
+/// Environment maps that take the place of projected geometry.
+#[derive(Clone, Copy, Default)]
+pub(in crate::methods::projection) struct MapsInView<'a> {
+    /// Those of reflectors at which no path goes on.
+    pub(in crate::methods::projection) whole: Option<&'a ReflectorMaps>,
+    /// Those of objects that are far from a reflector, seen behind its paths.
+    pub(in crate::methods::projection) far: Option<&'a FarMaps>,
+}
+
 /// Draws the scene directly in view, and in its reflectors the geometry that appears there.
 ///
 /// Where a path shows nothing, the environment is seen at its end. Reflectors at the end of paths of the highest order
@@ -63,17 +74,18 @@ pub fn draw_paths(
     paths: Vec<PathGeometry>,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    draw_paths_with(job, paths, None, target)
+    draw_paths_with(job, paths, MapsInView::default(), target)
 }
 
-/// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them.
+/// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them. Maps of far
+/// objects are seen behind paths.
 pub(in crate::methods::projection) fn draw_paths_with(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
-    maps: Option<&ReflectorMaps>,
+    maps: MapsInView<'_>,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    let lists = lists::draw_lists(job, paths, maps);
+    let lists = lists::draw_lists(job, paths, maps.whole);
     let shader = PathShader::new(job.scene, job.view).with_maps(maps, job.quality.order);
     raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)
 }

@@ -1,5 +1,6 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
+use super::MapsInView;
 use crate::light::reflector_shader::ReflectorShader;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
@@ -25,19 +26,19 @@ const BESIDE: f32 = 3.0;
 pub(in crate::methods::projection) struct PathShader<'a> {
     scene: &'a Scene,
     rays: ViewRays,
-    /// Reflectors with maps look these up, after fewer bounces than the order.
-    maps: Option<&'a ReflectorMaps>,
+    /// Reflectors with maps of all look these up, after fewer bounces than the order.
+    maps: MapsInView<'a>,
     order: usize,
 }
 
 impl<'a> PathShader<'a> {
     /// A shader for paths from the eye of a view.
     pub(in crate::methods::projection) fn new(scene: &'a Scene, view: &View) -> Self {
-        Self { scene, rays: view.rays(), maps: None, order: 0 }
+        Self { scene, rays: view.rays(), maps: MapsInView::default(), order: 0 }
     }
 
     /// The same with environment maps, for pictures of an order.
-    pub(super) fn with_maps(self, maps: Option<&'a ReflectorMaps>, order: u32) -> Self {
+    pub(super) fn with_maps(self, maps: MapsInView<'a>, order: u32) -> Self {
         Self { maps, order: order as usize, ..self }
     }
 
@@ -58,6 +59,36 @@ impl<'a> PathShader<'a> {
         };
         let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
         maps.radiance(self.scene, &encounter, ray, &change)
+    }
+
+    /// The radiance from a direction behind all that a fragment shows.
+    #[inline]
+    fn behind(&self, fragment: &Fragment<'_>, direction: Vec3) -> Vec3 {
+        let (Some(far), Some(last)) = (self.maps.far, fragment.chain.last()) else {
+            return self.scene.background(direction);
+        };
+        let reflector = self.scene.triangle_objects[last.source as usize];
+        far.behind(self.scene, reflector, direction, || self.change_behind(fragment))
+    }
+
+    /// The change from pixel to pixel of the ray that leaves the last surface of a fragment.
+    fn change_behind(&self, fragment: &Fragment<'_>) -> RayDifferential {
+        let scene = self.scene;
+        let (mut ray, mut change) = self.rays.ray_with_differential(fragment.position.x, fragment.position.y);
+        for (bounce, surface) in fragment.chain.iter().enumerate() {
+            let surface = &mut { *surface };
+            if bounce > 0 {
+                meet_known_surface(scene, &mut ray, surface);
+            }
+            let encounter = scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
+            let step = LightStep::at(scene, scene.material_of(encounter.point.object), &encounter.point, ray.direction);
+            let refracts = fragment.second_branches >> bounce & 1 != 0;
+            let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };
+            let Some(direction) = step.outgoing(kind, ray.direction) else { break };
+            change = step.outgoing_change(kind, ray.direction, &change, &encounter);
+            ray = Ray { origin: encounter.point.position, direction };
+        }
+        change
     }
 
     /// Distance of the surface at the end of a segment from its start. Rarely needed: kept out of the walk.
@@ -125,7 +156,7 @@ impl LookShader for PathShader<'_> {
                 sum += own;
                 throughput *= weight;
             }
-            let maps = self.maps.filter(|maps| bounce < self.order && maps.has(object));
+            let maps = self.maps.whole.filter(|maps| bounce < self.order && maps.has(object));
             if absorption != Vec3::ZERO && (material.role == Role::Diffuse || maps.is_some()) {
                 throughput *= transmittance(
                     absorption,
@@ -177,6 +208,6 @@ impl LookShader for PathShader<'_> {
             sum += own;
             throughput *= weight;
         }
-        ShadingRequest::Color(sum + throughput * scene.background(ray.direction))
+        ShadingRequest::Color(sum + throughput * self.behind(fragment, ray.direction))
     }
 }

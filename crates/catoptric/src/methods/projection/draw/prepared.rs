@@ -1,6 +1,7 @@
 //! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
 //! view, what on the objects among them, and what of it is kept from frame to frame.
 
+use super::MapsInView;
 use super::virtual_mesh::MeshQuality;
 use super::virtual_scene::VirtualScene;
 use crate::clock::Stopwatch;
@@ -9,7 +10,6 @@ use crate::framebuffer::Framebuffer;
 use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::projector::VertexProjector;
-use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
 use crate::progress::{Progress, Stage};
 use crate::scene::{Scene, View};
@@ -72,9 +72,12 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// Counts and bytes of a view's data.
     fn describe(&self, data: &Self::ViewData, report: &mut Report);
 
-    /// The environment maps of reflectors that have them in place of projections.
-    fn maps<'a>(&self, _data: &'a Self::ViewData) -> Option<&'a ReflectorMaps> {
-        None
+    /// Takes from an earlier view's data what the data of a new view may use again.
+    fn take_over(&self, _data: &mut Self::ViewData, _old: Self::ViewData) {}
+
+    /// The environment maps that take the place of projections.
+    fn maps<'a>(&self, _data: &'a Self::ViewData) -> MapsInView<'a> {
+        MapsInView::default()
     }
 
     /// The fineness of virtual meshes in a view.
@@ -221,8 +224,11 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         let current = match last.take_if(|_| keeps) {
             Some(kept) => kept,
             None => {
-                let data = method.view_data(&context, &mut stages)?;
+                let mut data = method.view_data(&context, &mut stages)?;
                 virtual_scene.forget_meshes();
+                if let Some(old) = last.take() {
+                    method.take_over(&mut data, old.data);
+                }
                 LastView { view: view.clone(), order, data }
             }
         };

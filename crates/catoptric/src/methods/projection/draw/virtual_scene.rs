@@ -3,12 +3,11 @@
 
 use super::prepared::Stages;
 use super::virtual_mesh::{MeshQuality, VirtualMesh, VirtualObject, WeldedObject, virtual_mesh};
-use super::{PathGeometry, draw_paths_with};
+use super::{MapsInView, PathGeometry, draw_paths_with};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::projector::{SpecularPath, VertexProjector};
-use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Job, Report};
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
@@ -17,7 +16,7 @@ use crate::progress::{Cancelled, Stage};
 use crate::scene::{Role, Scene};
 use crate::surface::PlacedSurface;
 use glam::Vec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
@@ -180,7 +179,7 @@ impl VirtualScene {
     }
 
     /// Draws the picture: makes the virtual meshes that are missing and rasterises them. Reflectors with environment
-    /// maps show these.
+    /// maps show these, and maps of far objects take the place of their virtual meshes.
     ///
     /// # Errors
     /// Those of the rasteriser.
@@ -189,12 +188,12 @@ impl VirtualScene {
         job: &Job<'_>,
         projector: &P,
         quality: &MeshQuality,
-        maps: Option<&ReflectorMaps>,
+        maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
-        let (projected, left_out) = self.add_missing_meshes(job, projector, quality)?;
+        let (projected, left_out) = self.add_missing_meshes(job, projector, quality, maps)?;
         let meshes = self.locked_meshes();
         let geometry = |(path, sequence): (usize, &SpecularPath)| {
             let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
@@ -233,8 +232,14 @@ impl VirtualScene {
         job: &Job<'_>,
         projector: &P,
         quality: &MeshQuality,
+        maps: MapsInView<'_>,
     ) -> Result<(u64, u64), Cancelled> {
-        let pairs = self.pairs(job, projector);
+        let pairs = self.pairs(job, projector, maps);
+        if maps.far.is_some() {
+            // What has become far since an earlier frame is not drawn twice.
+            let wanted: HashSet<(u32, u32)> = pairs.iter().copied().collect();
+            self.locked_meshes().retain(|key, _| wanted.contains(key));
+        }
         let steps_of = |(_, object): (u32, u32)| VirtualObject::steps(&self.welded[object as usize]);
         let stage = Stage::begin(job.progress, "projecting", pairs.iter().map(|key| steps_of(*key)).sum())?;
         let (mut projected, mut remaining, mut left_out) = (0, FRAME_WORK, 0);
@@ -320,8 +325,13 @@ impl VirtualScene {
         (self.length(projector, key), job.scene.role_of(key.1).is_specular())
     }
 
-    /// The paths and objects that may appear on them, by their kind.
-    fn pairs<P: VertexProjector + ?Sized>(&self, job: &Job<'_>, projector: &P) -> Vec<(u32, u32)> {
+    /// The paths and objects that may appear on them, by their kind, without those that maps of far objects show.
+    fn pairs<P: VertexProjector + ?Sized>(
+        &self,
+        job: &Job<'_>,
+        projector: &P,
+        maps: MapsInView<'_>,
+    ) -> Vec<(u32, u32)> {
         let scene = job.scene;
         let mut pairs = Vec::new();
         for (path, sequence) in projector.paths().iter().enumerate() {
@@ -335,6 +345,9 @@ impl VirtualScene {
                 let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
                 if own && is_convex() && from_without() {
                     continue; // rays that leave a convex mirror never come back
+                }
+                if maps.far.is_some_and(|far| far.shows(last.object, index as u32)) {
+                    continue;
                 }
                 pairs.push((path as u32, index as u32));
             }

@@ -3,6 +3,7 @@
 //!
 //! See this folder's `README.md`.
 
+mod far_objects;
 mod limits;
 mod project;
 mod settings;
@@ -12,13 +13,17 @@ pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings};
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::math::Aabb;
+use crate::methods::projection::draw::MapsInView;
+use crate::methods::projection::draw::far_maps::FarMaps;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::find::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
 use crate::methods::{Family, MethodInfo, Quality, Report, Settings};
 use crate::scene::{PreciseView, Scene, View};
+use far_objects::{FarBounds, FarObjects};
 use glam::Vec3;
 use project::{Perturber, rule};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Description of the method.
@@ -45,6 +50,23 @@ const COARSE_PX: (f32, f32) = (1.0, 3.0);
 #[derive(Clone)]
 struct PathPerturbation(PathPerturbationSettings);
 
+/// The rays of a view, and what is far from the reflectors in it.
+struct ViewRays {
+    map: RayMap,
+    /// `None` until they are captured, and if no maps are wanted.
+    far: Option<FarInView>,
+    /// Maps of an earlier view or moment.
+    old: Option<FarMaps>,
+}
+
+/// The maps of far objects in a view.
+struct FarInView {
+    maps: FarMaps,
+    /// Objects that are far, but projected all the same.
+    kept: u64,
+    reflectors_left: u64,
+}
+
 /// Appearances just outside the picture belong to triangles that reach into it.
 fn margin_px(settings: &PathPerturbationSettings) -> f32 {
     2.0 * settings.spacing_px
@@ -58,7 +80,7 @@ fn around(bounds: &Aabb) -> Aabb {
 
 impl MeshProjection for PathPerturbation {
     type Mirrors = Arc<Tracer>;
-    type ViewData = RayMap;
+    type ViewData = ViewRays;
     type Projector<'a> = Perturber<'a>;
 
     const INFO: &'static MethodInfo = &INFO;
@@ -73,7 +95,7 @@ impl MeshProjection for PathPerturbation {
         mirror_tracer(scene, old, stages)
     }
 
-    fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<RayMap, RenderError> {
+    fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<ViewRays, RenderError> {
         let Self(settings) = self;
         let sampling = Sampling {
             spacing_px: settings.spacing_px,
@@ -87,10 +109,52 @@ impl MeshProjection for PathPerturbation {
         let field = ViewField::new(view, margin_px(settings));
         let map = RayMap::build(&specular, &field, &sampling, &around(&scene.bounds), rule(settings), stages.progress)?;
         stages.report.counts.insert("rays_traced", map.rays_traced);
-        Ok(map)
+        Ok(ViewRays { map, far: None, old: None })
     }
 
-    fn describe(&self, map: &RayMap, report: &mut Report) {
+    /// Finds the far objects and captures their maps.
+    fn complete(
+        &self,
+        context: &Context<'_, Self>,
+        data: &mut ViewRays,
+        stages: &mut Stages<'_>,
+    ) -> Result<(), RenderError> {
+        let PathPerturbationSettings { far_px, far_size, .. } = self.0;
+        if far_px <= 0.0 || data.far.is_some() {
+            return Ok(());
+        }
+        let scene = context.scene;
+        let texel = FRAC_PI_2 / f64::from(FarMaps::affordable_size(scene, far_size));
+        let FarObjects { of, kept, reflectors_left } =
+            FarBounds { error_px: far_px.into(), texel }.far_objects(scene, &data.map);
+        let maps = FarMaps::capture(scene, &of, far_size, data.old.take(), stages.progress)?;
+        stages.report.counts.insert("captured_faces", maps.captured_faces());
+        data.far = Some(FarInView { maps, kept, reflectors_left });
+        stages.lap("capture");
+        Ok(())
+    }
+
+    fn forget_objects(&self, data: &mut ViewRays) {
+        if let Some(far) = data.far.take() {
+            data.old = Some(far.maps);
+        }
+    }
+
+    fn take_over(&self, data: &mut ViewRays, old: ViewRays) {
+        data.old = old.far.map(|far| far.maps).or(old.old);
+    }
+
+    fn maps<'a>(&self, data: &'a ViewRays) -> MapsInView<'a> {
+        MapsInView { whole: None, far: data.far.as_ref().map(|far| &far.maps) }
+    }
+
+    fn describe(&self, ViewRays { map, far, .. }: &ViewRays, report: &mut Report) {
+        if let Some(FarInView { maps, kept, reflectors_left }) = far {
+            report.counts.entry("captured_faces").or_insert(0);
+            report.counts.insert("far_objects_projected", *kept);
+            maps.describe(report);
+            report.add_fallback("far_maps_left_out", *reflectors_left);
+        }
         report.counts.entry("rays_traced").or_insert(0);
         report.counts.insert("sample_rays", map.samples as u64);
         report.bytes.insert("ray_map", map.byte_count());
@@ -103,7 +167,8 @@ impl MeshProjection for PathPerturbation {
         MeshQuality::new(view, self.0.edge_error_px.max(edge_error_px), self.0.piece_px.max(piece_px))
     }
 
-    fn projector<'a>(&'a self, context: &Context<'a, Self>, map: &'a RayMap) -> Perturber<'a> {
+    fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a ViewRays) -> Perturber<'a> {
+        let map = &data.map;
         let Context { scene, virtual_scene, view, .. } = *context;
         let sizes = scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
         Perturber {

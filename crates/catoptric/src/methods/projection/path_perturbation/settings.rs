@@ -62,6 +62,11 @@ declare_settings! {
         edge_error_px: f32 = 0.25, range(0.01, 100.0), unit("pixels");
         /// Pieces that appear in part are divided down to this size; without `polish` at least 3.
         piece_px: f32 = 0.75, range(0.1, 100.0), unit("pixels");
+        /// Objects so far from a reflector that a look-up by the direction alone misplaces them by at most this are
+        /// drawn from an environment map about its centre; 0: none.
+        far_px: f32 = 0.0, range(0.0, 1000.0), unit("pixels");
+        /// Side of a face of these maps.
+        far_size: u32 = 512, range(4.0, 4096.0), unit("texels");
     }
 
     fn check_rules(&self) -> Result<(), String> {

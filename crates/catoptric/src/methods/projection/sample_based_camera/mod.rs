@@ -18,6 +18,7 @@ pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::math::Aabb;
+use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::find::ray_map::{Specular, ViewField, eye_of};
@@ -193,8 +194,8 @@ impl MeshProjection for SampleBasedCamera {
         }
     }
 
-    fn maps<'a>(&self, data: &'a ViewCameras) -> Option<&'a ReflectorMaps> {
-        data.maps.as_ref()
+    fn maps<'a>(&self, data: &'a ViewCameras) -> MapsInView<'a> {
+        MapsInView { whole: data.maps.as_ref(), far: None }
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

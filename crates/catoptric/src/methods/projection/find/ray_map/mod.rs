@@ -31,6 +31,7 @@ use crate::progress::{Cancelled, Progress};
 use crate::scene::Ray;
 use cells::{CellIndex, SampleCells};
 use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Source of a ray map's rays: a two-dimensional field of rays, with coordinates in pixels.
 pub trait RayField: Sync {
@@ -325,6 +326,15 @@ impl Group {
     }
 }
 
+/// The largest length of the image of a unit vector: the larger singular value. Not a number, or infinite, if the
+/// matrix is not finite.
+pub fn largest_stretch(matrix: DMat2) -> f64 {
+    let [a, b, c, d] = matrix.to_cols_array();
+    let (sum, product) = (a * a + b * b + c * c + d * d, a * d - b * c);
+    let difference = (sum * sum - 4.0 * product * product).max(0.0).sqrt();
+    (0.5 * (sum + difference)).sqrt()
+}
+
 /// A sample that may lead to a reflection of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Candidate {
@@ -347,6 +357,21 @@ impl PathRays {
     #[inline]
     pub fn distance_px(&self, ray: u32, parameters: DVec2) -> f64 {
         (self.picture_change[ray as usize] * parameters).length()
+    }
+
+    /// The change of a sample's place in the picture with its outgoing ray's direction: pixels a radian, along that
+    /// ray's two axes; not finite where the picture shows the same direction all around.
+    #[inline]
+    pub fn place_change_with_direction(&self, ray: u32) -> DMat2 {
+        self.picture_change[ray as usize] * self.samples[ray as usize].rays.direction_change().inverse()
+    }
+
+    /// The angle between a sample's outgoing ray and those halfway to its neighbours, to the corners of its cell, to
+    /// first order, in radians.
+    #[inline]
+    pub fn turn(&self, ray: u32) -> f64 {
+        let change = self.samples[ray as usize].rays.direction_change() * self.picture_change[ray as usize].inverse();
+        largest_stretch(change) * f64::from(self.reach_px[ray as usize]) * FRAC_1_SQRT_2
     }
 
     /// The most that the second order of a sample's expansion moves an appearance, in pixels.
