@@ -556,7 +556,7 @@ mod tests {
         let mut seen = Vec::new();
         hierarchy.walk(
             &mut Vec::new(),
-            |_| u32::MAX,
+            |_| 0xff,
             |block| {
                 seen.extend(block.triangles.into_iter().filter(|triangle| *triangle != NO_TRIANGLE));
             },
