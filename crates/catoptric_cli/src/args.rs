@@ -188,6 +188,9 @@ pub(crate) struct DrawArgs {
     /// Processor that draws
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) backend: Backend,
+    /// Time a frame may take in milliseconds; what is not done by then is drawn by `auto` and counted [default: none]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3_600_000))]
+    pub(crate) budget_ms: Option<u32>,
     /// A merged bake for the method (repeat)
     #[arg(long, value_name = "FILE")]
     pub(crate) baked: Vec<PathBuf>,
@@ -230,7 +233,7 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = "View")]
     pub(crate) frames: u32,
     /// The method; `catoptric methods` lists them
-    #[arg(long, value_name = "ID", default_value = "reference", help_heading = "Method", display_order = 0)]
+    #[arg(long, value_name = "ID", default_value = "auto", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]

@@ -6,7 +6,8 @@ use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{MethodInfo, Prepared, Quality, Report};
+use catoptric::methods::budget::Budgeted;
+use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
@@ -19,6 +20,8 @@ use std::time::Instant;
 
 const FRAMES_PER_SECOND: f32 = 30.0;
 const ORBIT_STEP_DEG: f32 = 1.0;
+/// The reference's time is estimated by a picture so many times smaller in both directions.
+const ESTIMATE_SCALE: u32 = 8;
 /// The field of view of `--eye` without `--fov`.
 const DEFAULT_FOV_DEG: f32 = 40.0;
 
@@ -30,6 +33,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) quality: Quality,
     pub(crate) frames: u32,
     pub(crate) motion: Motion,
+    pub(crate) budget_ms: Option<u32>,
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) bakes: Bakes,
@@ -59,6 +63,10 @@ pub(crate) struct Drawing {
     pub(crate) fallbacks: BTreeMap<&'static str, u64>,
     pub(crate) bytes: BTreeMap<&'static str, u64>,
     pub(crate) warnings: Vec<String>,
+    /// Ways to draw reflectors that the method has chosen.
+    pub(crate) choices: Vec<Choice>,
+    /// The largest error of accepted approximations of the last frame, in pixels.
+    pub(crate) error_px: Option<f64>,
 }
 
 /// Refuses what this version cannot do at all.
@@ -101,17 +109,28 @@ impl<'a> Shot<'a> {
             setup_ms.push(("bake_open".into(), bakes.open_ms));
         }
         let quality = Quality { samples: draw.samples, order: draw.order };
-        let (motion, time) = (draw.motion, args.pose.time);
-        let shot = Self { model, scene, quality, frames, motion, setup_ms, bakes, roles, time, view };
+        let (motion, budget_ms, time) = (draw.motion, draw.budget_ms, args.pose.time);
+        let shot = Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, roles, time, view };
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
         Ok(shot)
     }
 
-    /// Prepares the method and draws all frames.
+    /// Prepares the method and draws all frames, within the budget if there is one.
     pub(crate) fn draw(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        let budgeted = self.budget_ms.map(|budget_ms| Budgeted::new(&*chosen.method, budget_ms.into()));
+        let method = budgeted.as_ref().map_or(&*chosen.method, |budgeted| budgeted as &dyn Method);
+        self.draw_with(method, chosen, progress)
+    }
+
+    /// The same without any budget.
+    pub(crate) fn draw_whole(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        self.draw_with(&*chosen.method, chosen, progress)
+    }
+
+    fn draw_with(&self, method: &dyn Method, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
         let bake = self.bakes.fitting(chosen.info, &chosen.settings, &self.scene, self.quality)?;
-        let prepared = chosen.method.prepare(&self.scene, self.quality, bake, progress)?;
+        let prepared = method.prepare(&self.scene, self.quality, bake, progress)?;
         let mut setup_ms = self.setup_ms.clone();
         setup_ms.extend(prepared.report().stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));
         let [width, height] = self.view.size;
@@ -128,6 +147,8 @@ impl<'a> Shot<'a> {
             fallbacks: BTreeMap::new(),
             bytes: BTreeMap::new(),
             warnings: Vec::new(),
+            choices: Vec::new(),
+            error_px: None,
         };
         drawing.note(&drawing.prepared.report().clone());
         for frame in 0..self.frames {
@@ -156,6 +177,19 @@ impl<'a> Shot<'a> {
         Ok(drawing)
     }
 
+    /// The time in milliseconds that the reference would take for a frame, about: from a small picture of it.
+    pub(crate) fn reference_ms(&self, progress: &dyn Progress) -> Result<f64, Failure> {
+        let mut view = self.frame_view(&self.scene, 0)?;
+        let pixels = f64::from(view.width) * f64::from(view.height);
+        (view.width, view.height) = ((view.width / ESTIMATE_SCALE).max(1), (view.height / ESTIMATE_SCALE).max(1));
+        let method = methods::create("reference", &toml::Table::new())?;
+        let mut prepared = method.prepare(&self.scene, self.quality, None, progress)?;
+        let mut picture = Framebuffer::new(view.width, view.height);
+        let start = Instant::now();
+        prepared.frame(&view, progress)?.draw(&mut picture, progress)?;
+        Ok(milliseconds(start) * pixels / (f64::from(view.width) * f64::from(view.height)))
+    }
+
     fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
         let mut camera = camera(self.view, scene)?;
         if self.motion == Motion::Eye {
@@ -177,6 +211,10 @@ impl Drawing {
         self.counts.extend(&report.counts);
         self.fallbacks.extend(&report.fallbacks);
         self.bytes.extend(&report.bytes);
+        if !report.choices.is_empty() {
+            self.choices.clone_from(&report.choices);
+        }
+        self.error_px = report.error_px.or(self.error_px);
         for warning in &report.warnings {
             if !self.warnings.contains(warning) {
                 self.warnings.push(warning.clone());

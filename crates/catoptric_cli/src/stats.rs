@@ -2,6 +2,7 @@
 
 use crate::drawing::{Drawing, Shot, median};
 use crate::settings::{self, Chosen};
+use catoptric::methods::Choice;
 use catoptric::methods::projection::measure::round_trip::RoundTrip;
 use catoptric::metrics::PictureError;
 use catoptric::scene::Role;
@@ -81,6 +82,20 @@ pub(crate) struct Stats {
     pub(crate) counts: Counts,
     pub(crate) bytes: BTreeMap<String, u64>,
     pub(crate) warnings: Vec<String>,
+    /// The way to draw each reflector, of methods that choose one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) choices: Vec<ChosenWay>,
+    /// The largest error of accepted approximations in pixels, of methods that measure it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) error_px: Option<f64>,
+}
+
+/// The way to draw a reflector.
+#[derive(Clone, Debug, serde::Serialize)]
+pub(crate) struct ChosenWay {
+    pub(crate) object: String,
+    pub(crate) method: &'static str,
+    pub(crate) reason: String,
 }
 
 /// The error of a picture against the reference.
@@ -123,7 +138,29 @@ impl Stats {
             counts: Counts { named, fallbacks: owned(&drawing.fallbacks) },
             bytes: owned(&drawing.bytes),
             warnings: shot.model.warnings.iter().chain(&drawing.warnings).cloned().collect(),
+            choices: drawing.choices.iter().map(ChosenWay::new).collect(),
+            error_px: drawing.error_px,
         }
+    }
+
+    /// What was chosen for how many reflectors, and why; `None` for methods that choose nothing.
+    pub(crate) fn chosen(&self) -> Option<String> {
+        let mut counts: Vec<(&ChosenWay, u32)> = Vec::new();
+        for way in &self.choices {
+            match counts.iter_mut().find(|(other, _)| (other.method, &other.reason) == (way.method, &way.reason)) {
+                Some((_, count)) => *count += 1,
+                None => counts.push((way, 1)),
+            }
+        }
+        let line = |(way, count): &(&ChosenWay, u32)| format!("{count} by {} ({})", way.method, way.reason);
+        let lines: Vec<String> = counts.iter().map(line).collect();
+        (!lines.is_empty()).then(|| lines.join(", "))
+    }
+}
+
+impl ChosenWay {
+    fn new(choice: &Choice) -> Self {
+        Self { object: choice.object.clone(), method: choice.method, reason: choice.reason.clone() }
     }
 }
 

@@ -17,6 +17,14 @@ impl Stopwatch {
         }
     }
 
+    /// Milliseconds since the start or the last lap.
+    pub fn elapsed_ms(&self) -> f64 {
+        #[cfg(not(target_family = "wasm"))]
+        return self.start.elapsed().as_secs_f64() * 1e3;
+        #[cfg(target_family = "wasm")]
+        0.0
+    }
+
     /// Milliseconds since the start or the last lap, and starts the next lap.
     pub fn lap_ms(&mut self) -> f64 {
         #[cfg(not(target_family = "wasm"))]

@@ -1,6 +1,7 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
 pub mod bake;
+pub mod budget;
 pub mod limits;
 pub mod lookup;
 mod lookup_shader;
@@ -133,6 +134,22 @@ pub struct Report {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+    /// What a method that chooses a way for each reflector has chosen.
+    pub choices: Vec<Choice>,
+    /// The largest error of approximations that were accepted, in pixels, measured where they were made; `None` for
+    /// methods that do not measure it.
+    pub error_px: Option<f64>,
+}
+
+/// The way to draw a reflector or lens that a method has chosen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// The object's name.
+    pub object: String,
+    /// The id of the method that draws it.
+    pub method: &'static str,
+    /// Why.
+    pub reason: String,
 }
 
 impl Report {
@@ -144,6 +161,8 @@ impl Report {
             fallbacks: BTreeMap::new(),
             bytes: BTreeMap::new(),
             warnings: Vec::new(),
+            choices: Vec::new(),
+            error_px: None,
         };
         &NONE
     }
@@ -155,6 +174,8 @@ impl Report {
         self.fallbacks.extend(later.fallbacks);
         self.bytes.extend(later.bytes);
         self.warnings.extend(later.warnings);
+        self.choices.extend(later.choices);
+        self.error_px = later.error_px.or(self.error_px);
     }
 
     /// Adds to the count of a fall-back, if there were any.
@@ -249,6 +270,7 @@ pub trait Frame: Sync {
 pub fn all() -> &'static [&'static MethodInfo] {
     static ALL: &[&MethodInfo] = &[
         &reference::INFO,
+        &projection::auto::INFO,
         &lookup::environment_map::INFO,
         &lookup::light_field::INFO,
         &lookup::layered_environment_map::INFO,

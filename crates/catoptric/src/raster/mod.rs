@@ -21,8 +21,8 @@ mod tile;
 
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
-pub(crate) use scene_list::shade_looks;
 pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};
+pub(crate) use scene_list::{patch_of_triangle, shade_looks};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;

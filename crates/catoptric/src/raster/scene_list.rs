@@ -19,14 +19,10 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     for (index, object) in scene.objects.iter().enumerate() {
         let Some(group) = group(index as u32) else { continue };
         let alpha_tested = scene.is_alpha_tested(index as u32);
-        let analytic = scene.patch_of_object(index as u32);
-        // Reflections and refractions in a mesh may change much between two samples.
-        let is_smooth = !scene.role_of(index as u32).is_specular();
-        let part = |triangle: u32| scene.triangle_parts.get(triangle as usize).copied().filter(|_| is_smooth);
         let first = object.vertices.start;
         for triangle in object.triangles.clone() {
             let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
-            let patch = analytic.or_else(|| part(triangle)).unwrap_or(0);
+            let patch = patch_of_triangle(scene, triangle);
             triangles.push(DrawTriangle { vertices, source: triangle, group, patch, alpha_tested });
         }
         vertices_from.push((vertex_count as usize, object.vertices.clone()));
@@ -52,6 +48,16 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
         }
     });
     DrawList { vertices, triangles, ..DrawList::default() }
+}
+
+/// The number of the smooth surface that a triangle of a scene is part of, for [`DrawTriangle::patch`]; 0: none.
+#[inline]
+pub(crate) fn patch_of_triangle(scene: &Scene, triangle: u32) -> u32 {
+    let object = scene.triangle_objects[triangle as usize];
+    // Reflections and refractions in a mesh may change much between two samples.
+    let is_smooth = || !scene.role_of(object).is_specular();
+    let of_mesh = || scene.triangle_parts.get(triangle as usize).copied().filter(|_| is_smooth());
+    scene.patch_of_object(object).or_else(of_mesh).unwrap_or(0)
 }
 
 /// The appearance of a fragment of a scene.

@@ -1,5 +1,6 @@
 //! The methods of the projection family and their shared parts, against closed forms, the reference and round trips.
 
+mod auto;
 mod drawing;
 mod exact_search;
 mod exact_search_round_trips;

@@ -50,7 +50,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     let folder = staging.path();
 
     terminal.set_subject("reference");
-    let drawing = shot.draw(&truth_method, terminal)?;
+    let drawing = shot.draw_whole(&truth_method, terminal)?;
     let mask = specular_mask(&drawing.scene, &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
     picture::write(&folder.join("reference.png"), &drawing.picture)?;

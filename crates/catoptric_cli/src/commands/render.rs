@@ -36,8 +36,29 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         let json = pretty(&stats)?;
         output::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
     }
-    terminal.warn(&stats.warnings);
+    let mut warnings = stats.warnings.clone();
+    warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);
+    terminal.warn(&warnings);
     Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
+}
+
+/// Frames that are faster are not compared with the reference, in milliseconds.
+const NOTICED_MS: f64 = 1000.0;
+
+/// A frame that takes more than this many times as long as the reference is worth a word.
+const MUCH_SLOWER: f64 = 10.0;
+
+/// A warning where a frame has taken much longer than the reference would.
+fn slower_than_tracing(shot: &Shot<'_>, stats: &Stats, terminal: &Terminal) -> Result<Option<String>, Failure> {
+    let first = stats.frame_ms.first;
+    if first < NOTICED_MS || ["reference", "auto"].contains(&stats.method) {
+        return Ok(None);
+    }
+    let reference = shot.reference_ms(terminal)?;
+    let id = stats.method;
+    Ok((first > MUCH_SLOWER * reference).then(|| {
+        format!("`{id}` took {first:.0} ms, the reference would take about {reference:.0} ms: try --method auto")
+    }))
 }
 
 /// The files to be written, each another one.
@@ -84,7 +105,16 @@ fn summary(args: &RenderArgs, stats: &Stats, verbose: bool) -> String {
         text += &format!(" a frame ({:.1} to {:.1} over {} frames)", time.min, time.max, stats.frames);
     }
     text += "\n";
+    if let Some(chosen) = stats.chosen() {
+        text += &format!("reflectors: {chosen}\n");
+    }
     if verbose {
+        for way in &stats.choices {
+            text += &format!("  `{}`: {}, {}\n", way.object, way.method, way.reason);
+        }
+        if let Some(error_px) = stats.error_px {
+            text += &format!("  largest error of a bundle of rays: {error_px:.3} px\n");
+        }
         let ms = |times: &[(String, f64)], kind: &str| -> Vec<Vec<String>> {
             times.iter().map(|(name, time)| vec![format!("  {kind} {name}"), format!("{time:.2} ms")]).collect()
         };

@@ -165,6 +165,8 @@ mod tests {
             counts: Counts { named: [("rays".into(), 5)].into(), fallbacks: [("given_up".into(), 1234)].into() },
             bytes: Default::default(),
             warnings: vec!["something is <odd>".into()],
+            choices: Vec::new(),
+            error_px: None,
         }
     }
 

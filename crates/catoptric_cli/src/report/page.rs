@@ -195,6 +195,7 @@ fn card(index: usize, entry: &Entry) -> Markup {
                         (slider(entry, measured))
                         @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
                     }
+                    @if let Some(chosen) = measured.stats.chosen() { p.note { "reflectors: " (chosen) } }
                     @for warning in &measured.stats.warnings { p.note { (warning) } }
                     @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
                         p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " \

@@ -38,7 +38,7 @@ fn links_stay_and_lead_to_the_new_file() {
     place.draw(&["-o", "out.png", "--stats", "stats.json"]);
     assert!(place.path("out.png").is_symlink() && place.path("stats.json").is_symlink());
     assert!(catoptric::picture::read(&place.path("deep/old.png")).unwrap().width == 32);
-    assert_eq!(place.json("deep/new.json")["method"], "reference");
+    assert_eq!(place.json("deep/new.json")["method"], "auto");
     let message = place.fails(2, &[&RENDER, &["-o", "out.png", "--mask", "deep/old.png"][..]].concat());
     assert!(message.contains("two outputs"), "{message}");
 

@@ -49,7 +49,9 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
     ] {
         assert!(!stats[key].is_null(), "{key} is missing");
     }
-    assert_eq!(stats["method"], "reference");
+    assert_eq!(stats["method"], "auto");
+    assert_eq!(stats["choices"][0]["method"], "multiperspective");
+    assert!(!stats["choices"][0]["reason"].as_str().unwrap().is_empty());
     assert_eq!(stats["backend"], "cpu");
     assert_eq!(stats["size"], serde_json::json!([64, 48]));
     assert_eq!((&stats["samples"], &stats["order"], &stats["frames"]), (&2.into(), &2.into(), &3.into()));
@@ -59,6 +61,16 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
     assert!(time("min") <= time("first") && time("first") <= time("max"));
     assert!(stats["counts"]["scene_triangles"].as_u64() > stats["counts"]["reflector_triangles"].as_u64());
     assert!(stats["counts"]["fallbacks"].is_object());
+}
+
+#[test]
+fn frames_over_their_budget_are_drawn_by_auto_and_counted() {
+    let place = Workplace::new();
+    let slow = ["--method", "reference", "--samples", "1000", "--budget-ms", "1", "--stats", "stats.json"];
+    place.render(&slow);
+    let stats = place.json("stats.json");
+    assert_eq!(stats["counts"]["fallbacks"]["frames_over_budget"], 1);
+    assert!(stats["warnings"].to_string().contains("within 1 ms"), "{}", stats["warnings"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Methods that find where scene points appear, and draw moved geometry there.
 
+pub mod auto;
 pub mod draw;
 pub mod explosion_map;
 pub mod find;

@@ -12,7 +12,9 @@
 //! triangles are exits: at the end of a path that entered, the nearest is one, and hides those beyond it.
 
 pub(super) mod far_maps;
+pub(super) mod flat_mirrors;
 mod lists;
+pub(super) mod multiperspective;
 mod path_shader;
 pub(super) mod prepared;
 pub mod virtual_mesh;

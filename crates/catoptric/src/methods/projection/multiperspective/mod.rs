@@ -2,33 +2,21 @@
 //!
 //! See this folder's `README.md`.
 
-mod bundles;
-mod counts;
 mod limits;
 mod settings;
-mod shapes;
-mod source;
-mod tiles;
 
 pub use settings::MultiperspectiveSettings;
 
-use super::draw::PathShader;
+use super::draw::multiperspective::TiledScene;
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
-use crate::light::wide_hierarchy::WideHierarchy;
 use crate::methods::bake::Baked;
-use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
-use crate::optics::path::manifold::MeshTopologies;
-use crate::progress::{Progress, Stage};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::progress::Progress;
 use crate::raster;
 use crate::scene::{Scene, View};
-use counts::Counts;
-use glam::Vec3;
-use shapes::SceneShapes;
-use source::Reflections;
 use std::sync::Arc;
-use tiles::follow::MAX_BOUNCES;
 
 /// Description of the method.
 pub static INFO: MethodInfo = MethodInfo {
@@ -50,13 +38,12 @@ struct Multiperspective {
     settings: MultiperspectiveSettings,
 }
 
-/// The hierarchy over a scene.
+/// A scene, ready for any view.
 struct PreparedTiles {
     settings: MultiperspectiveSettings,
     scene: Arc<Scene>,
     quality: Quality,
-    hierarchy: WideHierarchy,
-    shapes: SceneShapes,
+    tiled: TiledScene,
     report: Report,
 }
 
@@ -91,24 +78,9 @@ impl PreparedTiles {
         old: Option<&Self>,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        let stage = Stage::begin(progress, "building the hierarchy", 2)?;
-        let mut watch = Stopwatch::new();
-        let kept = old.filter(|old| old.scene.triangles == scene.triangles);
-        let hierarchy = match kept {
-            Some(old) => {
-                let mut hierarchy = old.hierarchy.clone();
-                hierarchy.refit(scene);
-                hierarchy
-            }
-            None => WideHierarchy::build(scene, |_| true),
-        };
-        stage.advance(1)?;
-        let mut report = Report { stages_ms: vec![("bvh", watch.lap_ms())], ..Report::default() };
-        let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
-        report.stages_ms.push(("topology", watch.lap_ms()));
-        report.bytes.insert("bvh", hierarchy.byte_count());
-        stage.advance(1)?;
-        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, hierarchy, shapes, report })
+        let mut report = Report::default();
+        let tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
+        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, tiled, report })
     }
 }
 
@@ -133,29 +105,15 @@ impl Frame for TilesFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedTiles { settings, scene, quality, hierarchy, shapes, .. } = self.prepared;
+        let PreparedTiles { settings, scene, quality, tiled, .. } = self.prepared;
         let mut watch = Stopwatch::new();
-        let order = (quality.order as usize).min(MAX_BOUNCES);
         let list = raster::scene_draw_list(scene, &self.view, |object| {
-            let goes_on = order > 0 && scene.role_of(object).is_specular();
+            let goes_on = quality.order > 0 && scene.role_of(object).is_specular();
             Some(if goes_on { object + 1 } else { 0 })
         });
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
-        let source = Reflections {
-            scene,
-            rays: self.view.rays(),
-            forward: -Vec3::from(self.view.world_from_view.matrix3.z_axis),
-            positions: raster::sample_positions(quality.samples)?,
-            hierarchy,
-            shapes,
-            order,
-            accuracy_px: settings.accuracy_px,
-            counts: Counts::default(),
-        };
-        let shader = PathShader::new(scene, &self.view);
-        let drawn = raster::draw_with(&self.view, quality.samples, &[list], &source, &shader, target, progress)?;
-        report.add_raster(&drawn);
-        source.counts.describe(&mut report);
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        report.add(tiled.draw(&job, &[list], settings.accuracy_px, target)?);
         Ok(report)
     }
 }

@@ -1,6 +1,6 @@
 //! Reflections in a sequence of planes, in closed form.
 
-use super::planes::{MirrorPlane, Mirrors};
+use crate::methods::projection::draw::flat_mirrors::{MirrorPlane, Mirrors};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::Scene;

@@ -5,8 +5,6 @@
 mod chain;
 mod limits;
 mod path_search;
-mod paths;
-mod planes;
 mod project;
 mod settings;
 
@@ -18,16 +16,17 @@ use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
 use crate::methods::path_query::PathSearch;
 use crate::methods::projection::draw::PathShader;
+use crate::methods::projection::draw::flat_mirrors::{
+    MirrorPath, MirroredScenes, Mirrors, OtherReflectors, visible_paths,
+};
 use crate::methods::projector::{MAX_BOUNCES, VertexProjector};
 use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::raster::{self, DrawList, DrawTriangle, Stencil};
+use crate::raster;
 use crate::scene::{Scene, View};
 use glam::DVec3;
 use path_search::MirrorSearch;
-use paths::{MirrorPath, visible_paths};
-use planes::Mirrors;
 use project::MirrorProjector;
 use std::sync::Arc;
 
@@ -127,10 +126,12 @@ impl Frame for MirrorFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedMirrors { scene, quality, .. } = self.prepared;
+        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
         let mut watch = Stopwatch::new();
         let (paths, left_out) = self.visible_paths(quality.order);
-        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| self.mirrored_scene(&paths[path]))?;
+        let (order, others) = (quality.order, OtherReflectors::Black);
+        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
+        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         report.counts.insert("vertices_projected", lists.iter().map(|list| list.vertices.len() as u64).sum());
@@ -164,43 +165,5 @@ impl MirrorFrame<'_> {
         let PreparedMirrors { settings, scene, mirrors, .. } = self.prepared;
         let most = MAX_TRIANGLES / scene.triangles.len().max(1);
         visible_paths(scene, mirrors, &self.view, order, most.clamp(1, settings.max_lists as usize))
-    }
-
-    /// The scene as it is seen at the end of a path, in front of its last mirror.
-    fn mirrored_scene(&self, path: &MirrorPath) -> DrawList {
-        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
-        let goes_on = path.order < quality.order;
-        let picture = self.view.picture_from_moved(&path.world_from_scene);
-        let vertices = scene.positions.iter().map(|position| picture.apply(*position)).collect();
-        let clip_distances: Vec<f32> = match path.mirror {
-            Some(_) => {
-                let height = |position: &glam::Vec3| path.height(mirrors, position.as_dvec3()) as f32;
-                scene.positions.iter().map(height).collect()
-            }
-            None => Vec::new(),
-        };
-        let own = path.mirror.map_or(0, |mirror| mirror + 1);
-        let visible = |triangle: &u32| {
-            let corners = scene.triangles[*triangle as usize];
-            let in_front = path.mirror.is_none() || corners.iter().any(|&vertex| clip_distances[vertex as usize] > 0.0);
-            in_front && (own == 0 || mirrors.mirror_of_triangle[*triangle as usize] != own)
-        };
-        let triangles = (0..scene.triangles.len() as u32).filter(visible).map(|triangle| DrawTriangle {
-            vertices: scene.triangles[triangle as usize],
-            source: triangle,
-            patch: 0,
-            // Group 0 of a reflector is black: those of the last order, and curved ones.
-            group: if goes_on { mirrors.mirror_of_triangle[triangle as usize] } else { 0 },
-            alpha_tested: scene.is_alpha_tested(scene.triangle_objects[triangle as usize]),
-        });
-        let stencil = path.parent.map(|list| Stencil { list, group: own, ..Stencil::default() });
-        DrawList {
-            triangles: triangles.collect(),
-            vertices,
-            clip_distances,
-            layer: path.order,
-            stencil,
-            ..DrawList::default()
-        }
     }
 }

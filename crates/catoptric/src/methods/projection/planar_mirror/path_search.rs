@@ -1,9 +1,9 @@
 //! All paths over flat mirrors to a point, in closed form.
 
 use super::chain::{Chain, ChainStart};
-use super::planes::Mirrors;
 use crate::error::RenderError;
 use crate::methods::path_query::{FoundPath, PathSearch, SearchOutcome};
+use crate::methods::projection::draw::flat_mirrors::Mirrors;
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::scene::Scene;
 use glam::{DMat3, DVec3};

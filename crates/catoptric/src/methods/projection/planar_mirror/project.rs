@@ -1,8 +1,7 @@
 //! Appearances of scene points in flat mirrors.
 
 use super::chain::{Chain, ChainStart};
-use super::paths::MirrorPath;
-use super::planes::Mirrors;
+use crate::methods::projection::draw::flat_mirrors::{MirrorPath, Mirrors};
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use crate::scene::{PictureTransform, Projection as ViewProjection, Scene, View};
 use glam::Vec3;

@@ -6,19 +6,19 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 
 /// A chain of mirrors from the eye, and the mirrored scene that is seen at its end.
 #[derive(Clone, Debug)]
-pub(super) struct MirrorPath {
+pub(in crate::methods::projection) struct MirrorPath {
     /// The path without its last mirror, as an index; `None` for direct view.
-    pub(super) parent: Option<u32>,
+    pub(in crate::methods::projection) parent: Option<u32>,
     /// The last mirror.
-    pub(super) mirror: Option<u32>,
+    pub(in crate::methods::projection) mirror: Option<u32>,
     /// Number of mirrors.
-    pub(super) order: u32,
+    pub(in crate::methods::projection) order: u32,
     /// Moves the scene to where it is seen.
-    pub(super) world_from_scene: DAffine3,
+    pub(in crate::methods::projection) world_from_scene: DAffine3,
     /// Moves the eye and its rays to where they are in the scene.
-    pub(super) scene_from_world: DAffine3,
+    pub(in crate::methods::projection) scene_from_world: DAffine3,
     /// Sign: points behind the last mirror have negative heights times this.
-    pub(super) side: f64,
+    pub(in crate::methods::projection) side: f64,
     /// The part of the picture where it can be seen.
     extent: Rectangle,
 }
@@ -42,7 +42,7 @@ impl Rectangle {
 /// All paths of up to `order` mirrors that can be seen, shorter ones first; at most `max_paths`.
 ///
 /// The second value counts the paths that were left out because of the limit.
-pub(super) fn visible_paths(
+pub(in crate::methods::projection) fn visible_paths(
     scene: &Scene,
     mirrors: &Mirrors,
     view: &View,
@@ -153,7 +153,7 @@ fn extent(
 
 impl MirrorPath {
     /// Height of a scene point in front of the path's last mirror; what is below 0 is not seen.
-    pub(super) fn height(&self, mirrors: &Mirrors, point: DVec3) -> f64 {
+    pub(in crate::methods::projection) fn height(&self, mirrors: &Mirrors, point: DVec3) -> f64 {
         match self.mirror {
             Some(mirror) => mirrors.planes[mirror as usize].height(point) * self.side,
             None => f64::INFINITY,

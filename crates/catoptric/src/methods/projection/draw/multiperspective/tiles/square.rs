@@ -217,7 +217,7 @@ impl Reflections<'_> {
         if error_px > self.accuracy_px {
             return Outcome::Divide(level);
         }
-        Counts::add(&self.counts.tiles, 1);
+        self.counts.accept(error_px);
         Counts::add(&self.counts.pairs, list.len());
         let rule = self.own_rule(object, root.kind, outside);
         Outcome::Drawn(self.draw_candidates(root, &bundle, job, area, &rule, work, surfaces, ids))

@@ -11,8 +11,8 @@ use super::tiles::paths::{RootPaths, TilePaths};
 use super::tiles::square::PathWork;
 use crate::light::wide_hierarchy::WideHierarchy;
 use crate::optics::path::bundle::BounceKind;
-use crate::raster::LayerSurface;
 use crate::raster::source::{LayerSource, ShownBySource, TileBelow};
+use crate::raster::{LayerSurface, patch_of_triangle};
 use crate::scene::{Role, Scene, ViewRays};
 use glam::{Vec2, Vec3};
 
@@ -138,11 +138,8 @@ impl Reflections<'_> {
         functions: [[f32; TERMS]; 4],
     ) -> FoundSurface {
         let object = self.scene.triangle_objects[triangle as usize];
-        let is_specular = self.scene.role_of(object).is_specular();
-        let goes_on = is_specular && root.tile.layer() < self.order;
-        // As in the rasteriser's lists: reflections in a mesh may change much between two samples.
-        let of_mesh = || self.scene.triangle_parts.get(triangle as usize).copied().filter(|_| !is_specular);
-        let patch = self.scene.patch_of_object(object).or_else(of_mesh).unwrap_or(0);
+        let goes_on = self.scene.role_of(object).is_specular() && root.tile.layer() < self.order;
+        let patch = patch_of_triangle(self.scene, triangle);
         FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions }
     }
 

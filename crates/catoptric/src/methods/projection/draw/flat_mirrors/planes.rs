@@ -6,30 +6,30 @@ use glam::{DAffine3, DMat3, DVec3};
 
 /// A flat part of a reflector.
 #[derive(Clone, Debug)]
-pub(super) struct MirrorPlane {
+pub(in crate::methods::projection) struct MirrorPlane {
     /// The object that it is a part of.
-    pub(super) object: u32,
+    pub(in crate::methods::projection) object: u32,
     /// Unit normal on the outer side.
-    pub(super) normal: DVec3,
+    pub(in crate::methods::projection) normal: DVec3,
     /// The plane is where `normal . x = offset`.
-    pub(super) offset: f64,
+    pub(in crate::methods::projection) offset: f64,
     /// Only the inner side reflects.
-    pub(super) inside: bool,
+    pub(in crate::methods::projection) inside: bool,
     /// The triangles of the scene that lie in it.
-    pub(super) triangles: Vec<u32>,
+    pub(in crate::methods::projection) triangles: Vec<u32>,
 }
 
 /// The flat mirrors of a scene, and what could not be one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Mirrors {
+pub(in crate::methods::projection) struct Mirrors {
     /// All mirrors.
-    pub(super) planes: Vec<MirrorPlane>,
+    pub(in crate::methods::projection) planes: Vec<MirrorPlane>,
     /// For every triangle of the scene: 1 + the index of its mirror, or 0.
-    pub(super) mirror_of_triangle: Vec<u32>,
+    pub(in crate::methods::projection) mirror_of_triangle: Vec<u32>,
     /// Triangles of curved reflectors; they are drawn black.
-    pub(super) curved_triangles: u64,
+    pub(in crate::methods::projection) curved_triangles: u64,
     /// Triangles of lenses; they are drawn black.
-    pub(super) lens_triangles: u64,
+    pub(in crate::methods::projection) lens_triangles: u64,
 }
 
 /// More flat parts of one object than this are taken for a curved surface. Chosen, not measured.
@@ -45,7 +45,7 @@ const NORMAL_TOLERANCE: f64 = 1.5e-4;
 
 impl Mirrors {
     /// All flat mirrors of a scene.
-    pub(super) fn find(scene: &Scene) -> Self {
+    pub(in crate::methods::projection) fn find(scene: &Scene) -> Self {
         let mut mirrors = Self { mirror_of_triangle: vec![0; scene.triangles.len()], ..Self::default() };
         for (index, object) in scene.objects.iter().enumerate() {
             let count = u64::from(object.triangles.end - object.triangles.start);
@@ -122,12 +122,12 @@ fn flat_parts(scene: &Scene, index: u32) -> Option<Vec<MirrorPlane>> {
 
 impl MirrorPlane {
     /// Height above the plane, on its outer side.
-    pub(super) fn height(&self, point: DVec3) -> f64 {
+    pub(in crate::methods::projection) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 
     /// The reflection about the plane.
-    pub(super) fn reflection(&self) -> DAffine3 {
+    pub(in crate::methods::projection) fn reflection(&self) -> DAffine3 {
         let n = self.normal;
         let matrix3 = DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z) * 2.0;
         DAffine3 { matrix3, translation: n * (2.0 * self.offset) }

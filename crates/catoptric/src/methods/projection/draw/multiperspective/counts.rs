@@ -1,7 +1,7 @@
 //! Counts of what was done, by all threads.
 
 use crate::methods::Report;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// What was done, in all tiles.
 #[derive(Debug, Default)]
@@ -20,11 +20,19 @@ pub(super) struct Counts {
     pub(super) left_pixels: AtomicU64,
     /// Samples whose rays were traced.
     pub(super) traced: AtomicU64,
+    /// Bits of the largest error of a bundle that was accepted, in pixels: those of positive numbers are in order.
+    worst_px: AtomicU32,
 }
 
 impl Counts {
     pub(super) fn add(counter: &AtomicU64, more: usize) {
         counter.fetch_add(more as u64, Ordering::Relaxed);
+    }
+
+    /// Counts a bundle that was accepted with an error.
+    pub(super) fn accept(&self, error_px: f32) {
+        Self::add(&self.tiles, 1);
+        self.worst_px.fetch_max(error_px.max(0.0).to_bits(), Ordering::Relaxed);
     }
 
     /// Adds them to a report.
@@ -40,6 +48,7 @@ impl Counts {
         for (name, count) in counts {
             report.counts.insert(name, count.load(Ordering::Relaxed));
         }
+        report.error_px = Some(f32::from_bits(self.worst_px.load(Ordering::Relaxed)).into());
         report.add_fallback("traced_pixels", self.left_pixels.load(Ordering::Relaxed));
     }
 }

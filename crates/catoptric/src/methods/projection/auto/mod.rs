@@ -1,0 +1,157 @@
+//! A way to draw each reflector, chosen from what is exact and cheap for it.
+//!
+//! See this folder's `README.md`.
+
+mod limits;
+mod settings;
+
+pub use settings::AutoSettings;
+
+use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, visible_paths};
+use super::draw::multiperspective::TiledScene;
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::bake::Baked;
+use crate::methods::{Choice, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::parallel;
+use crate::progress::Progress;
+use crate::scene::{Role, Scene, View};
+use std::sync::Arc;
+
+/// Triangles of all mirrored copies in a view: beyond, flat mirrors are drawn by tiles. Copies of as many triangles
+/// take about as long as tiles that fill the picture. Chosen, not measured.
+const MAX_COPIED_TRIANGLES: usize = 600_000;
+
+/// Description of the method.
+pub static INFO: MethodInfo = MethodInfo {
+    id: "auto",
+    family: Family::Projection,
+    summary: "flat mirrors by mirrored copies of the scene, everything else by multiperspective rasterisation",
+    paper: "this project",
+    assumptions: "none beyond those of the reference; analytic surfaces are seen in reflectors by their triangles",
+    cpu: true,
+    gpu: false,
+    bake: None,
+    settings: AutoSettings::describe,
+    effective: AutoSettings::effective,
+    limits: &limits::LIMITS,
+    create: |table| Ok(Box::new(Auto { settings: AutoSettings::from_table(table)? })),
+};
+
+struct Auto {
+    settings: AutoSettings,
+}
+
+/// A scene, ready for any view.
+struct PreparedChoice {
+    settings: AutoSettings,
+    scene: Arc<Scene>,
+    quality: Quality,
+    mirrors: Mirrors,
+    tiled: TiledScene,
+    report: Report,
+}
+
+/// One view.
+struct ChoiceFrame<'a> {
+    prepared: &'a PreparedChoice,
+    view: View,
+}
+
+impl Method for Auto {
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
+
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        INFO.refuse_bake(bake)?;
+        Ok(Box::new(PreparedChoice::new(&self.settings, scene, quality, None, progress)?))
+    }
+}
+
+impl PreparedChoice {
+    fn new(
+        settings: &AutoSettings,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        old: Option<&Self>,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let mut watch = Stopwatch::new();
+        let mirrors = Mirrors::find(scene);
+        let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
+        let tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
+        report.choices = choices(scene, &mirrors);
+        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, mirrors, tiled, report })
+    }
+}
+
+/// The most mirrored copies of a scene in one view.
+fn max_copies(scene: &Scene) -> usize {
+    MAX_COPIED_TRIANGLES / scene.triangles.len().max(1)
+}
+
+/// What is chosen for every reflector and lens, and why.
+fn choices(scene: &Scene, mirrors: &Mirrors) -> Vec<Choice> {
+    let mut planes = vec![0u32; scene.objects.len()];
+    for plane in &mirrors.planes {
+        planes[plane.object as usize] += 1;
+    }
+    let choose = |object: u32| {
+        let (method, reason) = match (scene.role_of(object), planes[object as usize]) {
+            (Role::Lens, _) => ("multiperspective", "glass".to_owned()),
+            (_, 0) => ("multiperspective", "curved".to_owned()),
+            (_, _) if max_copies(scene) == 0 => {
+                let reason = format!("flat, but a copy of the scene has {} triangles", scene.triangles.len());
+                ("multiperspective", reason)
+            }
+            (_, 1) => ("planar_mirror", "flat".to_owned()),
+            (_, faces) => ("planar_mirror", format!("{faces} flat faces")),
+        };
+        Choice { object: scene.objects[object as usize].name.clone(), method, reason }
+    };
+    scene.specular_objects().into_iter().map(choose).collect()
+}
+
+impl Prepared for PreparedChoice {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        *self = Self::new(&self.settings, scene, quality, Some(self), progress)?;
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(ChoiceFrame { prepared: self, view: view.clone() }))
+    }
+}
+
+impl Frame for ChoiceFrame<'_> {
+    fn report(&self) -> &Report {
+        Report::none()
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedChoice { settings, scene, quality, mirrors, tiled, .. } = self.prepared;
+        let mut watch = Stopwatch::new();
+        // Paths that have no copy are drawn by tiles.
+        let (paths, _) = visible_paths(scene, mirrors, &self.view, quality.order, 1 + max_copies(scene));
+        let (order, others) = (quality.order, OtherReflectors::GoOn);
+        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
+        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
+        let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
+        report.counts.insert("lists", lists.len() as u64);
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        report.add(tiled.draw(&job, &lists, settings.accuracy_px, target)?);
+        Ok(report)
+    }
+}

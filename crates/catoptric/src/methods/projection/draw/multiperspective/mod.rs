@@ -1,0 +1,95 @@
+//! Multiperspective rasterisation: every piece of a reflector's picture asks which triangles its rays meet.
+//!
+//! See the method's [README](../../multiperspective/README.md).
+
+mod bundles;
+mod counts;
+mod shapes;
+mod source;
+mod tiles;
+
+use super::PathShader;
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::light::wide_hierarchy::WideHierarchy;
+use crate::methods::{Job, Report};
+use crate::optics::path::manifold::MeshTopologies;
+use crate::progress::{Progress, Stage};
+use crate::raster::{self, DrawList};
+use crate::scene::Scene;
+use counts::Counts;
+use glam::Vec3;
+use shapes::SceneShapes;
+use source::Reflections;
+use std::sync::Arc;
+use tiles::follow::MAX_BOUNCES;
+
+/// What tiles need of a scene: it depends on no view.
+pub(in crate::methods::projection) struct TiledScene {
+    scene: Arc<Scene>,
+    hierarchy: WideHierarchy,
+    shapes: SceneShapes,
+}
+
+impl TiledScene {
+    /// The tables of a scene, by those of another moment of it if these are given.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(in crate::methods::projection) fn new(
+        scene: &Arc<Scene>,
+        old: Option<&Self>,
+        report: &mut Report,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let stage = Stage::begin(progress, "building the hierarchy", 2)?;
+        let mut watch = Stopwatch::new();
+        let hierarchy = match old.filter(|old| old.scene.triangles == scene.triangles) {
+            Some(old) => {
+                let mut hierarchy = old.hierarchy.clone();
+                hierarchy.refit(scene);
+                hierarchy
+            }
+            None => WideHierarchy::build(scene, |_| true),
+        };
+        stage.advance(1)?;
+        report.stages_ms.push(("bvh", watch.lap_ms()));
+        let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
+        report.stages_ms.push(("topology", watch.lap_ms()));
+        report.bytes.insert("bvh", hierarchy.byte_count());
+        stage.advance(1)?;
+        Ok(Self { scene: scene.clone(), hierarchy, shapes })
+    }
+
+    /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on.
+    ///
+    /// # Errors
+    /// As [`raster::draw`].
+    pub(in crate::methods::projection) fn draw(
+        &self,
+        job: &Job<'_>,
+        lists: &[DrawList],
+        accuracy_px: f32,
+        target: &mut Framebuffer,
+    ) -> Result<Report, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let source = Reflections {
+            scene,
+            rays: view.rays(),
+            forward: -Vec3::from(view.world_from_view.matrix3.z_axis),
+            positions: raster::sample_positions(quality.samples)?,
+            hierarchy: &self.hierarchy,
+            shapes: &self.shapes,
+            order: (quality.order as usize).min(MAX_BOUNCES),
+            accuracy_px,
+            counts: Counts::default(),
+        };
+        let shader = PathShader::new(scene, view);
+        let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
+        let mut report = Report::default();
+        report.add_raster(&drawn);
+        source.counts.describe(&mut report);
+        Ok(report)
+    }
+}
