@@ -53,16 +53,6 @@ impl Observations {
     }
 }
 
-#[cfg(test)]
-impl Observations {
-    /// Has a layer show something else.
-    pub(crate) fn show(&mut self, layer: usize, look: impl Fn(&Ray, &RayDifferential) -> Vec4) {
-        for (number, observation) in self.list.iter().enumerate() {
-            self.seen[number * self.layers + layer] = look(&observation.ray, &observation.change);
-        }
-    }
-}
-
 /// Inputs of the picture of a group.
 pub(crate) struct Observer<'a> {
     pub(crate) scene: &'a Scene,
