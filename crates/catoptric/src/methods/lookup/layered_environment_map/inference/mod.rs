@@ -39,6 +39,10 @@ const COUPLING: f32 = 1.0;
 /// blur what it does. Chosen, not measured.
 const NEIGHBOUR_WEIGHT: f32 = 0.3;
 
+/// Weight of surfaces that others of their group hide, against those that a viewpoint shows: as of pictures from beside
+/// it. Chosen, not measured.
+const HIDDEN_WEIGHT: f32 = NEIGHBOUR_WEIGHT;
+
 /// Angle of refinement of the pictures' adaptive mesh, independent of that of views: 3 degrees.
 const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, edges: Edges::Traced };
 
@@ -140,13 +144,19 @@ impl Inference<'_> {
                     let eye = observer.known.viewspace.eye(viewpoint, offset);
                     let view = picture_of(scene, &observer.known.group, eye, settings.picture_size >> halved);
                     let observations = self.observations(observer, &view)?;
+                    let is_continued = settings.continued && neighbour == 0;
+                    let hidden = is_continued.then(|| observer.observe_hidden(&view));
                     for (index, systems) in systems.iter_mut().enumerate() {
                         let number = known.number_of(part, group, index);
-                        let counts = |observation: &Observation| observation.confidence * weight;
-                        systems.push(equations(&layers[index], &observations, number, counts));
+                        let mut push = |observations: &Observations, weight: f32| {
+                            let counts = |observation: &Observation| observation.confidence * weight;
+                            systems.push(equations(&layers[index], observations, number, counts));
+                        };
+                        push(&observations, weight);
+                        hidden.iter().for_each(|hidden| push(hidden, HIDDEN_WEIGHT));
                     }
                     if direct && halved == 0 {
-                        seen.push(observations);
+                        seen.extend(std::iter::once(observations).chain(hidden));
                     }
                     stage.advance(1)?;
                 }
