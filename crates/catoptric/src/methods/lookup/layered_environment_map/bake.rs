@@ -17,7 +17,7 @@ use crate::scene::Scene;
 /// The layout of a unit's bytes: layer after layer its texels, each as four half floats, the lowest byte of each
 /// first. Also how they are
 /// inferred: it changes with what they hold.
-const PAYLOAD_VERSION: u32 = 5;
+const PAYLOAD_VERSION: u32 = 7;
 
 /// How much smaller the pictures of an estimate are.
 const ESTIMATE_SHARES: [u32; 2] = [6, 3];

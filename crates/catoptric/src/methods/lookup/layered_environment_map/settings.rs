@@ -115,7 +115,8 @@ declare_settings! {
         depth: bool = true, baked();
         /// All groups of reflectors and lenses share one farthest layer.
         share_far: bool = false, baked();
-        /// Layers have what nearer layers hide; without, they have the first hits alone.
+        /// Layers have what nearer layers hide, and inferred ones also what is seen of them where a group hides itself;
+        /// without, they have the first hits alone.
         continued: bool = true, baked();
         /// The source of the layers' textures.
         textures: Textures = Textures::Projected, baked();

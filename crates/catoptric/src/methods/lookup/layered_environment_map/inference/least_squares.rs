@@ -86,8 +86,16 @@ impl Equations {
         squares
     }
 
+    /// Has the equations hold for texels.
+    #[cfg(test)]
+    pub(crate) fn show(&mut self, texels: &[Vec4]) {
+        let mut values = vec![Vec4::ZERO; self.len()];
+        self.times(texels, &mut values);
+        self.values = values;
+    }
+
     /// The sum of every row's terms, over `of`.
-    fn times(&self, of: &[Vec4], sums: &mut [Vec4]) {
+    pub(crate) fn times(&self, of: &[Vec4], sums: &mut [Vec4]) {
         parallel::for_each_chunk_mut(sums, PIECE, |piece, sums| {
             for (index, sum) in sums.iter_mut().enumerate() {
                 let range = self.range(piece * PIECE + index);

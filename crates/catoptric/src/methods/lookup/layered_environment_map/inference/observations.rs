@@ -1,18 +1,23 @@
 //! Observations of the layers about a group in a picture from a viewpoint: the right-hand sides of inference.
 
-use crate::light::two_path_tracer::TwoPathTracer;
-use crate::methods::lookup::layered_environment_map::mesh::AdaptiveMesh;
+use crate::light::two_path_tracer::{SpecularChain, TwoPathTracer};
 use crate::methods::lookup::layered_environment_map::mesh::visible::SeenSurfaces;
-use crate::methods::lookup::layered_environment_map::shells::distant_geometry::LayerSpecs;
+use crate::methods::lookup::layered_environment_map::mesh::{AdaptiveMesh, same_way};
+use crate::methods::lookup::layered_environment_map::shells::distant_geometry::{LayerSpecs, further_hits};
 use crate::methods::lookup::layered_environment_map::shells::group_layers::GroupLayers;
 use crate::optics::path::bundle::BounceKind;
 use crate::parallel;
+use crate::scene::shade::SurfacePoint;
 use crate::scene::{Ray, RayDifferential, Scene, View};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 /// Rays of a pixel whose directions are this far apart or further, in degrees, count nothing (Hakura, Snyder 2001,
 /// section 4.3).
 const MIN_CONFIDENT_DEG: f32 = 5.0;
+
+/// Surfaces of a group behind the visible one to which a ray from the eye is continued, at most. A bound on time;
+/// chosen, not measured.
+const MAX_HIDDEN: usize = 4;
 
 /// Observation of a pixel by one of its two paths.
 #[derive(Clone, Copy, Debug)]
@@ -53,16 +58,6 @@ impl Observations {
     }
 }
 
-#[cfg(test)]
-impl Observations {
-    /// Has a layer show something else.
-    pub(crate) fn show(&mut self, layer: usize, look: impl Fn(&Ray, &RayDifferential) -> Vec4) {
-        for (number, observation) in self.list.iter().enumerate() {
-            self.seen[number * self.layers + layer] = look(&observation.ray, &observation.change);
-        }
-    }
-}
-
 /// Inputs of the picture of a group.
 pub(crate) struct Observer<'a> {
     pub(crate) scene: &'a Scene,
@@ -88,7 +83,8 @@ impl Observer<'_> {
                     if let Some(leaving) = path.leaving {
                         let pixel = [x, y as u32];
                         let observation = Observation { pixel, first, ray: leaving, change, confidence: 0.0 };
-                        self.pixel(view, observation, |ray| self.leaving(ray, first), &mut found);
+                        let rays = self.sampled(view, pixel).filter_map(|ray| self.leaving(&ray, first));
+                        self.pixel(observation, &rays.collect::<Vec<_>>(), &mut found);
                     }
                 }
             }
@@ -97,9 +93,50 @@ impl Observer<'_> {
         Observations::joined(layers, rows)
     }
 
+    /// Observations of the parts of the group that others hide in a picture: rays from the eye go on through what they
+    /// meet, to whatever faces them behind that (Hakura, Snyder 2001, figure 4b).
+    ///
+    /// Neighbouring rays are traced: there is no adaptive mesh of what is hidden.
+    pub(crate) fn observe_hidden(&self, view: &View) -> Observations {
+        let layers = self.strata.count;
+        let rows = parallel::map_collect(view.height as usize, |y| {
+            let mut found = Observations { layers, ..Observations::default() };
+            for x in 0..view.width {
+                let at = |right: f32, down: f32| self.hidden(view.ray(x as f32 + 0.5 + right, y as f32 + 0.5 + down));
+                let middle = at(0.0, 0.0);
+                if middle.points.is_empty() {
+                    continue;
+                }
+                let (pixel, neighbours) = ([x, y as u32], [at(1.0, 0.0), at(0.0, 1.0)]);
+                let samples: Vec<HiddenSurfaces> = self.sampled(view, pixel).map(|ray| self.hidden(ray)).collect();
+                for (number, point) in middle.points.iter().enumerate() {
+                    for first in BounceKind::BOTH {
+                        let follow = |surfaces: &HiddenSurfaces| {
+                            let same = surfaces.points.get(number).filter(|other| other.object == point.object)?;
+                            Some(self.paths.follow(surfaces.direction, *same, first))
+                        };
+                        let Some((ray, change)) = ray_among(&middle, &neighbours, follow) else { continue };
+                        let observation = Observation { pixel, first, ray, change, confidence: 0.0 };
+                        let rays = samples.iter().filter_map(|surfaces| follow(surfaces)?.leaving);
+                        self.pixel(observation, &rays.collect::<Vec<_>>(), &mut found);
+                    }
+                }
+            }
+            found
+        });
+        Observations::joined(layers, rows)
+    }
+
+    /// Surfaces of the group behind the first one that face a ray, the nearest first.
+    fn hidden(&self, ray: Ray) -> HiddenSurfaces {
+        let (scene, tracer) = (self.scene, &self.known.group.tracer);
+        let met = further_hits(scene, tracer, ray).skip(1).map(|hit| tracer.point(scene, &ray, &hit));
+        let faced = met.filter(|point| ray.direction.dot(point.geometric_normal) < 0.0);
+        HiddenSurfaces { direction: ray.direction, points: faced.take(MAX_HIDDEN).collect() }
+    }
+
     /// What is around the group as a view that looks at its centre shows it without the group: rays begin where they
-    /// pass the plane through
-    /// the centre, as those that go straight through a lens.
+    /// pass the plane through the centre, as those that go straight through a lens.
     pub(crate) fn observe_directly(&self, view: &View) -> Observations {
         let layers = self.strata.count;
         let (eye, center) = (view.eye(), self.strata.around.center);
@@ -115,37 +152,29 @@ impl Observer<'_> {
                 let (Some(ray), Some(right), Some(below)) = (at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)) else {
                     continue;
                 };
-                let change = RayDifferential {
-                    origin_dx: right.origin - ray.origin,
-                    origin_dy: below.origin - ray.origin,
-                    direction_dx: right.direction - ray.direction,
-                    direction_dy: below.direction - ray.direction,
-                };
-                let pixel = [x, y as u32];
+                let (pixel, change) = ([x, y as u32], differences(&ray, &right, &below));
                 let observation = Observation { pixel, first: BounceKind::Transmit, ray, change, confidence: 0.0 };
-                self.pixel(view, observation, past, &mut found);
+                let rays = self.sampled(view, pixel).filter_map(|ray| past(&ray));
+                self.pixel(observation, &rays.collect::<Vec<_>>(), &mut found);
             }
             found
         });
         Observations::joined(layers, rows)
     }
 
-    /// Appends what a pixel shows, where its rays (as they are around the group) leave in about one direction.
-    fn pixel(
-        &self,
-        view: &View,
-        observation: Observation,
-        leaving: impl Fn(&Ray) -> Option<Ray>,
-        found: &mut Observations,
-    ) {
-        let (layers, [x, y]) = (found.layers, observation.pixel);
+    /// Rays of a pixel.
+    fn sampled(&self, view: &View, [x, y]: [u32; 2]) -> impl Iterator<Item = Ray> {
         let count = self.samples.isqrt();
-        let rays = (0..count * count).filter_map(|sample| {
+        (0..count * count).map(move |sample| {
             let at = |place: u32, cell: u32| place as f32 + (cell as f32 + 0.5) / count as f32;
-            leaving(&view.ray(at(x, sample % count), at(y, sample / count)))
-        });
-        let rays: Vec<Ray> = rays.collect();
-        let confidence = confidence(&rays);
+            view.ray(at(x, sample % count), at(y, sample / count))
+        })
+    }
+
+    /// Appends what a pixel shows, where its rays (as they are around the group) leave in about one direction.
+    fn pixel(&self, observation: Observation, rays: &[Ray], found: &mut Observations) {
+        let (layers, count) = (found.layers, self.samples.isqrt());
+        let confidence = confidence(rays);
         if confidence <= 0.0 {
             return;
         }
@@ -167,6 +196,35 @@ impl Observer<'_> {
     }
 }
 
+/// Surfaces of a group along a ray that others hide.
+struct HiddenSurfaces {
+    direction: Vec3,
+    points: Vec<SurfacePoint>,
+}
+
+/// The ray that leaves in the end, with its differential; `None` if its neighbours (to the right, below) take other
+/// ways.
+fn ray_among(
+    middle: &HiddenSurfaces,
+    neighbours: &[HiddenSurfaces; 2],
+    follow: impl Fn(&HiddenSurfaces) -> Option<SpecularChain>,
+) -> Option<(Ray, RayDifferential)> {
+    let path = follow(middle)?;
+    let leaving = |surfaces: &HiddenSurfaces| follow(surfaces).filter(|other| same_way(&path, other))?.leaving;
+    let (ray, right, below) = (path.leaving?, leaving(&neighbours[0])?, leaving(&neighbours[1])?);
+    Some((ray, differences(&ray, &right, &below)))
+}
+
+/// The differential of a ray by its neighbours.
+fn differences(ray: &Ray, right: &Ray, below: &Ray) -> RayDifferential {
+    RayDifferential {
+        origin_dx: right.origin - ray.origin,
+        origin_dy: below.origin - ray.origin,
+        direction_dx: right.direction - ray.direction,
+        direction_dy: below.direction - ray.direction,
+    }
+}
+
 /// By the largest angle between rays' directions: 1 where they are one, 0 from the threshold on, or where there are
 /// none.
 fn confidence(rays: &[Ray]) -> f32 {
@@ -184,7 +242,6 @@ fn confidence(rays: &[Ray]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     #[test]
     fn confidence_falls_with_the_square_of_the_largest_angle() {

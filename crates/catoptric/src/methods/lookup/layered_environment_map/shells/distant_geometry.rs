@@ -43,6 +43,17 @@ pub(crate) struct DistantGeometry<'a> {
     pub(crate) center: Vec3,
 }
 
+/// All surfaces of a tracer along a ray, one behind the other, from either side; no more than [`MAX_SURFACES`].
+pub(crate) fn further_hits<'a>(scene: &'a Scene, tracer: &'a Tracer, ray: Ray) -> impl Iterator<Item = Hit> + use<'a> {
+    let (mut near, least) = (0.0, FURTHER_OF_SCENE * scene.bounds.diagonal());
+    let all = std::iter::from_fn(move || {
+        let hit = tracer.first_hit(scene, &ray, near)?;
+        near = hit.distance() * (1.0 + FURTHER) + least;
+        Some(hit)
+    });
+    all.take(MAX_SURFACES)
+}
+
 impl<'a> DistantGeometry<'a> {
     /// The surfaces along a ray, one behind the other: what it is stopped by, and whatever faces it behind that.
     fn hits(self, ray: Ray) -> impl Iterator<Item = (SurfaceInteraction, Hit)> + use<'a> {
@@ -52,13 +63,8 @@ impl<'a> DistantGeometry<'a> {
 
     /// All surfaces along a ray, one behind the other, from either side.
     fn all_hits(self, ray: Ray) -> impl Iterator<Item = ShellCrossing> + use<'a> {
-        let (mut near, least) = (0.0, FURTHER_OF_SCENE * self.scene.bounds.diagonal());
-        let all = std::iter::from_fn(move || {
-            let hit = self.everything.first_hit(self.scene, &ray, near)?;
-            near = hit.distance() * (1.0 + FURTHER) + least;
-            Some(hit)
-        });
-        let others = all.take(MAX_SURFACES).filter(move |hit| !self.holds(hit.object(self.scene)));
+        let all = further_hits(self.scene, self.everything, ray);
+        let others = all.filter(move |hit| !self.holds(hit.object(self.scene)));
         others.map(move |hit| {
             let encounter = self.everything.encounter(self.scene, &ray, &hit, None);
             ShellCrossing { is_faced: ray.direction.dot(encounter.point.geometric_normal) < 0.0, encounter, hit }

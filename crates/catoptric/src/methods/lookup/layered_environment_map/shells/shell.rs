@@ -108,12 +108,6 @@ impl<const LANES: usize> RayLanes<LANES> {
         }
     }
 
-    /// The same rays relative to another centre.
-    #[inline(always)] // for the instructions of its caller
-    pub(crate) fn from(&self, center: Vec3) -> Self {
-        Self { origins: self.origins - center, ..*self }
-    }
-
     /// Rays in world space, relative to a centre.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn new(rays: &[(Ray, RayDifferential); LANES], center: Vec3) -> Self {

@@ -8,14 +8,17 @@ use super::texels::{InTexels, TexelLayout};
 /// Cells of the finest level have this many texels a side, as a power of two. Chosen, not measured.
 const FINEST: u32 = 2;
 
-/// Largest number of cells a side of a rectangle that are read. A bound on time; chosen, not measured.
+/// Largest number of cells a side of a rectangle that are read for many rays together. A bound on time; chosen, not
+/// measured.
 const MAX_CELLS: u32 = 4;
 
 /// Bounds of depths in cells of a texture's finest level, smaller and larger ones.
 #[derive(Clone, Debug)]
 pub(crate) struct DepthBounds {
-    /// Levels of cells, the smallest cells first; each has face after face, row after row.
-    levels: Vec<Vec<Range>>,
+    /// Cells level after level, the smallest first; each level has face after face, row after row.
+    cells: Vec<Range>,
+    /// The first cell of every level.
+    levels: Vec<u32>,
     /// Texels a side of a face.
     size: u32,
 }
@@ -30,6 +33,9 @@ pub(crate) struct Range {
 
 impl Range {
     const NOTHING: Self = Self { least: f32::INFINITY, most: 0.0 };
+
+    /// No bounds.
+    const ALL: Self = Self { least: 0.0, most: f32::INFINITY };
 
     /// Both.
     #[inline(always)] // for the instructions of its caller
@@ -55,32 +61,30 @@ impl DepthBounds {
             let cell = (face * side + (row >> FINEST).min(side - 1)) * side + (column >> FINEST).min(side - 1);
             finest[cell as usize] = finest[cell as usize].with(Range::of(depth));
         }
-        let (mut levels, mut finer) = (vec![finest], side);
+        let (mut cells, mut levels, mut finer) = (finest, vec![0], side);
         while finer > 1 {
-            let below = &levels[levels.len() - 1];
+            let below = levels[levels.len() - 1];
+            levels.push(cells.len() as u32);
             let side = finer / 2;
-            let cell = |index: u32| {
-                let corner = index / side * 2 * finer + index % side * 2;
+            for index in 0..layout.faces() * side * side {
+                let corner = below + index / side * 2 * finer + index % side * 2;
                 let four = [corner, corner + 1, corner + finer, corner + finer + 1];
-                four.into_iter().fold(Range::NOTHING, |range, cell| range.with(below[cell as usize]))
-            };
-            let level = (0..layout.faces() * side * side).map(cell).collect();
-            levels.push(level);
+                cells.push(four.into_iter().fold(Range::NOTHING, |range, cell| range.with(cells[cell as usize])));
+            }
             finer = side;
         }
-        Self { levels, size }
+        Self { cells, levels, size }
     }
 
-    /// Of what is shown wherever the ways between two places each pass, as far as these are wanted, seen from the
-    /// centre: a straight way
-    /// between places of one face of a cube lies in the rectangle about them. None where that is not known: not all
-    /// are on one face.
+    /// Returns true if nothing is shown wherever the ways between two places each pass, as far as these are wanted, seen
+    /// from the centre: a straight way between places of one face of a cube lies in the rectangle about them. False
+    /// where that is not known: not all are on one face.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn between<const LANES: usize>(
+    pub(crate) fn is_nothing_between<const LANES: usize>(
         &self,
         [starts, ends]: [&InTexels<LANES>; 2],
         wanted: &[bool; LANES],
-    ) -> Option<Range> {
+    ) -> bool {
         let (mut least, mut most) = ([u32::MAX; 3], [0u32; 3]);
         for places in [starts, ends] {
             for (number, numbers) in [&places.face, &places.column, &places.row].into_iter().enumerate() {
@@ -92,28 +96,79 @@ impl DepthBounds {
         }
         let face = most[0];
         if least[0] != face {
-            return None;
+            return false;
         }
-        // Rounding may take places on the way to the next texel.
-        let low = [1, 2].map(|axis| least[axis].saturating_sub(1) >> FINEST);
-        let high = [1, 2].map(|axis| (most[axis] + 1).min(self.size - 1) >> FINEST);
+        let (low, high) = self.cells_about([least[1], least[2]], [most[1], most[2]]);
         let span = (high[0] - low[0]).max(high[1] - low[1]);
-        let level = (u32::BITS - (span / MAX_CELLS).leading_zeros()) as usize;
-        let level = level.min(self.levels.len() - 1);
-        let side = (self.size >> (FINEST + level as u32)).max(1);
+        let level = self.held(u32::BITS - (span / MAX_CELLS).leading_zeros());
         let mut range = Range::NOTHING;
         for row in low[1] >> level..=high[1] >> level {
             for column in low[0] >> level..=high[0] >> level {
-                let cell = (face * side + row.min(side - 1)) * side + column.min(side - 1);
-                range = self.levels[level].get(cell as usize).map_or(range, |cell| range.with(*cell));
+                range = range.with(self.cell(level, face, [column, row]));
             }
         }
-        Some(range)
+        range == Range::NOTHING
+    }
+
+    /// Bounds of what is shown wherever the way between two places passes, lane by lane: each lane's are those that it
+    /// has alone. All that is shown where that is not known: the places are on two faces.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn between<const LANES: usize>(
+        &self,
+        [starts, ends]: [&InTexels<LANES>; 2],
+        wanted: &[bool; LANES],
+    ) -> [Range; LANES] {
+        let mut ranges = [Range::NOTHING; LANES];
+        for lane in 0..LANES {
+            if !wanted[lane] {
+                continue;
+            }
+            let face = starts.face[lane];
+            if face != ends.face[lane] {
+                ranges[lane] = Range::ALL;
+                continue;
+            }
+            let (start, end) = ([starts.column[lane], starts.row[lane]], [ends.column[lane], ends.row[lane]]);
+            let least = [start[0].min(end[0]), start[1].min(end[1])];
+            let most = [start[0].max(end[0]), start[1].max(end[1])];
+            let (low, high) = self.cells_about(least, most);
+            let span = (high[0] - low[0]).max(high[1] - low[1]);
+            // Of cells that are no smaller than the rectangle it reaches into no more than two times two.
+            let level = self.held(u32::BITS - span.saturating_sub(1).leading_zeros());
+            let (left, above) = (low[0] >> level, low[1] >> level);
+            let (right, below) = (high[0] >> level, high[1] >> level);
+            let upper = self.cell(level, face, [left, above]).with(self.cell(level, face, [right, above]));
+            let lower = self.cell(level, face, [left, below]).with(self.cell(level, face, [right, below]));
+            ranges[lane] = upper.with(lower);
+        }
+        ranges
+    }
+
+    /// The smallest cells, by column and row, about a rectangle of texels.
+    #[inline(always)] // for the instructions of its caller
+    fn cells_about(&self, least: [u32; 2], most: [u32; 2]) -> ([u32; 2], [u32; 2]) {
+        // Rounding may take places on the way to the next texel.
+        let last = self.size - 1;
+        let low = [least[0].saturating_sub(1) >> FINEST, least[1].saturating_sub(1) >> FINEST];
+        (low, [(most[0] + 1).min(last) >> FINEST, (most[1] + 1).min(last) >> FINEST])
+    }
+
+    /// A level that there is.
+    #[inline(always)] // for the instructions of its caller
+    fn held(&self, level: u32) -> u32 {
+        level.min(self.levels.len() as u32 - 1)
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn cell(&self, level: u32, face: u32, [column, row]: [u32; 2]) -> Range {
+        let side = (self.size >> (FINEST + level)).max(1);
+        let cell = self.levels[level as usize] + (face * side + row.min(side - 1)) * side + column.min(side - 1);
+        self.cells.get(cell as usize).copied().unwrap_or(Range::NOTHING)
     }
 
     /// Memory.
     pub(crate) fn byte_count(&self) -> u64 {
-        self.levels.iter().map(|level| size_of_val(level.as_slice()) as u64).sum()
+        size_of_val(self.cells.as_slice()) as u64
     }
 }
 
@@ -152,18 +207,24 @@ mod tests {
                 let end = [0.1, 0.1, 0.1, 2.0].map(|aside| end + vector(aside));
                 let wanted = [true, true, true, false];
                 let in_texels = |places: &Vec3Lanes<4>| layout.in_texels(places);
+                let in_one = |place: &Vec3Lanes<1>| layout.in_texels(place);
                 let ends = [&in_texels(&Vec3Lanes::new(&start)), &in_texels(&Vec3Lanes::new(&end))];
-                let Some(range) = bounds.between(ends, &wanted) else { continue };
-                known += 1;
-                nothing += u32::from(range.least > range.most);
-                narrower += u32::from(range.least > 0.35 && range.most < 1.1);
-                for (start, end) in start.into_iter().zip(end).take(3) {
+                let ranges = bounds.between(ends, &wanted);
+                let is_nothing = bounds.is_nothing_between(ends, &wanted);
+                nothing += u32::from(is_nothing);
+                for (lane, (start, end)) in start.into_iter().zip(end).enumerate().take(3) {
+                    let range = ranges[lane];
+                    known += u32::from(range.most < f32::INFINITY);
+                    narrower += u32::from(range.least > 0.35 && range.most < 1.1);
+                    let alone = [start, end].map(|place| in_one(&Vec3Lanes::new(&[place])));
+                    let [range_alone] = bounds.between([&alone[0], &alone[1]], &[true]);
+                    assert_eq!(range, range_alone, "a lane's bounds are its own");
                     for step in 0..=100 {
                         let place = start.lerp(end, step as f32 / 100.0);
                         let [texel] = layout.nearest(&Vec3Lanes::new(&[place]));
                         let word = depths.word(texel);
                         let (front, back) = (depths.front(word), depths.back(word));
-                        let holds = range.least <= front && back <= range.most;
+                        let holds = range.least <= front && back <= range.most && !is_nothing;
                         assert!(front == f32::INFINITY || holds, "{place}: {front} to {back} in {range:?}");
                     }
                 }

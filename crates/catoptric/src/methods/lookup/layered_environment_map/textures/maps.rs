@@ -199,14 +199,14 @@ fn radiance_of(
         }
         return radiance;
     };
-    let about_nearest = RayLanes::new(rays, nearest.center);
-    let (mut lanes, mut center) = (about_nearest, nearest.center);
+    let (mut lanes, mut center) = (RayLanes::new(rays, nearest.center), nearest.center);
     let mut places = [[f32::INFINITY; MANY_LANES]; MAX_LAYERS];
     // Distance along each ray of the nearest opaque layer so far.
     let mut stopped: Lanes<MANY_LANES> = Lanes::splat(f32::INFINITY);
     for (number, (layer, seen)) in first.iter().zip(seen.iter_mut()).enumerate().take(MAX_LAYERS) {
         if layer.center != center {
-            (lanes, center) = (about_nearest.from(layer.center - nearest.center), layer.center);
+            // From the rays themselves, to the bit as for a ray alone.
+            (lanes, center) = (RayLanes::new(rays, layer.center), layer.center);
         }
         let mut wanted = [false; MANY_LANES];
         for lane in 0..MANY_LANES {

@@ -13,9 +13,9 @@ use crate::methods::lookup::layered_environment_map::shells::shell::{RayLanes, S
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Distances at which a ray looks for what it meets grow by about this factor. Found by errors from above the plane of
-/// viewpoints: larger ones have more, and gain little time.
-const STEP: f32 = 1.06;
+/// Distances at which a ray looks for what it meets grow by the factor e in about this many steps: by 1.06 in one.
+/// Found by errors from above the plane of viewpoints: fewer steps have more, and gain little time.
+const STEPS_A_LOGARITHM: f32 = 17.16;
 
 /// Largest number of these steps: they are longer if distances differ by more. A bound on time; chosen,
 /// not measured.
@@ -109,31 +109,38 @@ struct StepSchedule<const LANES: usize> {
     /// Inverse of the offset distance at the start, and its change up to the end.
     first: [f32; LANES],
     change: [f32; LANES],
-    /// Number of steps, a whole number; equal for all lanes.
-    steps: f32,
+    /// Numbers of steps, whole numbers: a lane's is that which it has alone.
+    steps: [f32; LANES],
+    /// The largest of them.
+    most_steps: u32,
 }
 
 impl<const LANES: usize> StepSchedule<LANES> {
     #[inline(always)] // for the instructions of its caller
     fn new(rays: &RayLanes<LANES>, start: &Lanes<LANES>, furthest: &Lanes<LANES>, wanted: &[bool; LANES]) -> Self {
-        let mut least = f32::MAX;
         let (mut offset, mut first, mut change) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut steps = [0.0; LANES];
         for lane in 0..LANES {
             offset[lane] = rays.origins.vector(lane).length().max(furthest[lane] * NEAREST_STEP);
             first[lane] = 1.0 / (start[lane] + offset[lane]);
             change[lane] = (1.0 / (furthest[lane] + offset[lane]) - first[lane]).min(0.0);
             let ratio = 1.0 + change[lane] / first[lane];
-            least = if wanted[lane] && ratio < least { ratio } else { least };
+            // Twice the hyperbolic sine of half the ratio's logarithm: that logarithm, but for 2 % at the most steps.
+            let logarithm = (1.0 - ratio) / ratio.sqrt();
+            steps[lane] = (logarithm * STEPS_A_LOGARITHM).ceil().clamp(1.0, MAX_STEPS);
         }
-        let steps = (-least.min(1.0).ln() / STEP.ln()).ceil().clamp(1.0, MAX_STEPS);
-        Self { offset, first, change, steps }
+        let mut most = 0.0;
+        for lane in 0..LANES {
+            most = if wanted[lane] && steps[lane] > most { steps[lane] } else { most };
+        }
+        Self { offset, first, change, steps, most_steps: most as u32 }
     }
 
-    /// Distances along rays after a step, from 1 to `steps`.
+    /// Distances along rays after a step from 1 on; rays with fewer steps stay at the last.
     #[inline(always)] // for the instructions of its caller
     fn place(&self, step: u32, start: &Lanes<LANES>, distances: &mut Lanes<LANES>) {
-        let part = step as f32 / self.steps;
         for lane in 0..LANES {
+            let part = (step as f32 / self.steps[lane]).min(1.0);
             let distance = 1.0 / (self.first[lane] + self.change[lane] * part) - self.offset[lane];
             distances[lane] = distance.max(start[lane]);
         }
@@ -216,8 +223,8 @@ impl Distances {
     }
 
     /// Where rays meet what is shown first: where they come to be as far from the centre as it is seen in their
-    /// direction, or within what reaches
-    /// behind that. Rays that are not wanted meet nothing.
+    /// direction, or within what reaches behind that. Rays that are not wanted meet nothing. What a ray meets does not
+    /// depend on those beside it.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn met<const LANES: usize>(
         &self,
@@ -233,19 +240,27 @@ impl Distances {
             return HitLanes { distance, share, is_met, is_inward: [false; LANES], outward: distance };
         }
         let begin = shell.shell_scale(&rays.origins);
-        let mut span = self.span(shell, rays, &begin, self.range, wanted);
+        let (mut nearest, mut most_distant) = (Lanes::splat(least), Lanes::splat(most));
+        let mut span = self.span(shell, rays, &begin, [&nearest, &most_distant], wanted);
         if let Some(bounds) = &self.bounds {
             // Without closures, which are not compiled for the instructions of their caller.
             let start = self.layout.in_texels(&shell.seen_at(&rays.at(&span.start)));
             let furthest = self.layout.in_texels(&shell.seen_at(&rays.at(&span.furthest)));
-            if let Some(Range { least: nearer, most: further }) = bounds.between([&start, &furthest], &span.open) {
-                if nearer > further {
-                    return HitLanes::nothing(&span.start, &begin);
-                }
-                if nearer > least || further < most {
-                    span = self.span(shell, rays, &begin, [least.max(nearer), most.min(further)], &span.open);
-                }
+            if bounds.is_nothing_between([&start, &furthest], &span.open) {
+                return HitLanes::nothing(&span.start, &begin);
             }
+            let ranges = bounds.between([&start, &furthest], &span.open);
+            let mut open = span.open;
+            for lane in 0..LANES {
+                let Range { least: nearer, most: further } = ranges[lane];
+                open[lane] &= nearer <= further;
+                nearest[lane] = if open[lane] { least.max(nearer) } else { least };
+                most_distant[lane] = if open[lane] { most.min(further) } else { most };
+            }
+            if !open.contains(&true) {
+                return HitLanes::nothing(&span.start, &begin);
+            }
+            span = self.span(shell, rays, &begin, [&nearest, &most_distant], &open);
         }
         let SearchInterval { mut start, furthest, mut open } = span;
         let mut met = HitLanes {
@@ -289,15 +304,15 @@ impl Distances {
         shell: &Shell,
         rays: &RayLanes<LANES>,
         begin: &Lanes<LANES>,
-        [least, most]: [f32; 2],
+        [least, most]: [&Lanes<LANES>; 2],
         wanted: &[bool; LANES],
     ) -> SearchInterval<LANES> {
         // Rays from within the nearest share meet nothing before it; behind the largest there is nothing.
-        let nearest = shell.distances_grown(rays, &Lanes::splat(least * (1.0 - ON_SHELL)));
-        let furthest = shell.distances_grown(rays, &Lanes::splat(most * (1.0 + ON_SHELL)));
+        let nearest = shell.distances_grown(rays, &(*least * (1.0 - ON_SHELL)));
+        let furthest = shell.distances_grown(rays, &(*most * (1.0 + ON_SHELL)));
         let mut span = SearchInterval { start: Lanes::ZERO, furthest, open: *wanted };
         for lane in 0..LANES {
-            span.start[lane] = if begin[lane] < least { nearest[lane] } else { 0.0 };
+            span.start[lane] = if begin[lane] < least[lane] { nearest[lane] } else { 0.0 };
             span.open[lane] &= furthest[lane] > span.start[lane] && furthest[lane] < f32::INFINITY;
         }
         span
@@ -334,7 +349,7 @@ impl Distances {
             is_beyond[lane] = wanted[lane] && back[lane] < own[lane];
             bracket.above[lane] = front[lane] - own[lane];
         }
-        for step in 1..=schedule.steps as u32 {
+        for step in 1..=schedule.most_steps {
             schedule.place(step, start, &mut tried);
             let TexelDepths { own, front, back } = self.shown(shell, rays, &tried);
             for lane in 0..LANES {
@@ -343,7 +358,9 @@ impl Distances {
                 hidden_share[lane] = if is_behind { hidden_share[lane] } else { f32::INFINITY };
                 let is_at_hidden = is_beyond[lane] && own[lane] >= hidden_share[lane];
                 let enters = (is_behind && is_before[lane]) || (is_within && is_beyond[lane]);
-                let is_first = (enters || is_at_hidden) && !is_found[lane];
+                // Steps beyond a lane's own are other lanes' alone.
+                let is_own = step as f32 <= schedule.steps[lane];
+                let is_first = (enters || is_at_hidden) && !is_found[lane] && is_own;
                 bracket.from_behind[lane] |= is_first && is_beyond[lane];
                 reaches_hidden[lane] |= is_first && is_at_hidden;
                 bracket.far[lane] = if is_first { tried[lane] } else { bracket.far[lane] };

@@ -188,3 +188,45 @@ fn rays_pass_what_they_do_not_meet() {
     let (shell, nothing) = seen(8, |_| None);
     assert_eq!(met(&shell, &nothing, Vec3::ZERO, Vec3::X), None);
 }
+
+#[test]
+fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
+    // A floor with two balls on it, in a box: depths with edges, and rays that differ much.
+    let balls = [(Vec3::new(1.5, -0.2, 0.0), 0.3), (Vec3::new(-0.6, -0.1, 1.4), 0.4)];
+    let look = |direction: Vec3| {
+        let floor = Some(-0.6 / direction.y).filter(|distance| *distance > 0.0 && *distance < 8.0);
+        let ball = balls.into_iter().find_map(|(middle, radius)| through_ball(middle, radius, direction));
+        ball.or(floor.map(|distance| [distance; 2]))
+    };
+    let bounds = Aabb { min: Vec3::new(-8.0, -0.7, -8.0), max: Vec3::new(8.0, 3.0, 8.0) };
+    let mut random = Stream::new(17);
+    for surround in [ParallaxProxy::Sphere(RADIUS), ParallaxProxy::Box(bounds)] {
+        let (shell, distances) = solid_on(surround, 128, look);
+        let (mut met, mut passed) = (0, 0);
+        for batch in 0..200 {
+            let mut vector = |size: f32| Vec3::from([0; 3].map(|_| random.next_between(-size, size)));
+            // From rays that stay together to rays that go anywhere.
+            let spread: f32 = [0.02, 0.2, 1.0, 3.0][batch % 4];
+            let (origin, target) = (vector(0.5), vector(2.0));
+            let origins: [Vec3; 32] = std::array::from_fn(|_| origin + vector(0.2 * spread.min(1.0)));
+            let directions = origins.map(|origin| (target + vector(spread) - origin).normalize());
+            let wanted = std::array::from_fn(|lane| lane % 7 != 3);
+            let rays = RayLanes::sharp(Vec3Lanes::new(&origins), Vec3Lanes::new(&directions));
+            let together = distances.met(&shell, &rays, &wanted);
+            for lane in (0..32).filter(|lane| wanted[*lane]) {
+                let ray = RayLanes::sharp(Vec3Lanes::one(origins[lane]), Vec3Lanes::one(directions[lane]));
+                let alone = distances.met(&shell, &ray, &[true]);
+                assert_eq!(together.is_met[lane], alone.is_met[0], "batch {batch}, lane {lane}");
+                if alone.is_met[0] {
+                    let of = |hit: f32, share: f32| (hit.to_bits(), share.to_bits());
+                    let found = of(together.distance[lane], together.share[lane]);
+                    assert_eq!(found, of(alone.distance[0], alone.share[0]), "batch {batch}, lane {lane}");
+                    assert_eq!(together.is_inward[lane], alone.is_inward[0]);
+                }
+                met += u32::from(alone.is_met[0]);
+                passed += u32::from(!alone.is_met[0]);
+            }
+        }
+        assert!(met > 1000 && passed > 1000, "{met}, {passed}");
+    }
+}
