@@ -10,7 +10,7 @@ const AROUND: f32 = 0.05;
 
 /// Within a lens its surface is met before things that touch it from without: those beyond by up to this share of
 /// their distance. A rounding.
-pub(in super::super) const TOUCHING: f32 = 2e-5;
+pub(in super::super) const TOUCHING: f32 = 1e-4;
 
 /// What of the last object of a path its rays can meet.
 ///
