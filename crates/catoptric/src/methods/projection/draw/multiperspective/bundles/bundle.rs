@@ -307,7 +307,8 @@ impl BundleFit {
         for (index, basis) in self.basis.iter().enumerate() {
             let of = |vectors: &[Vec3; TERMS]| vectors.iter().zip(basis).map(|(c, b)| *c * *b).sum::<Vec3>();
             let line = (of(&bundle.directions), of(&bundle.moments));
-            if !(line.0.dot(bundle.axes[2]) > 0.0) {
+            let along = line.0.dot(bundle.axes[2]);
+            if along <= 0.0 || along.is_nan() {
                 return false;
             }
             let ((slope, origin), found) = (in_plane(&bundle.axes, self.lines[index]), in_plane(&bundle.axes, line));

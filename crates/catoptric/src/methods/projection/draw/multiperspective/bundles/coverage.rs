@@ -68,10 +68,10 @@ fn row_values(function: &[f32; TERMS], u: &[f32; LANES], v: f32, scale: f32) -> 
     let (constant, linear) = (c + v * (cv + v * cvv), cu + cuv * v);
     let (down, twice) = (cv + 2.0 * cvv * v, 2.0 * cuu);
     let mut row = RowValues { value: [0.0; LANES], dx: [0.0; LANES], dy: [0.0; LANES] };
-    for lane in 0..LANES {
-        row.value[lane] = constant + u[lane] * (linear + u[lane] * cuu);
-        row.dx[lane] = (linear + twice * u[lane]) * scale;
-        row.dy[lane] = (down + cuv * u[lane]) * scale;
+    for (lane, &u) in u.iter().enumerate() {
+        row.value[lane] = constant + u * (linear + u * cuu);
+        row.dx[lane] = (linear + twice * u) * scale;
+        row.dy[lane] = (down + cuv * u) * scale;
     }
     row
 }
@@ -232,7 +232,7 @@ impl TileSamples {
                     let (x, y) = (column as f32 + self.x[sample], row as f32 + self.y[sample]);
                     let (u, v) = (area.corner[0] + x * area.scale, area.corner[1] + y * area.scale);
                     let edges = [fa, fb, fc].map(|function| value_at(function, u, v));
-                    if edges.iter().any(|edge| !(*edge >= 0.0)) {
+                    if edges.iter().any(|edge| *edge < 0.0 || edge.is_nan()) {
                         continue;
                     }
                     let key = edges.iter().sum::<f32>() / value_at(fk, u, v);

@@ -417,6 +417,13 @@ impl Reflections<'_> {
                 }
             }
         }
+        self.cover_tested(bundle, area, first, work);
+    }
+
+    /// Goes on with the triangles that show where an alpha test passes.
+    #[inline(always)]
+    fn cover_tested(&self, bundle: &RayBundle, area: &TileArea, first: Vec2, work: &mut PathWork) {
+        let PathWork { samples, drawn, tested, .. } = work;
         for &index in tested.iter() {
             let (triangle, drawn) = &drawn[index];
             let [a, b, c, plane] = drawn.functions;
