@@ -35,6 +35,12 @@ impl OwnRule {
         Self { object, none, outside, from_behind }
     }
 
+    /// True if the object has an inside: the side by which a triangle is met tells whether rays have left it.
+    #[inline(always)]
+    pub(in super::super) fn is_closed(&self) -> bool {
+        self.from_behind == f32::INFINITY
+    }
+
     /// True for the object if rays run within it.
     #[inline(always)]
     pub(in super::super) fn is_around(&self, object: u32) -> bool {

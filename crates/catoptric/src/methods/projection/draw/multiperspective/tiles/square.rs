@@ -59,8 +59,10 @@ struct TileJob {
     column: usize,
     row: usize,
     size: usize,
-    /// Its candidates are among those in the list before this one; 0: they are not known.
+    /// How often the root tile was divided for it: each level has a list of candidates.
     level: usize,
+    /// Its candidates are among those of the level before.
+    inherits: bool,
 }
 
 impl TileJob {
@@ -92,10 +94,10 @@ fn pixel_count(rows: &[u16; ROOT]) -> usize {
 
 impl PathWork {
     /// Lets the quarters of a tile wait.
-    fn divide(&mut self, job: &TileJob, level: usize) {
-        let size = job.size / 2;
+    fn divide(&mut self, job: &TileJob, inherits: bool) {
+        let (size, level) = (job.size / 2, job.level + 1);
         for (column, row) in [(size, size), (0, size), (size, 0), (0, 0)] {
-            self.waiting.push(TileJob { column: job.column + column, row: job.row + row, size, level });
+            self.waiting.push(TileJob { column: job.column + column, row: job.row + row, size, level, inherits });
         }
     }
 }
@@ -104,8 +106,8 @@ impl PathWork {
 enum Outcome {
     /// It is drawn: true if anything shows.
     Drawn(bool),
-    /// Its quarters must be; their candidates are in the list of this level.
-    Divide(usize),
+    /// Its quarters must be; true if their candidates are among its own.
+    Divide(bool),
     /// Each of its pixels must be.
     Trace,
 }
@@ -144,7 +146,7 @@ impl Reflections<'_> {
         work.rays.resize(ROOT * ROOT, None);
         work.looked_at = [0; ROOT];
         work.waiting.clear();
-        work.waiting.push(TileJob { column: 0, row: 0, size: ROOT, level: 0 });
+        work.waiting.push(TileJob { column: 0, row: 0, size: ROOT, level: 0, inherits: false });
         let mut any = false;
         while let Some(job) = work.waiting.pop() {
             let mut area = job.rows_among(rows);
@@ -153,9 +155,9 @@ impl Reflections<'_> {
             }
             match draw_square(self, root, object, &job, &mut area, work, surfaces, ids) {
                 Outcome::Drawn(shows) => any |= shows,
-                Outcome::Divide(level) if job.size > SMALLEST => {
+                Outcome::Divide(inherits) if job.size > SMALLEST => {
                     Counts::add(&self.counts.divided, 1);
-                    work.divide(&job, level);
+                    work.divide(&job, inherits);
                 }
                 Outcome::Divide(_) | Outcome::Trace => {
                     any |= self.trace_pixels(root, object, &job, &area, surfaces, ids);
@@ -180,18 +182,18 @@ impl Reflections<'_> {
     ) -> Outcome {
         // A rim could hide between the pixels that are looked at.
         if job.size == ROOT && pixel_count(area) < ROOT * ROOT {
-            return Outcome::Divide(0);
+            return Outcome::Divide(false);
         }
         let (outside, others) = self.look(root, job, area, work, surfaces);
         if pixel_count(&others) > 0 {
             // A sheet's two sides meet here.
             (0..ROOT).for_each(|row| area[row] |= others[row]);
-            return if job.size > SMALLEST { Outcome::Divide(0) } else { Outcome::Trace };
+            return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
         let half = 0.5 * job.size as f32;
         let center = root.corner(job.column, job.row) + half;
         let Some(bundle) = RayBundle::fit(&work.tile_rays, center, half, &mut work.fit) else {
-            return Outcome::Divide(0);
+            return Outcome::Divide(false);
         };
         let beam = Beam::new(&bundle, &work.fit, &self.scene.bounds);
         if work.lists.len() <= job.level {
@@ -200,7 +202,7 @@ impl Reflections<'_> {
         let (parents, own) = work.lists.split_at_mut(job.level);
         let list = &mut own[0];
         match parents.last() {
-            Some(parent) if parent.len() <= LONG_LIST => list.filter(parent, &beam),
+            Some(parent) if job.inherits && parent.len() <= LONG_LIST => list.filter(parent, &beam),
             _ => list.collect(self.hierarchy, &beam, &mut work.stack),
         }
         if list.len() == 0 {
@@ -210,12 +212,12 @@ impl Reflections<'_> {
         let near = low.max(bundle.start_range[0]);
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
         // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
-        let level = if error_px <= TRUSTED_ERROR_PX { job.level + 1 } else { 0 };
+        let inherit = error_px <= TRUSTED_ERROR_PX;
         if list.len() > MANY_CANDIDATES * pixel_count(area) {
-            return if job.size > SMALLEST { Outcome::Divide(level) } else { Outcome::Trace };
+            return if job.size > SMALLEST { Outcome::Divide(inherit) } else { Outcome::Trace };
         }
         if error_px > self.accuracy_px {
-            return Outcome::Divide(level);
+            return Outcome::Divide(inherit);
         }
         self.counts.accept(error_px);
         Counts::add(&self.counts.pairs, list.len());
@@ -360,7 +362,11 @@ impl Reflections<'_> {
         let half = 0.5 * (area.size.min(BLOCK)) as f32 * area.scale;
         let earliest_start = bundle.start_range[0] - fit.start_error;
         let latest_start = bundle.start_range[1] + fit.start_error;
-        let own_margin = 2.0 * fit.start_error + OWN_MARGIN * bundle.start_range[1];
+        // The side alone tells triangles that rays leave from those that they meet, also across a thin wall.
+        let own_margin = match own.is_closed() {
+            true => -fit.start_error,
+            false => 2.0 * fit.start_error + OWN_MARGIN * bundle.start_range[1],
+        };
         for block in &lists[level].blocks {
             let functions = EdgeFunctions::new(bundle, block);
             // Bits of lanes, for each part of the square and each sign.
@@ -389,7 +395,11 @@ impl Reflections<'_> {
                 let depths = [depth(0), depth(1), depth(2)];
                 for (index, sign) in [1.0, -1.0].into_iter().enumerate() {
                     let is_met = |part: usize| meets[part][index] >> lane & 1 != 0;
-                    let margin = from[index].max(if object == own.object { own_margin } else { 0.0 });
+                    let margin = match object == own.object {
+                        true if from[index] > 0.0 => from[index].max(own_margin),
+                        true => own_margin,
+                        false => 0.0,
+                    };
                     let [earliest, latest] = [earliest_start + margin, latest_start + margin];
                     if !(0..blocks * blocks).any(is_met) || depths.iter().all(|depth| *depth < earliest) {
                         continue;
