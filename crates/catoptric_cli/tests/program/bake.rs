@@ -180,7 +180,7 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
         refused(name, &[]);
     }
     let message = place.fails(1, &["render", "scene.toml", "-o", "no.png", "--baked", "room.bake"]);
-    assert!(message.contains("bake of light_field, not of reference"), "{message}");
+    assert!(message.contains("bake of light_field, not of auto"), "{message}");
     place.write("scene.toml", BALL.replace("0.8", "0.7"));
     assert!(refused("room.bake", &[]).contains("scene"));
 

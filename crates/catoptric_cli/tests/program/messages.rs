@@ -76,8 +76,10 @@ fn samples_that_a_method_cannot_take_are_wrong_usage() {
     assert!(message.contains("--samples 3") && message.contains("1, 2, 4, 8, 16"), "{message}");
     let message = place.fails(2, &["compare", "scene.toml", "--report", "report", "--samples", "3"]);
     assert!(message.contains("--samples 3"), "{message}");
+    let message = place.fails(2, &render);
+    assert!(message.contains("method `auto` takes 1, 2, 4, 8, 16"), "{message}");
     assert_eq!(place.files(), ["scene.toml"]);
-    place.ok(&render);
+    place.ok(&[&render[..], &["--method", "reference"]].concat());
 }
 
 #[test]

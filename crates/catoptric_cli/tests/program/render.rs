@@ -66,8 +66,8 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
 #[test]
 fn frames_over_their_budget_are_drawn_by_auto_and_counted() {
     let place = Workplace::new();
-    let slow = ["--method", "reference", "--samples", "1000", "--budget-ms", "1", "--stats", "stats.json"];
-    place.render(&slow);
+    let slow = ["--method", "reference", "--size", "320x240", "--samples", "1000", "--budget-ms", "1"];
+    place.ok(&[&["render", "scene.toml", "-o", "out.png", "--stats", "stats.json"], &slow[..]].concat());
     let stats = place.json("stats.json");
     assert_eq!(stats["counts"]["fallbacks"]["frames_over_budget"], 1);
     assert!(stats["warnings"].to_string().contains("within 1 ms"), "{}", stats["warnings"]);
@@ -124,9 +124,9 @@ fn wrong_usage_ends_with_2() {
     let place = Workplace::new();
     let faults: [(&[&str], &str); 21] = [
         (&["--method", "no_such"], "no_such"),
-        (&["--set", "no_such=1"], "`seed`"),
+        (&["--set", "no_such=1"], "`accuracy_px`"),
         (&["--set", "no_such=1"], "no_such"),
-        (&["--set", "seed=no number"], "seed"),
+        (&["--method", "reference", "--set", "seed=no number"], "seed"),
         (&["--set", "seed"], "KEY=VALUE"),
         (&["--size", "0x48"], "1 to 16384"),
         (&["--size", "16384x16384"], "pixels"),
@@ -199,7 +199,8 @@ fn a_failed_run_leaves_the_old_picture() {
 #[test]
 fn settings_and_roles_take_effect() {
     let place = Workplace::new();
-    place.render(&["--stats", "stats.json", "--set", "seed=5", "--set", "samples=random"]);
+    let set = ["--method", "reference", "--set", "seed=5", "--set", "samples=random"];
+    place.render(&[&["--stats", "stats.json"], &set[..]].concat());
     let stats = place.json("stats.json");
     assert_eq!((&stats["settings"]["seed"], &stats["settings"]["samples"]), (&5.into(), &"random".into()));
     let info = |words: &[&str]| -> Value { place.listed(&[&["info", "scene.toml", "--json"], words].concat()) };
