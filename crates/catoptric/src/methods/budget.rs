@@ -1,7 +1,7 @@
 //! A budget of time a frame, for any method.
 
 use super::bake::Baked;
-use super::{Frame, Method, MethodInfo, Prepared, Quality, Report, projection};
+use super::{Frame, Method, MethodInfo, Prepared, Quality, Report};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -14,7 +14,10 @@ use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A method whose frames are ended after a time, and are then drawn by [`auto`](projection::auto).
+/// The method that draws what is not done in time.
+const EXACT: &str = "auto";
+
+/// A method whose frames are ended after a time, and are then drawn by `auto`.
 ///
 /// A frame takes little longer than its budget and `auto`'s frame together. A clock decides: the same input may give
 /// other pixels on another machine. Without clocks (see [`Stopwatch`]) no frame is ended. `auto` and
@@ -99,11 +102,10 @@ impl Method for Budgeted<'_> {
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
         let prepared = self.method.prepare(scene, quality, bake, progress)?;
-        let exact = &projection::auto::INFO;
-        if [exact.id, projection::multiperspective::INFO.id].contains(&self.info().id) {
+        if [EXACT, "multiperspective"].contains(&self.info().id) {
             return Ok(prepared);
         }
-        let exact = (exact.create)(&toml::Table::new())?.prepare(scene, rasterised(quality), None, progress)?;
+        let exact = super::create(EXACT, &toml::Table::new())?.prepare(scene, rasterised(quality), None, progress)?;
         Ok(Box::new(PreparedBudget { prepared, exact, budget_ms: self.budget_ms }))
     }
 }

@@ -8,7 +8,8 @@ use catoptric_testkit::drawing::{measured, picture, round_trips_in, scene, with_
 use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
 use glam::Vec3;
 
-/// Polished paths are exact but for the rounding of the traced points: 0.0004 pixels, and none is missing. Pictures are off where an edge of colours lies within the edge error (0.25 pixels) of a pixel's centre.
+/// Polished paths are exact but for the rounding of the traced points: 0.0004 pixels, and none is missing. Pictures are
+/// off where an edge of colours lies within the edge error (0.25 pixels) of a pixel's centre.
 fn check(what: &str, (picture, trips): &(PictureError, RoundTrip), over_0_1: f64) {
     assert!(trips.all.count > 300, "{what}: {trips:?}");
     assert!(trips.all.p99.is_some_and(|p99| p99 <= 4e-4) && trips.all.missing == 0.0, "{what}: {trips:?}");

@@ -76,7 +76,8 @@ impl DepthBounds {
         Self { cells, levels, size }
     }
 
-    /// Returns true if nothing is shown wherever the ways between two places each pass, as far as these are wanted, seen
+    /// Returns true if nothing is shown wherever the ways between two places each pass, as far as these are wanted,
+    /// seen
     /// from the centre: a straight way between places of one face of a cube lies in the rectangle about them. False
     /// where that is not known: not all are on one face.
     #[inline(always)] // for the instructions of its caller

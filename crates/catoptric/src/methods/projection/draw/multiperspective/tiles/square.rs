@@ -20,7 +20,8 @@ const LONG_LIST: usize = 384;
 /// With more candidates a pixel than this, rays are traced one by one.
 const MANY_CANDIDATES: usize = 25;
 
-/// Quarters of a tile find their candidates among the tile's, if its bundle is no worse than this. Chosen, not measured.
+/// Quarters of a tile find their candidates among the tile's, if its bundle is no worse than this. Chosen, not
+/// measured.
 const TRUSTED_ERROR_PX: f32 = 2.0;
 
 /// The smallest tile with a bundle, in pixels.

@@ -1,5 +1,7 @@
 //! The exact search against searches for all roots, closed forms and forward traces.
 
+mod round_trips;
+
 use catoptric::math::random::Stream;
 use catoptric::methods::path_query::{FoundPath, PathSearch};
 use catoptric::methods::projection::find::exact_search::{ExactSearch, SearchSettings};
