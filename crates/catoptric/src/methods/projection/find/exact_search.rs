@@ -4,8 +4,9 @@
 //! a point's candidates are all rays whose expansions reach it, and Newton's method on the specular constraint takes
 //! one for each place in the picture to its path; near caustics, where one ray can stand for several paths, its
 //! neighbours are tried too. So a search costs some five to fifty microseconds on convex surfaces, one or two hundred
-//! XX//! appearances: up to 64 places in the picture are tried, and beyond that the search
-//! says that it was cut short.
+//! on meshes, tori and vases, and a few milliseconds on surfaces of expressions. Where a surface is not convex a point
+//! has a hundred candidates and more that lead to a handful of appearances: up to 64 places in the picture are tried,
+//! and beyond that the search says that it was cut short.
 //! What can be missed otherwise are reflections in parts of a reflector smaller than the finest sample spacing (see
 //! [`SearchSettings`]), and one of two that nearly coincide beside a caustic, from where Newton's method goes to the
 //! other.
