@@ -6,6 +6,7 @@ mod planes;
 pub(in crate::methods::projection) use paths::{MirrorPath, visible_paths};
 pub(in crate::methods::projection) use planes::{MirrorPlane, Mirrors};
 
+use crate::parallel;
 use crate::raster::{DrawList, DrawTriangle, Stencil, patch_of_triangle};
 use crate::scene::{Scene, View};
 
@@ -34,7 +35,8 @@ impl MirroredScenes<'_> {
         let Self { scene, mirrors, others, .. } = *self;
         let goes_on = path.order < self.order;
         let picture = self.view.picture_from_moved(&path.world_from_scene);
-        let vertices = scene.positions.iter().map(|position| picture.apply(*position)).collect();
+        // On all cores: the direct view of a scene without flat mirrors is the only list.
+        let vertices = parallel::map_collect(scene.positions.len(), |vertex| picture.apply(scene.positions[vertex]));
         let clip_distances: Vec<f32> = match path.mirror {
             Some(_) => {
                 let height = |position: &glam::Vec3| path.height(mirrors, position.as_dvec3()) as f32;
