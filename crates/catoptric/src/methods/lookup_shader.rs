@@ -39,6 +39,10 @@ impl<L: ReflectorShader> LookShader for LookupShader<'_, L> {
         let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
         ShadingRequest::Color(self.reflectors.radiance(self.scene, &encounter, &ray, &change))
     }
+
+    fn eye(&self) -> Option<&ViewRays> {
+        Some(&self.rays)
+    }
 }
 
 /// Draws the wanted objects of a scene whose reflectors and lenses look light up.

@@ -239,12 +239,15 @@ fn draw<const STENCIL: bool>(
 struct ColumnSteps {
     edges: [[i32; BLOCK]; 3],
     key: [f32; BLOCK],
+    /// The smallest and largest change of each edge from a pixel's corner to its samples.
+    over_pixel: [[i32; 2]; 3],
 }
 
 impl ColumnSteps {
     #[inline(always)]
     fn new(edges: &[Edge; 3], key_step: f32) -> Self {
-        let mut steps = Self { edges: [[0; BLOCK]; 3], key: [0.0; BLOCK] };
+        let over_pixel = edges.map(|edge| edge.change_over(1).map(|change| change as i32));
+        let mut steps = Self { edges: [[0; BLOCK]; 3], key: [0.0; BLOCK], over_pixel };
         for column in 0..BLOCK {
             steps.key[column] = key_step * column as f32;
         }
@@ -286,10 +289,11 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
     stencil: Option<StencilMask<'_>>,
     target: &mut LayerSamples<'_>,
 ) {
-    let (samples_log2, group_log2) = (pattern.samples_log2, LANES.trailing_zeros());
-    let half_mask = pattern.halves - 1;
-    let first_group = (place.columns[0] << samples_log2) >> group_log2;
-    let last_group = (((place.columns[1] + 1) << samples_log2) - 1) >> group_log2;
+    let samples_log2 = pattern.samples_log2;
+    // Pixels of a group, as bits, and groups of a pixel; one of the two is 1.
+    let group_pixels = LANES >> samples_log2.min(LANES.trailing_zeros());
+    let group_bits = (1u32 << group_pixels) - 1;
+    let in_columns = (2u32 << place.columns[1]) - (1 << place.columns[0]);
     for row in place.rows[0]..=place.rows[1] {
         // Edges and key of the whole row, for each of its columns.
         let row_key = plane.key + plane.key_step_y * row as f32;
@@ -297,6 +301,8 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
         for column in 0..BLOCK {
             row_keys[column] = row_key + steps.key[column];
         }
+        // The columns whose pixels lie in the triangle in part at least, and those that do so as a whole.
+        let (mut touched, mut inside) = (in_columns, in_columns);
         if EDGES {
             for e in 0..3 {
                 let base = plane.bases[e].wrapping_add(plane.steps_y[e].wrapping_mul(row as i32 * 16));
@@ -304,9 +310,20 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
                     row_edges[e][column] = base.wrapping_add(steps.edges[e][column]);
                 }
             }
+            let (mut touched_bits, mut inside_bits) = ([0u32; BLOCK], [0u32; BLOCK]);
+            let [[low0, high0], [low1, high1], [low2, high2]] = steps.over_pixel;
+            for column in 0..BLOCK {
+                let [e0, e1, e2] = [row_edges[0][column], row_edges[1][column], row_edges[2][column]];
+                let highest = e0.wrapping_add(high0) | e1.wrapping_add(high1) | e2.wrapping_add(high2);
+                let lowest = e0.wrapping_add(low0) | e1.wrapping_add(low1) | e2.wrapping_add(low2);
+                touched_bits[column] = (!highest as u32 >> 31) << column;
+                inside_bits[column] = (!lowest as u32 >> 31) << column;
+            }
+            touched &= touched_bits.iter().fold(0, |all, bits| all | bits);
+            inside = touched & inside_bits.iter().fold(0, |all, bits| all | bits);
         }
-        let first = ((place.block * BLOCK + row) << samples_log2) + first_group;
-        let range = first..first + (last_group - first_group + 1);
+        let first = (place.block * BLOCK + row) << samples_log2;
+        let range = first..first + (1 << samples_log2);
         let keys = &mut target.keys[range.clone()];
         let ids = &mut target.ids[range.clone()];
         let labels = match stencil {
@@ -314,13 +331,25 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
             _ => &[],
         };
         let wanted = stencil.map_or(0, |mask| mask.wanted);
-        for (index, (keys, ids)) in keys.iter_mut().zip(ids).enumerate() {
-            let group = first_group + index;
-            let column = ((group << group_log2) >> samples_log2) % BLOCK;
-            let lane = &lanes[group & half_mask & 1];
-            let base = [row_edges[0][column], row_edges[1][column], row_edges[2][column]];
-            let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
-            draw_group::<STENCIL, EDGES>(base, row_keys[column], lane, triangle, label, wanted, keys, ids);
+        while touched != 0 {
+            let column = touched.trailing_zeros() as usize / group_pixels * group_pixels;
+            let bits = group_bits << column;
+            touched &= !bits;
+            let whole = inside & bits == bits;
+            let base = [row_edges[0][column % BLOCK], row_edges[1][column % BLOCK], row_edges[2][column % BLOCK]];
+            let key = row_keys[column % BLOCK];
+            let first = (column << samples_log2) / LANES;
+            for half in 0..pattern.halves {
+                let index = first + half;
+                let (Some(keys), Some(ids)) = (keys.get_mut(index), ids.get_mut(index)) else { continue };
+                let lane = &lanes[half & 1];
+                let label = if STENCIL { labels.get(index).map(|l| &l.0) } else { None };
+                if EDGES && !whole {
+                    draw_group::<STENCIL, true>(base, key, lane, triangle, label, wanted, keys, ids);
+                } else {
+                    draw_group::<STENCIL, false>(base, key, lane, triangle, label, wanted, keys, ids);
+                }
+            }
         }
     }
 }
@@ -345,27 +374,33 @@ fn draw_group<const STENCIL: bool, const EDGES: bool>(
     // All is read before anything is written: arrays that might overlap are not turned into vector instructions.
     let [x, y, z] = lane.edges;
     let steps = lane.key;
-    let (mut new_keys, mut new_ids) = (keys.0.map(f32::to_bits), ids.0);
-    let id = triangle.id;
+    let (mut new_keys, mut passes) = (keys.0, [0u32; LANES]);
     for i in 0..LANES {
         let value = key + steps[i];
         let value = if value < low { low } else { value };
         let value = if value > high { high } else { value };
-        // Masks of ones and zeros; conditions would become branches.
-        let mut pass = 0u32.wrapping_sub(u32::from(value > f32::from_bits(new_keys[i])));
+        let mut covered = true;
         if EDGES {
             let e0 = base[0].wrapping_add(x[i]);
             let e1 = base[1].wrapping_add(y[i]);
             let e2 = base[2].wrapping_add(z[i]);
-            let outside = ((e0 | e1 | e2) >> 31) as u32;
-            pass &= !outside;
+            covered = (e0 | e1 | e2) >= 0;
         }
         if STENCIL {
-            pass &= 0u32.wrapping_sub(u32::from(labels[i] == wanted));
+            covered &= labels[i] == wanted;
         }
-        new_keys[i] = (value.to_bits() & pass) | (new_keys[i] & !pass);
-        new_ids[i] = (id & pass) | (new_ids[i] & !pass);
+        let value = if covered { value } else { f32::NEG_INFINITY };
+        let pass = value > new_keys[i];
+        passes[i] = 0u32.wrapping_sub(u32::from(pass));
+        new_keys[i] = if pass { value } else { new_keys[i] };
     }
-    keys.0 = new_keys.map(f32::from_bits);
+    // Where the compiler knew masks for conditions it would write by masked stores, which take tens of cycles on some
+    // machines.
+    let passes = std::hint::black_box(passes);
+    let (mut new_ids, id) = (ids.0, triangle.id);
+    for i in 0..LANES {
+        new_ids[i] = (id & passes[i]) | (new_ids[i] & !passes[i]);
+    }
+    keys.0 = new_keys;
     ids.0 = new_ids;
 }

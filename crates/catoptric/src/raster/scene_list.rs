@@ -2,7 +2,7 @@
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
-use crate::scene::{PicturePoint, Ray, Scene, SurfaceQuery, View, ViewRays};
+use crate::scene::{PicturePoint, Ray, Role, Scene, SurfaceQuery, View, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Vertices that are transformed at once.
@@ -111,6 +111,12 @@ pub trait LookShader: Sync {
 
     /// The appearance of a fragment.
     fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest;
+
+    /// The eye's rays, if diffuse surfaces that are seen directly look like what they scatter along them, and need not
+    /// be looked at one by one.
+    fn eye(&self) -> Option<&ViewRays> {
+        None
+    }
 }
 
 impl<S: LookShader> FragmentShader for S {
@@ -119,7 +125,7 @@ impl<S: LookShader> FragmentShader for S {
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-        shade_looks(self.scene(), batch, colors, |_, fragment| self.look(fragment));
+        shade_batch(self, batch, colors);
     }
 
     fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
@@ -127,30 +133,89 @@ impl<S: LookShader> FragmentShader for S {
     }
 }
 
-/// The colours of a batch, with all scattering points worked out together; `look` receives the fragment's index.
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
+fn shade_batch<S: LookShader>(shader: &S, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    shade_looks(shader.scene(), shader.eye(), batch, colors, |_, fragment| shader.look(fragment));
+}
+
+/// The colours of a batch, with all scattering points worked out together; `look` receives the fragment's index. `eye`:
+/// see [`LookShader::eye`].
 #[inline(always)] // for the instructions of its caller
 pub(crate) fn shade_looks(
     scene: &Scene,
+    eye: Option<&ViewRays>,
     batch: &FragmentBatch<'_>,
     colors: &mut [Vec3],
     mut look: impl FnMut(usize, &Fragment<'_>) -> ShadingRequest,
 ) {
-    let mut queries = Vec::with_capacity(batch.len());
-    let mut targets = Vec::with_capacity(batch.len());
-    for (index, (fragment, color)) in batch.iter().zip(colors.iter_mut()).enumerate() {
+    let mut waiting = Waiting::default();
+    // Neighbours are mostly parts of one object.
+    let mut last = (u32::MAX, false);
+    for (index, fragment) in batch.iter().enumerate() {
+        if let (Some(eye), [surface]) = (eye, fragment.chain) {
+            let object = scene.triangle_objects[surface.source as usize];
+            if object != last.0 {
+                let diffuse = scene.role_of(object) == Role::Diffuse;
+                last = (object, diffuse && scene.objects[object as usize].surface.is_none());
+            }
+            if last.1 {
+                let towards_viewer = -eye.direction(fragment.position.x, fragment.position.y);
+                let (triangle, barycentrics) = (surface.source, surface.barycentrics);
+                waiting.push(SurfaceQuery { triangle, barycentrics, towards_viewer }, index, Vec3::ONE);
+                colors[index] = Vec3::ZERO;
+                waiting.shade_if_full(scene, colors);
+                continue;
+            }
+        }
         match look(index, &fragment) {
-            ShadingRequest::Color(found) => *color = found,
+            ShadingRequest::Color(found) => colors[index] = found,
             ShadingRequest::Scattered { query, throughput, added } => {
-                queries.push(query);
-                targets.push((index as u32, throughput));
-                *color = added;
+                waiting.push(query, index, throughput);
+                colors[index] = added;
+                waiting.shade_if_full(scene, colors);
             }
         }
     }
-    let mut results = vec![Vec3::ZERO; queries.len()];
-    scene.radiance_batch(&queries, &mut results);
-    for ((target, throughput), result) in targets.into_iter().zip(results) {
-        colors[target as usize] += throughput * result;
+    waiting.shade(scene, colors);
+}
+
+/// Points that are shaded at once: as many as stay in the fastest cache.
+const SHADED_AT_ONCE: usize = 256;
+
+/// Points that wait to be shaded together.
+#[derive(Default)]
+struct Waiting {
+    queries: Vec<SurfaceQuery>,
+    /// The fragment that each is part of, and the factor on its radiance.
+    targets: Vec<(u32, Vec3)>,
+    results: Vec<Vec3>,
+}
+
+impl Waiting {
+    #[inline(always)]
+    fn push(&mut self, query: SurfaceQuery, fragment: usize, throughput: Vec3) {
+        self.queries.push(query);
+        self.targets.push((fragment as u32, throughput));
+    }
+
+    #[inline(always)]
+    fn shade_if_full(&mut self, scene: &Scene, colors: &mut [Vec3]) {
+        if self.queries.len() >= SHADED_AT_ONCE {
+            self.shade(scene, colors);
+        }
+    }
+
+    fn shade(&mut self, scene: &Scene, colors: &mut [Vec3]) {
+        let Self { queries, targets, results } = self;
+        results.resize(queries.len(), Vec3::ZERO);
+        scene.radiance_batch(queries, results);
+        for ((target, throughput), result) in targets.drain(..).zip(results) {
+            colors[target as usize] += throughput * *result;
+        }
+        queries.clear();
     }
 }
 
@@ -185,5 +250,9 @@ impl LookShader for SceneShader<'_> {
             return ShadingRequest::Color(Vec3::ZERO);
         }
         ShadingRequest::of_diffuse(self.scene, surface, &ray, Vec3::ONE, Vec3::ZERO)
+    }
+
+    fn eye(&self) -> Option<&ViewRays> {
+        Some(&self.rays)
     }
 }

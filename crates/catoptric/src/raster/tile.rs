@@ -210,7 +210,7 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
             ids.resize(groups, Ids([EMPTY; LANES]));
             let second = index > 0 && second_branches >> (index - 1) & 1 != 0;
             let mut shown = self.draw_lists(index, second, scratch, &mut ids);
-            if index > 0 && index < source.layer_count() {
+            if index > 0 && index < source.layer_count() && (index > 1 || self.has_groups()) {
                 let extent = [0, 1].map(|axis| {
                     let size = [frame.width, frame.height][axis] as i32 - place.pixel[axis];
                     (size.max(0) as usize).min(TILE)
@@ -237,6 +237,15 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
             }
         }
         VisibleLayers { layers: count, divides }
+    }
+
+    /// Returns true if any triangle that may show in the first layer has a group: where none does, nothing goes on.
+    fn has_groups(&self) -> bool {
+        let Some(layer) = self.plan.layers.first() else { return false };
+        self.bins[layer.pieces.clone()].iter().any(|bins| {
+            let group = |number: u32| self.plan.triangle(bins.setup[number as usize].id).1.group;
+            bins.of_tile(self.tile).iter().any(|&number| group(number) != 0)
+        })
     }
 
     /// Draws the lists of a layer.

@@ -17,10 +17,10 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
+pub use shading::batch::SurfaceQuery;
 pub use shading::environment::Environment;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
-pub use shading::shade_batch::SurfaceQuery;
 pub use shading::texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
 pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
 

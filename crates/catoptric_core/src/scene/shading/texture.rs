@@ -69,10 +69,12 @@ pub struct UvFootprint {
 /// The place of a mip level among the texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) struct MipLevel {
-    pub(in super::super) width: u32,
-    pub(in super::super) height: u32,
-    /// Its first texel. Each row is followed by one more texel: see [`Texture::texels`].
+    /// Width and height in texels.
+    pub(in super::super) size: [f32; 2],
+    /// Its first texel.
     pub(in super::super) first: u32,
+    /// Texels from row to row. Each row is followed by one more texel: see [`Texture::texels`].
+    pub(in super::super) stride: u32,
 }
 
 /// An image on its way to a mip level.
@@ -123,7 +125,8 @@ impl Texture {
 
     fn push(&mut self, image: &Image) {
         let Image { width, height, .. } = *image;
-        self.levels.push(MipLevel { width, height, first: self.texels.len() as u32 });
+        let (size, first) = ([width as f32, height as f32], self.texels.len() as u32);
+        self.levels.push(MipLevel { size, first, stride: width + 1 });
         self.texels.reserve((width as usize + 1) * height as usize);
         for row in image.texels.chunks_exact(width as usize) {
             let next = if self.sampler.wrap_u == Wrap::Repeat { row.first() } else { row.last() };
@@ -134,7 +137,8 @@ impl Texture {
 
     /// Width and height of the finest level, in texels.
     pub fn size(&self) -> (u32, u32) {
-        (self.levels[0].width, self.levels[0].height)
+        let [width, height] = self.levels[0].size;
+        (width as u32, height as u32)
     }
 
     /// The memory that the texels take.
@@ -151,7 +155,9 @@ impl Texture {
     pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
         let UvFootprint { dx, dy, samples } = *footprint;
         let [uv, dx, dy] = [uv, dx, dy].map(|pair| pair.to_array().map(Lanes::splat));
-        filter::sample(&[Some(self)], &TextureLookUps { uv, dx, dy, samples: [samples] })[0]
+        let mut value = [Vec4::ZERO];
+        filter::sample(self, &TextureLookUps { uv, dx, dy, samples: [samples] }, 1, &mut value);
+        value[0]
     }
 }
 

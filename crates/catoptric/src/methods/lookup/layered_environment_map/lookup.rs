@@ -70,7 +70,9 @@ impl FragmentShader for LensShader<'_> {
 ))]
 fn shade_lenses(shader: &LensShader<'_>, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
     let mut waiting = Waiting::default();
-    shade_looks(shader.scene, batch, colors, |index, fragment| shader.look(fragment, index, &mut waiting));
+    shade_looks(shader.scene, Some(&shader.rays), batch, colors, |index, fragment| {
+        shader.look(fragment, index, &mut waiting)
+    });
     shader.add(&waiting, colors);
 }
 

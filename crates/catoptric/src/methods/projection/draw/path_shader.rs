@@ -210,4 +210,8 @@ impl LookShader for PathShader<'_> {
         }
         ShadingRequest::Color(sum + throughput * self.behind(fragment, ray.direction))
     }
+
+    fn eye(&self) -> Option<&ViewRays> {
+        Some(&self.rays)
+    }
 }

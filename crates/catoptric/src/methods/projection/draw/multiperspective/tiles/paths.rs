@@ -2,6 +2,7 @@
 
 use super::super::bundles::coverage::ROOT;
 use super::found::FoundSurface;
+use crate::math::lanes::LANES;
 use crate::raster::source::{EMPTY, TileBelow, found_number};
 use crate::scene::{Role, Scene};
 
@@ -49,21 +50,16 @@ impl TilePaths {
             self.labels.resize(below + 1, Vec::new());
         }
         let mut labels = std::mem::take(&mut self.labels[below]);
-        let ids = tile.ids(below);
         labels.clear();
-        labels.resize(ids.len(), 0);
+        let parents = below.checked_sub(1).map(|layer| std::mem::take(&mut self.labels[layer]));
         let mut going = GoingOn::default();
-        let mut last = (EMPTY, 0u16, 0u16);
-        for (index, &id) in ids.iter().enumerate() {
-            if id == EMPTY {
-                continue;
-            }
-            let parent = below.checked_sub(1).map_or(0, |layer| self.labels[layer][index]);
-            if (id, parent) != (last.0, last.1) {
-                last = (id, parent, self.path(scene, tile, surfaces, (id, parent), refracts, &mut going));
-            }
-            labels[index] = last.2;
-            going.any |= last.2 != 0;
+        label_samples(tile.ids(below), parents.as_deref(), &mut labels, |id, parent| {
+            let label = self.path(scene, tile, surfaces, (id, parent), refracts, &mut going);
+            going.any |= label != 0;
+            label
+        });
+        if let Some(parents) = parents {
+            self.labels[below - 1] = parents;
         }
         self.labels[below] = labels;
         going
@@ -104,6 +100,49 @@ impl TilePaths {
         });
         // A tile has fewer samples than there are numbers.
         u16::try_from(number + 1).unwrap_or(0)
+    }
+}
+
+/// Places of the cache of labels.
+const CACHE_LOG2: u32 = 7;
+
+/// Appends the label of each sample, by its surface's id and the label of the path to it (0 throughout without
+/// `parents`).
+#[multiversion::multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+))]
+fn label_samples(ids: &[u32], parents: Option<&[u16]>, labels: &mut Vec<u16>, mut find: impl FnMut(u32, u16) -> u16) {
+    let mut cache = [(EMPTY, 0u16, 0u16); 1 << CACHE_LOG2];
+    // Neighbours mostly show the same.
+    let mut last = (EMPTY, 0u16, 0u16);
+    let (groups, rest) = ids.as_chunks::<LANES>();
+    debug_assert!(rest.is_empty(), "tiles have whole groups of samples");
+    for (group, ids) in groups.iter().enumerate() {
+        let none = [0u16; LANES];
+        let parents = parents.map_or(&none, |parents| &parents.as_chunks::<LANES>().0[group]);
+        let other_ids = ids.iter().fold(0, |sum, id| sum | (id ^ last.0));
+        let other_parents = parents.iter().fold(0, |sum, parent| sum | (parent ^ last.1));
+        if other_ids == 0 && other_parents == 0 {
+            labels.extend_from_slice(&[last.2; LANES]);
+            continue;
+        }
+        let mut found = [0u16; LANES];
+        for (found, (&id, &parent)) in found.iter_mut().zip(ids.iter().zip(parents)) {
+            if id == EMPTY {
+                continue;
+            }
+            if (id, parent) != (last.0, last.1) {
+                let key = (id ^ u32::from(parent) << 20).wrapping_mul(0x9e37_79b9);
+                let place = &mut cache[(key >> (32 - CACHE_LOG2)) as usize];
+                if (place.0, place.1) != (id, parent) {
+                    *place = (id, parent, find(id, parent));
+                }
+                last = *place;
+            }
+            *found = last.2;
+        }
+        labels.extend_from_slice(&found);
     }
 }
 

@@ -1,0 +1,114 @@
+use super::*;
+use crate::math::random::Stream;
+use crate::scene::{Environment, Light, LightKind, Sampler, Texture, TextureBinding};
+use glam::{Affine2, Vec2};
+use std::sync::Arc;
+
+/// Random triangles of seven materials: lit, unlit, glowing, with and without textures.
+fn scene(random: &mut Stream, colors: bool) -> Scene {
+    let texel = |i: u32| [(i * 7919 % 65_536) as u16, (i * 104_729 % 65_536) as u16, 40_000, 65_535];
+    let texture = Texture::from_linear16("", 32, 16, (0..512).map(texel).collect(), Sampler::default());
+    let binding = |texture, uv_channel| {
+        let texture_from_uv = Affine2::from_scale_angle_translation(Vec2::new(2.0, 0.5), 0.4, Vec2::new(0.1, -3.0));
+        Some(TextureBinding { texture, uv_channel, texture_from_uv })
+    };
+    let plain = Material::diffuse("", Vec3::new(0.2, 0.5, 0.9));
+    let textured = Material { base_texture: binding(0, 0), ..plain.clone() };
+    let materials = vec![
+        Material { base_texture: binding(0, 1), unlit: true, ..plain.clone() },
+        Material { emissive: Vec3::new(3.0, 0.0, 0.5), ..textured.clone() },
+        Material { emissive: Vec3::ONE, emissive_texture: binding(0, 1), ..textured.clone() },
+        // A texture that does not exist is white.
+        Material { base_texture: binding(7, 0), ..plain.clone() },
+        Material { unlit: true, ..plain.clone() },
+        plain,
+        textured,
+    ];
+    let mut scene = Scene { materials, textures: vec![Arc::new(texture)], ..Scene::default() };
+    for triangle in 0..70u32 {
+        let mut number = || random.next_between(-1.0, 1.0);
+        for _ in 0..3 {
+            scene.positions.push(Vec3::new(number(), number(), number()) * 3.0);
+            scene.normals.push(Vec3::new(number(), number(), number()).normalize_or_zero());
+            scene.uvs.push([Vec2::new(number(), number()), Vec2::new(number(), number()) * 9.0]);
+            if colors {
+                scene.colors.push([number().abs(), number().abs(), number().abs(), 1.0]);
+            }
+        }
+        // Corners whose normals cancel out.
+        if triangle % 10 == 9 {
+            let last = scene.normals.len() - 1;
+            scene.normals[last - 2..].copy_from_slice(&[Vec3::X, Vec3::NEG_X, Vec3::ZERO]);
+        }
+        scene.triangles.push([triangle * 3, triangle * 3 + 1, triangle * 3 + 2]);
+        scene.triangle_objects.push(triangle % 7);
+    }
+    for material in 0..7 {
+        scene.objects.push(crate::scene::Object {
+            name: String::new(),
+            material,
+            triangles: 0..0,
+            vertices: 0..0,
+            surface: None,
+            inside: false,
+            bounds: Default::default(),
+        });
+    }
+    scene
+}
+
+fn lights() -> Vec<Light> {
+    let (inner_cos, outer_cos) = (0.9, 0.3);
+    let kinds = [
+        LightKind::Directional,
+        LightKind::Point { range: f32::INFINITY },
+        LightKind::Point { range: 2.5 },
+        LightKind::Spot { range: f32::INFINITY, inner_cos, outer_cos },
+        LightKind::Spot { range: 4.0, inner_cos: 0.5, outer_cos: 0.5 },
+    ];
+    let light = |kind| Light {
+        kind,
+        intensity: Vec3::new(1.0, 2.0, 0.3),
+        position: Vec3::new(0.3, -0.7, 1.9),
+        direction: Vec3::new(0.6, 0.0, -0.8),
+    };
+    kinds.map(light).to_vec()
+}
+
+#[test]
+fn batches_give_what_single_points_give() {
+    let mut random = Stream::new(9);
+    for round in 0..8 {
+        let mut scene = scene(&mut random, round & 1 != 0);
+        if round & 2 != 0 {
+            scene.lights = lights();
+        }
+        if round & 4 != 0 {
+            let sky = (0..32).map(|i| [i as f32, 1.0, 0.2]).collect();
+            scene.environment = Some(Arc::new(Environment::new("sky", 8, 4, sky)));
+        }
+        for (count, alike) in [(0, 1), (1, 1), (7, 1), (8, 8), (9, 8), (333, 1), (333, 20)] {
+            let queries: Vec<SurfaceQuery> = (0..count)
+                .map(|index| {
+                    let mut pair = |scale: f32| Vec2::new(random.next_unit(), random.next_unit()) * scale;
+                    let barycentrics =
+                        Barycentrics { value: pair(0.5), dx: pair(0.2), dy: pair(0.02), samples: index % 9 };
+                    // The middle of an edge, where opposite normals cancel out.
+                    let middle = Barycentrics { value: Vec2::new(0.5, 0.0), ..barycentrics };
+                    SurfaceQuery {
+                        triangle: index / alike * 31 % 70,
+                        barycentrics: if index % 5 == 0 { middle } else { barycentrics },
+                        towards_viewer: (pair(2.0) - 1.0).extend(1.0 - random.next_unit()) * 7.0,
+                    }
+                })
+                .collect();
+            let mut colors = vec![Vec3::NAN; queries.len()];
+            scene.radiance_batch(&queries, &mut colors);
+            for (query, color) in queries.iter().zip(&colors) {
+                let expected = one_by_one(&scene, query);
+                let error = (*color - expected).abs().max_element();
+                assert!(error <= 2e-5 * (1.0 + expected.max_element()), "{color} against {expected}: {query:?}");
+            }
+        }
+    }
+}
