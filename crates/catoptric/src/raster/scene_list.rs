@@ -78,7 +78,7 @@ pub enum ShadingRequest {
 
 impl ShadingRequest {
     /// The appearance of a surface (not one that reflects) along a ray.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn of_diffuse(scene: &Scene, surface: &LayerSurface, ray: &Ray, throughput: Vec3, added: Vec3) -> Self {
         let object = scene.triangle_objects[surface.source as usize];
         if scene.objects[object as usize].surface.is_some() {

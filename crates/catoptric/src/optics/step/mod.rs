@@ -14,7 +14,7 @@ use glam::{Vec3, Vec4Swizzles};
 const MIN_SINE: f32 = 1e-3;
 
 /// The mirror direction of `incoming` about `normal` (both unit length; the sign of the normal does not matter).
-#[inline]
+#[inline(always)] // for the instructions of its caller
 pub fn reflect(incoming: Vec3, normal: Vec3) -> Vec3 {
     incoming - normal * (2.0 * incoming.dot(normal))
 }
@@ -139,7 +139,7 @@ pub struct Facing {
 
 impl Facing {
     /// The side of a surface with these outer unit normals on which a ray of this unit direction arrives.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn new(direction: Vec3, geometric_normal: Vec3, shading_normal: Vec3) -> Self {
         let outside = direction.dot(geometric_normal) <= 0.0;
         let sign = if outside { 1.0 } else { -1.0 };
@@ -161,7 +161,7 @@ impl Facing {
     /// The unit direction after an event, on the side where it belongs; returns `None` on total internal reflection.
     ///
     /// `eta` as in [`refract`]; reflection does not use it.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn outgoing(&self, kind: BounceKind, incoming: Vec3, eta: f32) -> Option<Vec3> {
         match kind {
             BounceKind::Reflect => Some(keep_on_side(reflect(incoming, self.normal), self.geometric)),
@@ -171,7 +171,7 @@ impl Facing {
 }
 
 /// The direction, or one along the flat surface in place of one that a shading normal bent to the other side of it.
-#[inline]
+#[inline(always)] // for the instructions of its caller
 fn keep_on_side(direction: Vec3, normal: Vec3) -> Vec3 {
     let sine = direction.dot(normal);
     if sine >= MIN_SINE {
@@ -293,7 +293,7 @@ impl LightStep {
     }
 
     /// The unit direction after an event; returns `None` on total internal reflection.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn outgoing(&self, kind: BounceKind, incoming: Vec3) -> Option<Vec3> {
         self.facing.outgoing(kind, incoming, self.eta)
     }

@@ -114,7 +114,7 @@ pub(in crate::methods::projection) fn meet_known_surface(scene: &Scene, ray: &mu
 }
 
 /// Turns a ray from the last bounce towards the surface that is seen at its end.
-#[inline]
+#[inline(always)] // for the instructions of its caller
 fn aim(scene: &Scene, ray: &mut Ray, surface: &LayerSurface) {
     let position = scene.position_on(surface.source, surface.barycentrics.value);
     let step = position - ray.origin;
@@ -135,7 +135,7 @@ impl LookShader for PathShader<'_> {
         self.scene
     }
 
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest {
         let scene = self.scene;
         let mut ray = self.rays.ray(fragment.position.x, fragment.position.y);

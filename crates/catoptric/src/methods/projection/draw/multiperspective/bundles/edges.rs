@@ -77,14 +77,16 @@ impl EdgeFunctions {
         functions
     }
 
-    /// Which triangles may be met with a sign of their edges (1 or -1) somewhere within these distances (along u and v)
-    /// of a place, one bit each.
+    /// Which triangles may be met with the signs 1 and -1 of their edges somewhere within these distances (along u and
+    /// v) of a place, one bit each.
     #[inline(always)]
-    pub(in super::super) fn may_meet(&self, sign: f32, [u, v]: [f32; 2], [half_u, half_v]: [f32; 2]) -> u32 {
-        let mut passes = [1u32; LANES];
-        for function in self.edges.iter().chain([&self.planes]) {
+    pub(in super::super) fn may_meet(&self, [u, v]: [f32; 2], [half_u, half_v]: [f32; 2]) -> [u32; 2] {
+        let (mut plus, mut minus) = ([1u32; LANES], [1u32; LANES]);
+        // No closures here: they would not be compiled for the caller's instruction set.
+        for function in [&self.edges[0], &self.edges[1], &self.edges[2], &self.planes] {
             for lane in 0..LANES {
-                let [c, cu, cv, cuu, cuv, cvv] = std::array::from_fn(|term| function[term][lane]);
+                let (c, cu, cv) = (function[0][lane], function[1][lane], function[2][lane]);
+                let (cuu, cuv, cvv) = (function[3][lane], function[4][lane], function[5][lane]);
                 let value = c + u * (cu + cuu * u + cuv * v) + v * (cv + cvv * v);
                 let along_u = cu + 2.0 * cuu * u + cuv * v;
                 let along_v = cv + 2.0 * cvv * v + cuv * u;
@@ -93,20 +95,29 @@ impl EdgeFunctions {
                     + cuu.abs() * (half_u * half_u)
                     + cvv.abs() * (half_v * half_v)
                     + cuv.abs() * (half_u * half_v);
-                passes[lane] &= u32::from(value * sign + change >= 0.0);
+                plus[lane] &= u32::from(value + change >= 0.0);
+                minus[lane] &= u32::from(change - value >= 0.0);
             }
         }
-        let mut sum = 0;
-        for (lane, bit) in passes.iter().enumerate() {
-            sum |= bit << lane;
+        let mut sums = [0; 2];
+        for lane in 0..LANES {
+            sums[0] |= plus[lane] << lane;
+            sums[1] |= minus[lane] << lane;
         }
-        sum
+        sums
     }
 
     /// The functions of one triangle: of its edges, and of its plane.
     #[inline(always)]
     pub(in super::super) fn of_lane(&self, lane: usize, sign: f32) -> [[f32; TERMS]; 4] {
-        let [a, b, c] = &self.edges;
-        [a, b, c, &self.planes].map(|function| std::array::from_fn(|term| function[term][lane] * sign))
+        let mut functions = [[0.0; TERMS]; 4];
+        for (of_lane, function) in
+            functions.iter_mut().zip([&self.edges[0], &self.edges[1], &self.edges[2], &self.planes])
+        {
+            for term in 0..TERMS {
+                of_lane[term] = function[term][lane] * sign;
+            }
+        }
+        functions
     }
 }

@@ -28,7 +28,7 @@ const TRUSTED_ERROR_PX: f32 = 2.0;
 const SMALLEST: usize = 2;
 
 /// The columns and rows of a root tile at which its rays are looked at.
-const LOOKED_AT: [usize; 8] = [0, 2, 4, 6, 9, 11, 13, 15];
+const LOOKED_AT: u16 = 0b1010_1010_0101_0101;
 
 /// Columns and rows of a block that triangles are tested against before they are drawn.
 const BLOCK: usize = 8;
@@ -261,30 +261,35 @@ impl Reflections<'_> {
         tile_rays.clear();
         let (mut outside, mut others) = (None, [0; ROOT]);
         let all = *area;
-        let look = |[column, row]: [usize; 2]| {
-            let position = root.corner(column, row) + 0.5;
-            let known = &mut rays[row * ROOT + column];
-            if looked_at[row] >> column & 1 == 0 {
-                looked_at[row] |= 1 << column;
-                // The sample in the pixel's middle, nearly.
-                let sample = root.first_sample(column, row) + root.tile.positions.len() / 2;
-                *known = self.follow(root.tile, surfaces, &chain(root.tile, sample), position);
-                Counts::add(&self.counts.rays, 1);
+        let whole = job.size == ROOT;
+        // No closures here: they would not be compiled for the caller's instruction set.
+        for row in job.row..job.row + job.size {
+            let mut rest = all[row];
+            if whole {
+                rest = if LOOKED_AT >> row & 1 != 0 { LOOKED_AT } else { 0 };
             }
-            match known {
-                Some(ray) if *outside.get_or_insert(ray.outside) == ray.outside => {
-                    tile_rays.push(TileRay { at: position, ray: ray.ray, length: ray.length });
+            while rest != 0 {
+                let column = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                let position = root.corner(column, row) + 0.5;
+                let known = &mut rays[row * ROOT + column];
+                if looked_at[row] >> column & 1 == 0 {
+                    looked_at[row] |= 1 << column;
+                    // The sample in the pixel's middle, nearly.
+                    let sample = root.first_sample(column, row) + root.tile.positions.len() / 2;
+                    *known = self.follow(root.tile, surfaces, &chain(root.tile, sample), position);
+                    Counts::add(&self.counts.rays, 1);
                 }
-                ends => {
-                    area[row] &= !(1 << column);
-                    others[row] |= u16::from(ends.is_some()) << column;
+                match known {
+                    Some(ray) if *outside.get_or_insert(ray.outside) == ray.outside => {
+                        tile_rays.push(TileRay { at: position, ray: ray.ray, length: ray.length });
+                    }
+                    ends => {
+                        area[row] &= !(1 << column);
+                        others[row] |= u16::from(ends.is_some()) << column;
+                    }
                 }
             }
-        };
-        if job.size == ROOT {
-            LOOKED_AT.into_iter().flat_map(|row| LOOKED_AT.map(|column| [column, row])).for_each(look);
-        } else {
-            job.pixels(&all).for_each(look);
         }
         (outside.unwrap_or(true), others)
     }
@@ -373,13 +378,15 @@ impl Reflections<'_> {
             // Bits of lanes, for each part of the square and each sign.
             let mut meets = [[0u32; 2]; 4];
             for (part, meets) in meets.iter_mut().enumerate().take(blocks * blocks) {
-                let place = [part % blocks, part / blocks].map(|index| {
-                    let middle = (index * BLOCK) as f32 + 0.5 * (area.size.min(BLOCK) as f32 - 1.0);
-                    area.corner[0] + middle * area.scale
-                });
-                *meets = [1.0, -1.0].map(|sign| functions.may_meet(sign, place, [half; 2]));
+                let first = area.corner[0] + 0.5 * (area.size.min(BLOCK) as f32 - 1.0) * area.scale;
+                let step = BLOCK as f32 * area.scale;
+                let place = [first + (part % blocks) as f32 * step, first + (part / blocks) as f32 * step];
+                *meets = functions.may_meet(place, [half; 2]);
             }
-            let mut lanes = meets.iter().fold(0, |sum, [plus, minus]| sum | plus | minus);
+            let mut lanes = 0;
+            for [plus, minus] in meets {
+                lanes |= plus | minus;
+            }
             while lanes != 0 {
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
