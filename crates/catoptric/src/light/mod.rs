@@ -6,6 +6,5 @@ pub mod path_tracer;
 pub mod radiance_field;
 pub(crate) mod reflector_shader;
 pub mod tracer;
-mod traversal;
 pub(crate) mod two_path_tracer;
 pub(crate) mod wide_hierarchy;

@@ -1,131 +1,30 @@
 //! The first surface along a ray: triangles and analytic surfaces in one bounding volume hierarchy.
-//!
-//! The hierarchy is `obvhs`'s eight-wide compressed one (Ylitie, Karras, Laine 2017).
 
-use super::traversal::{Corners, LeafRange, Nearest, SPECIAL, meet_triangle, nearest};
+#[cfg(target_arch = "x86_64")]
+use super::wide_hierarchy::Avx2;
+use super::wide_hierarchy::{
+    ALPHA_TESTED, Portable, PrimitiveMet, PrimitiveTests, SignBits, Treelet, TriangleHit, ViewBeam, WideHierarchy, meet,
+};
 use crate::scene::hit::{Hit, PrimitiveHit};
 use crate::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
-use crate::scene::{AlphaMode, Ray, RayDifferential, Scene};
+use crate::scene::{AlphaMode, Ray, RayDifferential, Scene, ViewRays};
 use crate::surface::{PlacedSurface, SurfaceHit};
-use glam::{Vec2, Vec3, Vec3A};
-use obvhs::aabb::Aabb as BvhBox;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::{CwBvh, bvh2_to_cwbvh::bvh2_to_cwbvh};
-use obvhs::ploc::PlocBuilder;
-use obvhs::splits::split_aabbs_preset;
-use obvhs::triangle::Triangle;
-use obvhs::{Boundable, BvhBuildParams};
+use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
-
-/// Primitives with this bit are analytic surfaces; the rest of the number is the object's index.
-const ANALYTIC: u32 = 1 << 31;
-/// Triangles with this bit are tested for their alpha.
-const ALPHA_TESTED: u32 = 1 << 30;
-const INDEX: u32 = !SPECIAL;
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.
 pub struct Tracer {
-    bvh: CwBvh,
-    leaves: Vec<LeafRange>,
+    hierarchy: WideHierarchy,
     textured: bool,
     /// Primitives that rays were tested against, where that is counted.
     tests: Option<AtomicU64>,
 }
 
-/// Boxes beyond this many are built with less care: it would take seconds.
-const CAREFUL_BUILD: usize = 2_000_000;
-
-/// Up to this many boxes every node is tried in better places, twice: it takes a tenth of a second.
-const THOROUGH_BUILD: usize = 100_000;
-
-fn split_large(boxes: &mut Vec<BvhBox>, indices: &mut Vec<u32>, triangles: &[Triangle]) {
-    if boxes.is_empty() || boxes.len() > CAREFUL_BUILD {
-        return;
-    }
-    let areas = boxes.iter().map(|bounds| bounds.half_area());
-    let (sum, largest) = areas.fold((0.0f64, 0.0f32), |(sum, largest), area| (sum + area as f64, area.max(largest)));
-    let mean = (sum / boxes.len() as f64) as f32;
-    if mean.is_finite() && largest.is_finite() {
-        split_aabbs_preset(boxes, indices, triangles, mean, largest);
-    }
-}
-
-/// Primitives in a leaf; the compressed layout holds three at most.
-const MAX_LEAF: u32 = 3;
-
-/// The hierarchy over boxes; its leaves name the boxes.
-///
-/// The builder could map boxes to primitives itself, but looks numbers up twice on the way to the compressed layout,
-/// which is right only where the first boxes stand for the primitives of the same numbers.
-fn build(boxes: &[BvhBox], split: bool) -> CwBvh {
-    let preset = if boxes.len() <= THOROUGH_BUILD {
-        BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() }
-    } else if boxes.len() <= CAREFUL_BUILD {
-        BvhBuildParams::slow_build()
-    } else {
-        BvhBuildParams::fast_build()
-    };
-    let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
-        preset.ploc_search_distance,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        preset.sort_precision,
-        preset.search_depth_threshold,
-    );
-    bvh.uses_spatial_splits = split;
-    ReinsertionOptimizer::default().run(&mut bvh, preset.reinsertion_batch_ratio, None);
-    bvh2_to_cwbvh(&bvh, MAX_LEAF, true, false)
-}
-
 impl Tracer {
     /// The hierarchy over all objects of a scene for which `include` is true.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
-        let mut codes = Vec::new();
-        let mut triangles = Vec::new();
-        let mut analytic = Vec::new();
-        for (index, object) in scene.objects.iter().enumerate() {
-            let index = index as u32;
-            if !include(index) {
-                continue;
-            }
-            if object.surface.is_some() {
-                analytic.push(index);
-                continue;
-            }
-            let tested = if is_alpha_tested(scene, index) { ALPHA_TESTED } else { 0 };
-            for triangle in object.triangles.clone() {
-                let [v0, v1, v2] = scene.triangles[triangle as usize].map(|v| Vec3A::from(scene.positions[v as usize]));
-                triangles.push(Triangle { v0, v1, v2 });
-                codes.push(triangle | tested);
-            }
-        }
-        let mut boxes: Vec<BvhBox> = triangles.iter().map(Boundable::aabb).collect();
-        // Which primitive a box stands for.
-        let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
-        // Large triangles (walls, floors) get several small boxes each, or they would overlap everything near them.
-        split_large(&mut boxes, &mut indices, &triangles);
-        for object in analytic {
-            let Some(surface) = &scene.objects[object as usize].surface else { continue };
-            let bounds = surface.bounds();
-            // A plane's box is flat, and the tests of boxes are not exact: leave some room.
-            let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);
-            boxes.push(BvhBox::new(Vec3A::from(bounds.min) - margin, Vec3A::from(bounds.max) + margin));
-            indices.push(codes.len() as u32);
-            codes.push(ANALYTIC | object);
-        }
-        let split = boxes.len() > codes.len();
-        let bvh = if boxes.is_empty() { CwBvh::default() } else { build(&boxes, split) };
-        let leaf = |number: &u32| {
-            let code = codes[indices[*number as usize] as usize];
-            let corners = if code & ANALYTIC != 0 {
-                [Vec3::ZERO; 3]
-            } else {
-                scene.triangles[(code & INDEX) as usize].map(|v| scene.positions[v as usize])
-            };
-            LeafRange { corners: Corners::new(corners), code }
-        };
-        let leaves = bvh.primitive_indices.iter().map(leaf).collect();
-        Self { bvh, leaves, textured: scene.materials.iter().any(crate::scene::Material::textured), tests: None }
+        let hierarchy = WideHierarchy::build_for_rays(scene, include, |object| is_alpha_tested(scene, object));
+        Self { hierarchy, textured: scene.materials.iter().any(crate::scene::Material::textured), tests: None }
     }
 
     /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
@@ -140,7 +39,7 @@ impl Tracer {
 
     /// Memory of the hierarchy and its copy of the triangles.
     pub fn byte_count(&self) -> u64 {
-        (size_of_val(self.bvh.nodes.as_slice()) + self.leaves.len() * (size_of::<LeafRange>() + 4)) as u64
+        self.hierarchy.byte_count()
     }
 
     /// True if the scene has textures, whose footprints matter.
@@ -151,47 +50,50 @@ impl Tracer {
     /// The first surface along a ray at a distance of at least `near`.
     #[inline(always)]
     pub fn first_hit(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Hit> {
-        let found = self.nearest(scene, ray, near)?;
-        let index = found.code & INDEX;
-        if found.code & ANALYTIC == 0 {
-            return Some(Hit::Triangle { distance: found.distance, triangle: index, barycentrics: found.barycentrics });
+        self.details(scene, ray, near, self.nearest(scene, ray, near, None)?)
+    }
+
+    /// The same for a ray of a beam whose leaves were gathered: [`Self::gather`].
+    #[inline(always)]
+    pub(crate) fn first_hit_among(&self, scene: &Scene, ray: &Ray, near: f32, treelet: &Treelet) -> Option<Hit> {
+        self.details(scene, ray, near, self.nearest(scene, ray, near, Some(treelet))?)
+    }
+
+    /// Gathers what the rays through a rectangle of a picture (two corners, in pixels) may meet.
+    pub(crate) fn gather(&self, view: &ViewRays, low: Vec2, high: Vec2, treelet: &mut Treelet) {
+        gather(&self.hierarchy, &ViewBeam::new(view, low, high), treelet);
+    }
+
+    #[inline(always)]
+    fn details(&self, scene: &Scene, ray: &Ray, near: f32, met: PrimitiveMet) -> Option<Hit> {
+        match met {
+            PrimitiveMet::Triangle(TriangleHit { distance, triangle, barycentrics }) => {
+                Some(Hit::Triangle { distance, triangle: triangle & !ALPHA_TESTED, barycentrics })
+            }
+            // Once more for the details; the walk keeps only the distance.
+            PrimitiveMet::Surface(object, _) => {
+                let hit = self.meet_surface(scene, object, ray, near, f32::INFINITY)?;
+                Some(Hit::Surface { object, hit })
+            }
         }
-        // Once more for the details; the walk keeps only the distance.
-        let hit = self.meet_surface(scene, index, ray, near, f32::INFINITY)?;
-        Some(Hit::Surface { object: index, hit })
     }
 
     /// The same without the details.
     pub(crate) fn first_meeting(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<PrimitiveHit> {
-        let found = self.nearest(scene, ray, near)?;
-        let index = found.code & INDEX;
-        Some(match found.code & ANALYTIC {
-            0 => PrimitiveHit::Triangle(index),
-            _ => PrimitiveHit::Surface { object: index, distance: found.distance.into() },
+        Some(match self.nearest(scene, ray, near, None)? {
+            PrimitiveMet::Triangle(hit) => PrimitiveHit::Triangle(hit.triangle & !ALPHA_TESTED),
+            PrimitiveMet::Surface(object, distance) => PrimitiveHit::Surface { object, distance: distance.into() },
         })
     }
 
     #[inline(always)]
-    fn nearest(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Nearest> {
-        if self.leaves.is_empty() || !(ray.origin.is_finite() && ray.direction.is_finite()) {
-            return None;
-        }
-        let special = |leaf: &LeafRange, far: f32| {
-            let index = leaf.code & INDEX;
-            if leaf.code & ANALYTIC == 0 {
-                let (origin, direction) = (ray.origin.into(), ray.direction.into());
-                let met = meet_triangle(&leaf.corners, origin, direction, near, far);
-                return met.filter(|(_, barycentrics)| present(scene, index, *barycentrics));
-            }
-            let surface = scene.objects[index as usize].surface.as_ref()?;
-            let distance = surface.first_distance(ray.origin, ray.direction, near, far)?;
-            Some((distance as f32, Vec2::ZERO))
-        };
-        let found = nearest(&self.bvh, &self.leaves, ray, near, &special);
-        if let Some(tests) = &self.tests {
-            tests.fetch_add(found.tests.into(), Ordering::Relaxed);
-        }
-        (found.distance != f32::INFINITY).then_some(found)
+    fn nearest(&self, scene: &Scene, ray: &Ray, near: f32, treelet: Option<&Treelet>) -> Option<PrimitiveMet> {
+        let walk = Walk { hierarchy: &self.hierarchy, treelet, scene, ray, near };
+        let Some(tests) = &self.tests else { return walk.run(&mut ()) };
+        let mut count = 0u64;
+        let found = walk.run(&mut count);
+        tests.fetch_add(count, Ordering::Relaxed);
+        found
     }
 
     fn meet_surface(&self, scene: &Scene, object: u32, ray: &Ray, near: f32, far: f32) -> Option<SurfaceHit> {
@@ -217,20 +119,33 @@ impl Tracer {
                         ..SurfaceInteraction::default()
                     };
                 };
-                let [a, b, c] = scene.triangles[*triangle as usize];
-                let a = scene.positions[a as usize];
-                let (ab, ac) = (scene.positions[b as usize] - a, scene.positions[c as usize] - a);
-                let face = ab.cross(ac);
-                let moved = change.transferred(ray, *distance, face);
-                // The dual basis of the triangle's edges turns steps into changes of the weights.
-                let inverse = 1.0 / face.length_squared().max(f32::MIN_POSITIVE);
-                let (dual_b, dual_c) = (ac.cross(face) * inverse, face.cross(ab) * inverse);
-                at.dx = Vec2::new(moved[0].dot(dual_b), moved[0].dot(dual_c));
-                at.dy = Vec2::new(moved[1].dot(dual_b), moved[1].dot(dual_c));
+                [at.dx, at.dy] = self.barycentric_changes(scene, ray, *triangle, *distance, change);
                 scene.encounter(*triangle, &at)
             }
             Hit::Surface { object, hit } => scene.exact_encounter(*object, hit, ray, change),
         }
+    }
+
+    /// The change a pixel, along columns and rows, of the barycentric coordinates at which a ray meets a triangle at a
+    /// distance.
+    #[inline(always)]
+    pub(crate) fn barycentric_changes(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        triangle: u32,
+        distance: f32,
+        change: &RayDifferential,
+    ) -> [Vec2; 2] {
+        let [a, b, c] = scene.triangles[triangle as usize];
+        let a = scene.positions[a as usize];
+        let (ab, ac) = (scene.positions[b as usize] - a, scene.positions[c as usize] - a);
+        let face = ab.cross(ac);
+        let moved = change.transferred(ray, distance, face);
+        // The dual basis of the triangle's edges turns steps into changes of the weights.
+        let inverse = 1.0 / face.length_squared().max(f32::MIN_POSITIVE);
+        let (dual_b, dual_c) = (ac.cross(face) * inverse, face.cross(ab) * inverse);
+        moved.map(|step| Vec2::new(step.dot(dual_b), step.dot(dual_c)))
     }
 
     /// The surface's point at a hit.
@@ -248,9 +163,82 @@ impl Tracer {
     }
 }
 
+/// A ray's way through the hierarchy.
+struct Walk<'a> {
+    hierarchy: &'a WideHierarchy,
+    treelet: Option<&'a Treelet>,
+    scene: &'a Scene,
+    ray: &'a Ray,
+    near: f32,
+}
+
+impl Walk<'_> {
+    /// The nearest primitive, with AVX2 where the machine has it.
+    #[inline(always)]
+    fn run<C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2<C: PrimitiveTests>(walk: &Walk<'_>, tests: &mut C) -> Option<PrimitiveMet> {
+                walk.run_in::<Avx2, C>(tests)
+            }
+            if has_avx2() {
+                #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
+                return unsafe { with_avx2(self, tests) };
+            }
+        }
+        self.run_in::<Portable, C>(tests)
+    }
+
+    #[inline(always)]
+    fn run_in<S: SignBits, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
+        let Self { hierarchy, treelet, scene, ray, near } = *self;
+        let passes = |hit: &TriangleHit| {
+            hit.triangle & ALPHA_TESTED == 0 || present(scene, hit.triangle & !ALPHA_TESTED, hit.barycentrics)
+        };
+        let surface = |object: u32, far: f32| {
+            let surface = scene.objects[object as usize].surface.as_ref()?;
+            Some(surface.first_distance(ray.origin, ray.direction, near, far)? as f32)
+        };
+        if let Some(treelet) = treelet
+            && let Some(found) = treelet.nearest::<S>(hierarchy, ray, near, passes, surface, tests)
+        {
+            return found;
+        }
+        hierarchy.nearest_of_all::<S>(ray, near, f32::INFINITY, passes, surface, tests)
+    }
+}
+
+/// True on machines with all that functions for AVX2 here are compiled for.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+/// [`WideHierarchy::gather`], with AVX2 where the machine has it.
+fn gather(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+        fn with_avx2(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
+            hierarchy.gather::<Avx2>(beam, treelet);
+        }
+        if has_avx2() {
+            #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
+            return unsafe { with_avx2(hierarchy, beam, treelet) };
+        }
+    }
+    hierarchy.gather::<Portable>(beam, treelet);
+}
+
 /// One triangle, ready to be met by many rays: as [`Tracer::first_hit`] meets it, to the bit.
 pub(crate) struct TriangleTest {
-    corners: Corners,
+    corners: [[f32; 3]; 3],
     triangle: u32,
     alpha_tested: bool,
 }
@@ -260,14 +248,16 @@ impl TriangleTest {
     #[inline]
     pub(crate) fn new(scene: &Scene, triangle: u32, alpha_tested: bool) -> Self {
         let corners = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize]);
-        Self { corners: Corners::new(corners), triangle, alpha_tested }
+        Self { corners: corners.map(|corner| corner.to_array()), triangle, alpha_tested }
     }
 
     /// The distance at which a ray meets the triangle, if that is at least `near` and less than `far`.
     #[inline(always)]
     pub(crate) fn distance(&self, scene: &Scene, ray: &Ray, near: f32, far: f32) -> Option<f32> {
-        let (distance, at) = meet_triangle(&self.corners, ray.origin.into(), ray.direction.into(), near, far)?;
-        (!self.alpha_tested || present(scene, self.triangle, at)).then_some(distance)
+        let met = meet(self.corners, [ray.origin.to_array(), ray.direction.to_array()]);
+        let is_hit = met.inside && met.distance >= near && met.distance < far;
+        let is_there = || !self.alpha_tested || present(scene, self.triangle, Vec2::from_array(met.weights));
+        (is_hit && is_there()).then_some(met.distance)
     }
 }
 
@@ -300,8 +290,7 @@ mod tests {
             let origin = Vec3::new(random.next_between(-3.0, 3.0), random.next_between(-3.0, 3.0), 2.0);
             let ray = Ray { origin, direction: (target - origin).normalize() };
             assert!(triangles.iter().any(|triangle| {
-                meet_triangle(&Corners::new(*triangle), ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY)
-                    .is_some()
+                meet(triangle.map(|corner| corner.to_array()), [ray.origin.to_array(), ray.direction.to_array()]).inside
             }));
         }
     }
@@ -330,7 +319,8 @@ mod tests {
         }
         let scene = model.pose(&Default::default()).unwrap();
         let tracer = Tracer::build(&scene, |_| true);
-        assert!(tracer.leaves.len() > 43, "nothing was split: {}", tracer.leaves.len());
+        let places = tracer.hierarchy.place_count();
+        assert!(places > 43, "nothing was split: {places}");
         for (x, object) in [(-3.0, 1), (3.0, 2)] {
             let ray = Ray { origin: Vec3::new(x, -2.0, 20.0), direction: Vec3::NEG_Z };
             match tracer.first_hit(&scene, &ray, 0.0) {
@@ -353,13 +343,8 @@ mod tests {
         let inside = corners[0] * 0.5 + corners[1] * 0.2 + corners[2] * 0.3;
         let origin = Vec3::new(1.0, 1.0, 5.0);
         let ray = Ray { origin, direction: (inside - origin).normalize() };
-        let (distance, at) =
-            meet_triangle(&Corners::new(corners), ray.origin.into(), ray.direction.into(), 0.0, f32::INFINITY).unwrap();
-        assert!((at - Vec2::new(0.2, 0.3)).length() < 1e-5);
-        assert!((origin + ray.direction * distance - inside).length() < 1e-5);
-        assert!(
-            meet_triangle(&Corners::new(corners), ray.origin.into(), ray.direction.into(), 0.0, distance * 0.99)
-                .is_none()
-        );
+        let met = meet(corners.map(|corner| corner.to_array()), [ray.origin.to_array(), ray.direction.to_array()]);
+        assert!(met.inside && (Vec2::from_array(met.weights) - Vec2::new(0.2, 0.3)).length() < 1e-5);
+        assert!((origin + ray.direction * met.distance - inside).length() < 1e-5);
     }
 }

@@ -9,7 +9,7 @@
 
 use super::samples::Pattern;
 use super::setup::{SUBPIXELS, SetupTriangle};
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, bits_of};
 use bytemuck::{Pod, Zeroable};
 
 /// Width and height of a block, in pixels.
@@ -310,17 +310,17 @@ fn draw_block<const STENCIL: bool, const EDGES: bool>(
                     row_edges[e][column] = base.wrapping_add(steps.edges[e][column]);
                 }
             }
-            let (mut touched_bits, mut inside_bits) = ([0u32; BLOCK], [0u32; BLOCK]);
+            let (mut touches, mut is_inside) = ([false; BLOCK], [false; BLOCK]);
             let [[low0, high0], [low1, high1], [low2, high2]] = steps.over_pixel;
             for column in 0..BLOCK {
                 let [e0, e1, e2] = [row_edges[0][column], row_edges[1][column], row_edges[2][column]];
                 let highest = e0.wrapping_add(high0) | e1.wrapping_add(high1) | e2.wrapping_add(high2);
                 let lowest = e0.wrapping_add(low0) | e1.wrapping_add(low1) | e2.wrapping_add(low2);
-                touched_bits[column] = (!highest as u32 >> 31) << column;
-                inside_bits[column] = (!lowest as u32 >> 31) << column;
+                touches[column] = highest >= 0;
+                is_inside[column] = lowest >= 0;
             }
-            touched &= touched_bits.iter().fold(0, |all, bits| all | bits);
-            inside = touched & inside_bits.iter().fold(0, |all, bits| all | bits);
+            touched &= u32::from(bits_of(touches));
+            inside = touched & u32::from(bits_of(is_inside));
         }
         let first = (place.block * BLOCK + row) << samples_log2;
         let range = first..first + (1 << samples_log2);

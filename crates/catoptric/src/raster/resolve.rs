@@ -245,10 +245,6 @@ impl<L: LayerSource> PixelPlace<'_, L> {
             if self.known.patch(other) != (list, patch) {
                 continue;
             }
-            if self.known.share_an_edge(id, other) {
-                all |= mask;
-                continue;
-            }
             let at = self.corner + self.pattern.positions[sample];
             let (here, there) = (self.known.depth_at(id, at), self.known.depth_at(other, at));
             if (here - there).abs() <= SAME_DEPTH * there.abs() {

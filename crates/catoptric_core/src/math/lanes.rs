@@ -215,8 +215,31 @@ pub fn whole(number: f32) -> u32 {
     (number + ONES).to_bits() & 0x007F_FFFF
 }
 
-/// One bit a lane.
+/// One bit a lane, the first one's lowest.
 #[inline(always)]
 pub fn bits_of(lanes: [bool; LANES]) -> u8 {
-    lanes.iter().enumerate().fold(0, |bits, (lane, set)| bits | u8::from(*set) << lane)
+    // Every byte is 0 or 1: the product has their sum, each shifted to its own bit, in its highest byte.
+    let bytes = u64::from_le_bytes([
+        u8::from(lanes[0]),
+        u8::from(lanes[1]),
+        u8::from(lanes[2]),
+        u8::from(lanes[3]),
+        u8::from(lanes[4]),
+        u8::from(lanes[5]),
+        u8::from(lanes[6]),
+        u8::from(lanes[7]),
+    ]);
+    (bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_are_those_of_lanes() {
+        for bits in 0..=u8::MAX {
+            assert_eq!(bits_of([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| bits >> lane & 1 != 0)), bits);
+        }
+    }
 }

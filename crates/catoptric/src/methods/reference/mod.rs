@@ -43,6 +43,9 @@ pub static INFO: MethodInfo = MethodInfo {
 /// Pixels a side of the squares that threads take one by one. A size for threads; chosen, not measured.
 const TILE: u32 = 16;
 
+/// First rays that are traced together, about.
+const RAYS_AT_ONCE: f32 = 256.0;
+
 /// The ray tracer as a method.
 struct Reference {
     settings: ReferenceSettings,
@@ -179,18 +182,33 @@ fn draw_tile(
     // A sample stands for its share of the pixel, and so do its texture footprints.
     let footprint_scale = 1.0 / (samples as f32).sqrt();
     let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
-    let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
-    for y in y0..y1 {
-        for x in x0..x1 {
-            let mut sum = Vec3::ZERO;
-            for sample in 0..samples {
-                let offset = match pattern {
-                    Some(pattern) => pattern[sample as usize],
-                    None => stratified(settings.seed, [x, y], sample, samples),
-                };
-                sum += paths.radiance(&rays, &near, x as f32 + offset.x, y as f32 + offset.y, footprint_scale);
+    let (columns, rows) = (x1 - x0, y1 - y0);
+    let mut pixels = vec![[0.0; 4]; (columns * rows) as usize];
+    // Rays side by side share the first steps of their ways.
+    let side = ((RAYS_AT_ONCE / samples as f32).sqrt() as u32).clamp(1, TILE);
+    let mut positions = Vec::with_capacity((side * side * samples) as usize);
+    let mut sums = vec![Vec3::ZERO; positions.capacity()];
+    for top in (0..rows).step_by(side as usize) {
+        for left in (0..columns).step_by(side as usize) {
+            let (right, bottom) = ((left + side).min(columns), (top + side).min(rows));
+            let places = || (top..bottom).flat_map(|row| (left..right).map(move |column| (column, row)));
+            positions.clear();
+            for (column, row) in places() {
+                let (x, y) = (x0 + column, y0 + row);
+                for sample in 0..samples {
+                    let offset = match pattern {
+                        Some(pattern) => pattern[sample as usize],
+                        None => stratified(settings.seed, [x, y], sample, samples),
+                    };
+                    positions.push(Vec2::new(x as f32, y as f32) + offset);
+                }
             }
-            pixels.push((sum / samples as f32).extend(1.0).to_array());
+            let sums = &mut sums[..positions.len()];
+            paths.radiances(&rays, &near, &positions, footprint_scale, sums);
+            for ((column, row), sums) in places().zip(sums.chunks_exact(samples as usize)) {
+                let mean = sums.iter().sum::<Vec3>() / samples as f32;
+                pixels[(row * columns + column) as usize] = mean.extend(1.0).to_array();
+            }
         }
     }
     pixels

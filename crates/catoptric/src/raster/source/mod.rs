@@ -172,16 +172,6 @@ impl<L: LayerSource> KnownSurfaces<'_, L> {
         }
     }
 
-    /// Returns true for triangles of one list that have an edge in common; nothing is said of what a source has found.
-    pub(super) fn share_an_edge(&self, id: u32, other: u32) -> bool {
-        if (id | other) & FOUND != 0 {
-            return false;
-        }
-        let ((list, triangle), (other_list, other)) = (self.plan.triangle(id), self.plan.triangle(other));
-        let common = triangle.vertices.iter().filter(|vertex| other.vertices.contains(vertex)).count();
-        list == other_list && common >= 2
-    }
-
     /// The depth of a surface at a position of the picture, to be compared with others of the same list.
     pub(super) fn depth_at(&self, id: u32, position: Vec2) -> f32 {
         match found_number(id) {

@@ -1,7 +1,7 @@
 //! Coverage and depth of triangles at the samples of a tile.
 
 use super::bundle::TERMS;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, bits_of};
 use glam::Vec2;
 
 /// Pixels along the side of the largest tile.
@@ -176,25 +176,21 @@ impl TileSamples {
             let b = row_values(fb, &u, v, area.scale);
             let c = row_values(fc, &u, v, area.scale);
             let k = row_values(fk, &u, v, area.scale);
-            let (mut touched, mut whole) = ([0u32; LANES], [0u32; LANES]);
+            let (mut touched, mut whole) = ([false; LANES], [false; LANES]);
             let (mut key, mut key_dx, mut key_dy) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
             for lane in 0..LANES {
                 let reach = |row: &RowValues| 0.5 * (row.dx[lane].abs() + row.dy[lane].abs());
                 let (ra, rb, rc) = (reach(&a), reach(&b), reach(&c));
                 let (va, vb, vc) = (a.value[lane], b.value[lane], c.value[lane]);
-                touched[lane] = u32::from((va + ra >= 0.0) & (vb + rb >= 0.0) & (vc + rc >= 0.0));
-                whole[lane] = u32::from((va - ra >= 0.0) & (vb - rb >= 0.0) & (vc - rc >= 0.0));
+                touched[lane] = (va + ra >= 0.0) & (vb + rb >= 0.0) & (vc + rc >= 0.0);
+                whole[lane] = (va - ra >= 0.0) & (vb - rb >= 0.0) & (vc - rc >= 0.0);
                 let inverse = 1.0 / k.value[lane];
                 let at = (va + vb + vc) * inverse;
                 key[lane] = at;
                 key_dx[lane] = (a.dx[lane] + b.dx[lane] + c.dx[lane] - at * k.dx[lane]) * inverse;
                 key_dy[lane] = (a.dy[lane] + b.dy[lane] + c.dy[lane] - at * k.dy[lane]) * inverse;
             }
-            let (mut touched_bits, mut whole_bits) = (0, 0);
-            for lane in 0..LANES {
-                touched_bits |= touched[lane] << lane;
-                whole_bits |= whole[lane] << lane;
-            }
+            let (touched_bits, whole_bits) = (u32::from(bits_of(touched)), u32::from(bits_of(whole)));
             let mut pixels = touched_bits & wanted;
             while pixels != 0 {
                 let lane = pixels.trailing_zeros() as usize;

@@ -2,7 +2,7 @@
 
 use super::bundle::{RayBundle, TERMS};
 use crate::light::wide_hierarchy::TriangleBlock;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, bits_of};
 
 /// Functions of eight triangles over a tile, as coefficients of 1, u, v, u², uv, v².
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +81,7 @@ impl EdgeFunctions {
     /// v) of a place, one bit each.
     #[inline(always)]
     pub(in super::super) fn may_meet(&self, [u, v]: [f32; 2], [half_u, half_v]: [f32; 2]) -> [u32; 2] {
-        let (mut plus, mut minus) = ([1u32; LANES], [1u32; LANES]);
+        let (mut plus, mut minus) = ([true; LANES], [true; LANES]);
         // No closures here: they would not be compiled for the caller's instruction set.
         for function in [&self.edges[0], &self.edges[1], &self.edges[2], &self.planes] {
             for lane in 0..LANES {
@@ -95,16 +95,11 @@ impl EdgeFunctions {
                     + cuu.abs() * (half_u * half_u)
                     + cvv.abs() * (half_v * half_v)
                     + cuv.abs() * (half_u * half_v);
-                plus[lane] &= u32::from(value + change >= 0.0);
-                minus[lane] &= u32::from(change - value >= 0.0);
+                plus[lane] &= value + change >= 0.0;
+                minus[lane] &= change - value >= 0.0;
             }
         }
-        let mut sums = [0; 2];
-        for lane in 0..LANES {
-            sums[0] |= plus[lane] << lane;
-            sums[1] |= minus[lane] << lane;
-        }
-        sums
+        [bits_of(plus).into(), bits_of(minus).into()]
     }
 
     /// The functions of one triangle: of its edges, and of its plane.

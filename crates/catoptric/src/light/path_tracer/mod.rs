@@ -1,5 +1,7 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
+mod waves;
+
 use super::radiance_field::{RadianceField, SceneBackground};
 use super::tracer::Tracer;
 use crate::optics::path::bundle::BounceKind;
@@ -9,6 +11,7 @@ use crate::scene::hit::Hit;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::Vec3;
+use waves::Waves;
 
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
 pub(crate) const MIN_THROUGHPUT: f32 = 1e-5;
@@ -65,6 +68,7 @@ pub struct PathTracer<'a, F = SceneBackground> {
     model: PathModel,
     max_order: u32,
     waiting: Vec<Segment>,
+    waves: Waves,
     ray_count: u64,
 }
 
@@ -78,7 +82,7 @@ impl<'a> PathTracer<'a> {
 impl<'a, F: RadianceField> PathTracer<'a, F> {
     /// A tracer of paths with at most `max_order` specular events, in a radiance field of rays that meet nothing.
     pub fn with_field(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32, field: F) -> Self {
-        Self { scene, field, tracer, model, max_order, waiting: Vec::new(), ray_count: 0 }
+        Self { scene, field, tracer, model, max_order, waiting: Vec::new(), waves: Waves::default(), ray_count: 0 }
     }
 
     /// The number of rays traced since the last call.
@@ -91,13 +95,21 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     /// Texture footprints are those of a pixel, times `footprint_scale`.
     #[inline(always)]
     pub fn radiance(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Vec3 {
+        let start = self.start(view, near, x_px, y_px, footprint_scale);
+        self.waiting.push(start);
+        self.with_rest(Vec3::ZERO)
+    }
+
+    /// The first ray of the path to a position of the picture.
+    #[inline(always)]
+    fn start(&self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Segment {
         let (ray, change) = if self.tracer.needs_differentials() {
             let (ray, change) = view.ray_with_differential(x_px, y_px);
             (ray, Some(change.scaled(footprint_scale)))
         } else {
             (view.ray(x_px, y_px), None)
         };
-        self.radiance_along(ray, change, near.distance(&ray))
+        Segment::first(ray, change, near.distance(&ray))
     }
 
     /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.

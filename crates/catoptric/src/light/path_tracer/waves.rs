@@ -1,0 +1,124 @@
+//! Many paths side by side: rays are traced one by one, what they end on is shaded together.
+
+use super::{NearPlane, PathTracer, Segment};
+use crate::light::radiance_field::RadianceField;
+use crate::light::wide_hierarchy::Treelet;
+use crate::optics::step::transmittance;
+use crate::scene::hit::Hit;
+use crate::scene::shade::Barycentrics;
+use crate::scene::{Role, SurfaceQuery, ViewRays};
+use glam::{Vec2, Vec3};
+
+/// Rays that are followed, and points that are shaded, at once: what they hold stays in the cache.
+const AT_ONCE: usize = 256;
+
+/// A thread's buffers.
+#[derive(Default)]
+pub(super) struct Waves {
+    /// The sum that each waiting segment adds to.
+    owners: Vec<u32>,
+    wave: Vec<(Segment, u32)>,
+    queries: Vec<SurfaceQuery>,
+    /// The sum that each query adds to, and its factor.
+    targets: Vec<(u32, Vec3)>,
+    /// What the first rays may meet.
+    treelet: Treelet,
+    colors: Vec<Vec3>,
+}
+
+impl<F: RadianceField> PathTracer<'_, F> {
+    /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding.
+    /// `sums` is as long as `positions`.
+    #[inline(always)] // for the instructions of its caller
+    pub fn radiances(
+        &mut self,
+        view: &ViewRays,
+        near: &NearPlane,
+        positions: &[Vec2],
+        footprint_scale: f32,
+        sums: &mut [Vec3],
+    ) {
+        sums.fill(Vec3::ZERO);
+        let mut waves = std::mem::take(&mut self.waves);
+        let low = positions.iter().copied().fold(Vec2::INFINITY, Vec2::min);
+        let high = positions.iter().copied().fold(Vec2::NEG_INFINITY, Vec2::max);
+        let mut treelet = std::mem::take(&mut waves.treelet);
+        self.tracer.gather(view, low, high, &mut treelet);
+        for (owner, at) in positions.iter().enumerate() {
+            let start = self.start(view, near, at.x, at.y, footprint_scale);
+            let hit = self.tracer.first_hit_among(self.scene, &start.ray, start.near, &treelet);
+            self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
+        }
+        waves.treelet = treelet;
+        // The last ones first: as few wait as on one path after the other, but for what is followed at once.
+        while !self.waiting.is_empty() {
+            let first = self.waiting.len().saturating_sub(AT_ONCE);
+            waves.wave.clear();
+            waves.wave.extend(self.waiting.drain(first..).zip(waves.owners.drain(first..)));
+            let wave = std::mem::take(&mut waves.wave);
+            for (segment, owner) in &wave {
+                let hit = self.tracer.first_hit(self.scene, &segment.ray, segment.near);
+                self.arrive_in_wave(segment, hit.as_ref(), *owner, &mut waves, sums);
+            }
+            waves.wave = wave;
+        }
+        self.shade(&mut waves, sums);
+        self.waves = waves;
+        for sum in sums {
+            // A sum of finite terms can still overflow.
+            if !sum.is_finite() {
+                *sum = Vec3::ZERO;
+            }
+        }
+    }
+
+    /// Goes on at what a ray meets: light that ends the path here is added or waits to be shaded, children wait to be
+    /// followed.
+    #[inline(always)]
+    fn arrive_in_wave(
+        &mut self,
+        segment: &Segment,
+        hit: Option<&Hit>,
+        owner: u32,
+        waves: &mut Waves,
+        sums: &mut [Vec3],
+    ) {
+        self.ray_count += 1;
+        let (scene, ray) = (self.scene, &segment.ray);
+        let mut throughput = segment.throughput;
+        if let Some(deferred) = &segment.deferred {
+            let (own, weight) = deferred.settled(hit.map_or(f32::INFINITY, |hit| hit.distance()));
+            sums[owner as usize] += own;
+            throughput *= weight;
+        }
+        if let Some(Hit::Triangle { distance, triangle, barycentrics }) = hit {
+            let material = scene.material_of(scene.triangle_objects[*triangle as usize]);
+            if material.role == Role::Diffuse {
+                let mut at = Barycentrics { value: *barycentrics, ..Barycentrics::default() };
+                if let Some(change) = segment.change.as_ref().filter(|_| material.textured()) {
+                    [at.dx, at.dy] = self.tracer.barycentric_changes(scene, ray, *triangle, *distance, change);
+                }
+                let query = SurfaceQuery { triangle: *triangle, barycentrics: at, towards_viewer: -ray.direction };
+                waves.queries.push(query);
+                waves.targets.push((owner, throughput * transmittance(segment.absorption, *distance)));
+                if waves.queries.len() == AT_ONCE {
+                    self.shade(waves, sums);
+                }
+                return;
+            }
+        }
+        sums[owner as usize] += self.arrive(segment, throughput, hit);
+        waves.owners.resize(self.waiting.len(), owner);
+    }
+
+    /// Adds the light of all points that wait to be shaded.
+    fn shade(&self, waves: &mut Waves, sums: &mut [Vec3]) {
+        let Waves { queries, targets, colors, .. } = waves;
+        colors.resize(queries.len(), Vec3::ZERO);
+        self.scene.radiance_batch(queries, colors);
+        for ((owner, throughput), color) in targets.drain(..).zip(colors) {
+            sums[owner as usize] += throughput * *color;
+        }
+        queries.clear();
+    }
+}

@@ -1,0 +1,176 @@
+//! The leaves that a narrow beam of rays may meet: found once for all its rays.
+
+use super::rays::{PrimitiveMet, PrimitiveTests, RaySlabs, SignBits, meet_leaf};
+use super::{LEAF, NONE, SURFACE, TriangleHit, WideHierarchy, WideNode};
+use crate::math::lanes::LANES;
+use crate::scene::{Ray, ViewRays};
+use glam::{Vec2, Vec3};
+
+/// Beams that may meet more leaves than this are left to the whole hierarchy.
+const MAX_LEAVES: usize = 64;
+
+/// How far a beam reaches beyond the rays that it is made for, in pixels: far more than rounding.
+const MARGIN_PX: f32 = 0.01;
+
+/// The rays through a rectangle of a picture.
+pub(crate) struct ViewBeam {
+    /// Normals of the four sides, outwards, and the products with a point of each.
+    sides: [(Vec3, f32); 4],
+    /// Along the middle, and the smallest product with an origin.
+    forward: Vec3,
+    start: f32,
+}
+
+impl ViewBeam {
+    /// The beam through the rectangle between two corners, in pixels.
+    pub(crate) fn new(view: &ViewRays, low: Vec2, high: Vec2) -> Self {
+        let (low, high) = (low - MARGIN_PX, high + MARGIN_PX);
+        let corners = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)];
+        let rays = corners.map(|at| view.ray(at.x, at.y));
+        let middle = view.ray(0.5 * (low.x + high.x), 0.5 * (low.y + high.y));
+        let inside = middle.origin + middle.direction;
+        let side = |index: usize| {
+            let (ray, next) = (&rays[index], &rays[(index + 1) % 4]);
+            let normal = ray.direction.cross(next.origin + next.direction - ray.origin).normalize_or_zero();
+            let normal = if normal.dot(inside - ray.origin) > 0.0 { -normal } else { normal };
+            (normal, normal.dot(ray.origin))
+        };
+        let forward = middle.direction;
+        let start = rays.iter().map(|ray| ray.origin.dot(forward)).fold(f32::INFINITY, f32::min);
+        Self { sides: [side(0), side(1), side(2), side(3)], forward, start }
+    }
+
+    /// The children whose boxes the beam may meet, and distances that none of its rays reaches them before.
+    #[inline(always)]
+    fn children<S: SignBits>(&self, node: &WideNode) -> (u32, [f32; LANES]) {
+        let mut outside = 0;
+        for (normal, offset) in &self.sides {
+            // Of every box the corner furthest inside; rounding moves it by little of the coordinates' size.
+            let (mut beyond, mut size) = ([-*offset; LANES], [offset.abs(); LANES]);
+            for axis in 0..3 {
+                let component = normal[axis];
+                let sides = &node.sides[if component > 0.0 { axis } else { axis + 3 }];
+                for lane in 0..LANES {
+                    let term = sides[lane] * component;
+                    beyond[lane] += term;
+                    size[lane] += term.abs();
+                }
+            }
+            for lane in 0..LANES {
+                beyond[lane] = size[lane] * 1e-6 - beyond[lane];
+            }
+            outside |= S::sign_bits(beyond);
+        }
+        let (mut depths, mut size) = ([-self.start; LANES], [self.start.abs(); LANES]);
+        for axis in 0..3 {
+            let component = self.forward[axis];
+            let sides = &node.sides[if component > 0.0 { axis } else { axis + 3 }];
+            for lane in 0..LANES {
+                let term = sides[lane] * component;
+                depths[lane] += term;
+                size[lane] += term.abs();
+            }
+        }
+        for lane in 0..LANES {
+            depths[lane] -= size[lane] * 1e-6;
+        }
+        (!outside & 0xff, depths)
+    }
+}
+
+/// Leaves that the rays of a beam may meet.
+#[derive(Debug, Default)]
+pub(crate) struct Treelet {
+    /// Leaves in order of their least distance from the start of rays: the first distance of each eight, and their
+    /// boxes.
+    groups: Vec<(f32, WideNode)>,
+    waiting: Vec<u32>,
+    leaves: Vec<(f32, [f32; 6], u32)>,
+    /// The beam meets more leaves than are kept.
+    overflows: bool,
+}
+
+impl Treelet {
+    /// The nearest primitive at a distance of at least `near`: [`WideHierarchy::nearest_of_all`] for a ray of the beam.
+    /// `None` in the outer option: the whole hierarchy must be asked.
+    #[inline(always)]
+    pub(crate) fn nearest<S: SignBits>(
+        &self,
+        hierarchy: &WideHierarchy,
+        ray: &Ray,
+        near: f32,
+        passes: impl Fn(&TriangleHit) -> bool,
+        surface: impl Fn(u32, f32) -> Option<f32>,
+        tests: &mut impl PrimitiveTests,
+    ) -> Option<Option<PrimitiveMet>> {
+        if self.overflows || !(ray.origin.is_finite() && ray.direction.is_finite()) {
+            return None;
+        }
+        let slabs = RaySlabs::new(ray);
+        let (mut far, mut best) = (f32::INFINITY, None);
+        for (least, group) in &self.groups {
+            if *least > far {
+                break;
+            }
+            let (mut met, enters) = slabs.children::<S>(group, far);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                if enters[lane] <= far {
+                    let code = group.children[lane];
+                    meet_leaf::<S>(hierarchy, code, ray, near, &mut far, &mut best, &passes, &surface, tests);
+                }
+            }
+        }
+        Some(best)
+    }
+}
+
+impl WideHierarchy {
+    /// Finds the leaves that a beam may meet.
+    #[inline(always)]
+    pub(crate) fn gather<S: SignBits>(&self, beam: &ViewBeam, treelet: &mut Treelet) {
+        let Treelet { groups, waiting, leaves, overflows } = treelet;
+        (groups.clear(), waiting.clear(), leaves.clear());
+        *overflows = false;
+        if !self.nodes.is_empty() {
+            waiting.push(0);
+        }
+        while let Some(next) = waiting.pop() {
+            let node = &self.nodes[next as usize];
+            let (mut met, depths) = beam.children::<S>(node);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let child = node.children[lane];
+                if child == NONE {
+                    continue;
+                }
+                if child & (LEAF | SURFACE) == 0 {
+                    waiting.push(child);
+                    continue;
+                }
+                if leaves.len() == MAX_LEAVES {
+                    *overflows = true;
+                    return;
+                }
+                let mut sides = [0.0; 6];
+                for side in 0..6 {
+                    sides[side] = node.sides[side][lane];
+                }
+                leaves.push((depths[lane], sides, child));
+            }
+        }
+        leaves.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for leaves in leaves.chunks(LANES) {
+            let mut group = WideNode::EMPTY;
+            for (lane, (_, sides, child)) in leaves.iter().enumerate() {
+                for side in 0..6 {
+                    group.sides[side][lane] = sides[side];
+                }
+                group.children[lane] = *child;
+            }
+            groups.push((leaves[0].0, group));
+        }
+    }
+}
