@@ -100,7 +100,7 @@ fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
     for orthographic in [false, true] {
         let mut camera = Camera::look_at("", Vec3::new(5.0, 3.0, 7.0), Vec3::ZERO, Vec3::Y, 50.0);
         if orthographic {
-            camera.projection = Projection::Orthographic { height: 9.0 };
+            camera.projection = Projection::Orthographic { half_height: 4.5 };
         }
         let view = View::new(&camera, 64, 48, 1e-3).rays();
         for tile in 0..192u32 {

@@ -64,11 +64,19 @@ impl<'a> PathShader<'a> {
     /// The radiance from a direction behind all that a fragment shows.
     #[inline]
     fn behind(&self, fragment: &Fragment<'_>, direction: Vec3) -> Vec3 {
-        let (Some(far), Some(last)) = (self.maps.far, fragment.chain.last()) else {
-            return self.scene.background(direction);
-        };
-        let reflector = self.scene.triangle_objects[last.source as usize];
-        far.behind(self.scene, reflector, direction, || self.change_behind(fragment))
+        let Some(last) = fragment.chain.last() else { return self.scene.background(direction) };
+        if let Some(far) = self.maps.far {
+            let reflector = self.scene.triangle_objects[last.source as usize];
+            return far.behind(self.scene, reflector, direction, || self.change_behind(fragment));
+        }
+        match &self.scene.environment {
+            // The fragment stands for several samples, whose directions differ.
+            Some(environment) if last.barycentrics.samples > 1 => {
+                let change = self.change_behind(fragment);
+                environment.radiance_over(direction, [change.direction_dx, change.direction_dy])
+            }
+            _ => self.scene.background(direction),
+        }
     }
 
     /// The change from pixel to pixel of the ray that leaves the last surface of a fragment.
