@@ -182,7 +182,7 @@ impl Walk<'_> {
             fn with_avx2<C: PrimitiveTests>(walk: &Walk<'_>, tests: &mut C) -> Option<PrimitiveMet> {
                 walk.run_in::<Avx2, C>(tests)
             }
-            if has_avx2() {
+            if Avx2::is_available() {
                 #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
                 return unsafe { with_avx2(self, tests) };
             }
@@ -209,17 +209,6 @@ impl Walk<'_> {
     }
 }
 
-/// True on machines with all that functions for AVX2 here are compiled for.
-#[cfg(target_arch = "x86_64")]
-#[inline(always)]
-fn has_avx2() -> bool {
-    is_x86_feature_detected!("avx2")
-        && is_x86_feature_detected!("bmi1")
-        && is_x86_feature_detected!("bmi2")
-        && is_x86_feature_detected!("lzcnt")
-        && is_x86_feature_detected!("popcnt")
-}
-
 /// [`WideHierarchy::gather`], with AVX2 where the machine has it.
 fn gather(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
     #[cfg(target_arch = "x86_64")]
@@ -228,7 +217,7 @@ fn gather(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
         fn with_avx2(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
             hierarchy.gather::<Avx2>(beam, treelet);
         }
-        if has_avx2() {
+        if Avx2::is_available() {
             #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
             return unsafe { with_avx2(hierarchy, beam, treelet) };
         }

@@ -387,6 +387,7 @@ fn draw_tested(
 }
 
 /// A surface as passed to the shader at a position in the picture.
+#[inline(always)] // for the instructions of its caller
 pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
     let (list, triangle) = plan.triangle(id);
     let mut barycentrics = barycentrics(plan.corners(list, triangle), position, leeway);

@@ -119,6 +119,15 @@ pub(crate) struct WideHierarchy {
     is_for_rays: bool,
 }
 
+/// What looks for leaves. Not closures: those are not compiled for the instructions of the function that they are in.
+pub(crate) trait Visitor {
+    /// The children that are of interest, one bit each.
+    fn children(&self, node: &WideNode) -> u32;
+
+    /// A leaf among them; false ends the walk.
+    fn leaf(&mut self, block: &TriangleBlock) -> bool;
+}
+
 /// The nearest triangle along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TriangleHit {
@@ -161,27 +170,26 @@ impl WideHierarchy {
         }
     }
 
-    /// Calls `leaf` with the blocks of all leaves whose boxes pass a test: of a node it gives a bit for every child.
+    /// Shows a visitor the blocks of all leaves whose boxes pass its test.
     #[inline(always)]
-    pub(crate) fn walk(
-        &self,
-        stack: &mut Vec<u32>,
-        children: impl Fn(&WideNode) -> u32,
-        mut leaf: impl FnMut(&TriangleBlock),
-    ) {
+    pub(crate) fn walk(&self, stack: &mut Vec<u32>, visitor: &mut impl Visitor) {
         stack.clear();
         if !self.nodes.is_empty() {
             stack.push(0);
         }
         while let Some(next) = stack.pop() {
             let node = &self.nodes[next as usize];
-            let mut met = children(node);
+            let mut met = visitor.children(node);
             while met != 0 {
                 let child = node.children[met.trailing_zeros() as usize];
                 met &= met - 1;
                 match child {
                     NONE => {}
-                    block if block & LEAF != 0 => leaf(&self.blocks[(block & !LEAF) as usize]),
+                    block if block & LEAF != 0 => {
+                        if !visitor.leaf(&self.blocks[(block & !LEAF) as usize]) {
+                            return;
+                        }
+                    }
                     surface if surface & SURFACE != 0 => {}
                     inner => stack.push(inner),
                 }

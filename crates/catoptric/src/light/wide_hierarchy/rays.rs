@@ -12,14 +12,14 @@ impl WideHierarchy {
     /// The nearest triangle between two distances along a ray that passes a test; of equally near ones the first in
     /// the hierarchy's order.
     #[inline(always)]
-    pub(crate) fn nearest(
+    pub(crate) fn nearest<S: SignBits>(
         &self,
         ray: &Ray,
         near: f32,
         far: f32,
         passes: impl Fn(&TriangleHit) -> bool,
     ) -> Option<TriangleHit> {
-        match self.nearest_of_all::<Portable>(ray, near, far, passes, |_, _| None, &mut ())? {
+        match self.nearest_of_all::<S>(ray, near, far, passes, |_, _| None, &mut ())? {
             PrimitiveMet::Triangle(hit) => Some(hit),
             PrimitiveMet::Surface(..) => None,
         }
@@ -145,6 +145,19 @@ impl SignBits for Portable {
 /// Only to be used within functions that are compiled for AVX2, and run where the machine has it.
 #[cfg(target_arch = "x86_64")]
 pub(crate) struct Avx2;
+
+#[cfg(target_arch = "x86_64")]
+impl Avx2 {
+    /// True on machines with all that functions for it are compiled for: `avx2,bmi1,bmi2,lzcnt,popcnt`.
+    #[inline(always)]
+    pub(crate) fn is_available() -> bool {
+        is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt")
+            && is_x86_feature_detected!("popcnt")
+    }
+}
 
 #[cfg(target_arch = "x86_64")]
 impl SignBits for Avx2 {

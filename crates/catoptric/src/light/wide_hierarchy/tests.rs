@@ -56,7 +56,7 @@ fn the_nearest_triangle_is_that_of_all_triangles_also_after_a_refit() {
     let mut hits = 0;
     for (name, hierarchy) in [("built", WideHierarchy::build(&after, |_| true)), ("refitted", moved)] {
         for ray in rays() {
-            let found = hierarchy.nearest(&ray, 0.0, f32::INFINITY, |_| true);
+            let found = hierarchy.nearest::<Portable>(&ray, 0.0, f32::INFINITY, |_| true);
             assert_eq!(found, nearest_of_all(&after, &ray), "{name}: {ray:?}");
             if let Some(hit) = found {
                 hits += 1;
@@ -72,14 +72,19 @@ fn the_nearest_triangle_is_that_of_all_triangles_also_after_a_refit() {
 fn walks_come_by_every_triangle_once() {
     let scene = scene(Vec3::ONE);
     let hierarchy = WideHierarchy::build(&scene, |object| object == 1);
-    let mut seen = Vec::new();
-    hierarchy.walk(
-        &mut Vec::new(),
-        |_| 0xff,
-        |block| {
-            seen.extend(block.triangles.into_iter().filter(|triangle| *triangle != NO_TRIANGLE));
-        },
-    );
+    struct Seen(Vec<u32>);
+    impl Visitor for Seen {
+        fn children(&self, _: &WideNode) -> u32 {
+            0xff
+        }
+        fn leaf(&mut self, block: &TriangleBlock) -> bool {
+            self.0.extend(block.triangles.into_iter().filter(|triangle| *triangle != NO_TRIANGLE));
+            true
+        }
+    }
+    let mut visitor = Seen(Vec::new());
+    hierarchy.walk(&mut Vec::new(), &mut visitor);
+    let Seen(mut seen) = visitor;
     seen.sort_unstable();
     assert_eq!(seen, (700..1400).collect::<Vec<u32>>());
 }
@@ -88,7 +93,7 @@ fn walks_come_by_every_triangle_once() {
 fn nothing_is_met_where_there_is_nothing() {
     let hierarchy = WideHierarchy::build(&scene(Vec3::ZERO), |_| false);
     let mut rays = rays();
-    assert!(rays.all(|ray| hierarchy.nearest(&ray, 0.0, f32::INFINITY, |_| true).is_none()));
+    assert!(rays.all(|ray| hierarchy.nearest::<Portable>(&ray, 0.0, f32::INFINITY, |_| true).is_none()));
 }
 
 #[test]
@@ -111,7 +116,7 @@ fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
                 let ray = view.ray(at.x, at.y);
                 let found = treelet.nearest::<Portable>(&hierarchy, &ray, 0.5, |_| true, |_, _| None, &mut ());
                 let Some(found) = found else { continue };
-                let expected = hierarchy.nearest(&ray, 0.5, f32::INFINITY, |_| true);
+                let expected = hierarchy.nearest::<Portable>(&ray, 0.5, f32::INFINITY, |_| true);
                 assert_eq!(found, expected.map(PrimitiveMet::Triangle), "{at}");
                 gathered += 1;
                 hits += u32::from(found.is_some());

@@ -113,7 +113,7 @@ impl TileBelow<'_> {
 
     /// The surface of a list that a sample shows, by its id, at a position of the picture (in pixels), which lies no
     /// further beside the triangle than so many times its size.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub(crate) fn surface(&self, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
         surface_at(self.plan, id, position, leeway)
     }

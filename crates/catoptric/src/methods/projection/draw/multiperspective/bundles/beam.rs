@@ -1,9 +1,9 @@
 //! The beam of a tile: planes that all its rays lie between, and the triangles within.
 
 use super::bundle::{BundleFit, RayBundle};
-use crate::light::wide_hierarchy::{NO_TRIANGLE, TriangleBlock, WideHierarchy, WideNode};
+use crate::light::wide_hierarchy::{NO_TRIANGLE, TriangleBlock, Visitor, WideHierarchy, WideNode};
 use crate::math::Aabb;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, bits_of};
 use glam::Vec3;
 
 /// Beams are wider than the rays through pixels' centres by this much, in pixels: half a pixel to the outermost
@@ -59,23 +59,24 @@ impl Beam {
     /// Which children of a node may hold something within, one bit each.
     #[inline(always)]
     fn children(&self, node: &WideNode) -> u32 {
-        let mut passes = [1u32; LANES];
+        let mut passes = [true; LANES];
         for (normal, limit) in self.normals.iter().zip(self.limits) {
             // The corner of each box that lies furthest inside.
-            let side = |axis: usize| &node.sides[if normal[axis] > 0.0 { axis } else { axis + 3 }];
-            let (x, y, z) = (side(0), side(1), side(2));
+            let x = &node.sides[if normal.x > 0.0 { 0 } else { 3 }];
+            let y = &node.sides[if normal.y > 0.0 { 1 } else { 4 }];
+            let z = &node.sides[if normal.z > 0.0 { 2 } else { 5 }];
             for lane in 0..LANES {
                 let at = x[lane] * normal.x + y[lane] * normal.y + z[lane] * normal.z;
-                passes[lane] &= u32::from(at <= limit);
+                passes[lane] &= at <= limit;
             }
         }
-        bits(&passes)
+        bits_of(passes).into()
     }
 
     /// Which triangles of a block may lie within, one bit each.
     #[inline(always)]
     fn triangles(&self, block: &TriangleBlock) -> u32 {
-        let mut passes = [1u32; LANES];
+        let mut passes = [true; LANES];
         let corners = &block.corners;
         for (normal, limit) in self.normals.iter().zip(self.limits) {
             for lane in 0..LANES {
@@ -85,20 +86,31 @@ impl Beam {
                         + corners[corner + 2][lane] * normal.z
                 };
                 let inside = (at(0) <= limit) | (at(3) <= limit) | (at(6) <= limit);
-                passes[lane] &= u32::from(inside);
+                passes[lane] &= inside;
             }
         }
-        bits(&passes)
+        bits_of(passes).into()
     }
 }
 
-#[inline(always)]
-fn bits(lanes: &[u32; LANES]) -> u32 {
-    let mut sum = 0;
-    for (lane, bit) in lanes.iter().enumerate() {
-        sum |= bit << lane;
+/// Puts what lies in a beam into a list.
+struct Collector<'a> {
+    list: &'a mut CandidateList,
+    beam: &'a Beam,
+    most: usize,
+}
+
+impl Visitor for Collector<'_> {
+    #[inline(always)]
+    fn children(&self, node: &WideNode) -> u32 {
+        self.beam.children(node)
     }
-    sum
+
+    #[inline(always)]
+    fn leaf(&mut self, block: &TriangleBlock) -> bool {
+        self.list.push_all(block, self.beam.triangles(block));
+        self.list.len <= self.most
+    }
 }
 
 /// Triangles that a tile may see, eight a block; the last one may have empty lanes.
@@ -152,11 +164,18 @@ impl CandidateList {
         }
     }
 
-    /// Becomes the triangles of a hierarchy that may lie in a beam.
+    /// Becomes the triangles of a hierarchy that may lie in a beam; some of them, and more than `most`, where there are
+    /// more.
     #[inline(always)]
-    pub(in super::super) fn collect(&mut self, hierarchy: &WideHierarchy, beam: &Beam, stack: &mut Vec<u32>) {
+    pub(in super::super) fn collect(
+        &mut self,
+        hierarchy: &WideHierarchy,
+        beam: &Beam,
+        stack: &mut Vec<u32>,
+        most: usize,
+    ) {
         self.clear();
-        hierarchy.walk(stack, |node| beam.children(node), |block| self.push_all(block, beam.triangles(block)));
+        hierarchy.walk(stack, &mut Collector { list: self, beam, most });
     }
 
     /// Becomes those of another list that may lie in a beam.

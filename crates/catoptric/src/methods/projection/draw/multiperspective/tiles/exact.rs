@@ -3,10 +3,12 @@
 use super::super::bundles::bundle::TERMS;
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
-use super::follow::chain;
+use super::follow::{Chain, chain};
 use super::found::FoundSurface;
 use super::own::TOUCHING;
-use crate::light::wide_hierarchy::TriangleHit;
+#[cfg(target_arch = "x86_64")]
+use crate::light::wide_hierarchy::Avx2;
+use crate::light::wide_hierarchy::{Portable, SignBits, TriangleHit};
 use crate::raster::source::{EMPTY, found_id};
 use crate::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3};
@@ -23,25 +25,9 @@ struct Traced {
     id: u32,
 }
 
-/// [`Reflections::trace_samples`], in the widest lanes that the machine has.
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
-fn trace_samples(
-    reflections: &Reflections<'_>,
-    root: &Root<'_, '_>,
-    object: u32,
-    place: [usize; 2],
-    samples: u32,
-    surfaces: &mut Vec<FoundSurface>,
-    ids: &mut [u32],
-) -> bool {
-    reflections.trace_samples(root, object, place, samples, surfaces, ids)
-}
-
 impl Reflections<'_> {
-    /// Traces the samples (bits) of a pixel of a path that ends on an object; true if anything shows.
+    /// Traces the samples (bits) of a pixel of a path that ends on an object; true if anything shows. With AVX2 where
+    /// the machine has it.
     pub(in super::super) fn trace_pixel(
         &self,
         root: &Root<'_, '_>,
@@ -51,11 +37,30 @@ impl Reflections<'_> {
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
     ) -> bool {
-        trace_samples(self, root, object, place, samples, surfaces, ids)
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2(
+                reflections: &Reflections<'_>,
+                root: &Root<'_, '_>,
+                object: u32,
+                place: [usize; 2],
+                samples: u32,
+                surfaces: &mut Vec<FoundSurface>,
+                ids: &mut [u32],
+            ) -> bool {
+                reflections.trace_samples::<Avx2>(root, object, place, samples, surfaces, ids)
+            }
+            if Avx2::is_available() {
+                #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
+                return unsafe { with_avx2(self, root, object, place, samples, surfaces, ids) };
+            }
+        }
+        self.trace_samples::<Portable>(root, object, place, samples, surfaces, ids)
     }
 
     #[inline(always)]
-    fn trace_samples(
+    fn trace_samples<S: SignBits>(
         &self,
         root: &Root<'_, '_>,
         object: u32,
@@ -90,12 +95,12 @@ impl Reflections<'_> {
                     && (!self.scene.is_alpha_tested(object) || self.scene.is_surface_present(triangle, &at()))
             };
             Counts::add(&self.counts.traced, 1);
-            let Some(mut hit) = self.hierarchy.nearest(&ray, 0.0, f32::INFINITY, passes) else { continue };
+            let Some(mut hit) = self.hierarchy.nearest::<S>(&ray, 0.0, f32::INFINITY, passes) else { continue };
             let is_around = |triangle: u32| own.is_around(self.scene.triangle_objects[triangle as usize]);
             if own.is_around(object) && !is_around(hit.triangle) {
                 let far = hit.distance * (1.0 + TOUCHING);
                 let touching = |hit: &TriangleHit| is_around(hit.triangle) && passes(hit);
-                hit = self.hierarchy.nearest(&ray, 0.0, far, touching).unwrap_or(hit);
+                hit = self.hierarchy.nearest::<S>(&ray, 0.0, far, touching).unwrap_or(hit);
             }
             let below = chain[root.tile.layer() - 1];
             let same = known[..count].iter().find(|other| other.below == below && other.triangle == hit.triangle);
@@ -103,14 +108,9 @@ impl Reflections<'_> {
                 Some(same) => same.id,
                 None => {
                     let id = found_id(surfaces.len() as u32);
-                    let other = |step: Vec2| {
-                        let moved = self.follow(root.tile, surfaces, &chain, position + step)?;
-                        let (at, distance) = self.scene.plane_met(hit.triangle, &moved.ray)?;
-                        Some(at.extend(distance))
-                    };
                     let here = hit.barycentrics.extend(hit.distance);
-                    let along = |step: Vec2| other(step).map_or(Vec3::ZERO, |there| (there - here) / STEP_PX);
-                    let (dx, dy) = (along(Vec2::X * STEP_PX), along(Vec2::Y * STEP_PX));
+                    let dx = self.change(root, surfaces, &chain, hit.triangle, here, position, Vec2::X);
+                    let dy = self.change(root, surfaces, &chain, hit.triangle, here, position, Vec2::Y);
                     let linear = |axis: usize| [here[axis], dx[axis], dy[axis], 0.0, 0.0, 0.0];
                     let mut one = [0.0; TERMS];
                     one[0] = 1.0;
@@ -126,6 +126,25 @@ impl Reflections<'_> {
             ids[first + sample] = id;
         }
         count > 0
+    }
+
+    /// The change a pixel along an axis of where a chain's ray meets a triangle: its coordinates and the distance. 0
+    /// where the ray beside it meets nothing.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn change(
+        &self,
+        root: &Root<'_, '_>,
+        surfaces: &[FoundSurface],
+        chain: &Chain,
+        triangle: u32,
+        here: Vec3,
+        position: Vec2,
+        axis: Vec2,
+    ) -> Vec3 {
+        let Some(moved) = self.follow(root.tile, surfaces, chain, position + axis * STEP_PX) else { return Vec3::ZERO };
+        let Some((at, distance)) = self.scene.plane_met(triangle, &moved.ray) else { return Vec3::ZERO };
+        (at.extend(distance) - here) / STEP_PX
     }
 
     #[inline(always)]

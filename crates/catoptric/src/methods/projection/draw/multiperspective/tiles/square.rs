@@ -204,19 +204,20 @@ impl Reflections<'_> {
         let list = &mut own[0];
         match parents.last() {
             Some(parent) if job.inherits && parent.len() <= LONG_LIST => list.filter(parent, &beam),
-            _ => list.collect(self.hierarchy, &beam, &mut work.stack),
+            _ => list.collect(self.hierarchy, &beam, &mut work.stack, MANY_CANDIDATES * pixel_count(area)),
         }
         if list.len() == 0 {
             return Outcome::Drawn(false);
+        }
+        if list.len() > MANY_CANDIDATES * pixel_count(area) {
+            // Its list may not be whole.
+            return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
         let [low, high] = list.depth_range(bundle.origin, bundle.axes[2]);
         let near = low.max(bundle.start_range[0]);
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
         // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
         let inherit = error_px <= TRUSTED_ERROR_PX;
-        if list.len() > MANY_CANDIDATES * pixel_count(area) {
-            return if job.size > SMALLEST { Outcome::Divide(inherit) } else { Outcome::Trace };
-        }
         if error_px > self.accuracy_px {
             return Outcome::Divide(inherit);
         }
