@@ -336,4 +336,33 @@ mod tests {
         assert!(met.inside && (Vec2::from_array(met.weights) - Vec2::new(0.2, 0.3)).length() < 1e-5);
         assert!((origin + ray.direction * met.distance - inside).length() < 1e-5);
     }
+
+    #[test]
+    fn surfaces_one_behind_the_other_are_those_of_all_triangles() {
+        use catoptric_scenes::builtin;
+        let scene = builtin::parse("teapot").unwrap().pose(&Default::default()).unwrap();
+        let tracer = Tracer::build(&scene, |_| true);
+        let mut random = Stream::new(31);
+        let size = scene.bounds.diagonal();
+        let mut hits = 0;
+        for _ in 0..150 {
+            let mut point = || Vec3::new(random.next_unit(), random.next_unit(), random.next_unit()) - 0.5;
+            let target = scene.bounds.center() + point() * size * 0.2;
+            let origin = scene.bounds.center() + point() * size;
+            let ray = Ray { origin, direction: (target - origin).normalize() };
+            let mut near = 0.0;
+            for _ in 0..12 {
+                let found = tracer.first_hit(&scene, &ray, near);
+                let all = (0..scene.triangles.len() as u32).filter_map(|triangle| {
+                    TriangleTest::new(&scene, triangle, false).distance(&scene, &ray, near, f32::INFINITY)
+                });
+                let nearest = all.reduce(f32::min);
+                assert_eq!(found.as_ref().map(Hit::distance), nearest, "{ray:?} beyond {near}");
+                let Some(distance) = nearest else { break };
+                near = distance * 1.0001 + 1e-5;
+                hits += 1;
+            }
+        }
+        assert!(hits > 300, "{hits}");
+    }
 }

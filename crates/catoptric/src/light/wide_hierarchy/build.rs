@@ -43,8 +43,8 @@ impl WideHierarchy {
         Self::over(scene, &boxes, &primitives, &preset)
     }
 
-    /// The hierarchy for rays alone: analytic surfaces stand for themselves, large triangles in several leaves, and more
-    /// time is taken. Triangles of objects for which `is_tested` is true have the bit [`ALPHA_TESTED`].
+    /// The hierarchy for rays alone: analytic surfaces stand for themselves, large triangles in several leaves, and
+    /// more time is taken. Triangles of objects for which `is_tested` is true have the bit [`ALPHA_TESTED`].
     pub(crate) fn build_for_rays(
         scene: &Scene,
         include: impl Fn(u32) -> bool,
@@ -77,8 +77,10 @@ impl WideHierarchy {
             primitives.push(Primitive::Surface(object));
         }
         let preset = match boxes.len() {
-            0..=THOROUGH_BUILD => BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() },
-            0..=CAREFUL_BUILD => BvhBuildParams::slow_build(),
+            count if count <= THOROUGH_BUILD => {
+                BvhBuildParams { reinsertion_batch_ratio: 2.0, ..BvhBuildParams::slow_build() }
+            }
+            count if count <= CAREFUL_BUILD => BvhBuildParams::slow_build(),
             _ => BvhBuildParams::fast_build(),
         };
         let of_boxes: Vec<Primitive> = indices.iter().map(|index| primitives[*index as usize]).collect();

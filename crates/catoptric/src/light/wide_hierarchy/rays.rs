@@ -251,7 +251,8 @@ impl RaySlabs {
         }
         let mut beyond = [0.0; LANES];
         for lane in 0..LANES {
-            beyond[lane] = leave[lane] * REACH - enter[lane];
+            // More than nothing, or -0 less 0 would be negative.
+            beyond[lane] = leave[lane] * REACH - enter[lane] + f32::MIN_POSITIVE;
         }
         (!S::sign_bits(beyond) & 0xff, enter)
     }

@@ -131,7 +131,9 @@ impl WideHierarchy {
     #[inline(always)]
     pub(crate) fn gather<S: SignBits>(&self, beam: &ViewBeam, treelet: &mut Treelet) {
         let Treelet { groups, waiting, leaves, overflows } = treelet;
-        (groups.clear(), waiting.clear(), leaves.clear());
+        groups.clear();
+        waiting.clear();
+        leaves.clear();
         *overflows = false;
         if !self.nodes.is_empty() {
             waiting.push(0);
@@ -155,8 +157,8 @@ impl WideHierarchy {
                     return;
                 }
                 let mut sides = [0.0; 6];
-                for side in 0..6 {
-                    sides[side] = node.sides[side][lane];
+                for (side, of_children) in sides.iter_mut().zip(&node.sides) {
+                    *side = of_children[lane];
                 }
                 leaves.push((depths[lane], sides, child));
             }
@@ -165,8 +167,8 @@ impl WideHierarchy {
         for leaves in leaves.chunks(LANES) {
             let mut group = WideNode::EMPTY;
             for (lane, (_, sides, child)) in leaves.iter().enumerate() {
-                for side in 0..6 {
-                    group.sides[side][lane] = sides[side];
+                for (of_children, side) in group.sides.iter_mut().zip(sides) {
+                    of_children[lane] = *side;
                 }
                 group.children[lane] = *child;
             }

@@ -3,8 +3,8 @@
 use super::super::super::{Light, LightKind, Scene};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 
-/// Sets the arriving irradiance at the first `count` points, over pi. Normals are of unit length and towards the viewers,
-/// whose directions are of any length.
+/// Sets the arriving irradiance at the first `count` points, over pi. Normals are of unit length and towards the
+/// viewers, whose directions are of any length.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 pub(super) fn irradiance_over_pi<const N: usize>(

@@ -64,7 +64,8 @@ struct PreparedLookUp<'a, const N: usize> {
 }
 
 impl<const N: usize> PreparedLookUp<'_, N> {
-    /// Adds the sums over all places and probes. `REPEATS`: the texture does; `BLENDS`: some need their coarser level too.
+    /// Adds the sums over all places and probes. `REPEATS`: the texture does; `BLENDS`: some need their coarser level
+    /// too.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
     fn sums<const REPEATS: bool, const BLENDS: bool>(&self, sums: &mut [Vec4; N]) {

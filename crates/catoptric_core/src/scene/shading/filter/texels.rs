@@ -23,8 +23,8 @@ impl<const N: usize> LevelLanes<N> {
             Self { size: level0.size.map(Lanes::splat), first: [level0.first; N], stride: [level0.stride; N] };
         // Neighbours mostly read the same.
         if *indices != [indices[0]; N] {
-            for i in 0..N {
-                let level = level(indices[i]);
+            for (i, &index) in indices.iter().enumerate() {
+                let level = level(index);
                 (lanes.size[0][i], lanes.size[1][i]) = (level.size[0], level.size[1]);
                 (lanes.first[i], lanes.stride[i]) = (level.first, level.stride);
             }
