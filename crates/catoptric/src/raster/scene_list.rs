@@ -2,7 +2,7 @@
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
-use crate::scene::{PicturePoint, Ray, Role, Scene, SurfaceQuery, View, ViewRays};
+use crate::scene::{PicturePoint, Ray, Role, Scene, ShadingQueue, SurfaceQuery, View, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Vertices that are transformed at once.
@@ -151,7 +151,7 @@ pub(crate) fn shade_looks(
     colors: &mut [Vec3],
     mut look: impl FnMut(usize, &Fragment<'_>) -> ShadingRequest,
 ) {
-    let mut waiting = Waiting::default();
+    let mut waiting = ShadingQueue::default();
     // Neighbours are mostly parts of one object.
     let mut last = (u32::MAX, false);
     for (index, fragment) in batch.iter().enumerate() {
@@ -164,59 +164,21 @@ pub(crate) fn shade_looks(
             if last.1 {
                 let towards_viewer = -eye.direction(fragment.position.x, fragment.position.y);
                 let (triangle, barycentrics) = (surface.source, surface.barycentrics);
-                waiting.push(SurfaceQuery { triangle, barycentrics, towards_viewer }, index, Vec3::ONE);
+                let query = SurfaceQuery { triangle, barycentrics, towards_viewer };
                 colors[index] = Vec3::ZERO;
-                waiting.shade_if_full(scene, colors);
+                waiting.push(scene, query, index as u32, Vec3::ONE, colors);
                 continue;
             }
         }
         match look(index, &fragment) {
             ShadingRequest::Color(found) => colors[index] = found,
             ShadingRequest::Scattered { query, throughput, added } => {
-                waiting.push(query, index, throughput);
                 colors[index] = added;
-                waiting.shade_if_full(scene, colors);
+                waiting.push(scene, query, index as u32, throughput, colors);
             }
         }
     }
     waiting.shade(scene, colors);
-}
-
-/// Points that are shaded at once: as many as stay in the fastest cache.
-const SHADED_AT_ONCE: usize = 256;
-
-/// Points that wait to be shaded together.
-#[derive(Default)]
-struct Waiting {
-    queries: Vec<SurfaceQuery>,
-    /// The fragment that each is part of, and the factor on its radiance.
-    targets: Vec<(u32, Vec3)>,
-    results: Vec<Vec3>,
-}
-
-impl Waiting {
-    #[inline(always)]
-    fn push(&mut self, query: SurfaceQuery, fragment: usize, throughput: Vec3) {
-        self.queries.push(query);
-        self.targets.push((fragment as u32, throughput));
-    }
-
-    #[inline(always)]
-    fn shade_if_full(&mut self, scene: &Scene, colors: &mut [Vec3]) {
-        if self.queries.len() >= SHADED_AT_ONCE {
-            self.shade(scene, colors);
-        }
-    }
-
-    fn shade(&mut self, scene: &Scene, colors: &mut [Vec3]) {
-        let Self { queries, targets, results } = self;
-        results.resize(queries.len(), Vec3::ZERO);
-        scene.radiance_batch(queries, results);
-        for ((target, throughput), result) in targets.drain(..).zip(results) {
-            colors[target as usize] += throughput * *result;
-        }
-        queries.clear();
-    }
 }
 
 /// Shades directly visible surfaces: the first surface of a chain, or the environment. Sources are the scene's

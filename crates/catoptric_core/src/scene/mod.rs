@@ -17,7 +17,7 @@ pub use light::{Light, LightKind};
 pub use material::{AlphaMode, Material, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
-pub use shading::batch::SurfaceQuery;
+pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::environment::Environment;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;

@@ -6,10 +6,10 @@ use crate::light::wide_hierarchy::Treelet;
 use crate::optics::step::transmittance;
 use crate::scene::hit::Hit;
 use crate::scene::shade::Barycentrics;
-use crate::scene::{Role, SurfaceQuery, ViewRays};
+use crate::scene::{Role, ShadingQueue, SurfaceQuery, ViewRays};
 use glam::{Vec2, Vec3};
 
-/// Rays that are followed, and points that are shaded, at once: what they hold stays in the cache.
+/// Rays that are followed at once: what they hold stays in the cache.
 const AT_ONCE: usize = 256;
 
 /// A thread's buffers.
@@ -18,12 +18,10 @@ pub(super) struct Waves {
     /// The sum that each waiting segment adds to.
     owners: Vec<u32>,
     wave: Vec<(Segment, u32)>,
-    queries: Vec<SurfaceQuery>,
-    /// The sum that each query adds to, and its factor.
-    targets: Vec<(u32, Vec3)>,
+    /// Where paths end.
+    points: ShadingQueue,
     /// What the first rays may meet.
     treelet: Treelet,
-    colors: Vec<Vec3>,
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
@@ -62,7 +60,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             }
             waves.wave = wave;
         }
-        self.shade(&mut waves, sums);
+        waves.points.shade(self.scene, sums);
         self.waves = waves;
         for sum in sums {
             // A sum of finite terms can still overflow.
@@ -99,26 +97,12 @@ impl<F: RadianceField> PathTracer<'_, F> {
                     [at.dx, at.dy] = self.tracer.barycentric_changes(scene, ray, *triangle, *distance, change);
                 }
                 let query = SurfaceQuery { triangle: *triangle, barycentrics: at, towards_viewer: -ray.direction };
-                waves.queries.push(query);
-                waves.targets.push((owner, throughput * transmittance(segment.absorption, *distance)));
-                if waves.queries.len() == AT_ONCE {
-                    self.shade(waves, sums);
-                }
+                let throughput = throughput * transmittance(segment.absorption, *distance);
+                waves.points.push(scene, query, owner, throughput, sums);
                 return;
             }
         }
         sums[owner as usize] += self.arrive(segment, throughput, hit);
         waves.owners.resize(self.waiting.len(), owner);
-    }
-
-    /// Adds the light of all points that wait to be shaded.
-    fn shade(&self, waves: &mut Waves, sums: &mut [Vec3]) {
-        let Waves { queries, targets, colors, .. } = waves;
-        colors.resize(queries.len(), Vec3::ZERO);
-        self.scene.radiance_batch(queries, colors);
-        for ((owner, throughput), color) in targets.drain(..).zip(colors) {
-            sums[owner as usize] += throughput * *color;
-        }
-        queries.clear();
     }
 }

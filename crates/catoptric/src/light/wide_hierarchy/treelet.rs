@@ -45,37 +45,35 @@ impl ViewBeam {
     fn children<S: SignBits>(&self, node: &WideNode) -> (u32, [f32; LANES]) {
         let mut outside = 0;
         for (normal, offset) in &self.sides {
-            // Of every box the corner furthest inside; rounding moves it by little of the coordinates' size.
-            let (mut beyond, mut size) = ([-*offset; LANES], [offset.abs(); LANES]);
-            for axis in 0..3 {
-                let component = normal[axis];
-                let sides = &node.sides[if component > 0.0 { axis } else { axis + 3 }];
-                for lane in 0..LANES {
-                    let term = sides[lane] * component;
-                    beyond[lane] += term;
-                    size[lane] += term.abs();
-                }
-            }
+            let (mut beyond, size) = least_along(node, *normal, *offset);
             for lane in 0..LANES {
                 beyond[lane] = size[lane] * 1e-6 - beyond[lane];
             }
             outside |= S::sign_bits(beyond);
         }
-        let (mut depths, mut size) = ([-self.start; LANES], [self.start.abs(); LANES]);
-        for axis in 0..3 {
-            let component = self.forward[axis];
-            let sides = &node.sides[if component > 0.0 { axis } else { axis + 3 }];
-            for lane in 0..LANES {
-                let term = sides[lane] * component;
-                depths[lane] += term;
-                size[lane] += term.abs();
-            }
-        }
+        let (mut depths, size) = least_along(node, self.forward, self.start);
         for lane in 0..LANES {
             depths[lane] -= size[lane] * 1e-6;
         }
         (!outside & 0xff, depths)
     }
+}
+
+/// The least product of a direction with the points of each child's box, less an offset, and the size of its terms: it
+/// is rounded by little of that.
+#[inline(always)]
+fn least_along(node: &WideNode, direction: Vec3, offset: f32) -> ([f32; LANES], [f32; LANES]) {
+    let (mut least, mut size) = ([-offset; LANES], [offset.abs(); LANES]);
+    for axis in 0..3 {
+        let component = direction[axis];
+        let sides = &node.sides[if component > 0.0 { axis } else { axis + 3 }];
+        for lane in 0..LANES {
+            let term = sides[lane] * component;
+            least[lane] += term;
+            size[lane] += term.abs();
+        }
+    }
+    (least, size)
 }
 
 /// Leaves that the rays of a beam may meet.

@@ -3,7 +3,10 @@
 //! Points are sorted by material, so that those worked out together read one texture in one way.
 
 mod light;
+mod queue;
 mod triangles;
+
+pub use queue::ShadingQueue;
 
 use super::super::{Material, Scene};
 use super::filter::{self, TextureLookUps};
