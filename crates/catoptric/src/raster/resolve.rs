@@ -105,7 +105,8 @@ pub(super) fn resolve<L: LayerSource>(
                     }
                     ids.push(id);
                 }
-                if !splits {
+                let is_bent = samples > 1 && ids[start..].last().is_some_and(|id| known.is_bent(*id));
+                if !splits && !is_bent {
                     positions.push(corner + whole);
                     targets.push(target);
                     ends.push(ids.len() as u32);
@@ -115,10 +116,17 @@ pub(super) fn resolve<L: LayerSource>(
                 let mut prefix = [0u32; 64];
                 let mut place = PixelPlace { known, pattern, layers, first, corner, merges: true };
                 let mut add = |mask: u32, chain: &[u32]| {
-                    positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
-                    targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
-                    ids.extend_from_slice(chain);
-                    ends.push(ids.len() as u32);
+                    let mut push = |mask: u32| {
+                        positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
+                        targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
+                        ids.extend_from_slice(chain);
+                        ends.push(ids.len() as u32);
+                    };
+                    if mask.count_ones() > 1 && chain.last().is_some_and(|id| known.is_bent(*id)) {
+                        pattern.quarters.iter().map(|quarter| mask & quarter).filter(|part| *part != 0).for_each(push);
+                    } else {
+                        push(mask);
+                    }
                 };
                 if together {
                     split(&place, all, &mut prefix, 0, &mut add);

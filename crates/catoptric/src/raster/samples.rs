@@ -57,6 +57,8 @@ pub(super) struct Pattern {
     pub(super) y: [[i32; LANES]; 2],
     /// The sample positions within a pixel.
     pub(super) positions: &'static [Vec2],
+    /// The samples in each quarter of a pixel, as bits.
+    pub(super) quarters: [u32; 4],
     /// Smallest and largest offset of a sample in its pixel, in sixteenths of a pixel.
     pub(super) extent_x: [i32; 2],
     /// The same along y.
@@ -81,6 +83,10 @@ impl Pattern {
             let values = || pattern.iter().map(|offset| offset[axis] as i32);
             [values().min().unwrap_or(0), values().max().unwrap_or(15)]
         };
+        let mut quarters = [0; 4];
+        for (index, position) in positions.iter().enumerate() {
+            quarters[usize::from(position.x >= 0.5) + 2 * usize::from(position.y >= 0.5)] |= 1 << index;
+        }
         Ok(Self {
             samples: count,
             samples_log2: samples.trailing_zeros(),
@@ -88,6 +94,7 @@ impl Pattern {
             x: table(0),
             y: table(1),
             positions,
+            quarters,
             extent_x: extent(0),
             extent_y: extent(1),
         })

@@ -41,6 +41,10 @@ pub(crate) trait LayerSource: Sync {
     /// Its depth at a position of the picture, in pixels.
     fn depth_at(&self, found: &Self::Found, number: u32, position: Vec2) -> f32;
 
+    /// Returns true if the surface's place changes unevenly within a pixel: its footprint alone does not tell where
+    /// samples see it.
+    fn is_bent(&self, found: &Self::Found, number: u32) -> bool;
+
     /// Returns true if the source goes on from a triangle of the scene by two branches.
     fn divides(&self, triangle: u32) -> bool;
 }
@@ -147,6 +151,10 @@ impl LayerSource for ListsAlone {
         0.0
     }
 
+    fn is_bent(&self, (): &(), _: u32) -> bool {
+        false
+    }
+
     fn divides(&self, _: u32) -> bool {
         false
     }
@@ -170,6 +178,12 @@ impl<L: LayerSource> KnownSurfaces<'_, L> {
                 (list, triangle.patch)
             }
         }
+    }
+
+    /// Returns true if a source has found the surface, and its place changes unevenly within a pixel.
+    #[inline]
+    pub(super) fn is_bent(&self, id: u32) -> bool {
+        found_number(id).is_some_and(|number| self.source.is_bent(self.found, number))
     }
 
     /// The depth of a surface at a position of the picture, to be compared with others of the same list.

@@ -58,10 +58,39 @@ fn finer_accuracy_costs_tiles_and_lowers_the_error() {
     };
     let [(few, coarse), (some, usual), (many, fine)] = ["8.0", "0.5", "0.05"].map(of);
     assert!(few < some && some < many, "{few} {some} {many}");
+    // Bundles move edges alone: the larger part of the error, at textures, is the same for all.
     assert!(
-        coarse.flip_mean > 1.2 * usual.flip_mean && usual.flip_mean >= fine.flip_mean,
+        coarse.flip_mean > 1.1 * usual.flip_mean && usual.flip_mean >= fine.flip_mean,
         "{coarse:?} {usual:?} {fine:?}"
     );
+}
+
+#[test]
+fn rays_of_pixels_lower_the_error() {
+    let quality = Quality { samples: 16, order: 2 };
+    for spec in ["vase?surface=mesh", "two_spheres?surface=mesh", "glass_sphere?surface=mesh"] {
+        let scene = scene(spec);
+        let view = scene.default_view(360, 240);
+        let truth = picture("reference", "", &scene, &view, quality);
+        let of = |settings: &str| {
+            let drawn = draw(ID, settings, &scene, &view, quality);
+            (drawn.report.counts, reflector_error(&drawn.picture, &truth, &scene, &view))
+        };
+        let (of_bundles, bundles) = of("");
+        let (of_rays, rays) = of("model = \"rays\"");
+        assert!(of_bundles["tiles"] > 0 && of_rays["tiles"] == 0 && of_rays["tiles_by_rays"] > 0, "{spec}");
+        assert!(rays.flip_mean < 0.98 * bundles.flip_mean, "{spec}: {bundles:?} {rays:?}");
+        assert!(rays.over_0_1 <= 3e-3, "{spec}: {rays:?}");
+    }
+}
+
+#[test]
+fn total_reflection_begins_within_pixels() {
+    // Decided pixel by pixel, 0.6 % were off.
+    let scene = scene("lens");
+    let view = scene.default_view(360, 240);
+    let found = error(ID, "", &scene, &view, Quality { samples: 16, order: 2 });
+    assert!(found.over_0_1 <= 2e-3, "{found:?}");
 }
 
 #[test]

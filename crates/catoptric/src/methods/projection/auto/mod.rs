@@ -8,7 +8,7 @@ mod settings;
 pub use settings::AutoSettings;
 
 use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, visible_paths};
-use super::draw::multiperspective::TiledScene;
+use super::draw::multiperspective::{TileModel, TiledScene};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -151,7 +151,8 @@ impl Frame for ChoiceFrame<'_> {
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        report.add(tiled.draw(&job, &lists, settings.accuracy_px, target)?);
+        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: false };
+        report.add(tiled.draw(&job, &lists, model, target)?);
         Ok(report)
     }
 }

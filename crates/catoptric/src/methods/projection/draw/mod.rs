@@ -14,6 +14,7 @@
 pub(super) mod far_maps;
 pub(super) mod flat_mirrors;
 mod lists;
+mod mesh_neighbours;
 pub(super) mod multiperspective;
 mod path_shader;
 pub(super) mod prepared;
@@ -30,7 +31,8 @@ use crate::scene::PicturePoint;
 use far_maps::FarMaps;
 use glam::Vec2;
 
-pub(in crate::methods::projection) use path_shader::{PathShader, meet_known_surface};
+pub(in crate::methods::projection) use path_shader::PathShader;
+use path_shader::meet_known_surface;
 
 /// Geometry that appears at the end of one specular path: pieces of scene triangles at the places where they appear.
 ///
@@ -88,6 +90,6 @@ pub(in crate::methods::projection) fn draw_paths_with(
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
     let lists = lists::draw_lists(job, paths, maps.whole);
-    let shader = PathShader::new(job.scene, job.view).with_maps(maps, job.quality.order);
+    let shader = PathShader::new(job.scene, job.view, job.quality.samples).with_maps(maps, job.quality.order);
     raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)
 }

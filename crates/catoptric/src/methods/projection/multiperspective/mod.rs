@@ -5,9 +5,9 @@
 mod limits;
 mod settings;
 
-pub use settings::MultiperspectiveSettings;
+pub use settings::{ModelOfRays, MultiperspectiveSettings};
 
-use super::draw::multiperspective::TiledScene;
+use super::draw::multiperspective::{TileModel, TiledScene};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -113,7 +113,8 @@ impl Frame for TilesFrame<'_> {
         });
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        report.add(tiled.draw(&job, &[list], settings.accuracy_px, target)?);
+        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: settings.model == ModelOfRays::Rays };
+        report.add(tiled.draw(&job, &[list], model, target)?);
         Ok(report)
     }
 }

@@ -142,7 +142,7 @@ impl Frame for MirrorFrame<'_> {
                 "{left_out} mirrored copies of the scene are left out; max_lists and the number of triangles limit them"
             ));
         }
-        let shader = PathShader::new(scene, &self.view);
+        let shader = PathShader::new(scene, &self.view, quality.samples);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
         Ok(report)
     }

@@ -10,6 +10,8 @@ pub(super) struct Counts {
     pub(super) rays: AtomicU64,
     /// Tiles whose bundle was accurate.
     pub(super) tiles: AtomicU64,
+    /// Tiles whose pixels have their own rays.
+    pub(super) tiles_by_rays: AtomicU64,
     /// Tiles that were divided.
     pub(super) divided: AtomicU64,
     /// Pairs of a tile and a triangle that it may show.
@@ -40,6 +42,7 @@ impl Counts {
         let counts = [
             ("rays", &self.rays),
             ("tiles", &self.tiles),
+            ("tiles_by_rays", &self.tiles_by_rays),
             ("tiles_divided", &self.divided),
             ("tile_triangles", &self.pairs),
             ("rim_pixels", &self.rim_pixels),

@@ -25,6 +25,15 @@ use source::Reflections;
 use std::sync::Arc;
 use tiles::follow::MAX_BOUNCES;
 
+/// How tiles draw.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::methods::projection) struct TileModel {
+    /// The most that bundles may miss their rays by.
+    pub(in crate::methods::projection) accuracy_px: f32,
+    /// Every pixel has its own ray: bundles tell candidates alone.
+    pub(in crate::methods::projection) by_rays: bool,
+}
+
 /// What tiles need of a scene: it depends on no view.
 pub(in crate::methods::projection) struct TiledScene {
     scene: Arc<Scene>,
@@ -70,7 +79,7 @@ impl TiledScene {
         &self,
         job: &Job<'_>,
         lists: &[DrawList],
-        accuracy_px: f32,
+        model: TileModel,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let Job { scene, view, quality, progress } = *job;
@@ -82,10 +91,10 @@ impl TiledScene {
             hierarchy: &self.hierarchy,
             shapes: &self.shapes,
             order: (quality.order as usize).min(MAX_BOUNCES),
-            accuracy_px,
+            model,
             counts: Counts::default(),
         };
-        let shader = PathShader::new(scene, view);
+        let shader = PathShader::new(scene, view, quality.samples).with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         let mut report = Report::default();
         report.add_raster(&drawn);

@@ -1,5 +1,6 @@
 //! Properties of a scene's specular objects that say what rays from them can meet.
 
+use crate::methods::projection::draw::mesh_neighbours::MeshNeighbours;
 use crate::optics::path::manifold::MeshTopologies;
 use crate::parallel;
 use crate::scene::Scene;
@@ -22,19 +23,22 @@ pub(super) struct ObjectShape {
 #[derive(Clone, Debug, Default)]
 pub(super) struct SceneShapes {
     objects: Vec<ObjectShape>,
+    /// The triangles beside those of meshes.
+    pub(super) neighbours: MeshNeighbours,
     /// For each triangle of the scene whether its winding is opposite to its normals; a bit each.
     turned: Vec<u64>,
 }
 
 impl SceneShapes {
     pub(super) fn new(scene: &Scene, topologies: &MeshTopologies) -> Self {
-        let objects = parallel::map_collect(scene.objects.len(), |object| shape(scene, topologies, object as u32));
+        let shapes = parallel::map_collect(scene.objects.len(), |object| shape(scene, topologies, object as u32));
+        let (objects, neighbours) = shapes.into_iter().unzip();
         let words = scene.triangles.len().div_ceil(64);
         let turned = parallel::map_collect(words, |word| {
             let triangles = scene.triangles[word * 64..].iter().take(64);
             triangles.enumerate().fold(0, |bits, (bit, triangle)| bits | u64::from(is_turned(scene, triangle)) << bit)
         });
-        Self { objects, turned }
+        Self { objects, neighbours: MeshNeighbours { objects: neighbours }, turned }
     }
 
     pub(super) fn of(&self, object: u32) -> ObjectShape {
@@ -53,9 +57,10 @@ fn is_turned(scene: &Scene, triangle: &[u32; 3]) -> bool {
     (b - a).cross(c - a).dot(normals) < 0.0
 }
 
-fn shape(scene: &Scene, topologies: &MeshTopologies, index: u32) -> ObjectShape {
+/// An object's shape, and the neighbours of its triangles if rays meet these.
+fn shape(scene: &Scene, topologies: &MeshTopologies, index: u32) -> (ObjectShape, Vec<[u32; 3]>) {
     if !scene.role_of(index).is_specular() {
-        return ObjectShape::default();
+        return Default::default();
     }
     let object = &scene.objects[index as usize];
     let triangles = &scene.triangles[object.triangles.start as usize..object.triangles.end as usize];
@@ -78,5 +83,7 @@ fn shape(scene: &Scene, topologies: &MeshTopologies, index: u32) -> ObjectShape 
         Some(surface) => surface.is_convex() && !object.inside,
         None => topologies.is_convex(index),
     };
-    ObjectShape { is_convex: is_convex && is_closed, is_closed, size: object.bounds.diagonal() }
+    let shape = ObjectShape { is_convex: is_convex && is_closed, is_closed, size: object.bounds.diagonal() };
+    // Of an exact surface the place does not depend on the triangle.
+    (shape, if object.surface.is_some() { Vec::new() } else { across })
 }

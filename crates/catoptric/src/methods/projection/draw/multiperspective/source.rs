@@ -1,11 +1,12 @@
 //! What mirrors and lenses show, as a source of the rasteriser's layers.
 
-use super::bundles::bundle::TERMS;
+use super::TileModel;
 use super::bundles::coverage::ROOT;
+use super::bundles::least_squares::TERMS;
 use super::counts::Counts;
 use super::shapes::SceneShapes;
 use super::tiles::follow::kind;
-use super::tiles::found::FoundSurface;
+use super::tiles::found::{FoundSurface, bend};
 use super::tiles::own::OwnRule;
 use super::tiles::paths::{RootPaths, TilePaths};
 use super::tiles::square::PathWork;
@@ -15,6 +16,9 @@ use crate::raster::source::{LayerSource, ShownBySource, TileBelow};
 use crate::raster::{LayerSurface, patch_of_triangle};
 use crate::scene::{Role, Scene, ViewRays};
 use glam::{Vec2, Vec3};
+
+/// Surfaces whose footprint changes by a larger share within a pixel are shaded in quarters of pixels.
+const EVEN_BEND: f32 = 0.25;
 
 /// Everything that is the same for all tiles of a picture.
 pub(super) struct Reflections<'a> {
@@ -28,8 +32,7 @@ pub(super) struct Reflections<'a> {
     pub(super) shapes: &'a SceneShapes,
     /// Highest number of bounces.
     pub(super) order: usize,
-    /// The most that bundles may miss their rays by.
-    pub(super) accuracy_px: f32,
+    pub(super) model: TileModel,
     pub(super) counts: Counts,
 }
 
@@ -105,6 +108,10 @@ impl LayerSource for Reflections<'_> {
         found.surfaces[number as usize].depth_at(position)
     }
 
+    fn is_bent(&self, found: &TileSurfaces, number: u32) -> bool {
+        found.surfaces[number as usize].is_bent
+    }
+
     fn divides(&self, triangle: u32) -> bool {
         self.scene.role_of(self.scene.triangle_objects[triangle as usize]) == Role::Lens
     }
@@ -123,24 +130,27 @@ impl Reflections<'_> {
         Counts::add(&self.counts.rim_pixels, pixels.partial.len());
         for pixel in &pixels.partial {
             let place = pixel.place.map(usize::from);
-            any |= self.trace_pixel(root, object(pixel.label), place, pixel.samples, surfaces, ids);
+            any |= self.trace_pixel(root, object(pixel.label), place, pixel.samples, surfaces, ids) == Some(true);
         }
         any
     }
 
-    /// A surface by a triangle of the scene and its functions in a tile.
+    /// A surface by a triangle of the scene and its functions in a tile: of its edges, and of its plane.
     pub(super) fn found(
         &self,
         root: &Root<'_, '_>,
         triangle: u32,
         center: Vec2,
         scale: f32,
-        functions: [[f32; TERMS]; 4],
+        [a, b, c, plane]: [[f32; TERMS]; 4],
     ) -> FoundSurface {
+        let sum = std::array::from_fn(|term| a[term] + b[term] + c[term]);
+        let functions = [b, c, sum, plane];
         let object = self.scene.triangle_objects[triangle as usize];
         let goes_on = self.scene.role_of(object).is_specular() && root.tile.layer() < self.order;
         let patch = patch_of_triangle(self.scene, triangle);
-        FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions }
+        let is_bent = bend(&functions, scale) > EVEN_BEND;
+        FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions, is_bent }
     }
 
     /// What of the last object of a path rays may meet.

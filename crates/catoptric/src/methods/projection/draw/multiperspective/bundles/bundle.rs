@@ -1,20 +1,14 @@
 //! The rays of a tile as one family: every coordinate a quadratic in the place in the picture.
 
+use super::least_squares::{LINEAR_VALUES, TERMS, fit_quadratics, terms};
 use crate::scene::Ray;
 use glam::{Mat2, Vec2, Vec3};
 
 /// What is fitted: directions, moments and starts.
 const QUANTITIES: usize = 7;
 
-/// Coefficients of 1, u, v, u², uv, v².
-pub(in super::super) const TERMS: usize = 6;
-
 /// Rays whose cosine to their mean is smaller than this are no bundle. Chosen, not measured.
 const MIN_COSINE: f32 = 0.2;
-
-/// So many rays determine a quadratic well, fewer a linear function.
-const QUADRATIC_RAYS: usize = 10;
-const LINEAR_RAYS: usize = 4;
 
 /// A tile's plane of origins lies so far behind the rays' starts, as a share of their extent: depths are positive.
 const BEHIND: f32 = 0.25;
@@ -68,6 +62,8 @@ pub(in super::super) struct BundleFit {
     /// Directions and moments.
     lines: Vec<(Vec3, Vec3)>,
     starts: Vec<f32>,
+    /// The same, side by side.
+    quantities: Vec<[f32; QUANTITIES]>,
     basis: Vec<[f32; TERMS]>,
     /// Slopes and origins in the plane of origins, and what the quadratics miss of them.
     slopes: Vec<Vec2>,
@@ -116,18 +112,12 @@ impl Plane<'_> {
     }
 }
 
-/// The terms at a place.
-#[inline(always)]
-pub(in super::super) fn terms(u: f32, v: f32) -> [f32; TERMS] {
-    [1.0, u, v, u * u, u * v, v * v]
-}
-
 impl RayBundle {
     /// Fits a bundle to the rays of a tile about a place; `half` is half the tile's side in pixels. `None` if they are
     /// too few or too far apart.
     #[inline(always)]
     pub(in super::super) fn fit(rays: &[TileRay], center: Vec2, half: f32, fit: &mut BundleFit) -> Option<Self> {
-        if rays.len() < LINEAR_RAYS {
+        if rays.len() < LINEAR_VALUES {
             return None;
         }
         let count = rays.len() as f32;
@@ -152,12 +142,13 @@ impl RayBundle {
             let from = ray.origin - origin;
             let place = (*at - center) * scale;
             let direction = ray.direction * *length;
-            fit.lines.push((direction, from.cross(direction)));
-            fit.starts.push(from.dot(mean));
+            let (moment, start) = (from.cross(direction), from.dot(mean));
+            fit.lines.push((direction, moment));
+            fit.starts.push(start);
+            fit.quantities.push([direction.x, direction.y, direction.z, moment.x, moment.y, moment.z, start]);
             fit.basis.push(terms(place.x, place.y));
         }
-        let used = if rays.len() < QUADRATIC_RAYS { 3 } else { TERMS };
-        let solved = fit.solve(used).or_else(|| fit.solve(3))?;
+        let solved = fit_quadratics(&fit.basis, &fit.quantities)?;
         let vector = |first: usize, term: usize| Vec3::from_array([0, 1, 2].map(|axis| solved[first + axis][term]));
         let directions = std::array::from_fn(|term| vector(0, term));
         let moments = std::array::from_fn(|term| vector(3, term));
@@ -179,6 +170,29 @@ impl RayBundle {
             origin_bend: bends.map(|(_, origin)| origin),
         };
         fit.find_missed(&bundle).then_some(bundle)
+    }
+
+    /// A coordinate (of direction, then of moment) as a function of the place.
+    #[inline(always)]
+    pub(in super::super) fn coordinate(&self, coordinate: usize) -> [f32; TERMS] {
+        let vectors = if coordinate < 3 { &self.directions } else { &self.moments };
+        let mut function = [0.0; TERMS];
+        for (term, vector) in function.iter_mut().zip(vectors) {
+            *term = vector[coordinate % 3];
+        }
+        function
+    }
+
+    /// A function of lines as one of the place.
+    #[inline(always)]
+    pub(in super::super) fn quadratic(&self, line: &[f32; TERMS]) -> [f32; TERMS] {
+        let [x, y, z, mx, my, mz] = *line;
+        let (direction, moment) = (Vec3::new(x, y, z), Vec3::new(mx, my, mz));
+        let mut function = [0.0; TERMS];
+        for (term, value) in function.iter_mut().enumerate() {
+            *value = direction.dot(self.directions[term]) + moment.dot(self.moments[term]);
+        }
+        function
     }
 
     /// Change a pixel of the place where rays are at a depth, in the tile's plane.
@@ -229,7 +243,8 @@ impl RayBundle {
         worst.sqrt()
     }
 
-    /// The bounds of the rays at a depth along a row of [`Self::pixels_from_plane`], with a margin of so many pixels.
+    /// The bounds of the rays at a depth along a row of [`Self::pixels_from_plane`], with a margin of so many pixels
+    /// and for what the bundle does not say of the rays between.
     #[inline(always)]
     pub(in super::super) fn bounds_at(&self, fit: &BundleFit, row: Vec2, depth: f32, margin_px: f32) -> [f32; 2] {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -238,7 +253,13 @@ impl RayBundle {
             low = low.min(at);
             high = high.max(at);
         }
-        let margin = margin_px * self.largest_change(row, depth);
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for (slope, origin) in fit.missed_slopes.iter().zip(&fit.missed_origins) {
+            let missed = row.dot(*origin + *slope * depth);
+            least = least.min(missed);
+            most = most.max(missed);
+        }
+        let margin = margin_px * self.largest_change(row, depth) + (most - least);
         [low - margin, high + margin]
     }
 }
@@ -247,53 +268,8 @@ impl BundleFit {
     fn clear(&mut self) {
         self.lines.clear();
         self.starts.clear();
+        self.quantities.clear();
         self.basis.clear();
-    }
-
-    /// Least squares for directions, moments and starts, with the first terms alone.
-    #[inline(always)]
-    fn solve(&self, used: usize) -> Option<[[f32; TERMS]; QUANTITIES]> {
-        let mut gram = [[0.0f32; TERMS]; TERMS];
-        let mut right = [[0.0f32; QUANTITIES]; TERMS];
-        for (index, basis) in self.basis.iter().enumerate() {
-            let (d, m) = self.lines[index];
-            let values = [d.x, d.y, d.z, m.x, m.y, m.z, self.starts[index]];
-            for row in 0..TERMS {
-                for column in 0..TERMS {
-                    gram[row][column] += basis[row] * basis[column];
-                }
-                for (sum, value) in right[row].iter_mut().zip(values) {
-                    *sum += basis[row] * value;
-                }
-            }
-        }
-        // Cholesky's factorisation; the basis is of order 1, and a small pivot means that rays lie on a curve.
-        let mut lower = [[0.0f32; TERMS]; TERMS];
-        let least = 1e-4 * self.basis.len() as f32;
-        for row in 0..used {
-            for column in 0..=row {
-                let sum: f32 = (0..column).map(|k| lower[row][k] * lower[column][k]).sum();
-                let rest = gram[row][column] - sum;
-                lower[row][column] = match row == column {
-                    true if rest < least => return None,
-                    true => rest.sqrt(),
-                    false => rest / lower[column][column],
-                };
-            }
-        }
-        let mut solution = [[0.0f32; TERMS]; QUANTITIES];
-        for (quantity, solution) in solution.iter_mut().enumerate() {
-            let mut half = [0.0f32; TERMS];
-            for row in 0..used {
-                let sum: f32 = (0..row).map(|k| lower[row][k] * half[k]).sum();
-                half[row] = (right[row][quantity] - sum) / lower[row][row];
-            }
-            for row in (0..used).rev() {
-                let sum: f32 = (row + 1..used).map(|k| lower[k][row] * solution[k]).sum();
-                solution[row] = (half[row] - sum) / lower[row][row];
-            }
-        }
-        solution.iter().flatten().all(|value| value.is_finite()).then_some(solution)
     }
 
     /// Compares the bundle with the rays; false where it has none of their directions.

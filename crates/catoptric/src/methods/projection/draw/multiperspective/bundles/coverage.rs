@@ -1,6 +1,7 @@
 //! Coverage and depth of triangles at the samples of a tile.
 
-use super::bundle::TERMS;
+use super::least_squares::TERMS;
+use super::model::RayModel;
 use crate::math::lanes::{LANES, bits_of};
 use glam::Vec2;
 
@@ -35,9 +36,6 @@ impl Default for TileSamples {
 /// The pixels of a tile that are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct TileArea {
-    /// The centre of its first pixel in the bundle's coordinates, and their change a pixel.
-    pub(in super::super) corner: [f32; 2],
-    pub(in super::super) scale: f32,
     /// Pixels a side: 16, 8, 4 or 2.
     pub(in super::super) size: usize,
     /// Bits of the pixels in each row.
@@ -48,38 +46,26 @@ pub(in super::super) struct TileArea {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct DrawnTriangle {
     pub(in super::super) number: u32,
-    /// Of the edges, and of the plane.
+    /// Of the edges, and of the plane, for the model of the tile's rays.
     pub(in super::super) functions: [[f32; TERMS]; 4],
-    /// Depths at which rays start, where that matters for this triangle.
-    pub(in super::super) starts: Option<[f32; TERMS]>,
+    /// How far beyond the rays' starts it counts from, where that matters for this triangle.
+    pub(in super::super) margin: Option<f32>,
 }
 
 /// Values of a function over eight pixels of a row, and their change a pixel to the right and down.
 #[derive(Clone, Copy)]
-struct RowValues {
-    value: [f32; LANES],
-    dx: [f32; LANES],
-    dy: [f32; LANES],
-}
-
-#[inline(always)]
-fn row_values(function: &[f32; TERMS], u: &[f32; LANES], v: f32, scale: f32) -> RowValues {
-    let [c, cu, cv, cuu, cuv, cvv] = *function;
-    let (constant, linear) = (c + v * (cv + v * cvv), cu + cuv * v);
-    let (down, twice) = (cv + 2.0 * cvv * v, 2.0 * cuu);
-    let mut row = RowValues { value: [0.0; LANES], dx: [0.0; LANES], dy: [0.0; LANES] };
-    for (lane, &u) in u.iter().enumerate() {
-        row.value[lane] = constant + u * (linear + u * cuu);
-        row.dx[lane] = (linear + twice * u) * scale;
-        row.dy[lane] = (down + cuv * u) * scale;
-    }
-    row
+pub(in super::super) struct RowValues {
+    pub(in super::super) value: [f32; LANES],
+    pub(in super::super) dx: [f32; LANES],
+    pub(in super::super) dy: [f32; LANES],
 }
 
 impl RowValues {
+    pub(super) const ZERO: Self = Self { value: [0.0; LANES], dx: [0.0; LANES], dy: [0.0; LANES] };
+
     /// The value in a pixel's centre, and its changes.
     #[inline(always)]
-    fn lane(&self, lane: usize) -> [f32; 3] {
+    pub(in super::super) fn lane(&self, lane: usize) -> [f32; 3] {
         [self.value[lane], self.dx[lane], self.dy[lane]]
     }
 }
@@ -98,7 +84,7 @@ struct NearSurface {
 impl NearSurface {
     #[inline(always)]
     fn new(edges: [[f32; 3]; 3], plane: [f32; 3], start: [f32; 3]) -> Self {
-        let sum: [f32; 3] = std::array::from_fn(|term| edges[0][term] + edges[1][term] + edges[2][term]);
+        let sum = sum_of(&edges[0], &edges[1], &edges[2]);
         let beyond = std::array::from_fn(|term| match term {
             0 => plane[0] - start[0] * sum[0],
             _ => plane[term] - start[term] * sum[0] - start[0] * sum[term],
@@ -109,16 +95,8 @@ impl NearSurface {
     /// The inverse depth, and whether rays have started before it.
     #[inline(always)]
     fn at(&self, x: f32, y: f32) -> (f32, bool) {
-        let value = |[value, dx, dy]: &[f32; 3]| value + dx * x + dy * y;
-        (value(&self.sum) / value(&self.plane), value(&self.beyond) > 0.0)
+        (at(&self.sum, x, y) / at(&self.plane, x, y), at(&self.beyond, x, y) > 0.0)
     }
-}
-
-/// A function's value at a place.
-#[inline(always)]
-pub(in super::super) fn value_at(function: &[f32; TERMS], u: f32, v: f32) -> f32 {
-    let [c, cu, cv, cuu, cuv, cvv] = *function;
-    c + v * (cv + v * cvv) + u * (cu + cuv * v + u * cuu)
 }
 
 impl TileSamples {
@@ -139,43 +117,40 @@ impl TileSamples {
     #[inline(always)]
     pub(in super::super) fn draw(
         &mut self,
+        model: &impl RayModel,
         area: &TileArea,
         triangle: &DrawnTriangle,
         column: usize,
         rows: std::ops::Range<usize>,
     ) {
         match self.samples {
-            1 => self.draw_rows::<1, 1>(area, triangle, column, rows),
-            2 => self.draw_rows::<2, 2>(area, triangle, column, rows),
-            4 => self.draw_rows::<4, 4>(area, triangle, column, rows),
-            8 => self.draw_rows::<8, 8>(area, triangle, column, rows),
-            _ => self.draw_rows::<16, 8>(area, triangle, column, rows),
+            1 => self.draw_rows::<1, 1>(model, area, triangle, column, rows),
+            2 => self.draw_rows::<2, 2>(model, area, triangle, column, rows),
+            4 => self.draw_rows::<4, 4>(model, area, triangle, column, rows),
+            8 => self.draw_rows::<8, 8>(model, area, triangle, column, rows),
+            _ => self.draw_rows::<16, 8>(model, area, triangle, column, rows),
         }
     }
 
     #[inline(always)]
     fn draw_rows<const SAMPLES: usize, const GROUP: usize>(
         &mut self,
+        model: &impl RayModel,
         area: &TileArea,
         triangle: &DrawnTriangle,
         column: usize,
         rows: std::ops::Range<usize>,
     ) {
-        let mut u = [0.0f32; LANES];
-        for (lane, u) in u.iter_mut().enumerate() {
-            *u = area.corner[0] + (column + lane) as f32 * area.scale;
-        }
         let [fa, fb, fc, fk] = &triangle.functions;
         for row in rows {
             let wanted = (area.rows[row] >> column) as u32 & 0xff;
             if wanted == 0 {
                 continue;
             }
-            let v = area.corner[1] + row as f32 * area.scale;
-            let a = row_values(fa, &u, v, area.scale);
-            let b = row_values(fb, &u, v, area.scale);
-            let c = row_values(fc, &u, v, area.scale);
-            let k = row_values(fk, &u, v, area.scale);
+            let a = model.row(fa, column, row);
+            let b = model.row(fb, column, row);
+            let c = model.row(fc, column, row);
+            let k = model.row(fk, column, row);
             let (mut touched, mut whole) = ([false; LANES], [false; LANES]);
             let (mut key, mut key_dx, mut key_dy) = ([0.0f32; LANES], [0.0f32; LANES], [0.0f32; LANES]);
             for lane in 0..LANES {
@@ -195,9 +170,10 @@ impl TileSamples {
             while pixels != 0 {
                 let lane = pixels.trailing_zeros() as usize;
                 pixels &= pixels - 1;
-                let near = triangle.starts.as_ref().map(|starts| {
-                    let start = row_values(starts, &[u[lane]; LANES], v, area.scale);
-                    NearSurface::new([&a, &b, &c].map(|row| row.lane(lane)), k.lane(lane), start.lane(0))
+                let near = triangle.margin.map(|margin| {
+                    let mut start = model.start([column + lane, row]);
+                    start[0] += margin;
+                    NearSurface::new([&a, &b, &c].map(|row| row.lane(lane)), k.lane(lane), start)
                 });
                 let first = (row * ROOT + column + lane) * SAMPLES;
                 let edges = (whole_bits >> lane & 1 == 0).then(|| [&a, &b, &c].map(|row| row.lane(lane)));
@@ -214,28 +190,48 @@ impl TileSamples {
         }
     }
 
-    /// Draws a triangle where a test passes of the sample's place from the tile's first pixel's centre, in pixels.
+    /// Draws a triangle where a test passes of the functions of the second and third edge and of the sum of all, as
+    /// values in the pixel's centre with their changes, and of the sample's place from there.
+    #[inline(always)]
     pub(in super::super) fn draw_tested(
         &mut self,
+        model: &impl RayModel,
         area: &TileArea,
         triangle: &DrawnTriangle,
-        is_present: impl Fn(f32, f32) -> bool,
+        is_present: impl Fn([[f32; 3]; 3], Vec2) -> bool,
     ) {
-        let [fa, fb, fc, fk] = &triangle.functions;
+        // No closures here but the test: they would not be compiled for the caller's instruction set.
         for row in 0..area.size {
-            for column in (0..area.size).filter(|column| area.rows[row] >> column & 1 != 0) {
+            let mut rest = area.rows[row];
+            while rest != 0 {
+                let column = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                let mut pixel = [[0.0; 3]; 4];
+                let mut may_show = true;
+                for (function, pixel) in triangle.functions.iter().zip(&mut pixel) {
+                    *pixel = model.pixel(function, [column, row]);
+                }
+                let [a, b, c, plane] = &pixel;
+                for [value, dx, dy] in [a, b, c] {
+                    may_show &= value + 0.5 * (dx.abs() + dy.abs()) >= 0.0;
+                }
+                if !may_show {
+                    continue;
+                }
+                let (sum, start) = (sum_of(a, b, c), model.start([column, row]));
                 for sample in 0..self.samples {
-                    let (x, y) = (column as f32 + self.x[sample], row as f32 + self.y[sample]);
-                    let (u, v) = (area.corner[0] + x * area.scale, area.corner[1] + y * area.scale);
-                    let edges = [fa, fb, fc].map(|function| value_at(function, u, v));
-                    if edges.iter().any(|edge| *edge < 0.0 || edge.is_nan()) {
+                    let (x, y) = (self.x[sample], self.y[sample]);
+                    let is_met = (at(a, x, y) >= 0.0) & (at(b, x, y) >= 0.0) & (at(c, x, y) >= 0.0);
+                    if !is_met {
                         continue;
                     }
-                    let key = edges.iter().sum::<f32>() / value_at(fk, u, v);
+                    let key = at(&sum, x, y) / at(plane, x, y);
                     let index = (row * ROOT + column) * self.samples + sample;
-                    let starts = |starts: &[f32; TERMS]| 1.0 / value_at(starts, u, v).max(f32::MIN_POSITIVE);
-                    let nearest = triangle.starts.as_ref().map_or(f32::INFINITY, starts);
-                    if key > self.keys[index] && key < nearest && is_present(x, y) {
+                    let nearest = match triangle.margin {
+                        Some(margin) => 1.0 / (at(&start, x, y) + margin).max(f32::MIN_POSITIVE),
+                        None => f32::INFINITY,
+                    };
+                    if key > self.keys[index] && key < nearest && is_present([*b, *c, sum], Vec2::new(x, y)) {
                         self.keys[index] = key;
                         self.shown[index] = triangle.number;
                     }
@@ -243,6 +239,18 @@ impl TileSamples {
             }
         }
     }
+}
+
+/// A linear function's value at a distance from a pixel's centre.
+#[inline(always)]
+fn at([value, dx, dy]: &[f32; 3], x: f32, y: f32) -> f32 {
+    value + dx * x + dy * y
+}
+
+/// The sum of three functions in a pixel.
+#[inline(always)]
+fn sum_of(a: &[f32; 3], b: &[f32; 3], c: &[f32; 3]) -> [f32; 3] {
+    [a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]]
 }
 
 /// Draws a triangle over samples of one pixel.

@@ -4,5 +4,7 @@ pub(super) mod beam;
 pub(super) mod bundle;
 pub(super) mod coverage;
 pub(super) mod edges;
+pub(super) mod least_squares;
+pub(super) mod model;
 #[cfg(test)]
 mod tests;

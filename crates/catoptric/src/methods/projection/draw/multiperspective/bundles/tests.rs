@@ -1,9 +1,11 @@
 //! Edge functions, beams and coverage against rays that are followed one by one.
 
 use super::beam::{Beam, CandidateList};
-use super::bundle::{BundleFit, RayBundle, TERMS, TileRay};
-use super::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples, value_at};
+use super::bundle::{BundleFit, RayBundle, TileRay};
+use super::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples};
 use super::edges::EdgeFunctions;
+use super::least_squares::TERMS;
+use super::model::{PixelLines, Quadratic, RayModel, coordinates, value_at};
 use crate::light::wide_hierarchy::TriangleBlock;
 use crate::math::Aabb;
 use crate::math::lanes::LANES;
@@ -81,14 +83,15 @@ fn edge_functions_are_weights_and_depths_of_rays_in_a_flat_mirror() {
     assert!(bundle.error_px(&fit, [0.1, 10.0]) < 2e-3, "{}", bundle.error_px(&fit, [0.1, 10.0]));
     let mut checked = 0;
     for block in triangles(true, 200, 0.7) {
-        let functions = EdgeFunctions::new(&bundle, &block);
+        let functions = EdgeFunctions::new(&bundle, None, &block);
         for lane in 0..LANES {
             for place in [Vec2::new(1.3, 6.2), Vec2::new(0.0, 0.0), Vec2::new(7.9, 3.1)] {
                 let at = first + place;
                 let TileRay { ray, .. } = reflected(true, at);
                 let (weights, distance) = meets(&ray, corners(&block, lane));
                 let uv = (at - bundle.center) * bundle.scale;
-                let [a, b, c, plane] = functions.of_lane(lane, 1.0).map(|function| value_at(&function, uv.x, uv.y));
+                let [a, b, c, plane] =
+                    functions.of_lane::<Quadratic>(lane, 1.0).map(|function| value_at(&function, uv.x, uv.y));
                 let sum = a + b + c;
                 let grazes = weights.iter().any(|weight| weight.abs() > 20.0) || distance.abs() > 50.0;
                 if grazes {
@@ -117,10 +120,10 @@ fn neighbours_share_the_function_of_their_edge_to_the_bit() {
         let mut block = TriangleBlock::EMPTY;
         block.set(0, [a, b, c], 0);
         block.set(1, [c, b, d], 1);
-        let functions = EdgeFunctions::new(&bundle, &block);
+        let functions = EdgeFunctions::new(&bundle, None, &block);
         // Opposite to a in the first: from b to c; opposite to d in the second: from c to b.
         let of = |edge: usize, lane: usize| -> [f32; TERMS] {
-            std::array::from_fn(|term| functions.edges[edge][term][lane])
+            std::array::from_fn(|term| functions.quadratics[edge][term][lane])
         };
         assert_eq!(of(0, 0), of(2, 1).map(|coefficient| -coefficient));
     }
@@ -160,7 +163,6 @@ fn beams_hold_all_triangles_that_rays_of_their_tile_meet() {
 
 #[test]
 fn every_sample_of_a_divided_square_is_covered_and_depths_decide() {
-    let positions = crate::raster::sample_positions(16).expect("there is a pattern");
     for is_flat in [true, false] {
         let mut fit = BundleFit::default();
         let (bundle, first) = bundle(is_flat, &mut fit);
@@ -177,25 +179,93 @@ fn every_sample_of_a_divided_square_is_covered_and_depths_decide() {
                 block.set(layer * 4 + side, [hub, rim[side], rim[(side + 1) % 4]], 0);
             }
         }
-        let functions = EdgeFunctions::new(&bundle, &block);
-        let area = TileArea {
-            corner: [0.5 * (1.0 - SIZE as f32) * bundle.scale; 2],
-            scale: bundle.scale,
-            size: SIZE,
-            rows: [0xff; ROOT],
-        };
-        let mut samples = TileSamples::default();
-        samples.begin(positions);
-        for lane in (0..LANES).rev() {
-            for sign in [1.0, -1.0] {
-                let functions = functions.of_lane(lane, sign);
-                let triangle = DrawnTriangle { number: lane as u32, functions, starts: Some(bundle.starts) };
-                samples.draw(&area, &triangle, 0, 0..SIZE);
+        let functions = EdgeFunctions::new(&bundle, None, &block);
+        assert_covered(&functions, &Quadratic::new(&bundle, SIZE));
+        assert_covered(&functions, &lines(is_flat, &bundle, first));
+    }
+}
+
+/// The lines of the pixels of a tile.
+fn lines(is_flat: bool, bundle: &RayBundle, first: Vec2) -> PixelLines {
+    let own = |column: f32, row: f32| {
+        let TileRay { ray, length, .. } = reflected(is_flat, first + Vec2::new(column, row) + 0.5);
+        coordinates(bundle, &ray, length)
+    };
+    let mut lines = PixelLines::default();
+    for pixel in 0..SIZE * SIZE {
+        let [column, row] = [pixel % SIZE, pixel / SIZE];
+        lines.set([column, row], &own(column as f32, row as f32));
+    }
+    lines.difference_all(SIZE);
+    for at in 0..SIZE {
+        for end in [0, SIZE - 1] {
+            let beside =
+                |x: f32, y: f32| [Some(own(end as f32 - x, at as f32 - y)), Some(own(end as f32 + x, at as f32 + y))];
+            lines.set_change([end, at], 0, &beside(1.0, 0.0));
+            let beside =
+                |x: f32, y: f32| [Some(own(at as f32 - x, end as f32 - y)), Some(own(at as f32 + x, end as f32 + y))];
+            lines.set_change([at, end], 1, &beside(0.0, 1.0));
+        }
+    }
+    lines.find_missed(bundle, &[0xff; ROOT], SIZE);
+    lines
+}
+
+/// Asserts that every sample of a tile shows one of the four triangles with the smallest numbers.
+fn assert_covered<M: RayModel>(functions: &EdgeFunctions, model: &M) {
+    let area = TileArea { size: SIZE, rows: [0xff; ROOT] };
+    let mut samples = TileSamples::default();
+    samples.begin(crate::raster::sample_positions(16).expect("there is a pattern"));
+    for lane in (0..LANES).rev() {
+        for sign in [1.0, -1.0] {
+            let functions = functions.of_lane::<M>(lane, sign);
+            let triangle = DrawnTriangle { number: lane as u32, functions, margin: Some(0.0) };
+            samples.draw(model, &area, &triangle, 0, 0..SIZE);
+        }
+    }
+    let shown: Vec<u32> = (0..SIZE).flat_map(|row| samples.shown[row * ROOT * 16..][..SIZE * 16].to_vec()).collect();
+    assert!(shown.iter().all(|number| *number != NOTHING && *number < 4), "{shown:?}");
+    assert!((0..4).all(|side| shown.contains(&side)));
+}
+
+#[test]
+fn lines_of_pixels_are_exact_and_their_changes_nearly() {
+    let mut fit = BundleFit::default();
+    let (bundle, first) = bundle(false, &mut fit);
+    let lines = lines(false, &bundle, first);
+    let mut checked = 0;
+    for block in triangles(false, 200, 0.7) {
+        let functions = EdgeFunctions::new(&bundle, lines.missed(), &block);
+        for lane in 0..LANES {
+            let [a, b, c, plane] = functions.of_lane::<PixelLines>(lane, 1.0);
+            for [column, row] in [[0, 0], [3, 4], [7, 2]] {
+                // In the centre, and at a sample.
+                for (offset, tolerance) in [(Vec2::ZERO, 1e-3), (Vec2::new(0.4, -0.3), 6e-3)] {
+                    let at = first + Vec2::new(column as f32, row as f32) + 0.5 + offset;
+                    let ray = reflected(false, at).ray;
+                    let (weights, distance) = meets(&ray, corners(&block, lane));
+                    if weights.iter().any(|weight| weight.abs() > 5.0) || distance.abs() > 20.0 {
+                        continue;
+                    }
+                    let value = |function: &[f32; TERMS]| {
+                        let [value, dx, dy] = lines.pixel(function, [column, row]);
+                        value + dx * offset.x + dy * offset.y
+                    };
+                    let sum = value(&a) + value(&b) + value(&c);
+                    for (function, weight) in [a, b, c].iter().zip(weights) {
+                        let found = f64::from(value(function) / sum);
+                        assert!(
+                            (found - weight).abs() < tolerance * weight.abs().max(1.0),
+                            "{found} {weight} {offset}"
+                        );
+                    }
+                    let depth = (ray.origin + ray.direction * distance as f32 - bundle.origin).dot(bundle.axes[2]);
+                    let found = value(&plane) / sum;
+                    assert!((found - depth).abs() < tolerance as f32 * depth.abs().max(1.0), "{found} {depth}");
+                    checked += 1;
+                }
             }
         }
-        let shown: Vec<u32> =
-            (0..SIZE).flat_map(|row| samples.shown[row * ROOT * 16..][..SIZE * 16].to_vec()).collect();
-        assert!(shown.iter().all(|number| *number != NOTHING && *number < 4), "flat {is_flat}: {shown:?}");
-        assert!((0..4).all(|side| shown.contains(&side)));
     }
+    assert!(checked > 200, "{checked}");
 }

@@ -1,6 +1,6 @@
 //! Pixels whose samples' rays are traced one by one: at the rims of paths, and where no bundle is accurate.
 
-use super::super::bundles::bundle::TERMS;
+use super::super::bundles::least_squares::{TERMS, fit_quadratics, terms};
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
 use super::follow::{Chain, chain};
@@ -13,21 +13,33 @@ use crate::raster::source::{EMPTY, found_id};
 use crate::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3};
 
+/// Half a pixel's side.
+const HALF: f32 = 0.5;
+
 /// The step by which the change of a triangle's coordinates is found, in pixels.
 const STEP_PX: f32 = 0.5;
+
+/// The most samples of a pixel.
+const MAX_SAMPLES: usize = 16;
 
 /// What a traced sample shows.
 #[derive(Clone, Copy)]
 struct Traced {
+    sample: usize,
     /// What shows in the last layer, and the triangle that its ray meets.
     below: u32,
     triangle: u32,
-    id: u32,
+    /// Where it meets it (coordinates of the second and third corner), and the distance.
+    values: [f32; 3],
+}
+
+impl Traced {
+    const NONE: Self = Self { sample: 0, below: EMPTY, triangle: 0, values: [0.0; 3] };
 }
 
 impl Reflections<'_> {
-    /// Traces the samples (bits) of a pixel of a path that ends on an object; true if anything shows. With AVX2 where
-    /// the machine has it.
+    /// Traces the samples (bits) of a pixel of a path that ends on an object; true if anything shows, `None` if no ray
+    /// goes on. With AVX2 where the machine has it.
     pub(in super::super) fn trace_pixel(
         &self,
         root: &Root<'_, '_>,
@@ -36,7 +48,7 @@ impl Reflections<'_> {
         samples: u32,
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
-    ) -> bool {
+    ) -> Option<bool> {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
@@ -48,7 +60,7 @@ impl Reflections<'_> {
                 samples: u32,
                 surfaces: &mut Vec<FoundSurface>,
                 ids: &mut [u32],
-            ) -> bool {
+            ) -> Option<bool> {
                 reflections.trace_samples::<Avx2>(root, object, place, samples, surfaces, ids)
             }
             if Avx2::is_available() {
@@ -68,11 +80,11 @@ impl Reflections<'_> {
         samples: u32,
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
-    ) -> bool {
+    ) -> Option<bool> {
         let corner = root.corner(column, row);
         let first = root.first_sample(column, row);
-        let mut known = [Traced { below: EMPTY, triangle: 0, id: EMPTY }; 16];
-        let mut count = 0;
+        let mut traced = [Traced::NONE; MAX_SAMPLES];
+        let (mut count, mut goes_on) = (0, false);
         let mut rest = samples;
         while rest != 0 {
             let sample = rest.trailing_zeros() as usize;
@@ -80,6 +92,7 @@ impl Reflections<'_> {
             let position = corner + root.tile.positions[sample];
             let chain = chain(root.tile, first + sample);
             let Some(path) = self.follow(root.tile, surfaces, &chain, position) else { continue };
+            goes_on = true;
             let ray = path.departing();
             let own = self.own_rule(object, root.kind, path.outside);
             let passes = |hit: &TriangleHit| {
@@ -103,29 +116,61 @@ impl Reflections<'_> {
                 hit = self.hierarchy.nearest::<S>(&ray, 0.0, far, touching).unwrap_or(hit);
             }
             let below = chain[root.tile.layer() - 1];
-            let same = known[..count].iter().find(|other| other.below == below && other.triangle == hit.triangle);
-            let id = match same {
-                Some(same) => same.id,
+            let values = [hit.barycentrics.x, hit.barycentrics.y, hit.distance];
+            traced[count] = Traced { sample, below, triangle: hit.triangle, values };
+            count += 1;
+        }
+        self.surfaces_of_traced(root, [column, row], &mut traced[..count], surfaces, ids);
+        goes_on.then_some(count > 0)
+    }
+
+    /// Makes a surface of all samples of a pixel that show a triangle by the same surface below.
+    #[inline(always)]
+    fn surfaces_of_traced(
+        &self,
+        root: &Root<'_, '_>,
+        [column, row]: [usize; 2],
+        mut rest: &mut [Traced],
+        surfaces: &mut Vec<FoundSurface>,
+        ids: &mut [u32],
+    ) {
+        let center = root.corner(column, row) + HALF;
+        let first = root.first_sample(column, row);
+        while let Some(&one) = rest.first() {
+            // Those alike come first.
+            let mut count = 0;
+            for index in 0..rest.len() {
+                if (rest[index].below, rest[index].triangle) == (one.below, one.triangle) {
+                    rest.swap(count, index);
+                    count += 1;
+                }
+            }
+            let (alike, others) = std::mem::take(&mut rest).split_at_mut(count);
+            rest = others;
+            let (mut basis, mut values) = ([[0.0; TERMS]; MAX_SAMPLES], [[0.0; 3]; MAX_SAMPLES]);
+            for (index, traced) in alike.iter().enumerate() {
+                let place = (root.tile.positions[traced.sample] - HALF) / HALF;
+                basis[index] = terms(place.x, place.y);
+                values[index] = traced.values;
+            }
+            let id = found_id(surfaces.len() as u32);
+            let surface = match fit_quadratics(&basis[..count], &values[..count]) {
+                Some(fitted) => self.found(root, one.triangle, center, 1.0 / HALF, whole(fitted)),
                 None => {
-                    let id = found_id(surfaces.len() as u32);
-                    let here = hit.barycentrics.extend(hit.distance);
-                    let dx = self.change(root, surfaces, &chain, hit.triangle, here, position, Vec2::X);
-                    let dy = self.change(root, surfaces, &chain, hit.triangle, here, position, Vec2::Y);
-                    let linear = |axis: usize| [here[axis], dx[axis], dy[axis], 0.0, 0.0, 0.0];
-                    let mut one = [0.0; TERMS];
-                    one[0] = 1.0;
-                    let functions = [linear(0), linear(1), one, linear(2)];
-                    surfaces.push(self.found(root, hit.triangle, position, 1.0, functions));
-                    if let Some(place) = known.get_mut(count) {
-                        *place = Traced { below, triangle: hit.triangle, id };
-                        count += 1;
-                    }
-                    id
+                    let position = root.corner(column, row) + root.tile.positions[one.sample];
+                    let chain = chain(root.tile, first + one.sample);
+                    let here = Vec3::from_array(one.values);
+                    let dx = self.change(root, surfaces, &chain, one.triangle, here, position, Vec2::X);
+                    let dy = self.change(root, surfaces, &chain, one.triangle, here, position, Vec2::Y);
+                    let linear = [0, 1, 2].map(|axis| [here[axis], dx[axis], dy[axis], 0.0, 0.0, 0.0]);
+                    self.found(root, one.triangle, position, 1.0, whole(linear))
                 }
             };
-            ids[first + sample] = id;
+            surfaces.push(surface);
+            for traced in alike.iter() {
+                ids[first + traced.sample] = id;
+            }
         }
-        count > 0
     }
 
     /// The change a pixel along an axis of where a chain's ray meets a triangle: its coordinates and the distance. 0
@@ -152,4 +197,15 @@ impl Reflections<'_> {
         let [a, b, c] = self.scene.triangles[triangle as usize].map(|vertex| self.scene.positions[vertex as usize]);
         (b - a).cross(c - a)
     }
+}
+
+/// Edge functions whose sum is 1, and the plane's, by the coordinates of the second and third corner and the distance.
+#[inline(always)]
+fn whole([b, c, distance]: [[f32; TERMS]; 3]) -> [[f32; TERMS]; 4] {
+    let mut a = [0.0; TERMS];
+    a[0] = 1.0;
+    for term in 0..TERMS {
+        a[term] -= b[term] + c[term];
+    }
+    [a, b, c, distance]
 }

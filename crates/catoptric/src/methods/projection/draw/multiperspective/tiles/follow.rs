@@ -77,8 +77,10 @@ impl Reflections<'_> {
                 Some(number) => surfaces[number as usize].surface(position, Some(BESIDE)),
                 None => tile.surface(id, position, BESIDE),
             };
-            if bounce > 0 {
-                meet_known_surface(scene, &mut ray, &mut surface);
+            match bounce {
+                // A pixel's centre may lie beyond the edge of the triangle that its sample shows.
+                0 => _ = self.shapes.neighbours.meet(scene, &ray, &mut surface),
+                _ => meet_known_surface(scene, Some(&self.shapes.neighbours), &mut ray, &mut surface),
             }
             let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
             let facing = Facing::new(ray.direction, point.geometric_normal, point.normal);

@@ -1,7 +1,7 @@
 //! Surfaces that samples of a tile show.
 
-use super::super::bundles::bundle::TERMS;
-use super::super::bundles::coverage::value_at;
+use super::super::bundles::least_squares::TERMS;
+use super::super::bundles::model::{slopes_at, value_at};
 use crate::raster::LayerSurface;
 use crate::scene::shade::Barycentrics;
 use glam::Vec2;
@@ -18,6 +18,17 @@ pub(in super::super) struct FoundSurface {
     pub(in super::super) scale: f32,
     /// Edge functions of the second and third corner, the sum of all three, and that of the plane.
     pub(in super::super) functions: [[f32; TERMS]; 4],
+    /// Its place changes unevenly within a pixel.
+    pub(in super::super) is_bent: bool,
+}
+
+/// By how large a share the change of a place (as edge functions of the second and third corner and the sum) from pixel
+/// to pixel itself changes within a pixel, where u and v are 0.
+pub(in super::super) fn bend([b, c, sum, _]: &[[f32; TERMS]; 4], scale: f32) -> f32 {
+    let slope = |function: &[f32; TERMS]| function[1].abs() + function[2].abs();
+    let second = |function: &[f32; TERMS]| 2.0 * (function[3].abs() + function[4].abs() + function[5].abs());
+    let by_foreshortening = 2.0 * slope(sum) / sum[0].abs();
+    scale * ((second(b) + second(c)) / (slope(b) + slope(c)) + by_foreshortening)
 }
 
 impl FoundSurface {
@@ -26,10 +37,7 @@ impl FoundSurface {
     pub(in super::super) fn surface(&self, position: Vec2, beside: Option<f32>) -> LayerSurface {
         let Vec2 { x: u, y: v } = (position - self.center) * self.scale;
         let [b, c, sum, _] = &self.functions;
-        let slopes = |function: &[f32; TERMS]| {
-            let [_, cu, cv, cuu, cuv, cvv] = *function;
-            Vec2::new(cu + 2.0 * cuu * u + cuv * v, cv + 2.0 * cvv * v + cuv * u) * self.scale
-        };
+        let slopes = |function: &[f32; TERMS]| Vec2::from_array(slopes_at(function, u, v)) * self.scale;
         let inverse = 1.0 / value_at(sum, u, v);
         let (wb, wc) = (value_at(b, u, v) * inverse, value_at(c, u, v) * inverse);
         let of_sum = slopes(sum);

@@ -1,5 +1,6 @@
 //! From the pixels of a tile to the surfaces that its samples show: paths, squares with one bundle each, single rays.
 
+mod cover;
 pub(super) mod exact;
 pub(super) mod follow;
 pub(super) mod found;

@@ -2,23 +2,22 @@
 
 use super::super::bundles::beam::{Beam, CandidateList};
 use super::super::bundles::bundle::{BundleFit, RayBundle, TileRay};
-use super::super::bundles::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples};
-use super::super::bundles::edges::EdgeFunctions;
+use super::super::bundles::coverage::{ROOT, TileArea};
+use super::super::bundles::model::{COORDINATES, PixelLines, Quadratic, coordinates};
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
+use super::cover::{CoverWork, Drawing};
 use super::follow::{PathRay, chain};
 use super::found::FoundSurface;
-use super::own::{OwnRule, TOUCHING};
-use crate::light::wide_hierarchy::NO_TRIANGLE;
-use crate::raster::source::found_id;
-use crate::scene::shade::Barycentrics;
 use glam::Vec2;
 
 /// Lists of candidates that are longer are not filtered for a quarter of a tile, but found anew.
 const LONG_LIST: usize = 384;
 
-/// With more candidates a pixel than this, rays are traced one by one.
-const MANY_CANDIDATES: usize = 25;
+/// With more candidates than these, for each of a tile's pixels and for each of its samples, it is divided, and rays of
+/// the smallest are traced one by one: that is as fast by then, and has no error.
+const CANDIDATES_PER_PIXEL: f32 = 4.0;
+const CANDIDATES_PER_SAMPLE: f32 = 0.5;
 
 /// Quarters of a tile find their candidates among the tile's, if its bundle is no worse than this. Chosen, not
 /// measured.
@@ -30,11 +29,9 @@ const SMALLEST: usize = 2;
 /// The columns and rows of a root tile at which its rays are looked at.
 const LOOKED_AT: u16 = 0b1010_1010_0101_0101;
 
-/// Columns and rows of a block that triangles are tested against before they are drawn.
-const BLOCK: usize = 8;
-
-/// An object's own triangles count from so much beyond the start of rays, as a share of a tile's extent.
-const OWN_MARGIN: f32 = 1e-3;
+/// Where a bundle is worse than this, tiles are divided before pixels get their own rays, down to the smallest: many
+/// candidates would be tried in vain. Chosen, not measured.
+const CULLING_ERROR_PX: f32 = 2.0;
 
 /// Buffers of the work on one path in a root tile.
 #[derive(Default)]
@@ -48,10 +45,8 @@ pub(in super::super) struct PathWork {
     lists: Vec<CandidateList>,
     stack: Vec<u32>,
     waiting: Vec<TileJob>,
-    samples: TileSamples,
-    drawn: Vec<(u32, DrawnTriangle)>,
-    tested: Vec<usize>,
-    numbers: Vec<u32>,
+    lines: PixelLines,
+    cover: CoverWork,
 }
 
 /// A square of pixels that waits for its turn.
@@ -76,6 +71,16 @@ impl TileJob {
             own[row] = rows[row] & columns;
         }
         own
+    }
+
+    /// The same as bits of its own columns and rows.
+    #[inline(always)]
+    fn own_rows(&self, area: &[u16; ROOT]) -> [u16; ROOT] {
+        let mut rows = [0; ROOT];
+        for row in 0..self.size {
+            rows[row] = area[self.row + row] >> self.column;
+        }
+        rows
     }
 
     #[inline(always)]
@@ -103,6 +108,30 @@ impl PathWork {
     }
 }
 
+/// Pixels of either set that have a neighbour in the other.
+#[inline(always)]
+fn between(one: &[u16; ROOT], other: &[u16; ROOT]) -> [u16; ROOT] {
+    let mut found = [0; ROOT];
+    for row in 0..ROOT {
+        for (set, opposite) in [(one, other), (other, one)] {
+            let above = if row > 0 { opposite[row - 1] } else { 0 };
+            let below = if row + 1 < ROOT { opposite[row + 1] } else { 0 };
+            found[row] |= set[row] & (opposite[row] << 1 | opposite[row] >> 1 | above | below);
+        }
+    }
+    found
+}
+
+/// What the rays of a tile's pixels do.
+struct Looked {
+    /// The first leaves the outer side of the last surface.
+    outside: bool,
+    /// Pixels whose rays leave the other side.
+    others: [u16; ROOT],
+    /// Pixels whose rays end at the last surface.
+    ended: [u16; ROOT],
+}
+
 /// What became of a tile.
 enum Outcome {
     /// It is drawn: true if anything shows.
@@ -124,12 +153,12 @@ fn draw_square(
     root: &Root<'_, '_>,
     object: u32,
     job: &TileJob,
-    area: &mut [u16; ROOT],
+    rows: &[u16; ROOT],
     work: &mut PathWork,
     surfaces: &mut Vec<FoundSurface>,
     ids: &mut [u32],
 ) -> Outcome {
-    reflections.draw_square(root, object, job, area, work, surfaces, ids)
+    reflections.draw_square(root, object, job, rows, work, surfaces, ids)
 }
 
 impl Reflections<'_> {
@@ -150,25 +179,27 @@ impl Reflections<'_> {
         work.waiting.push(TileJob { column: 0, row: 0, size: ROOT, level: 0, inherits: false });
         let mut any = false;
         while let Some(job) = work.waiting.pop() {
-            let mut area = job.rows_among(rows);
+            let area = job.rows_among(rows);
             if pixel_count(&area) == 0 {
                 continue;
             }
-            match draw_square(self, root, object, &job, &mut area, work, surfaces, ids) {
+            match draw_square(self, root, object, &job, &area, work, surfaces, ids) {
                 Outcome::Drawn(shows) => any |= shows,
                 Outcome::Divide(inherits) if job.size > SMALLEST => {
                     Counts::add(&self.counts.divided, 1);
                     work.divide(&job, inherits);
                 }
                 Outcome::Divide(_) | Outcome::Trace => {
-                    any |= self.trace_pixels(root, object, &job, &area, surfaces, ids);
+                    let (shows, traced) = self.trace_pixels(root, object, &job, &area, surfaces, ids);
+                    Counts::add(&self.counts.left_pixels, traced);
+                    any |= shows;
                 }
             }
         }
         any
     }
 
-    /// Draws a square if one bundle serves its pixels.
+    /// Draws the pixels of a square if one bundle serves them.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     fn draw_square(
@@ -176,21 +207,28 @@ impl Reflections<'_> {
         root: &Root<'_, '_>,
         object: u32,
         job: &TileJob,
-        area: &mut [u16; ROOT],
+        rows: &[u16; ROOT],
         work: &mut PathWork,
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
     ) -> Outcome {
         // A rim could hide between the pixels that are looked at.
-        if job.size == ROOT && pixel_count(area) < ROOT * ROOT {
+        if job.size == ROOT && pixel_count(rows) < ROOT * ROOT && !self.model.by_rays {
             return Outcome::Divide(false);
         }
-        let (outside, others) = self.look(root, job, area, work, surfaces);
+        let mut area = *rows;
+        let Looked { outside, others, ended } = self.look(root, job, &mut area, work, surfaces);
         if pixel_count(&others) > 0 {
             // A sheet's two sides meet here.
-            (0..ROOT).for_each(|row| area[row] |= others[row]);
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
+        // Where total reflection begins, within pixels.
+        let edge = if self.positions.len() > 1 { between(&area, &ended) } else { [0; ROOT] };
+        let has_edge = pixel_count(&edge) > 0;
+        if has_edge && job.size == ROOT && !self.model.by_rays {
+            return Outcome::Divide(false);
+        }
+        (0..ROOT).for_each(|row| area[row] &= !edge[row]);
         let half = 0.5 * job.size as f32;
         let center = root.corner(job.column, job.row) + half;
         let Some(bundle) = RayBundle::fit(&work.tile_rays, center, half, &mut work.fit) else {
@@ -200,16 +238,18 @@ impl Reflections<'_> {
         if work.lists.len() <= job.level {
             work.lists.resize_with(job.level + 1, CandidateList::default);
         }
+        let per_pixel = CANDIDATES_PER_PIXEL + CANDIDATES_PER_SAMPLE * self.positions.len() as f32;
+        let most = (per_pixel * pixel_count(&area) as f32) as usize;
         let (parents, own) = work.lists.split_at_mut(job.level);
         let list = &mut own[0];
         match parents.last() {
             Some(parent) if job.inherits && parent.len() <= LONG_LIST => list.filter(parent, &beam),
-            _ => list.collect(self.hierarchy, &beam, &mut work.stack, MANY_CANDIDATES * pixel_count(area)),
+            _ => list.collect(self.hierarchy, &beam, &mut work.stack, most),
         }
         if list.len() == 0 {
             return Outcome::Drawn(false);
         }
-        if list.len() > MANY_CANDIDATES * pixel_count(area) {
+        if list.len() > most {
             // Its list may not be whole.
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
@@ -218,16 +258,113 @@ impl Reflections<'_> {
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
         // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
         let inherit = error_px <= TRUSTED_ERROR_PX;
-        if error_px > self.accuracy_px {
-            return Outcome::Divide(inherit);
+        let is_accurate = error_px <= self.model.accuracy_px && !self.model.by_rays;
+        if !is_accurate {
+            let looked_at_all = self.model.by_rays || job.size < ROOT;
+            if !looked_at_all || (error_px > CULLING_ERROR_PX && job.size > SMALLEST) {
+                return Outcome::Divide(inherit);
+            }
+            self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
         }
-        self.counts.accept(error_px);
-        Counts::add(&self.counts.pairs, list.len());
-        let rule = self.own_rule(object, root.kind, outside);
-        Outcome::Drawn(self.draw_candidates(root, &bundle, job, area, &rule, work, surfaces, ids))
+        Counts::add(&self.counts.pairs, work.lists[job.level].len());
+        let own = self.own_rule(object, root.kind, outside);
+        let (side, area) = (job.size, TileArea { size: job.size, rows: job.own_rows(&area) });
+        let PathWork { lists, fit, lines, cover, .. } = work;
+        let (bundle, list, positions) = (&bundle, &lists[job.level], self.positions);
+        let first = [job.column, job.row];
+        let shows = if is_accurate {
+            self.counts.accept(error_px);
+            let (model, start_error) = (&Quadratic::new(bundle, job.size), fit.start_error);
+            let drawing = Drawing { bundle, model, list, side, area, own, start_error, positions };
+            self.draw_candidates(root, first, &drawing, cover, surfaces, ids)
+        } else {
+            Counts::add(&self.counts.tiles_by_rays, 1);
+            let drawing = Drawing { bundle, model: &*lines, list, side, area, own, start_error: 0.0, positions };
+            self.draw_candidates(root, first, &drawing, cover, surfaces, ids)
+        };
+        if !has_edge {
+            return Outcome::Drawn(shows);
+        }
+        let (edge_shows, traced) = self.trace_pixels(root, object, job, &edge, surfaces, ids);
+        Counts::add(&self.counts.rim_pixels, traced);
+        Outcome::Drawn(shows | edge_shows)
     }
 
-    /// Traces the samples of some pixels of a square; true if anything shows.
+    /// Finds the lines of a square's pixels, and how they change from pixel to pixel.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn find_lines(
+        &self,
+        root: &Root<'_, '_>,
+        job: &TileJob,
+        area: &[u16; ROOT],
+        bundle: &RayBundle,
+        outside: bool,
+        work: &mut PathWork,
+        surfaces: &[FoundSurface],
+    ) {
+        let rows = job.own_rows(area);
+        for [column, row] in job.pixels(area) {
+            if let Some(ray) = &work.rays[row * ROOT + column] {
+                work.lines.set([column - job.column, row - job.row], &coordinates(bundle, &ray.ray, ray.length));
+            }
+        }
+        work.lines.difference_all(job.size);
+        for row in 0..job.size {
+            let above = if row > 0 { rows[row - 1] } else { 0 };
+            let below = if row + 1 < job.size { rows[row + 1] } else { 0 };
+            for (axis, known) in [(rows[row] << 1) & (rows[row] >> 1), above & below].into_iter().enumerate() {
+                let mut rest = rows[row] & !known;
+                while rest != 0 {
+                    let column = rest.trailing_zeros() as usize;
+                    rest &= rest - 1;
+                    let mut neighbours = [None; 2];
+                    for (sign, neighbour) in [-1, 1].into_iter().zip(&mut neighbours) {
+                        let step = if axis == 0 { [sign, 0] } else { [0, sign] };
+                        *neighbour =
+                            self.line_beside(root, job, [column, row], step, &rows, bundle, outside, work, surfaces);
+                    }
+                    work.lines.set_change([column, row], axis, &neighbours);
+                }
+            }
+        }
+        work.lines.find_missed(bundle, &rows, job.size);
+    }
+
+    /// The line of a pixel's neighbour, or what the pixel's own is where the neighbour is. `None` where it ends.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn line_beside(
+        &self,
+        root: &Root<'_, '_>,
+        job: &TileJob,
+        [column, row]: [usize; 2],
+        step: [isize; 2],
+        rows: &[u16; ROOT],
+        bundle: &RayBundle,
+        outside: bool,
+        work: &PathWork,
+        surfaces: &[FoundSurface],
+    ) -> Option<[f32; COORDINATES]> {
+        let beside = [column.wrapping_add_signed(step[0]), row.wrapping_add_signed(step[1])];
+        if beside[0] < job.size && beside[1] < job.size && rows[beside[1]] >> beside[0] & 1 != 0 {
+            return Some(work.lines.get(beside));
+        }
+        let [x, y] = [beside[0].wrapping_add(job.column), beside[1].wrapping_add(job.row)];
+        let mut ray = if x < ROOT && y < ROOT { work.rays[y * ROOT + x] } else { None };
+        if ray.is_none() {
+            let (column, row) = (job.column + column, job.row + row);
+            let sample = root.first_sample(column, row) + root.tile.positions.len() / 2;
+            let position = root.corner(column, row) + 0.5 + Vec2::new(step[0] as f32, step[1] as f32);
+            ray = self.follow(root.tile, surfaces, &chain(root.tile, sample), position);
+        }
+        match ray {
+            Some(ray) if ray.outside == outside => Some(coordinates(bundle, &ray.ray, ray.length)),
+            _ => None,
+        }
+    }
+
+    /// Traces the samples of some pixels of a square: true if anything shows, and in how many any ray goes on.
     fn trace_pixels(
         &self,
         root: &Root<'_, '_>,
@@ -236,19 +373,19 @@ impl Reflections<'_> {
         rows: &[u16; ROOT],
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
-    ) -> bool {
+    ) -> (bool, usize) {
         let all = ((1u64 << root.tile.positions.len()) - 1) as u32;
-        Counts::add(&self.counts.left_pixels, pixel_count(rows));
-        let mut any = false;
+        let (mut any, mut traced) = (false, 0);
         for pixel in job.pixels(rows) {
-            any |= self.trace_pixel(root, object, pixel, all, surfaces, ids);
+            let shows = self.trace_pixel(root, object, pixel, all, surfaces, ids);
+            traced += usize::from(shows.is_some());
+            any |= shows == Some(true);
         }
-        any
+        (any, traced)
     }
 
-    /// Finds the rays of a square, all of them or a regular choice of a root tile's; true if the first leaves the
-    /// outer side. Pixels whose rays end, and those (which it returns) whose rays leave the other side, are taken from
-    /// it.
+    /// Finds the rays of a square, all of them or a regular choice of a root tile's. Pixels whose rays end or leave
+    /// another side than the first are taken from it.
     #[inline(always)]
     fn look(
         &self,
@@ -257,12 +394,12 @@ impl Reflections<'_> {
         area: &mut [u16; ROOT],
         work: &mut PathWork,
         surfaces: &[FoundSurface],
-    ) -> (bool, [u16; ROOT]) {
+    ) -> Looked {
         let PathWork { rays, looked_at, tile_rays, .. } = work;
         tile_rays.clear();
-        let (mut outside, mut others) = (None, [0; ROOT]);
+        let (mut outside, mut others, mut ended) = (None, [0; ROOT], [0; ROOT]);
         let all = *area;
-        let whole = job.size == ROOT;
+        let whole = job.size == ROOT && !self.model.by_rays;
         // No closures here: they would not be compiled for the caller's instruction set.
         for row in job.row..job.row + job.size {
             let mut rest = all[row];
@@ -285,180 +422,14 @@ impl Reflections<'_> {
                     Some(ray) if *outside.get_or_insert(ray.outside) == ray.outside => {
                         tile_rays.push(TileRay { at: position, ray: ray.ray, length: ray.length });
                     }
-                    ends => {
+                    other => {
                         area[row] &= !(1 << column);
-                        others[row] |= u16::from(ends.is_some()) << column;
+                        let of_kind = if other.is_some() { &mut others } else { &mut ended };
+                        of_kind[row] |= 1 << column;
                     }
                 }
             }
         }
-        (outside.unwrap_or(true), others)
-    }
-
-    /// Draws the candidates of a square whose bundle is accurate.
-    #[allow(clippy::too_many_arguments)]
-    #[inline(always)]
-    fn draw_candidates(
-        &self,
-        root: &Root<'_, '_>,
-        bundle: &RayBundle,
-        job: &TileJob,
-        rows: &[u16; ROOT],
-        own: &OwnRule,
-        work: &mut PathWork,
-        surfaces: &mut Vec<FoundSurface>,
-        ids: &mut [u32],
-    ) -> bool {
-        let mut area = TileArea {
-            corner: [0.5 * (1.0 - job.size as f32) * bundle.scale; 2],
-            scale: bundle.scale,
-            size: job.size,
-            rows: [0; ROOT],
-        };
-        for row in 0..job.size {
-            area.rows[row] = rows[job.row + row] >> job.column;
-        }
-        self.cover(bundle, job.level, &area, own, root.corner(job.column, job.row) + 0.5, work);
-        // Surfaces for what shows.
-        let PathWork { samples, drawn, numbers, .. } = work;
-        numbers.clear();
-        numbers.resize(drawn.len(), NOTHING);
-        let count = root.tile.positions.len();
-        let mut any = false;
-        for row in 0..job.size {
-            for column in (0..job.size).filter(|column| area.rows[row] >> column & 1 != 0) {
-                let first = root.first_sample(job.column + column, job.row + row);
-                let shown = &samples.shown[(row * ROOT + column) * count..][..count];
-                for (id, &number) in ids[first..first + count].iter_mut().zip(shown) {
-                    if number == NOTHING {
-                        continue;
-                    }
-                    any = true;
-                    let place = &mut numbers[number as usize];
-                    if *place == NOTHING {
-                        *place = surfaces.len() as u32;
-                        let (triangle, DrawnTriangle { functions: [a, b, c, plane], .. }) = &drawn[number as usize];
-                        let sum = std::array::from_fn(|term| a[term] + b[term] + c[term]);
-                        let functions = [*b, *c, sum, *plane];
-                        surfaces.push(self.found(root, *triangle, bundle.center, bundle.scale, functions));
-                    }
-                    *id = found_id(*place);
-                }
-            }
-        }
-        any
-    }
-
-    /// Finds what the samples of a square show among its candidates. `first` is its first pixel's centre.
-    #[inline(always)]
-    fn cover(
-        &self,
-        bundle: &RayBundle,
-        level: usize,
-        area: &TileArea,
-        own: &OwnRule,
-        first: Vec2,
-        work: &mut PathWork,
-    ) {
-        let PathWork { lists, samples, drawn, tested, fit, .. } = work;
-        samples.begin(self.positions);
-        drawn.clear();
-        tested.clear();
-        let axis = bundle.axes[2];
-        let blocks = area.size.div_ceil(BLOCK);
-        let half = 0.5 * (area.size.min(BLOCK)) as f32 * area.scale;
-        let earliest_start = bundle.start_range[0] - fit.start_error;
-        let latest_start = bundle.start_range[1] + fit.start_error;
-        // The side alone tells triangles that rays leave from those that they meet, also across a thin wall.
-        let own_margin = match own.is_closed() {
-            true => -fit.start_error,
-            false => 2.0 * fit.start_error + OWN_MARGIN * bundle.start_range[1],
-        };
-        for block in &lists[level].blocks {
-            let functions = EdgeFunctions::new(bundle, block);
-            // Bits of lanes, for each part of the square and each sign.
-            let mut meets = [[0u32; 2]; 4];
-            for (part, meets) in meets.iter_mut().enumerate().take(blocks * blocks) {
-                let first = area.corner[0] + 0.5 * (area.size.min(BLOCK) as f32 - 1.0) * area.scale;
-                let step = BLOCK as f32 * area.scale;
-                let place = [first + (part % blocks) as f32 * step, first + (part / blocks) as f32 * step];
-                *meets = functions.may_meet(place, [half; 2]);
-            }
-            let mut lanes = 0;
-            for [plus, minus] in meets {
-                lanes |= plus | minus;
-            }
-            while lanes != 0 {
-                let lane = lanes.trailing_zeros() as usize;
-                lanes &= lanes - 1;
-                let triangle = block.triangles[lane];
-                if triangle == NO_TRIANGLE {
-                    continue;
-                }
-                let object = self.scene.triangle_objects[triangle as usize];
-                let from = own.distances(self.scene, self.shapes, triangle);
-                let depth = |corner: usize| {
-                    let at = |axis: usize| block.corners[corner * 3 + axis][lane];
-                    (glam::Vec3::new(at(0), at(1), at(2)) - bundle.origin).dot(axis)
-                };
-                let depths = [depth(0), depth(1), depth(2)];
-                for (index, sign) in [1.0, -1.0].into_iter().enumerate() {
-                    let is_met = |part: usize| meets[part][index] >> lane & 1 != 0;
-                    let margin = match object == own.object {
-                        true if from[index] > 0.0 => from[index].max(own_margin),
-                        true => own_margin,
-                        false => 0.0,
-                    };
-                    let [earliest, latest] = [earliest_start + margin, latest_start + margin];
-                    if !(0..blocks * blocks).any(is_met) || depths.iter().all(|depth| *depth < earliest) {
-                        continue;
-                    }
-                    let starts = depths.iter().any(|depth| *depth < latest).then(|| {
-                        let mut starts = bundle.starts;
-                        starts[0] += margin;
-                        starts
-                    });
-                    let number = drawn.len() as u32;
-                    let mut functions = functions.of_lane(lane, sign);
-                    if own.is_around(object) {
-                        functions[3].iter_mut().for_each(|term| *term *= 1.0 - TOUCHING);
-                    }
-                    let one = DrawnTriangle { number, functions, starts };
-                    drawn.push((triangle, one));
-                    if self.scene.is_alpha_tested(object) {
-                        tested.push(number as usize);
-                        continue;
-                    }
-                    for part in (0..blocks * blocks).filter(|part| is_met(*part)) {
-                        let row = part / blocks * BLOCK;
-                        samples.draw(area, &one, part % blocks * BLOCK, row..(row + BLOCK).min(area.size));
-                    }
-                }
-            }
-        }
-        self.cover_tested(bundle, area, first, work);
-    }
-
-    /// Goes on with the triangles that show where an alpha test passes.
-    #[inline(always)]
-    fn cover_tested(&self, bundle: &RayBundle, area: &TileArea, first: Vec2, work: &mut PathWork) {
-        let PathWork { samples, drawn, tested, .. } = work;
-        for &index in tested.iter() {
-            let (triangle, drawn) = &drawn[index];
-            let [a, b, c, plane] = drawn.functions;
-            let sum = std::array::from_fn(|term| a[term] + b[term] + c[term]);
-            let surface = FoundSurface {
-                triangle: *triangle,
-                group: 0,
-                patch: 0,
-                center: bundle.center,
-                scale: bundle.scale,
-                functions: [b, c, sum, plane],
-            };
-            samples.draw_tested(area, drawn, |x, y| {
-                let at: Barycentrics = surface.surface(first + Vec2::new(x, y), None).barycentrics;
-                self.scene.is_surface_present(*triangle, &at)
-            });
-        }
+        Looked { outside: outside.unwrap_or(true), others, ended }
     }
 }
