@@ -117,7 +117,7 @@ impl Scene {
 
     /// The barycentric coordinates of a triangle's second and third vertex, and the distance, at which a ray meets its
     /// plane, within the triangle or beside it. `None` for rays along the plane, and triangles without area.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn plane_met(&self, triangle: u32, ray: &Ray) -> Option<(Vec2, f32)> {
         let [a, b, c] = self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize]);
         let (ab, ac) = (b - a, c - a);

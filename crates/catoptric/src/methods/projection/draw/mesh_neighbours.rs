@@ -20,6 +20,17 @@ pub(super) struct MeshNeighbours {
 }
 
 impl MeshNeighbours {
+    /// [`Self::meet`] for a place in the picture, which may lie beyond the edge of the triangle that a sample beside it
+    /// shows.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn meet_seen(&self, scene: &Scene, ray: &Ray, surface: &mut LayerSurface) {
+        let at = surface.barycentrics.value;
+        let is_within = at.x > 0.0 && at.y > 0.0 && at.x + at.y < 1.0;
+        if !is_within {
+            self.meet(scene, ray, surface);
+        }
+    }
+
     /// Moves a surface to where a ray meets it, which may be in a triangle beside that of the surface; false, and
     /// nothing is done, if there is no such place.
     #[inline(always)] // for the instructions of its caller

@@ -30,7 +30,7 @@ const EVEN_CHANGE: f32 = 0.1;
 
 /// What glass lets out changes quickly where refracted rays make a smaller cosine with the normal: there a fragment is
 /// looked at in several places. Chosen, not measured.
-const STEEP_COSINE: f32 = 0.2;
+const STEEP_COSINE: f32 = 0.1;
 
 /// Where colours of a fragment's quarters differ by less, more places would say no more.
 const EVEN_COLOR: f32 = 0.02;
@@ -186,7 +186,7 @@ impl<'a> PathShader<'a> {
             match (material.role, self.neighbours) {
                 // The fragment's position may lie beyond the edge of the triangle that a sample shows.
                 (Role::Reflector | Role::Coated | Role::Lens, Some(neighbours)) if is_seen_there => {
-                    neighbours.meet(scene, &ray, surface);
+                    neighbours.meet_seen(scene, &ray, surface);
                 }
                 _ if is_seen_there => {}
                 (Role::Diffuse, _) => meet_near(scene, &mut ray, surface, HARDLY_BESIDE),

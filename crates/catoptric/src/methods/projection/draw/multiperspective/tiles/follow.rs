@@ -79,7 +79,7 @@ impl Reflections<'_> {
             };
             match bounce {
                 // A pixel's centre may lie beyond the edge of the triangle that its sample shows.
-                0 => _ = self.shapes.neighbours.meet(scene, &ray, &mut surface),
+                0 => self.shapes.neighbours.meet_seen(scene, &ray, &mut surface),
                 _ => meet_known_surface(scene, Some(&self.shapes.neighbours), &mut ray, &mut surface),
             }
             let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
