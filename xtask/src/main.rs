@@ -28,7 +28,7 @@ Commands:
                    the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
                    `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md; with
                    `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md;
-                   with `first_frames [FILE...]` and `growth` the tables of docs/performance.md
+                   with `first_frames [FILE...]`, `growth` and `motion` the tables of docs/performance.md
   new-method NAME --family lookup|projection [--bake] [--layout]
                    make the folder of a method with all roles, its lines in the registry, a test and a bench that
                    fail until it draws
@@ -41,6 +41,7 @@ fn main() -> Result<()> {
             Some("first_frames") => first_frames::draw(&std::env::args().skip(3).collect::<Vec<_>>()),
             Some(name) if name.starts_with("cameras") => cameras::draw(name),
             Some("growth") => scaling::growth::draw(),
+            Some("motion") => scaling::motion::draw(),
             Some("scaling") => scaling::draw(),
             Some(name) if name.starts_with("layered") => layered::draw(name),
             Some(name) if name.starts_with("light_field") => light_field::draw(name),

@@ -1,6 +1,7 @@
 //! The growth of the times of sample-based cameras, beside those of the reference.
 
 pub(crate) mod growth;
+pub(crate) mod motion;
 mod plot;
 
 use crate::cameras::CAMERAS;
