@@ -68,7 +68,8 @@ fn finer_accuracy_costs_tiles_and_lowers_the_error() {
 #[test]
 fn rays_of_pixels_lower_the_error() {
     let quality = Quality { samples: 16, order: 2 };
-    for spec in ["vase?surface=mesh", "two_spheres?surface=mesh", "glass_sphere?surface=mesh"] {
+    // Elsewhere bundles hardly miss their rays.
+    for spec in ["vase?surface=mesh", "car"] {
         let scene = scene(spec);
         let view = scene.default_view(360, 240);
         let truth = picture("reference", "", &scene, &view, quality);
