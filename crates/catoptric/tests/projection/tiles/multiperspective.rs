@@ -94,6 +94,50 @@ fn total_reflection_begins_within_pixels() {
     assert!(found.over_0_1 <= 2e-3, "{found:?}");
 }
 
+/// A glass with thin walls of 24 flat facets and smooth normals, in a room.
+fn tumbler() -> Scene {
+    const FACETS: u32 = 24;
+    let (radius, wall, height) = (0.5, 0.02, 0.9);
+    let mut builder = SceneBuilder::new();
+    let walls = builder.checker("walls", 12, [10, 12, 30], [250, 250, 255]);
+    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, walls);
+    let glass = builder.material(Material { role: Role::Lens, ior: 1.5, ..Material::default() });
+    let mut primitive = Primitive { material: glass, ..Primitive::default() };
+    let inner = radius - wall;
+    for (ends, normal) in [
+        ([[radius, 0.0], [radius, height]], [1.0, 0.0]),
+        ([[radius, height], [inner, height]], [0.0, 1.0]),
+        ([[inner, height], [inner, 0.0]], [-1.0, 0.0]),
+        ([[inner, 0.0], [radius, 0.0]], [0.0, -1.0]),
+    ] {
+        let first = primitive.positions.len() as u32;
+        for [r, y] in ends {
+            for facet in 0..FACETS {
+                let (sine, cosine) = (facet as f32 / FACETS as f32 * std::f32::consts::TAU).sin_cos();
+                primitive.positions.push(Vec3::new(r * cosine, y, r * sine));
+                primitive.normals.push(Vec3::new(normal[0] * cosine, normal[1], normal[0] * sine));
+            }
+        }
+        for facet in 0..FACETS {
+            let [a, b] = [first + facet, first + (facet + 1) % FACETS];
+            primitive.triangles.extend([[a, a + FACETS, b + FACETS], [a, b + FACETS, b]]);
+        }
+    }
+    builder.primitive("tumbler", primitive);
+    builder.camera(Vec3::new(1.2, 1.3, 1.4), Vec3::new(0.0, 0.4, 0.0), 35.0);
+    builder.build()
+}
+
+#[test]
+fn thin_walls_of_facets_are_as_right_after_many_bounces() {
+    let scene = tumbler();
+    let view = scene.default_view(240, 160);
+    for order in 2..=4 {
+        let found = error(ID, "", &scene, &view, Quality { samples: 16, order });
+        assert!(found.over_0_1 <= 5e-3, "order {order}: {found:?}");
+    }
+}
+
 #[test]
 fn no_crack_shows_what_is_behind() {
     // A closed room about the mirrors: nothing of the environment can be seen, on any path.

@@ -21,7 +21,7 @@ use crate::scene::Scene;
 use counts::Counts;
 use glam::Vec3;
 use shapes::SceneShapes;
-use source::Reflections;
+use source::{Reflections, outermost};
 use std::sync::Arc;
 use tiles::follow::MAX_BOUNCES;
 
@@ -88,6 +88,7 @@ impl TiledScene {
             rays: view.rays(),
             forward: -Vec3::from(view.world_from_view.matrix3.z_axis),
             positions: raster::sample_positions(quality.samples)?,
+            outermost: outermost(raster::sample_positions(quality.samples)?),
             hierarchy: &self.hierarchy,
             shapes: &self.shapes,
             order: (quality.order as usize).min(MAX_BOUNCES),

@@ -20,6 +20,15 @@ use glam::{Vec2, Vec3};
 /// Surfaces whose footprint changes by a larger share within a pixel are shaded in quarters of pixels.
 const EVEN_BEND: f32 = 0.25;
 
+/// The places furthest to the left, right, top and bottom.
+pub(super) fn outermost(positions: &[Vec2]) -> [usize; 4] {
+    let most = |along: Vec2| {
+        let before = |a: &usize, b: &usize| positions[*a].dot(along).total_cmp(&positions[*b].dot(along));
+        (0..positions.len()).max_by(before).unwrap_or_default()
+    };
+    [-Vec2::X, Vec2::X, -Vec2::Y, Vec2::Y].map(most)
+}
+
 /// Everything that is the same for all tiles of a picture.
 pub(super) struct Reflections<'a> {
     pub(super) scene: &'a Scene,
@@ -28,6 +37,8 @@ pub(super) struct Reflections<'a> {
     pub(super) forward: Vec3,
     /// The places of samples in a pixel.
     pub(super) positions: &'static [Vec2],
+    /// The samples furthest to the left, right, top and bottom.
+    pub(super) outermost: [usize; 4],
     pub(super) hierarchy: &'a WideHierarchy,
     pub(super) shapes: &'a SceneShapes,
     /// Highest number of bounces.

@@ -9,6 +9,7 @@ use super::super::source::{Reflections, Root};
 use super::cover::{CoverWork, Drawing};
 use super::follow::{PathRay, chain};
 use super::found::FoundSurface;
+use crate::scene::Role;
 use glam::Vec2;
 
 /// Lists of candidates that are longer are not filtered for a quarter of a tile, but found anew.
@@ -22,6 +23,10 @@ const CANDIDATES_PER_SAMPLE: f32 = 0.5;
 /// Quarters of a tile find their candidates among the tile's, if its bundle is no worse than this. Chosen, not
 /// measured.
 const TRUSTED_ERROR_PX: f32 = 2.0;
+
+/// From this layer on rays within glass are looked at at samples, too: in thin walls of flat facets they leave each
+/// pixel's own on the way from bounce to bounce.
+const WALL_LAYER: usize = 3;
 
 /// The smallest tile with a bundle, in pixels.
 const SMALLEST: usize = 2;
@@ -223,7 +228,11 @@ impl Reflections<'_> {
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
         // Where total reflection begins, within pixels.
-        let edge = if self.positions.len() > 1 { between(&area, &ended) } else { [0; ROOT] };
+        let mut edge = if self.positions.len() > 1 { between(&area, &ended) } else { [0; ROOT] };
+        let in_walls = root.tile.layer() >= WALL_LAYER && self.scene.role_of(object) == Role::Lens;
+        if in_walls && self.positions.len() > 1 && (job.size < ROOT || self.model.by_rays) {
+            self.look_at_samples(root, job, &area, &mut edge, outside, work, surfaces);
+        }
         let has_edge = pixel_count(&edge) > 0;
         if has_edge && job.size == ROOT && !self.model.by_rays {
             return Outcome::Divide(false);
@@ -264,6 +273,10 @@ impl Reflections<'_> {
             if !looked_at_all || (error_px > CULLING_ERROR_PX && job.size > SMALLEST) {
                 return Outcome::Divide(inherit);
             }
+            if in_walls && error_px > self.model.accuracy_px {
+                // Samples may see what the rays of pixels say nothing of.
+                return if job.size > SMALLEST { Outcome::Divide(inherit) } else { Outcome::Trace };
+            }
             self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
         }
         Counts::add(&self.counts.pairs, work.lists[job.level].len());
@@ -288,6 +301,34 @@ impl Reflections<'_> {
         let (edge_shows, traced) = self.trace_pixels(root, object, job, &edge, surfaces, ids);
         Counts::add(&self.counts.rim_pixels, traced);
         Outcome::Drawn(shows | edge_shows)
+    }
+
+    /// Adds rays of pixels' outermost samples to those of a square; pixels where one does another thing become edges.
+    #[allow(clippy::too_many_arguments)]
+    #[inline(always)]
+    fn look_at_samples(
+        &self,
+        root: &Root<'_, '_>,
+        job: &TileJob,
+        area: &[u16; ROOT],
+        edge: &mut [u16; ROOT],
+        outside: bool,
+        work: &mut PathWork,
+        surfaces: &[FoundSurface],
+    ) {
+        for [column, row] in job.pixels(area) {
+            let first = root.first_sample(column, row);
+            for sample in self.outermost {
+                let at = root.corner(column, row) + self.positions[sample];
+                Counts::add(&self.counts.rays, 1);
+                match self.follow(root.tile, surfaces, &chain(root.tile, first + sample), at) {
+                    Some(ray) if ray.outside == outside => {
+                        work.tile_rays.push(TileRay { at, ray: ray.ray, length: ray.length });
+                    }
+                    _ => edge[row] |= 1 << column,
+                }
+            }
+        }
     }
 
     /// Finds the lines of a square's pixels, and how they change from pixel to pixel.
