@@ -94,13 +94,11 @@ fn total_reflection_begins_within_pixels() {
     assert!(found.over_0_1 <= 2e-3, "{found:?}");
 }
 
-/// A glass with thin walls of 24 flat facets and smooth normals, in a room.
+/// A glass with thin walls of 24 flat facets and smooth normals, between lights.
 fn tumbler() -> Scene {
     const FACETS: u32 = 24;
     let (radius, wall, height) = (0.5, 0.02, 0.9);
     let mut builder = SceneBuilder::new();
-    let walls = builder.checker("walls", 12, [10, 12, 30], [250, 250, 255]);
-    builder.cuboid("room", Vec3::splat(-3.0), Vec3::splat(3.0), true, walls);
     let glass = builder.material(Material { role: Role::Lens, ior: 1.5, ..Material::default() });
     let mut primitive = Primitive { material: glass, ..Primitive::default() };
     let inner = radius - wall;
@@ -125,7 +123,10 @@ fn tumbler() -> Scene {
     }
     builder.primitive("tumbler", primitive);
     builder.camera(Vec3::new(1.2, 1.3, 1.4), Vec3::new(0.0, 0.4, 0.0), 35.0);
-    builder.build()
+    let mut scene = builder.build();
+    let lights = (0..64 * 32).map(|texel| [if texel % 64 / 8 % 2 == 0 && texel / 64 < 20 { 1.0 } else { 0.0 }; 3]);
+    scene.environment = Some(Environment::new("lights", 64, 32, lights.collect()).into());
+    scene
 }
 
 #[test]
@@ -134,7 +135,8 @@ fn thin_walls_of_facets_are_as_right_after_many_bounces() {
     let view = scene.default_view(240, 160);
     for order in 2..=4 {
         let found = error(ID, "", &scene, &view, Quality { samples: 16, order });
-        assert!(found.over_0_1 <= 5e-3, "order {order}: {found:?}");
+        // With rays of pixels alone 7e-4 at order 4.
+        assert!(found.over_0_1 <= 6e-4, "order {order}: {found:?}");
     }
 }
 
