@@ -83,12 +83,13 @@ impl TiledScene {
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let Job { scene, view, quality, progress } = *job;
+        let positions = raster::sample_positions(quality.samples)?;
         let source = Reflections {
             scene,
             rays: view.rays(),
             forward: -Vec3::from(view.world_from_view.matrix3.z_axis),
-            positions: raster::sample_positions(quality.samples)?,
-            outermost: outermost(raster::sample_positions(quality.samples)?),
+            positions,
+            outermost: outermost(positions),
             hierarchy: &self.hierarchy,
             shapes: &self.shapes,
             order: (quality.order as usize).min(MAX_BOUNCES),

@@ -4,8 +4,8 @@ use super::least_squares::{LINEAR_VALUES, TERMS, fit_quadratics, terms};
 use crate::scene::Ray;
 use glam::{Mat2, Vec2, Vec3};
 
-/// What is fitted: directions, moments and starts.
-const QUANTITIES: usize = 7;
+/// A ray's coordinates in a tile: direction and moment about the tile's origin, and the depth of its start.
+pub(in super::super) const COORDINATES: usize = TERMS + 1;
 
 /// Rays whose cosine to their mean is smaller than this are no bundle. Chosen, not measured.
 const MIN_COSINE: f32 = 0.2;
@@ -59,11 +59,7 @@ pub(in super::super) struct RayBundle {
 /// The rays of a tile, and what the bundle does not say of them.
 #[derive(Debug, Default)]
 pub(in super::super) struct BundleFit {
-    /// Directions and moments.
-    lines: Vec<(Vec3, Vec3)>,
-    starts: Vec<f32>,
-    /// The same, side by side.
-    quantities: Vec<[f32; QUANTITIES]>,
+    rays: Vec<[f32; COORDINATES]>,
     basis: Vec<[f32; TERMS]>,
     /// Slopes and origins in the plane of origins, and what the quadratics miss of them.
     slopes: Vec<Vec2>,
@@ -80,6 +76,15 @@ fn in_plane([x, y, w]: &[Vec3; 3], (direction, moment): (Vec3, Vec3)) -> (Vec2, 
     let inverse = 1.0 / direction.dot(*w);
     let slope = Vec2::new(direction.dot(*x), direction.dot(*y)) * inverse;
     (slope, Vec2::new(-moment.dot(*y), moment.dot(*x)) * inverse)
+}
+
+/// The coordinates of a ray in a tile with this origin and axis; its direction counts with a length.
+#[inline(always)]
+fn coordinates(origin: Vec3, axis: Vec3, ray: &Ray, length: f32) -> [f32; COORDINATES] {
+    let from = ray.origin - origin;
+    let direction = ray.direction * length;
+    let moment = from.cross(direction);
+    [direction.x, direction.y, direction.z, moment.x, moment.y, moment.z, from.dot(axis)]
 }
 
 /// Lines and the plane that they pass.
@@ -138,17 +143,15 @@ impl RayBundle {
         let origin = middle - mean * behind;
         let scale = 1.0 / half;
         fit.clear();
+        let mut start_range = [f32::INFINITY, 0.0];
         for TileRay { at, ray, length } in rays {
-            let from = ray.origin - origin;
             let place = (*at - center) * scale;
-            let direction = ray.direction * *length;
-            let (moment, start) = (from.cross(direction), from.dot(mean));
-            fit.lines.push((direction, moment));
-            fit.starts.push(start);
-            fit.quantities.push([direction.x, direction.y, direction.z, moment.x, moment.y, moment.z, start]);
+            let own = coordinates(origin, mean, ray, *length);
+            start_range = [start_range[0].min(own[TERMS]), start_range[1].max(own[TERMS])];
+            fit.rays.push(own);
             fit.basis.push(terms(place.x, place.y));
         }
-        let solved = fit_quadratics(&fit.basis, &fit.quantities)?;
+        let solved = fit_quadratics(&fit.basis, &fit.rays)?;
         let vector = |first: usize, term: usize| Vec3::from_array([0, 1, 2].map(|axis| solved[first + axis][term]));
         let directions = std::array::from_fn(|term| vector(0, term));
         let moments = std::array::from_fn(|term| vector(3, term));
@@ -163,13 +166,19 @@ impl RayBundle {
             directions,
             moments,
             starts: solved[6],
-            start_range: fit.starts.iter().fold([f32::INFINITY, 0.0], |[a, b], z| [a.min(*z), b.max(*z)]),
+            start_range,
             slope_change,
             origin_change,
             slope_bend: bends.map(|(slope, _)| slope),
             origin_bend: bends.map(|(_, origin)| origin),
         };
         fit.find_missed(&bundle).then_some(bundle)
+    }
+
+    /// A ray's coordinates in the bundle's tile.
+    #[inline(always)]
+    pub(in super::super) fn coordinates(&self, ray: &Ray, length: f32) -> [f32; COORDINATES] {
+        coordinates(self.origin, self.axes[2], ray, length)
     }
 
     /// A coordinate (of direction, then of moment) as a function of the place.
@@ -266,9 +275,7 @@ impl RayBundle {
 
 impl BundleFit {
     fn clear(&mut self) {
-        self.lines.clear();
-        self.starts.clear();
-        self.quantities.clear();
+        self.rays.clear();
         self.basis.clear();
     }
 
@@ -287,13 +294,15 @@ impl BundleFit {
             if along <= 0.0 || along.is_nan() {
                 return false;
             }
-            let ((slope, origin), found) = (in_plane(&bundle.axes, self.lines[index]), in_plane(&bundle.axes, line));
+            let [x, y, z, mx, my, mz, own_start] = self.rays[index];
+            let own = (Vec3::new(x, y, z), Vec3::new(mx, my, mz));
+            let ((slope, origin), found) = (in_plane(&bundle.axes, own), in_plane(&bundle.axes, line));
             self.slopes.push(slope);
             self.origins.push(origin);
             self.missed_slopes.push(found.0 - slope);
             self.missed_origins.push(found.1 - origin);
             let start = bundle.starts.iter().zip(basis).map(|(c, b)| c * b).sum::<f32>();
-            self.start_error = self.start_error.max((start - self.starts[index]).abs());
+            self.start_error = self.start_error.max((start - own_start).abs());
         }
         true
     }

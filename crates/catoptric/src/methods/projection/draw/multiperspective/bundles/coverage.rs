@@ -12,7 +12,7 @@ pub(in super::super) const ROOT: usize = 16;
 pub(in super::super) const NOTHING: u32 = u32::MAX;
 
 /// The most samples of a pixel.
-const MAX_SAMPLES: usize = 16;
+pub(in super::super) const MAX_SAMPLES: usize = 16;
 
 /// A tile's pixels and what their samples show so far. Pixels follow each other row by row, with [`ROOT`] in a row.
 #[derive(Debug)]

@@ -1,10 +1,9 @@
 //! The rays between a tile's pixels: as one quadratic family, or each pixel's own with its changes.
 
-use super::bundle::RayBundle;
+use super::bundle::{COORDINATES, RayBundle};
 use super::coverage::{ROOT, RowValues};
 use super::least_squares::TERMS;
 use crate::math::lanes::LANES;
-use crate::scene::Ray;
 
 /// The values that a triangle's functions have in a tile's pixels.
 pub(in super::super) trait RayModel {
@@ -92,9 +91,6 @@ impl RayModel for Quadratic {
     }
 }
 
-/// A ray's direction and moment about the tile's origin, and the depth of its start.
-pub(in super::super) const COORDINATES: usize = TERMS + 1;
-
 /// Pixels of a tile, row by row, with [`ROOT`] in a row.
 const PIXELS: usize = ROOT * ROOT;
 
@@ -113,15 +109,6 @@ impl Default for PixelLines {
         let none = [[0.0; PIXELS]; COORDINATES];
         Self { value: none, dx: none, dy: none, missed: [0.0; TERMS] }
     }
-}
-
-/// A ray's coordinates in a bundle's tile.
-#[inline(always)]
-pub(in super::super) fn coordinates(bundle: &RayBundle, ray: &Ray, length: f32) -> [f32; COORDINATES] {
-    let from = ray.origin - bundle.origin;
-    let direction = ray.direction * length;
-    let moment = from.cross(direction);
-    [direction.x, direction.y, direction.z, moment.x, moment.y, moment.z, from.dot(bundle.axes[2])]
 }
 
 impl PixelLines {

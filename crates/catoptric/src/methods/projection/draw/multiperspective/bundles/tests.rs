@@ -5,7 +5,7 @@ use super::bundle::{BundleFit, RayBundle, TileRay};
 use super::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples};
 use super::edges::EdgeFunctions;
 use super::least_squares::TERMS;
-use super::model::{PixelLines, Quadratic, RayModel, coordinates, value_at};
+use super::model::{PixelLines, Quadratic, RayModel, value_at};
 use crate::light::wide_hierarchy::TriangleBlock;
 use crate::math::Aabb;
 use crate::math::lanes::LANES;
@@ -189,7 +189,7 @@ fn every_sample_of_a_divided_square_is_covered_and_depths_decide() {
 fn lines(is_flat: bool, bundle: &RayBundle, first: Vec2) -> PixelLines {
     let own = |column: f32, row: f32| {
         let TileRay { ray, length, .. } = reflected(is_flat, first + Vec2::new(column, row) + 0.5);
-        coordinates(bundle, &ray, length)
+        bundle.coordinates(&ray, length)
     };
     let mut lines = PixelLines::default();
     for pixel in 0..SIZE * SIZE {

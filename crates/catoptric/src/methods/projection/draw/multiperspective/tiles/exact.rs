@@ -1,5 +1,6 @@
 //! Pixels whose samples' rays are traced one by one: at the rims of paths, and where no bundle is accurate.
 
+use super::super::bundles::coverage::MAX_SAMPLES;
 use super::super::bundles::least_squares::{TERMS, fit_quadratics, terms};
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
@@ -18,9 +19,6 @@ const HALF: f32 = 0.5;
 
 /// The step by which the change of a triangle's coordinates is found, in pixels.
 const STEP_PX: f32 = 0.5;
-
-/// The most samples of a pixel.
-const MAX_SAMPLES: usize = 16;
 
 /// What a traced sample shows.
 #[derive(Clone, Copy)]

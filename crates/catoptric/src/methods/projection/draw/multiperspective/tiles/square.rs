@@ -1,9 +1,9 @@
 //! The full pixels of a path in a root tile: squares with one bundle each, divided until it is accurate.
 
 use super::super::bundles::beam::{Beam, CandidateList};
-use super::super::bundles::bundle::{BundleFit, RayBundle, TileRay};
+use super::super::bundles::bundle::{BundleFit, COORDINATES, RayBundle, TileRay};
 use super::super::bundles::coverage::{ROOT, TileArea};
-use super::super::bundles::model::{COORDINATES, PixelLines, Quadratic, coordinates};
+use super::super::bundles::model::{PixelLines, Quadratic};
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
 use super::cover::{CoverWork, Drawing};
@@ -347,7 +347,7 @@ impl Reflections<'_> {
         let rows = job.own_rows(area);
         for [column, row] in job.pixels(area) {
             if let Some(ray) = &work.rays[row * ROOT + column] {
-                work.lines.set([column - job.column, row - job.row], &coordinates(bundle, &ray.ray, ray.length));
+                work.lines.set([column - job.column, row - job.row], &bundle.coordinates(&ray.ray, ray.length));
             }
         }
         work.lines.difference_all(job.size);
@@ -400,7 +400,7 @@ impl Reflections<'_> {
             ray = self.follow(root.tile, surfaces, &chain(root.tile, sample), position);
         }
         match ray {
-            Some(ray) if ray.outside == outside => Some(coordinates(bundle, &ray.ray, ray.length)),
+            Some(ray) if ray.outside == outside => Some(bundle.coordinates(&ray.ray, ray.length)),
             _ => None,
         }
     }
