@@ -1,7 +1,7 @@
 //! Figures 8 to 13 of Chen and Arvo 2000, made again: path perturbation beside the reference.
 
 use crate::panels::{below, beside, cut};
-use crate::program::{catoptric, json, picture};
+use crate::program::{ALONE, catoptric, json, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -135,8 +135,10 @@ impl Shot {
         command.args(["--order", &self.order.to_string(), "--time", &self.time_s.to_string()]);
         command.args(["--motion", self.motion, "--method"]);
         command.arg(if self.settings.is_some() { "path_perturbation" } else { "reference" });
-        for setting in self.settings.unwrap_or_default().split_whitespace() {
-            command.args(["--set", setting]);
+        if let Some(settings) = self.settings {
+            for setting in settings.split_whitespace().chain(ALONE) {
+                command.args(["--set", setting]);
+            }
         }
         let panel = picture(command.arg("--stats").arg(&stats), &scratch.join("picture.png"))?;
         let stats = json(&stats)?;

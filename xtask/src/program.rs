@@ -7,6 +7,9 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
+/// Settings with which projection methods draw all paths themselves, however long that takes.
+pub(crate) const ALONE: [&str; 2] = ["work=150", "beyond_work=coarse"];
+
 /// The program's command line.
 pub(crate) fn catoptric(words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO"));

@@ -1,5 +1,6 @@
 //! Scenes on which methods are set, drawn and measured.
 
+use crate::cameras::CAMERAS;
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
@@ -11,6 +12,7 @@ use catoptric::progress::Silent;
 use catoptric::scene::{Model, PoseOptions, Scene, View};
 use catoptric_scenes::builtin;
 use catoptric_testkit::Session;
+use catoptric_testkit::drawing::alone;
 use image::RgbImage;
 use std::io::Write;
 use std::time::Instant;
@@ -50,8 +52,10 @@ impl Stage {
         self
     }
 
-    /// A method that is ready for the scene; settings are lines of TOML.
+    /// A method that is ready for the scene; settings are lines of TOML. Sample-based cameras draw all paths, however
+    /// long that takes.
     pub(crate) fn session(&self, method: &str, settings: &str) -> Result<Session> {
+        let settings = &if method == CAMERAS { alone(settings) } else { settings.into() };
         eprintln!("{}: {method} {}", self.scene.name, settings.replace('\n', ", "));
         Ok(Session::new(method, settings, &self.scene, self.quality)?)
     }

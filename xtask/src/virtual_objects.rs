@@ -1,7 +1,7 @@
 //! Virtual objects measured and shown: the table of round trips and the pictures of docs/figures-virtual-objects.md.
 
 use crate::panels::{below, beside, cut, save_small};
-use crate::program::{catoptric, compare, picture};
+use crate::program::{ALONE, catoptric, compare, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -79,11 +79,19 @@ fn table(scratch: &Path) -> Result<()> {
         let order = order.to_string();
         let words =
             ["--order", &order, "--size", "240x180", "--samples", "1", "--frames", "1", "--projection-every", "2"];
-        let rows = compare(&format!("builtin:{scene}"), &words, &METHODS, &scratch.join(scene))?;
+        let methods = METHODS.map(alone);
+        let methods: Vec<&str> = methods.iter().map(String::as_str).collect();
+        let rows = compare(&format!("builtin:{scene}"), &words, &methods, &scratch.join(scene))?;
         let cells = rows.iter().skip(1).map(|row| format!(" {} |", cell(row)));
         print(&format!("| {scene} | {order} |{}", cells.collect::<String>()))?;
     }
     Ok(())
+}
+
+/// A method, as `catoptric compare --method` takes it, that draws all paths itself.
+fn alone(method: &str) -> String {
+    let separator = if method.contains(':') { ',' } else { ':' };
+    format!("{method}{separator}{}", ALONE.join(","))
 }
 
 /// Median, 99th percentile, share missing, FLIP.
@@ -108,8 +116,10 @@ fn panels((name, scene, order, part, methods): &Artefact, scratch: &Path) -> Res
         let mut command =
             catoptric(&["render", scene, "--size", "480x360", "--samples", "4", "--quiet", "--method", id]);
         command.args(["--order", &order.to_string()]);
-        for setting in settings.split(',').filter(|setting| !setting.is_empty()) {
-            command.args(["--set", setting]);
+        if id != "reference" {
+            for setting in settings.split(',').filter(|setting| !setting.is_empty()).chain(ALONE) {
+                command.args(["--set", setting]);
+            }
         }
         panels.push(picture(&mut command, &scratch.join("picture.png"))?);
     }

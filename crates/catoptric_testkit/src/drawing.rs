@@ -79,12 +79,18 @@ pub fn error_without_fallbacks(id: &str, settings: &str, scene: &Scene, view: &V
     reflector_error(&drawn.picture, &picture("reference", "", scene, view, quality), scene, view)
 }
 
-/// The error of a method's small picture over reflector pixels, and the round trips of every `every`-th pixel.
+/// Settings with which a projection method draws all paths itself, however long that takes.
+pub fn alone(settings: &str) -> String {
+    format!("{settings}\nwork = 150.0\nbeyond_work = 'coarse'")
+}
+
+/// The error of a projection method's own small picture over reflector pixels, and the round trips of every `every`-th
+/// pixel.
 pub fn measured(id: &str, scene: &Scene, settings: &str, order: u32, every: u32) -> (PictureError, RoundTrip) {
     let view = scene.default_view(120, 90);
     let quality = Quality { samples: 1, order };
     let truth = picture("reference", "", scene, &view, quality);
-    let mut session = session(id, settings, scene, quality);
+    let mut session = session(id, &alone(settings), scene, quality);
     let error = reflector_error(&session.draw(&view).expect(VALID).picture, &truth, scene, &view);
     let options = RoundTripOptions { order, every };
     let trips = session.with_projector(&view, |projector| round_trip(scene, &view, projector, options, &Silent));

@@ -196,6 +196,12 @@ pub trait VertexProjector: Sync {
         self.project_on(one.path, &[point], found);
     }
 
+    /// Paths that points might be projected on, but that are not among [`Self::paths`], because there is too much to do
+    /// for them, without longer ones that start with them. What is said of one path of a lens holds for both.
+    fn left_out(&self) -> &[SpecularPath] {
+        &[]
+    }
+
     /// Adds the counts of searches that were cut short by a limit, since the data of the view were built.
     fn add_fallbacks(&self, _report: &mut Report) {}
 

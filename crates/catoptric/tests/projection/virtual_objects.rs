@@ -171,7 +171,7 @@ fn paths_that_are_left_out_are_counted() {
     builder.camera(Vec3::new(0.0, 0.0, 8.0), Vec3::ZERO, 50.0);
     let scene = Arc::new(builder.build());
     let view = scene.default_view(64, 48);
-    let settings = "preset = 'fast'\nmap_size = 8\nlongest_edge = 10.0";
+    let settings = "preset = 'fast'\nmap_size = 8\nlongest_edge = 10.0\nwork = 150\nbeyond_work = 'coarse'";
     let settings = settings.parse().expect("the test's input is valid");
     let method = methods::create("explosion_map", &settings).expect("the test's input is valid");
     for (order, left_out) in [(1, None), (2, Some(18 + 18 * 17 - 256))] {

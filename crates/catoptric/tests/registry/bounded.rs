@@ -1,14 +1,15 @@
 //! Frames and preparations end, whatever is asked of them: their work is limited, and what is left out is counted.
 
-use catoptric::methods::Quality;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{self, Quality};
 use catoptric::scene::{Material, Scene};
 use catoptric_testkit::Drawn;
-use catoptric_testkit::drawing::{draw, scene};
+use catoptric_testkit::drawing::{draw, picture, reflector_error, scene};
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::Vec3;
 
-/// More than the limit of a frame: the last piece of work may pass it.
-const WORK_OF_A_FRAME: u64 = 90_000_000;
+/// More than the limit of a frame of a small picture that the scene fills: the last piece of work may pass it.
+const WORK_OF_A_FRAME: u64 = 20_000_000;
 
 /// The default settings at the program's default order, on a pot that shows itself and whose spout shows the pot.
 fn pot(id: &str, threads: usize) -> Drawn {
@@ -24,9 +25,41 @@ fn frames_of_projection_methods_stop_at_their_limit_of_work() {
     for id in ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"] {
         let report = pot(id, 2).report;
         assert!(report.counts["work"] < WORK_OF_A_FRAME, "{id}: {report:?}");
-        limited += u32::from(report.fallbacks.contains_key("undivided_pieces"));
+        limited += u32::from(report.fallbacks.contains_key("paths_drawn_by_tiles"));
     }
     assert!(limited >= 2, "the scene does not show what happens at the limit");
+}
+
+/// Without any work methods draw what `multiperspective` does, to the bit; with some of it the paths that they end, and
+/// tiles the others: mirrors in mirrors, and glass, at which both paths have to go on in the same way.
+#[test]
+fn what_is_not_done_within_the_limit_is_drawn_by_tiles() {
+    let quality = Quality { samples: 4, order: 2 };
+    let mut mixed = 0;
+    for name in ["teapot", "glass_sphere", "two_spheres"] {
+        let scene = scene(&format!("{name}?tess=16"));
+        let view = scene.default_view(96, 72);
+        let truth = picture("reference", "", &scene, &view, quality);
+        let error = |picture: &Framebuffer| reflector_error(picture, &truth, &scene, &view).over_0_1;
+        let tiles = picture("multiperspective", "", &scene, &view, quality);
+        for id in ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"] {
+            let info = methods::all().iter().find(|info| info.id == id).expect("it is a method");
+            let limits = info.limits.scenes.iter().find(|limits| limits.scene == name).expect("all scenes have limits");
+            // Of the paths that it draws a method has its own errors.
+            let allowed = error(&tiles).max(limits.orders[1].over_0_1) + 0.005;
+            for work in [0, 4, 12] {
+                let Drawn { picture, report, .. } = draw(id, &format!("work = {work}.0"), &scene, &view, quality);
+                let by_tiles = report.fallbacks.get("paths_drawn_by_tiles").copied().unwrap_or(0);
+                let what = format!("{id} {name}, work {work}: {by_tiles} paths by tiles, {}", error(&picture));
+                if work == 0 {
+                    assert!(by_tiles > 0 && picture.pixels == tiles.pixels, "{what}");
+                }
+                mixed += u32::from(by_tiles > 0 && report.counts["paths"] > 0);
+                assert!(error(&picture) < allowed, "{what}, tiles alone {}", error(&tiles));
+            }
+        }
+    }
+    assert!(mixed > 4, "{mixed} pictures show paths of both kinds");
 }
 
 #[test]

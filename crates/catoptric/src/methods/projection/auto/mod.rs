@@ -7,6 +7,7 @@ mod settings;
 
 pub use settings::AutoSettings;
 
+use super::draw::MapsInView;
 use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, visible_paths};
 use super::draw::multiperspective::{TileModel, TiledScene};
 use crate::clock::Stopwatch;
@@ -152,7 +153,7 @@ impl Frame for ChoiceFrame<'_> {
         report.counts.insert("lists", lists.len() as u64);
         let job = Job { scene, view: &self.view, quality: *quality, progress };
         let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: false };
-        report.add(tiled.draw(&job, &lists, model, target)?);
+        report.add(tiled.draw(&job, &lists, model, MapsInView::default(), target)?);
         Ok(report)
     }
 }

@@ -13,12 +13,27 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The corners of a triangle that is its own source.
 const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
+/// What is seen beyond reflectors and lenses at which no list goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum EndsOfPaths {
+    /// The environment.
+    Environment,
+    /// What something else than lists draws.
+    GoOn,
+}
+
 /// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
 ///
 /// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, those that have
 /// environment maps among them, and where the highest order is reached: there paths end. Every lens that is seen has a
-/// list for what passes through it, be it empty: so light divides there in the rasteriser.
-pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>, maps: Option<&ReflectorMaps>) -> Vec<DrawList> {
+/// list for what passes through it, be it empty: so light divides there in the rasteriser. Where nothing but lists
+/// draws, that is; else lenses have one if they have one for what they reflect.
+pub(super) fn draw_lists(
+    job: &Job<'_>,
+    paths: Vec<PathGeometry>,
+    maps: Option<&ReflectorMaps>,
+    ends: EndsOfPaths,
+) -> Vec<DrawList> {
     let group = |object: u32, goes_on: bool| {
         let mapped = maps.is_some_and(|maps| maps.has(object));
         if goes_on && !mapped && job.scene.role_of(object).is_specular() { object + 1 } else { 0 }
@@ -38,8 +53,16 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>, maps: Option<&
         waiting.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
     }
     let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(object, order > 0)))];
+    let add_passing =
+        |waiting: &mut BTreeMap<(usize, SpecularPath), Vec<PathGeometry>>, path: &SpecularPath, object| {
+            let length = path.bounces.len() + 1;
+            let reflects = || waiting.contains_key(&(length, going_on(path, object, BounceKind::Reflect)));
+            if ends == EndsOfPaths::Environment || reflects() {
+                waiting.entry((length, going_on(path, object, BounceKind::Transmit))).or_default();
+            }
+        };
     for object in lenses(scene, &lists[0]) {
-        waiting.entry((1, passing(&SpecularPath::default(), object))).or_default();
+        add_passing(&mut waiting, &SpecularPath::default(), object);
     }
     let mut list_of_path: BTreeMap<SpecularPath, u32> = BTreeMap::new();
     while let Some(((length, path), parts)) = waiting.pop_first() {
@@ -67,7 +90,7 @@ pub(super) fn draw_lists(job: &Job<'_>, paths: Vec<PathGeometry>, maps: Option<&
             }
         }
         for object in lenses(scene, &list) {
-            waiting.entry((length + 1, passing(&path, object))).or_default();
+            add_passing(&mut waiting, &path, object);
         }
         list_of_path.insert(path, lists.len() as u32);
         lists.push(list);
@@ -91,10 +114,10 @@ fn lenses(scene: &Scene, list: &DrawList) -> BTreeSet<u32> {
     found
 }
 
-/// A path that goes on through a lens.
-fn passing(path: &SpecularPath, object: u32) -> SpecularPath {
+/// A path that goes on at an object.
+fn going_on(path: &SpecularPath, object: u32, kind: BounceKind) -> SpecularPath {
     let mut path = path.clone();
-    path.bounces.push(Bounce { object, kind: BounceKind::Transmit });
+    path.bounces.push(Bounce { object, kind });
     path
 }
 

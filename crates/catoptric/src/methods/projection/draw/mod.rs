@@ -20,6 +20,7 @@ mod path_shader;
 pub(super) mod prepared;
 pub mod virtual_mesh;
 pub mod virtual_scene;
+pub(super) mod work_limit;
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -30,6 +31,7 @@ use crate::raster::{self, DrawTriangle, RasterReport};
 use crate::scene::PicturePoint;
 use far_maps::FarMaps;
 use glam::Vec2;
+use lists::EndsOfPaths;
 
 pub(in crate::methods::projection) use path_shader::PathShader;
 use path_shader::meet_known_surface;
@@ -89,7 +91,7 @@ pub(in crate::methods::projection) fn draw_paths_with(
     maps: MapsInView<'_>,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    let lists = lists::draw_lists(job, paths, maps.whole);
+    let lists = lists::draw_lists(job, paths, maps.whole, EndsOfPaths::Environment);
     let shader = PathShader::new(job.scene, job.view, job.quality.samples).with_maps(maps, job.quality.order);
     raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)
 }

@@ -4,6 +4,7 @@
 use super::MapsInView;
 use super::virtual_mesh::MeshQuality;
 use super::virtual_scene::VirtualScene;
+use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -11,9 +12,9 @@ use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::projector::VertexProjector;
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
-use crate::progress::{Progress, Stage};
+use crate::progress::{Progress, Silent, Stage};
 use crate::scene::{Scene, View};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The parts of a projection method that draws virtual meshes.
 pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
@@ -53,6 +54,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// [`RenderError::Setting`] where a setting does not fit the scene, [`RenderError::Cancelled`].
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<Self::ViewData, RenderError>;
 
+    /// True if nothing of a view's data was left out because there was too much to do.
+    fn is_complete(&self, _data: &Self::ViewData) -> bool {
+        true
+    }
+
     /// Adds to a view's data what also depends on the objects among the mirrors.
     ///
     /// # Errors
@@ -80,6 +86,9 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         MapsInView::default()
     }
 
+    /// The work that a frame may take.
+    fn work_limit(&self) -> WorkLimit;
+
     /// The fineness of virtual meshes in a view.
     fn mesh_quality(&self, view: &View) -> MeshQuality;
 
@@ -95,6 +104,8 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) view: &'a View,
     /// Highest number of bounces of a path.
     pub(crate) order: u32,
+    /// Work for building the paths of a view; none is built by who reads them only.
+    pub(crate) work: u64,
 }
 
 /// Stages of work with their times.
@@ -143,6 +154,7 @@ struct PreparedProjection<M: MeshProjection> {
     scene: Arc<Scene>,
     quality: Quality,
     virtual_scene: VirtualScene,
+    tiles: LazyTiles,
     mirrors: M::Mirrors,
     /// Data of the last view.
     last: Option<LastView<M>>,
@@ -158,11 +170,15 @@ struct LastView<M: MeshProjection> {
 /// One view.
 struct ProjectionFrame<'a, M: MeshProjection> {
     method: &'a M,
-    scene: &'a Scene,
+    scene: &'a Arc<Scene>,
     quality: Quality,
     virtual_scene: &'a VirtualScene,
+    tiles: &'a LazyTiles,
     mirrors: &'a M::Mirrors,
     last: &'a LastView<M>,
+    work: FrameWork,
+    /// Data of the view for points one by one, if there is more of it than for pictures; made when it is needed.
+    complete: OnceLock<Option<M::ViewData>>,
     report: Report,
 }
 
@@ -182,8 +198,8 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
         let mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
-        let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
-        Ok(Box::new(PreparedProjection { method, scene, quality, virtual_scene, mirrors, last: None, report }))
+        let (method, scene, tiles, report) = (self.0.clone(), scene.clone(), LazyTiles::default(), stages.report);
+        Ok(Box::new(PreparedProjection { method, scene, quality, virtual_scene, tiles, mirrors, last: None, report }))
     }
 }
 
@@ -196,6 +212,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         let mut stages = Stages::new(progress);
         let (virtual_scene, same_mirrors) = VirtualScene::new(scene, Some(&self.virtual_scene), &mut stages)?;
         let mirrors = self.method.mirrors(scene, quality, same_mirrors.then_some(&self.mirrors), &mut stages)?;
+        let tiles = LazyTiles::of_moment(&self.tiles, scene, progress)?;
         // Nothing fails from here on.
         if same_mirrors {
             virtual_scene.take_meshes(&self.virtual_scene);
@@ -205,17 +222,19 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         if let Some(last) = &mut self.last {
             self.method.forget_objects(&mut last.data);
         }
-        (self.virtual_scene, self.mirrors) = (virtual_scene, mirrors);
+        (self.virtual_scene, self.tiles, self.mirrors) = (virtual_scene, tiles, mirrors);
         (self.scene, self.quality, self.report) = (scene.clone(), quality, stages.report);
         Ok(())
     }
 
     fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
         let mut stages = Stages::new(progress);
-        let Self { method, scene, quality, virtual_scene, mirrors, last, .. } = self;
-        let (method, scene, virtual_scene, mirrors, order) =
-            (&*method, &**scene, &*virtual_scene, &*mirrors, quality.order);
-        let context = Context { scene, virtual_scene, mirrors, view, order };
+        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, .. } = self;
+        let (method, scene, virtual_scene, tiles, mirrors, order) =
+            (&*method, &*scene, &*virtual_scene, &*tiles, &*mirrors, quality.order);
+        let work = method.work_limit().of_frame(scene, view)?;
+        stages.lap("glance");
+        let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths };
         let is_same = |last: &LastView<M>| last.view == *view && last.order == order;
         let keeps = match last.as_ref().filter(|last| is_same(last)) {
             Some(last) => method.fits(&context, &last.data)?,
@@ -236,15 +255,39 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         stages.lap("build");
         method.complete(&context, &mut last.data, &mut stages)?;
         method.describe(&last.data, &mut stages.report);
-        let (quality, report) = (*quality, stages.report);
-        Ok(Box::new(ProjectionFrame { method, scene, quality, virtual_scene, mirrors, last, report }))
+        let (quality, complete, report) = (*quality, OnceLock::new(), stages.report);
+        Ok(Box::new(ProjectionFrame {
+            method,
+            scene,
+            quality,
+            virtual_scene,
+            tiles,
+            mirrors,
+            last,
+            work,
+            complete,
+            report,
+        }))
     }
 }
 
 impl<M: MeshProjection> ProjectionFrame<'_, M> {
+    fn context(&self, work: u64) -> Context<'_, M> {
+        let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
+        Context { scene, virtual_scene, mirrors, view, order: *order, work }
+    }
+
     fn projector_of_view(&self) -> M::Projector<'_> {
-        let Self { method, scene, virtual_scene, mirrors, last: LastView { view, order, data }, .. } = *self;
-        method.projector(&Context { scene, virtual_scene, mirrors, view, order: *order }, data)
+        self.method.projector(&self.context(0), &self.last.data)
+    }
+
+    /// The view's data with what was left out for the picture's sake; `None` if that fails.
+    fn complete_data(&self) -> Option<M::ViewData> {
+        let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE);
+        let mut stages = Stages::new(&Silent);
+        let mut data = self.method.view_data(&context, &mut stages).ok()?;
+        self.method.complete(&context, &mut data, &mut stages).ok()?;
+        Some(data)
     }
 }
 
@@ -254,13 +297,20 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, .. } = *self;
+        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
         let mesh_quality = method.mesh_quality(view);
-        virtual_scene.draw(&job, &self.projector_of_view(), &mesh_quality, method.maps(data), target)
+        let tiles = ExactTiles { scene, tables: tiles };
+        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
+        let limit = (work.meshes, tiles);
+        virtual_scene.draw(&job, &self.projector_of_view(), &mesh_quality, limit, method.maps(data), target)
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
-        Some(Box::new(self.projector_of_view()))
+        if self.method.is_complete(&self.last.data) {
+            return Some(Box::new(self.projector_of_view()));
+        }
+        let data = self.complete.get_or_init(|| self.complete_data()).as_ref()?;
+        Some(Box::new(self.method.projector(&self.context(0), data)))
     }
 }

@@ -17,6 +17,7 @@ pub use settings::{ExplosionMapSettings, Preset, Variant, VirtualVertex};
 pub use vertices::ReflectorMap;
 
 use crate::methods::projection::draw::prepared::ProjectionMethod;
+use crate::methods::projection::draw::work_limit::WorkLimit;
 use crate::methods::projection::find::virtual_objects::{
     Options, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size,
 };
@@ -71,6 +72,10 @@ impl VirtualObjectMethod for ExplosionMaps {
 
     fn options(&self) -> Options {
         Options { polish: self.0.polish, recursion: self.0.recursion() }
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        self.0.work_limit()
     }
 
     fn sizes_px(&self) -> [f32; 2] {

@@ -1,5 +1,6 @@
 //! The settings of explosion maps.
 
+use crate::methods::projection::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
 use crate::methods::projection::find::virtual_objects::{LONGEST_EDGE, Recursion};
 use crate::methods::{declare_choices, declare_settings};
 
@@ -60,6 +61,11 @@ declare_settings! {
         edge_error_px: f32 = 0.25, range(0.01, 100.0), unit("pixels");
         /// Pieces that appear in part are divided down to this size.
         piece_px: f32 = 1.0, range(0.1, 100.0), unit("pixels");
+        /// Work that finding a picture's virtual points may take, in units of about 100 ns of one core, for every pixel
+        /// of 720 x 480 or more.
+        work: f32 = WORK_A_PIXEL, range(0.0, 1e6);
+        /// What draws paths that are not done with that work.
+        beyond_work: BeyondWork = BeyondWork::Tiles;
     }
 
     fn start(&self) -> Self {
@@ -68,6 +74,11 @@ declare_settings! {
 }
 
 impl ExplosionMapSettings {
+    /// The limit of a frame's work.
+    pub(super) fn work_limit(&self) -> WorkLimit {
+        WorkLimit { a_pixel: self.work, beyond: self.beyond_work }
+    }
+
     /// The point of a bounce that is an object for the bounce before.
     pub(super) fn recursion(&self) -> Recursion {
         match self.virtual_vertex {

@@ -7,6 +7,7 @@ mod settings;
 
 pub use settings::{ModelOfRays, MultiperspectiveSettings};
 
+use super::draw::MapsInView;
 use super::draw::multiperspective::{TileModel, TiledScene};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -114,7 +115,7 @@ impl Frame for TilesFrame<'_> {
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         let job = Job { scene, view: &self.view, quality: *quality, progress };
         let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: settings.model == ModelOfRays::Rays };
-        report.add(tiled.draw(&job, &[list], model, target)?);
+        report.add(tiled.draw(&job, &[list], model, MapsInView::default(), target)?);
         Ok(report)
     }
 }

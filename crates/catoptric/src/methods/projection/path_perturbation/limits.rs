@@ -4,7 +4,7 @@ use crate::methods::limits::{ErrorLimits, below, scene};
 
 /// The limits.
 pub(super) static LIMITS: ErrorLimits = ErrorLimits {
-    settings: "edge_error_px = 2\npiece_px = 4",
+    settings: "edge_error_px = 2\npiece_px = 4\nwork = 150\nbeyond_work = 'coarse'",
     scenes: &[
         scene("sphere_room", [below(0.035, 0.046), below(0.035, 0.046)]),
         scene("two_spheres", [below(0.024, 0.036), below(0.045, 0.056)]),

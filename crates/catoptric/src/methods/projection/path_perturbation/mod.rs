@@ -17,6 +17,7 @@ use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::far_maps::FarMaps;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::work_limit::WorkLimit;
 use crate::methods::projection::find::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
 use crate::methods::{Family, MethodInfo, Quality, Report, Settings};
 use crate::scene::{PreciseView, Scene, View};
@@ -103,7 +104,7 @@ impl MeshProjection for PathPerturbation {
             accuracy_px: settings.accuracy_px,
             max_cells: settings.max_samples as usize,
         };
-        let Context { scene, virtual_scene, mirrors, view, order } = *context;
+        let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
         let surfaces = &virtual_scene.surfaces(scene);
         let specular = Specular { scene, tracer: mirrors, surfaces, order };
         let field = ViewField::new(view, margin_px(settings));
@@ -159,6 +160,10 @@ impl MeshProjection for PathPerturbation {
         report.counts.insert("sample_rays", map.samples as u64);
         report.bytes.insert("ray_map", map.byte_count());
         report.add_fallback("samples_left_coarse", map.left_coarse);
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        self.0.work_limit()
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

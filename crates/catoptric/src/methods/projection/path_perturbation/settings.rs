@@ -1,5 +1,6 @@
 //! The perturbation method's settings.
 
+use crate::methods::projection::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
 use crate::methods::projection::find::ray_map::Approximation;
 use crate::methods::{declare_choices, declare_settings};
 
@@ -62,6 +63,11 @@ declare_settings! {
         edge_error_px: f32 = 0.25, range(0.01, 100.0), unit("pixels");
         /// Pieces that appear in part are divided down to this size; without `polish` at least 3.
         piece_px: f32 = 0.75, range(0.1, 100.0), unit("pixels");
+        /// Work that finding a picture's virtual points may take, in units of about 100 ns of one core, for every pixel
+        /// of 720 x 480 or more.
+        work: f32 = WORK_A_PIXEL, range(0.0, 1e6);
+        /// What draws paths that are not done with that work.
+        beyond_work: BeyondWork = BeyondWork::Tiles;
         /// Objects so far from a reflector that a look-up by the direction alone misplaces them by at most this are
         /// drawn from an environment map about its centre; 0: none.
         far_px: f32 = 0.0, range(0.0, 1000.0), unit("pixels");
@@ -74,5 +80,12 @@ declare_settings! {
             true => Err(format!("finest_px = {} is larger than spacing_px = {}", self.finest_px, self.spacing_px)),
             false => Ok(()),
         }
+    }
+}
+
+impl PathPerturbationSettings {
+    /// The limit of a frame's work.
+    pub(super) fn work_limit(&self) -> WorkLimit {
+        WorkLimit { a_pixel: self.work, beyond: self.beyond_work }
     }
 }

@@ -15,6 +15,7 @@ pub use pictures::ReflectorPictures;
 pub use settings::{Images, Refine, ReflectorSearchSettings};
 
 use crate::methods::projection::draw::prepared::ProjectionMethod;
+use crate::methods::projection::draw::work_limit::WorkLimit;
 use crate::methods::projection::find::virtual_objects::{
     Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size,
 };
@@ -107,6 +108,10 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
             Refine::Texel => Recursion::VirtualPoints,
         };
         Options { polish: self.0.polish, recursion }
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        self.0.work_limit()
     }
 
     fn sizes_px(&self) -> [f32; 2] {

@@ -2,7 +2,7 @@ use super::image::ReflectorImage;
 use super::locator::ReflectorSearch;
 use crate::math::random::Stream;
 use crate::methods::projection::find::virtual_objects::{
-    Locator, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorMesh,
+    Locator, PathLimits, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorMesh,
 };
 use crate::progress::Silent;
 use crate::scene::{Scene, View};
@@ -31,7 +31,8 @@ impl Set {
             };
             ReflectorSearch::new(reflector, Arc::new(image))
         };
-        let levels = PathTree::build(&scene, &meshes, &view, order, 64, make, &Silent).unwrap();
+        let levels =
+            PathTree::build(&scene, &meshes, &view, PathLimits { order, work: u64::MAX }, 64, make, &Silent).unwrap();
         Self { scene, view, meshes, levels }
     }
 

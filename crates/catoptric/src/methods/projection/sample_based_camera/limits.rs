@@ -4,7 +4,7 @@ use crate::methods::limits::{ErrorLimits, below, scene};
 
 /// The limits.
 pub(super) static LIMITS: ErrorLimits = ErrorLimits {
-    settings: "edge_error_px = 2\npiece_px = 4",
+    settings: "edge_error_px = 2\npiece_px = 4\nwork = 150\nbeyond_work = 'coarse'",
     scenes: &[
         scene("sphere_room", [below(0.035, 0.048), below(0.035, 0.048)]),
         scene("two_spheres", [below(0.026, 0.049), below(0.039, 0.060)]),

@@ -21,7 +21,9 @@ use crate::math::Aabb;
 use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::methods::projection::find::ray_map::{Specular, ViewField, eye_of};
+use crate::methods::projector::SpecularPath;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Family, MethodInfo, Quality, Report, Settings};
 use crate::parallel;
@@ -53,9 +55,11 @@ pub static INFO: MethodInfo = MethodInfo {
 /// measured.
 const MARGIN_CELLS: f32 = 4.0;
 
-/// About so many rays are traced between those of the map, to fit cameras where these are too few: a second or two of
-/// one core. Chosen, not measured.
-const MAX_TRACED: u64 = 600_000;
+/// Fitting cameras takes about so much work for each ray of the map. Measured on meshes of files.
+const WORK_A_RAY: u64 = 30;
+
+/// And so much for each ray that is traced between them, to fit cameras where they are too few.
+const WORK_A_TRACED_RAY: u64 = 17;
 
 /// The method with its settings.
 #[derive(Clone)]
@@ -68,6 +72,8 @@ struct ViewCameras {
     grid: RayGrid,
     /// The cameras of each group of the grid.
     cameras: Vec<Cameras>,
+    /// Paths that have none, because there is too much to do for them.
+    left_out: Vec<SpecularPath>,
     /// True if each object shows an environment map.
     mapped: Vec<bool>,
     /// The environment maps, where any object shows one; `None` until they are captured.
@@ -75,6 +81,26 @@ struct ViewCameras {
 }
 
 impl RayGrid {
+    /// Drops the groups that there is not enough work for, those of long paths first, and returns their paths.
+    fn drop_expensive(&mut self, work: u64) -> Vec<SpecularPath> {
+        let mut by_length: Vec<usize> = (0..self.groups.len()).collect();
+        by_length.sort_by_key(|&group| self.groups[group].path.bounces.len());
+        let (mut remaining, mut is_kept) = (work, vec![false; self.groups.len()]);
+        for group in by_length {
+            let needed = WORK_A_RAY * self.groups[group].rays.len() as u64;
+            if needed > remaining {
+                // Longer ones are not drawn without it.
+                break;
+            }
+            remaining -= needed;
+            is_kept[group] = true;
+        }
+        let (kept, dropped): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.groups).into_iter().zip(is_kept).partition(|(_, is_kept)| *is_kept);
+        self.groups = kept.into_iter().map(|(group, _)| group).collect();
+        dropped.into_iter().map(|(group, _)| group.path).collect()
+    }
+
     /// The cameras of each group; rays that they need are added to these.
     fn cameras(
         &mut self,
@@ -82,10 +108,11 @@ impl RayGrid {
         view: &PreciseView,
         bounds: Aabb,
         demand: CameraDemand,
+        work: u64,
         progress: &dyn Progress,
     ) -> Result<Vec<Cameras>, Cancelled> {
         let count: u64 = self.groups.iter().map(|group| group.rays.len() as u64).sum();
-        let demand = CameraDemand { traced_a_ray: (MAX_TRACED / count.max(1)).max(1), ..demand };
+        let demand = CameraDemand { traced_a_ray: (work / WORK_A_TRACED_RAY / count.max(1)).max(1), ..demand };
         let built = parallel::map_stage(progress, "fitting cameras", self.groups.len(), |group| {
             CameraBuilder { group: &self.groups[group], view, bounds, sampler, demand }.cameras()
         })?;
@@ -148,7 +175,7 @@ impl MeshProjection for SampleBasedCamera {
     }
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<ViewCameras, RenderError> {
-        let Context { scene, virtual_scene, mirrors, view, order } = *context;
+        let Context { scene, virtual_scene, mirrors, view, order, work } = *context;
         let field = ViewField::new(view, margin_px(&self.0));
         let mapped = hybrid::mapped(&self.0, scene, &field)?;
         let surfaces = &virtual_scene.surfaces(scene);
@@ -160,9 +187,17 @@ impl MeshProjection for SampleBasedCamera {
         let accuracy_px = accuracy_px.into();
         let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
         let bounds = scene.bounds;
-        let cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, stages.progress)?;
+        let left_out = match self.0.beyond_work {
+            BeyondWork::Tiles => grid.drop_expensive(work),
+            BeyondWork::Coarse => Vec::new(),
+        };
+        let cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, work, stages.progress)?;
         stages.report.counts.insert("rays_traced", grid.traced);
-        Ok(ViewCameras { bounds, grid, cameras, mapped, maps: None })
+        Ok(ViewCameras { bounds, grid, cameras, left_out, mapped, maps: None })
+    }
+
+    fn is_complete(&self, data: &ViewCameras) -> bool {
+        data.left_out.is_empty()
     }
 
     /// Captures the environment maps.
@@ -198,6 +233,10 @@ impl MeshProjection for SampleBasedCamera {
         MapsInView { whole: data.maps.as_ref(), far: None }
     }
 
+    fn work_limit(&self) -> WorkLimit {
+        self.0.work_limit()
+    }
+
     fn mesh_quality(&self, view: &View) -> MeshQuality {
         MeshQuality::new(view, self.0.edge_error_px, self.0.piece_px)
     }
@@ -208,6 +247,7 @@ impl MeshProjection for SampleBasedCamera {
         CameraProjector {
             grid: &data.grid,
             cameras: &data.cameras,
+            left_out: &data.left_out,
             paths: data.grid.groups.iter().map(|group| group.path.clone()).collect(),
             eye: eye_of(view),
             view: PreciseView::new(view),

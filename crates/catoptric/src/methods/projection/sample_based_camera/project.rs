@@ -45,6 +45,8 @@ pub(super) struct CameraProjector<'a> {
     /// The cameras of each group of the grid.
     pub(super) cameras: &'a [Cameras],
     pub(super) paths: Vec<SpecularPath>,
+    /// Paths that have no cameras, because there is too much to do for them.
+    pub(super) left_out: &'a [SpecularPath],
     pub(super) eye: Eye,
     pub(super) view: PreciseView,
     /// The rays of the grid.
@@ -67,6 +69,10 @@ thread_local! {
 impl VertexProjector for CameraProjector<'_> {
     fn paths(&self) -> &[SpecularPath] {
         &self.paths
+    }
+
+    fn left_out(&self) -> &[SpecularPath] {
+        self.left_out
     }
 
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {

@@ -1,6 +1,7 @@
 //! The settings of sample-based cameras.
 
 use super::hybrid::patterns;
+use crate::methods::projection::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
 use crate::methods::{declare_choices, declare_settings};
 
 declare_choices! {
@@ -49,6 +50,11 @@ declare_settings! {
         edge_error_px: f32 = 0.15, range(0.01, 100.0), unit("pixels");
         /// Pieces that appear in part are divided down to this size.
         piece_px: f32 = 0.75, range(0.1, 100.0), unit("pixels");
+        /// Work that finding a picture's virtual points may take, in units of about 100 ns of one core, for every pixel
+        /// of 720 x 480 or more.
+        work: f32 = WORK_A_PIXEL, range(0.0, 1e6);
+        /// What draws paths that are not done with that work.
+        beyond_work: BeyondWork = BeyondWork::Tiles;
         /// Names of the reflectors and lenses that show environment maps: patterns with * and ?, separated by commas.
         environment: String = String::new();
         /// Reflectors and lenses that appear no larger than this in either direction show environment maps, too; 0:
@@ -68,6 +74,11 @@ declare_settings! {
 }
 
 impl SampleBasedCameraSettings {
+    /// The limit of a frame's work.
+    pub(super) fn work_limit(&self) -> WorkLimit {
+        WorkLimit { a_pixel: self.work, beyond: self.beyond_work }
+    }
+
     /// The settings of a preset.
     pub fn preset(preset: Preset) -> Self {
         let balanced = Self { preset, ..Self::default() };

@@ -8,7 +8,7 @@ mod shapes;
 mod source;
 mod tiles;
 
-use super::PathShader;
+use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -71,7 +71,8 @@ impl TiledScene {
         Ok(Self { scene: scene.clone(), hierarchy, shapes })
     }
 
-    /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on.
+    /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
+    /// environment maps show these.
     ///
     /// # Errors
     /// As [`raster::draw`].
@@ -80,6 +81,7 @@ impl TiledScene {
         job: &Job<'_>,
         lists: &[DrawList],
         model: TileModel,
+        maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let Job { scene, view, quality, progress } = *job;
@@ -94,9 +96,12 @@ impl TiledScene {
             shapes: &self.shapes,
             order: (quality.order as usize).min(MAX_BOUNCES),
             model,
+            maps: maps.whole,
             counts: Counts::default(),
         };
-        let shader = PathShader::new(scene, view, quality.samples).with_neighbours(&self.shapes.neighbours);
+        let shader = PathShader::new(scene, view, quality.samples)
+            .with_maps(maps, quality.order)
+            .with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         let mut report = Report::default();
         report.add_raster(&drawn);

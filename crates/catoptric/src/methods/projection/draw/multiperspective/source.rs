@@ -11,6 +11,7 @@ use super::tiles::own::OwnRule;
 use super::tiles::paths::{RootPaths, TilePaths};
 use super::tiles::square::PathWork;
 use crate::light::wide_hierarchy::WideHierarchy;
+use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::raster::source::{LayerSource, ShownBySource, TileBelow};
 use crate::raster::{LayerSurface, patch_of_triangle};
@@ -44,6 +45,8 @@ pub(super) struct Reflections<'a> {
     /// Highest number of bounces.
     pub(super) order: usize,
     pub(super) model: TileModel,
+    /// Reflectors at which no path goes on.
+    pub(super) maps: Option<&'a ReflectorMaps>,
     pub(super) counts: Counts,
 }
 
@@ -158,7 +161,8 @@ impl Reflections<'_> {
         let sum = std::array::from_fn(|term| a[term] + b[term] + c[term]);
         let functions = [b, c, sum, plane];
         let object = self.scene.triangle_objects[triangle as usize];
-        let goes_on = self.scene.role_of(object).is_specular() && root.tile.layer() < self.order;
+        let is_mapped = self.maps.is_some_and(|maps| maps.has(object));
+        let goes_on = self.scene.role_of(object).is_specular() && root.tile.layer() < self.order && !is_mapped;
         let patch = patch_of_triangle(self.scene, triangle);
         let is_bent = bend(&functions, scale) > EVEN_BEND;
         FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions, is_bent }

@@ -128,7 +128,39 @@ pub struct VirtualMesh {
     pub(in crate::methods::projection) needed: Option<u64>,
 }
 
+/// Work that a mesh may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowance {
+    /// In units of about 100 ns of one core.
+    work: u64,
+    /// What would not be whole is not made.
+    whole: bool,
+}
+
+impl Allowance {
+    /// For all of a mesh: it is coarser if this is not enough.
+    pub fn for_all(work: u64) -> Self {
+        Self { work, whole: false }
+    }
+
+    /// For a whole mesh, or none at all.
+    pub fn for_whole(work: u64) -> Self {
+        Self { work, whole: true }
+    }
+}
+
 impl VirtualMesh {
+    /// What is known of a mesh that takes too much work.
+    fn given_up(self) -> Self {
+        let Self { points_projected, extrapolated, work, allowed, .. } = self;
+        Self { points_projected, extrapolated, work, allowed, unfinished: self.unfinished.max(1), ..Self::default() }
+    }
+
+    /// True if nothing of it is coarser than asked for.
+    pub(in crate::methods::projection) fn is_whole(&self) -> bool {
+        self.unfinished + self.extrapolated == 0
+    }
+
     /// True if it would be the same with this much work allowed.
     pub(in crate::methods::projection) fn holds_with(&self, allowed: u64) -> bool {
         allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
@@ -244,8 +276,12 @@ const MIN_POINTS: u64 = 8;
 /// Work that every triangle counts as: it is looked at, however little there is to do.
 const WORK_A_TRIANGLE: u64 = 2;
 
-/// Makes the virtual mesh of an object on one path, as its `steps` of a stage, with about as much work as is
-/// `allowed`: what is left then is drawn coarser, and counted.
+/// Triangles that are divided before the work is looked at, where a mesh is to be whole. A size for threads; chosen,
+/// not measured.
+const TRIANGLES_A_BATCH: usize = 2048;
+
+/// Makes the virtual mesh of an object on one path, as its `steps` of a stage, with about as much work as is allowed:
+/// what is left then is drawn coarser, and counted; or nothing is drawn.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -253,12 +289,12 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     projector: &P,
     object: &VirtualObject<'_>,
     quality: &MeshQuality,
-    allowed: u64,
+    Allowance { work: allowed, whole }: Allowance,
     stage: &Stage<'_>,
 ) -> Result<VirtualMesh, Cancelled> {
     let welded = object.welded;
-    let projected = ProjectedPoints::new(projector, object, allowed / 2, stage)?;
-    let mut mesh = VirtualMesh {
+    let projected = ProjectedPoints::new(projector, object, Allowance { work: allowed / 2, whole }, stage)?;
+    let mesh = VirtualMesh {
         points_projected: projected.count,
         extrapolated: projected.extrapolated,
         left_out: projected.left_out,
@@ -267,63 +303,113 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
         needed: projected.needed.map(|points| 2 * points),
         ..VirtualMesh::default()
     };
+    if whole && (mesh.extrapolated > 0 || mesh.work > allowed) {
+        return Ok(mesh.given_up());
+    }
     let mut forced = ForcedEdges::default();
-    let mut states = vec![TriangleState::default(); welded.triangles.len()];
-    let mut meshes: Vec<VirtualMesh> = Vec::new();
+    let states = vec![TriangleState::default(); welded.triangles.len()];
+    let mut pieces = MeshPieces { mesh, states, parts: Vec::new(), dips: Vec::new() };
     let mean_work = projected.work / projected.count.max(1) + 1;
     let mut wanted: Vec<u32> = (0..welded.triangles.len() as u32).collect();
-    let mut limit = FIRST_SHARES * allowed.saturating_sub(mesh.work) / wanted.len().max(1) as u64;
+    let mut limit = FIRST_SHARES * allowed.saturating_sub(pieces.mesh.work) / wanted.len().max(1) as u64;
     for round in 0..MAX_ROUNDS {
-        // With the work of a point or two next to nothing is divided: rather some triangles well than all of them
-        // badly.
-        limit = if limit < DIVIDING_POINTS * mean_work { 0 } else { limit };
-        let chunks: Vec<&[u32]> = wanted.chunks(TRIANGLES_AT_ONCE).collect();
-        let divided = parallel::map_within(stage, chunks.len(), |chunk| {
-            let rule = EdgeRule::new(quality, &object.last_reflector, object.scene_size);
-            let mut divider = Divider::new(projector, object, rule, limit, &forced);
-            // A cancelled stage ends with the chunk: nothing is to be done about it here.
-            let _ = stage.advance(if round == 0 { chunks[chunk].len() as u64 } else { 0 });
-            let mut results = Vec::with_capacity(chunks[chunk].len());
-            for &triangle in chunks[chunk] {
-                let points = welded.triangles[triangle as usize];
-                let corners = points.map(|point| (welded.points[point as usize], projected.of(point)));
-                results.push(divider.triangle(triangle, corners));
+        if limit < DIVIDING_POINTS * mean_work {
+            // With the work of a point or two next to nothing is divided: rather some triangles well than all of them
+            // badly.
+            limit = if whole { DIVIDING_POINTS * mean_work } else { 0 };
+        }
+        let (work_before, mut most, mut all_finished) = (pieces.mesh.work, 0, true);
+        for batch in wanted.chunks(if whole { TRIANGLES_A_BATCH } else { usize::MAX }) {
+            let chunks: Vec<&[u32]> = batch.chunks(TRIANGLES_AT_ONCE).collect();
+            let divided = parallel::map_within(stage, chunks.len(), |chunk| {
+                let rule = EdgeRule::new(quality, &object.last_reflector, object.scene_size);
+                let mut divider = Divider::new(projector, object, rule, limit, &forced);
+                // A cancelled stage ends with the chunk: nothing is to be done about it here.
+                let _ = stage.advance(if round == 0 { chunks[chunk].len() as u64 } else { 0 });
+                let mut results = Vec::with_capacity(chunks[chunk].len());
+                for &triangle in chunks[chunk] {
+                    let points = welded.triangles[triangle as usize];
+                    let corners = points.map(|point| (welded.points[point as usize], projected.of(point)));
+                    results.push(divider.triangle(triangle, corners));
+                }
+                (divider.finish(), results)
+            })?;
+            for (part, triangles) in divided.into_iter().zip(&chunks) {
+                let (most_of_part, is_finished) = pieces.add(part, triangles, limit);
+                most = most.max(most_of_part);
+                all_finished &= is_finished;
             }
-            (divider.finish(), results)
-        })?;
-        let (work_before, mut most, mut all_finished) = (mesh.work, 0, true);
-        let mut dips = Vec::new();
-        for (((pieces, found), results), triangles) in divided.into_iter().zip(&chunks) {
-            let mut start = 0;
-            for (&triangle, result) in triangles.iter().zip(&results) {
-                states[triangle as usize] = TriangleState::new(meshes.len() as u32, start, result, limit);
-                start = result.end;
-                mesh.work += result.work;
-                most = most.max(result.work);
-                all_finished &= result.unfinished == 0;
+            if whole && pieces.mesh.work > allowed {
+                return Ok(pieces.mesh.given_up());
             }
-            mesh.points_projected += pieces.points_projected;
-            mesh.left_out += pieces.left_out;
-            meshes.push(pieces);
-            dips.extend(found);
         }
         let all = (most.max(DIVIDING_POINTS * mean_work) + 1) * wanted.len() as u64;
+        let mesh = &mut pieces.mesh;
         mesh.needed = mesh.needed.filter(|_| all_finished).map(|needed| needed.max(work_before + all));
-        dips.retain(|dip| forced.add(dip));
-        wanted = welded.beside(&dips);
-        limit = unfinished(&states, allowed.saturating_sub(mesh.work), MIN_POINTS * mean_work, &mut wanted);
-        if wanted.is_empty() || mesh.work >= allowed {
+        pieces.dips.retain(|dip| forced.add(dip));
+        wanted = welded.beside(&pieces.dips);
+        pieces.dips.clear();
+        let remaining = allowed.saturating_sub(pieces.mesh.work);
+        let least = MIN_POINTS * mean_work;
+        let is_enough;
+        (limit, is_enough) = unfinished(&pieces.states, remaining, least, &mut wanted);
+        if whole && !is_enough {
+            return Ok(pieces.mesh.given_up());
+        }
+        if wanted.is_empty() || pieces.mesh.work >= allowed {
             break;
         }
     }
-    mesh.unfinished = states.iter().map(|state| state.unfinished).sum();
-    let VirtualMesh { vertices, triangles, corners, .. } = &mut mesh;
-    for TriangleState { mesh, pieces, .. } in states {
-        if !pieces.is_empty() {
-            meshes[mesh as usize].append_some_to(pieces, vertices, triangles, corners);
+    let mesh = pieces.joined();
+    Ok(if whole && !mesh.is_whole() { mesh.given_up() } else { mesh })
+}
+
+/// The pieces of a mesh in work.
+struct MeshPieces {
+    /// Everything but the pieces.
+    mesh: VirtualMesh,
+    /// One for each triangle.
+    states: Vec<TriangleState>,
+    /// The pieces of all divisions.
+    parts: Vec<VirtualMesh>,
+    dips: Vec<MissedBoundary>,
+}
+
+impl MeshPieces {
+    /// Adds what came of some triangles, and returns the most work of one of them, and whether all are finished.
+    fn add(
+        &mut self,
+        ((part, dips), results): ((VirtualMesh, Vec<MissedBoundary>), Vec<DividedTriangle>),
+        triangles: &[u32],
+        limit: u64,
+    ) -> (u64, bool) {
+        let (mut start, mut most, mut all_finished) = (0, 0, true);
+        for (&triangle, result) in triangles.iter().zip(&results) {
+            self.states[triangle as usize] = TriangleState::new(self.parts.len() as u32, start, result, limit);
+            start = result.end;
+            self.mesh.work += result.work;
+            most = most.max(result.work);
+            all_finished &= result.unfinished == 0;
         }
+        self.mesh.points_projected += part.points_projected;
+        self.mesh.left_out += part.left_out;
+        self.parts.push(part);
+        self.dips.extend(dips);
+        (most, all_finished)
     }
-    Ok(mesh)
+
+    /// The mesh with the last pieces of every triangle.
+    fn joined(self) -> VirtualMesh {
+        let mut mesh = self.mesh;
+        mesh.unfinished = self.states.iter().map(|state| state.unfinished).sum();
+        let VirtualMesh { vertices, triangles, corners, .. } = &mut mesh;
+        for TriangleState { mesh, pieces, .. } in self.states {
+            if !pieces.is_empty() {
+                self.parts[mesh as usize].append_some_to(pieces, vertices, triangles, corners);
+            }
+        }
+        mesh
+    }
 }
 
 /// A triangle's last division.
@@ -348,20 +434,22 @@ impl TriangleState {
 }
 
 /// Adds those of the unfinished triangles to `wanted` that need it most, as many as `remaining` work is enough for, and
-/// returns what each may take: twice what it had, and no less than `least`.
-fn unfinished(states: &[TriangleState], remaining: u64, least: u64, wanted: &mut Vec<u32>) -> u64 {
+/// returns what each may take: twice what it had, and no less than `least`; and whether that is all of them.
+fn unfinished(states: &[TriangleState], remaining: u64, least: u64, wanted: &mut Vec<u32>) -> (u64, bool) {
     let is_unfinished = |triangle: &u32| states[*triangle as usize].unfinished > 0;
     let mut waiting: Vec<u32> = (0..states.len() as u32).filter(is_unfinished).collect();
+    let all = waiting.len();
     let share = remaining / (waiting.len() + wanted.len()).max(1) as u64;
     let limit = share.max(least);
     waiting.retain(|triangle| 2 * states[*triangle as usize].limit <= limit);
     let priority = |triangle: &u32| states[*triangle as usize].priority;
     waiting.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
     waiting.truncate((remaining / limit.max(1)) as usize);
+    let is_enough = waiting.len() == all;
     wanted.extend(waiting);
     wanted.sort_unstable();
     wanted.dedup();
-    limit
+    (limit, is_enough)
 }
 
 impl WeldedObject {

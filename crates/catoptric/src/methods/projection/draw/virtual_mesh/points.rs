@@ -1,6 +1,6 @@
 //! An object's points with their appearances: projected, or put where the appearances of a point near them lead.
 
-use super::VirtualObject;
+use super::{Allowance, VirtualObject};
 use crate::methods::projection::find::work;
 use crate::methods::projector::{Projection, Projections, VertexProjector};
 use crate::parallel;
@@ -47,14 +47,14 @@ struct ProjectedChunk {
 
 impl ProjectedPoints {
     /// Projects an object's points with about as much work as is `allowed`, spread evenly over the object, but in every
-    /// chunk a batch at least. The others are extrapolated.
+    /// chunk a batch at least. The others are extrapolated, if not all have to be whole.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn new<P: VertexProjector + ?Sized>(
         projector: &P,
         object: &VirtualObject<'_>,
-        allowed: u64,
+        Allowance { work: allowed, whole }: Allowance,
         stage: &Stage<'_>,
     ) -> Result<Self, Cancelled> {
         let points: Vec<&[Vec3]> = object.welded.points.chunks(POINTS_AT_ONCE).collect();
@@ -83,8 +83,10 @@ impl ProjectedPoints {
             needed = (round == 0 && have_ended()).then(|| (most + 1) * points.len() as u64);
         }
         let count = chunks.iter().map(|chunk| chunk.known() as u64).sum();
-        parallel::for_each_mut_within(stage, &mut chunks, |index, chunk| chunk.extrapolate(points[index]))?;
         let extrapolated = object.welded.points.len() as u64 - count;
+        if !whole {
+            parallel::for_each_mut_within(stage, &mut chunks, |index, chunk| chunk.extrapolate(points[index]))?;
+        }
         let left_out = chunks.iter().map(|chunk| chunk.left_out).sum();
         Ok(Self { chunks, count, extrapolated, work, left_out, needed })
     }

@@ -89,7 +89,8 @@ fn limited<P: VertexProjector>(
     quality: &MeshQuality,
     allowed: u64,
 ) -> VirtualMesh {
-    virtual_mesh(projector, object, quality, allowed, &Stage::begin(&Silent, "", 1).unwrap()).unwrap()
+    virtual_mesh(projector, object, quality, Allowance::for_all(allowed), &Stage::begin(&Silent, "", 1).unwrap())
+        .unwrap()
 }
 
 const EDGE_ERROR_PX: f32 = 0.25;

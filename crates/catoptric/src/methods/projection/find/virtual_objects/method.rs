@@ -1,11 +1,12 @@
 //! The life cycle of methods of virtual objects: one implementation for all of them.
 
 use super::mesh::ReflectorMesh;
-use super::path_tree::{Locator, PathTree, Reflector};
+use super::path_tree::{Locator, PathLimits, PathTree, Reflector};
 use super::project::{Options, VirtualObjects};
 use crate::error::RenderError;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, Stages};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::methods::projection::find::ray_map::eye_of;
 use crate::methods::{MethodInfo, Quality, Report};
 use crate::parallel;
@@ -46,6 +47,9 @@ pub(crate) trait VirtualObjectMethod: Clone + Send + Sync + 'static {
 
     /// The making of appearances.
     fn options(&self) -> Options;
+
+    /// The work that a frame may take.
+    fn work_limit(&self) -> WorkLimit;
 
     /// The finest virtual edges' error and the smallest pieces, both in pixels.
     fn sizes_px(&self) -> [f32; 2];
@@ -91,15 +95,33 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
         context: &Context<'_, Self>,
         stages: &mut Stages<'_>,
     ) -> Result<PathTree<M::Locator>, RenderError> {
-        let Context { scene, mirrors, view, order, .. } = *context;
+        let Context { scene, mirrors, view, order, work, .. } = *context;
         let make = self.locators(scene, mirrors, view);
-        Ok(PathTree::build(scene, &mirrors.meshes, view, order, EYE_IMAGE_SIZE, make, stages.progress)?)
+        Ok(PathTree::build(
+            scene,
+            &mirrors.meshes,
+            view,
+            PathLimits { order, work },
+            EYE_IMAGE_SIZE,
+            make,
+            stages.progress,
+        )?)
+    }
+
+    fn is_complete(&self, data: &PathTree<M::Locator>) -> bool {
+        data.left_out.is_empty()
     }
 
     fn describe(&self, data: &PathTree<M::Locator>, report: &mut Report) {
         report.bytes.insert("maps", data.byte_count());
-        report.add_fallback("paths_left_out", data.paths_left_out);
+        if VirtualObjectMethod::work_limit(self).beyond == BeyondWork::Coarse {
+            report.add_fallback("paths_left_out", data.left_out.len() as u64);
+        }
         report.add_fallback("coarser_maps", data.coarser_maps());
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        VirtualObjectMethod::work_limit(self)
     }
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {

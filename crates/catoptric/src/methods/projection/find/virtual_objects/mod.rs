@@ -22,9 +22,9 @@ pub(crate) use extrusion::Extrusion;
 pub(crate) use eye_image::{EyeImage, NOTHING};
 pub(crate) use mesh::ReflectorMesh;
 pub(crate) use method::{LONGEST_EDGE, Reflectors, VirtualObjectMethod};
-#[cfg(test)]
-pub(crate) use path_tree::PathTree;
 pub(crate) use path_tree::{Locator, Reflector, map_size};
+#[cfg(test)]
+pub(crate) use path_tree::{PathLimits, PathTree};
 pub(crate) use piece::{CORNERS, in_front, interpolated, weights_of};
 pub(crate) use project::Options;
 pub(crate) use rays::{ReflectionPoint, ReflectionPoints, VertexRays, outer};

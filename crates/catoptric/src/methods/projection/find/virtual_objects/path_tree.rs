@@ -25,8 +25,8 @@ const MAX_PATHS: usize = 256;
 const MAX_REFINEMENTS: u32 = 4;
 const MAX_TRIANGLES: usize = 300_000;
 
-/// Work that building the paths of a view may take: a second or two of one core. Chosen, not measured.
-const BUILD_WORK: u64 = 40_000_000;
+/// Work for the rays at the vertices of a triangle. Measured on a mesh of ninety thousand.
+const WORK_A_TRIANGLE: u64 = 24;
 
 /// Bytes of a locator that take a unit of work to make and fill.
 const BYTES_A_UNIT: u64 = 24;
@@ -70,6 +70,11 @@ pub(crate) trait Locator: Send + Sync {
     /// Bytes held.
     fn byte_count(&self) -> u64;
 
+    /// Work that a reflector with its locator takes for each of its triangles, about: for rays at its vertices alone.
+    fn work_a_triangle() -> u64 {
+        WORK_A_TRIANGLE
+    }
+
     /// Work that it took to make, about: as measured of maps and pictures alike.
     fn build_work(&self) -> u64 {
         self.byte_count() / BYTES_A_UNIT
@@ -99,6 +104,15 @@ pub(crate) struct PathLevel<L> {
     pub(crate) ray_sets: Vec<RaySet<L>>,
 }
 
+/// Limits of the paths of a view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathLimits {
+    /// The highest number of bounces.
+    pub(crate) order: u32,
+    /// About the most work for building them.
+    pub(crate) work: u64,
+}
+
 /// All paths of a view up to an order.
 pub(crate) struct PathTree<L> {
     pub(crate) paths: Vec<SpecularPath>,
@@ -107,9 +121,9 @@ pub(crate) struct PathTree<L> {
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
     images: Vec<Option<EyeImage>>,
-    /// Paths that are not built, because there were too many or too much to do for them; longer ones that would start
-    /// with them are not counted.
-    pub(crate) paths_left_out: u64,
+    /// Paths that are not built, because there were too many or too much to do for them, without longer ones that would
+    /// start with them. Where both paths of a lens are not built, it is the one that reflects.
+    pub(crate) left_out: Vec<SpecularPath>,
     /// Work that is left for building paths.
     remaining: u64,
 }
@@ -121,12 +135,13 @@ impl<L> PathLevel<L> {
 }
 
 impl<L: Locator> PathTree<L> {
-    /// Builds all levels; `make` is called once for each ray set and returns `None` if nothing can appear by it.
+    /// Builds all levels within limits; `make` is called once for each ray set and returns `None` if nothing can appear
+    /// by it.
     pub(crate) fn build(
         scene: &Scene,
         meshes: &[ReflectorMesh],
         view: &View,
-        order: u32,
+        PathLimits { order, work }: PathLimits,
         image_size: u32,
         make: impl Fn(&Reflector<'_>) -> Option<L>,
         progress: &dyn Progress,
@@ -138,8 +153,8 @@ impl<L: Locator> PathTree<L> {
             levels: Vec::new(),
             view: view.clone(),
             images,
-            paths_left_out: 0,
-            remaining: BUILD_WORK,
+            left_out: Vec::new(),
+            remaining: work,
         };
         // How many paths there will be is unknown.
         let stage = Stage::begin(progress, "building maps", 0)?;
@@ -178,9 +193,13 @@ impl<L: Locator> PathTree<L> {
         if !meshes[index as usize].has_shape() {
             return Ok(());
         }
-        let found = if self.remaining > 0 { self.arrivals(meshes, parent, index, stage)? } else { None };
+        let work = L::work_a_triangle() * meshes[index as usize].triangles.len() as u64;
+        // Without first paths there would be nothing of the method.
+        let is_affordable = parent.is_none() || self.remaining > work;
+        let found = if is_affordable { self.arrivals(meshes, parent, index, stage)? } else { None };
         let Some((finer, mut arrivals)) = found else {
-            self.paths_left_out += 1;
+            let bounce = Bounce { object: meshes[index as usize].object, kind: BounceKind::Reflect };
+            self.left_out.push(self.going_on(parent, bounce));
             return Ok(());
         };
         let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
@@ -227,17 +246,23 @@ impl<L: Locator> PathTree<L> {
             if ray_sets.is_empty() {
                 continue;
             }
+            let bounce = Bounce { object: mesh.object, kind };
+            let path = self.going_on(parent, bounce);
             if self.levels.len() >= MAX_PATHS {
-                self.paths_left_out += 1;
+                self.left_out.push(path);
                 continue;
             }
-            let bounce = Bounce { object: mesh.object, kind };
-            let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();
-            path.bounces.push(bounce);
             self.paths.push(path);
             self.levels.push(PathLevel { parent, bounce, mesh: index, finer: finer.clone(), ray_sets });
         }
         Ok(())
+    }
+
+    /// The path of a level (of no bounce for `None`) with one more bounce.
+    fn going_on(&self, parent: Option<u32>, bounce: Bounce) -> SpecularPath {
+        let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();
+        path.bounces.push(bounce);
+        path
     }
 
     /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet. Returns

@@ -96,6 +96,10 @@ impl<L: Locator> VertexProjector for VirtualObjects<'_, L> {
         SCRATCH.set(scratch);
     }
 
+    fn left_out(&self) -> &[SpecularPath] {
+        &self.tree.left_out
+    }
+
     fn add_fallbacks(&self, report: &mut Report) {
         for ray_set in self.tree.levels.iter().flat_map(|level| &level.ray_sets) {
             ray_set.locator.add_fallbacks(report);

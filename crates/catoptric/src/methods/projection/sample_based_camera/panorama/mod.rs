@@ -26,6 +26,9 @@ use std::sync::Arc;
 /// Rays across a face at the most: all six take some gigabytes then.
 const MAX_RAYS: u32 = 2048;
 
+/// Work for fitting the cameras of one face, in units of about 100 ns of one core. Chosen, not measured.
+const FACE_WORK: u64 = 10_000_000;
+
 /// A scene's mirrors and lenses, made ready once for panoramic cameras at any number of places.
 pub struct PanoramicMirrors<'a> {
     scene: &'a Scene,
@@ -227,7 +230,8 @@ impl PanoramicCameras {
             let sampler = RaySampler::new(&specular, &field, settings.spacing_px(), &mapped);
             let mut grid = RayGrid::new(&sampler, progress)?;
             grid.groups.retain(|group| group.path.bounces.first().is_some_and(|bounce| is_first(bounce.object)));
-            let cameras = grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, progress)?;
+            let cameras =
+                grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, FACE_WORK, progress)?;
             Ok((grid, cameras))
         };
         let seen: Vec<(RayGrid, Vec<Cameras>)> =

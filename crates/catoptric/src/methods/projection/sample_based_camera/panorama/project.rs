@@ -150,6 +150,7 @@ impl<'a> FaceProjector<'a> {
         let view = cameras.view(face.number);
         let pixel = 2.0 / settings.size_px as f32;
         let cameras = CameraProjector {
+            left_out: &[],
             grid: &face.grid,
             cameras: &face.cameras,
             paths: face.grid.groups.iter().map(|group| group.path.clone()).collect(),

@@ -1,0 +1,112 @@
+//! The making of virtual meshes: which objects on which paths, and how finely.
+
+use super::super::MapsInView;
+use super::super::virtual_mesh::{Allowance, MeshQuality, VirtualMesh, VirtualObject, virtual_mesh};
+use super::VirtualScene;
+use crate::methods::Job;
+use crate::methods::projector::VertexProjector;
+use crate::optics::path::bundle::BounceKind;
+use crate::progress::{Cancelled, Stage};
+
+/// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
+/// itself, unpolished appearances show the surface in itself. Chosen, not measured.
+const OWN_REFLECTED: f32 = 0.02;
+
+/// The same for lenses through which it is seen from within: at their rims they are thin. Chosen, not measured.
+const OWN_TRANSMITTED: f32 = 0.002;
+
+/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
+/// off by this many times what others may be. Chosen, not measured.
+const BLACK: f32 = 2.0;
+
+/// A path and an object on it, both by their numbers.
+pub(super) type PathObject = (u32, u32);
+
+/// Makes the meshes of one view.
+pub(super) struct MeshMaker<'a, P: VertexProjector + ?Sized> {
+    pub(super) scene: &'a VirtualScene,
+    pub(super) job: &'a Job<'a>,
+    pub(super) projector: &'a P,
+    pub(super) quality: &'a MeshQuality,
+}
+
+impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
+    /// Makes the mesh of an object on a path.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn make(
+        &self,
+        key: PathObject,
+        allowance: Allowance,
+        stage: &Stage<'_>,
+    ) -> Result<VirtualMesh, Cancelled> {
+        let object = self.virtual_object(key);
+        let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
+        let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
+        virtual_mesh(self.projector, &object, &quality, allowance, stage)
+    }
+
+    /// The steps of a stage that a mesh takes.
+    pub(super) fn steps(&self, (_, object): PathObject) -> u64 {
+        VirtualObject::steps(&self.scene.welded[object as usize]) as u64
+    }
+
+    /// The number of bounces of a path.
+    pub(super) fn length(&self, (path, _): PathObject) -> u32 {
+        self.projector.paths()[path as usize].bounces.len() as u32
+    }
+
+    /// Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground of
+    /// longer paths.
+    pub(super) fn kind(&self, key: PathObject) -> (u32, bool) {
+        (self.length(key), self.job.scene.role_of(key.1).is_specular())
+    }
+
+    /// The paths and objects that may appear on them, by their kind, without those that maps of far objects show.
+    pub(super) fn pairs(&self, maps: MapsInView<'_>) -> Vec<PathObject> {
+        let (scene, view) = (self.job.scene, self.job.view);
+        let mut pairs = Vec::new();
+        for (path, sequence) in self.projector.paths().iter().enumerate() {
+            let Some(last) = sequence.bounces.last() else { continue };
+            for (index, object) in scene.objects.iter().enumerate() {
+                let is_convex = || match &object.surface {
+                    Some(surface) => surface.is_convex(),
+                    None => self.scene.topologies.is_convex(index as u32),
+                };
+                let from_without = || !object.inside && !view.may_start_within(&object.bounds);
+                let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
+                if own && is_convex() && from_without() {
+                    continue; // rays that leave a convex mirror never come back
+                }
+                if maps.far.is_some_and(|far| far.shows(last.object, index as u32)) {
+                    continue;
+                }
+                pairs.push((path as u32, index as u32));
+            }
+        }
+        pairs.sort_by_key(|&key| (self.kind(key), key));
+        pairs
+    }
+
+    /// An object on a path.
+    fn virtual_object(&self, (path, index): PathObject) -> VirtualObject<'_> {
+        let scene = self.job.scene;
+        let object = &scene.objects[index as usize];
+        let last = self.projector.paths()[path as usize].bounces.last();
+        let share = match last {
+            Some(last) if last.object != index => 0.0,
+            Some(last) if last.kind == BounceKind::Transmit => OWN_TRANSMITTED,
+            _ => OWN_REFLECTED,
+        };
+        VirtualObject {
+            welded: &self.scene.welded[index as usize],
+            first_triangle: object.triangles.start,
+            alpha_tested: scene.is_alpha_tested(index),
+            path,
+            least_segment: share * object.bounds.diagonal(),
+            last_reflector: last.map_or(object.bounds, |last| scene.objects[last.object as usize].bounds),
+            scene_size: scene.bounds.diagonal(),
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! State of every projection method with virtual meshes: mirrors made ready, welded objects, meshes of earlier
+//! frames.
+
+mod in_shares;
+mod maker;
+mod mirror_state;
+mod whole_paths;
+
+use super::prepared::Stages;
+use super::virtual_mesh::{MeshQuality, VirtualMesh, WeldedObject};
+use super::work_limit::ExactTiles;
+use super::{MapsInView, PathGeometry, draw_paths_with};
+use crate::clock::Stopwatch;
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::projector::{SpecularPath, VertexProjector};
+use crate::methods::{Job, Report};
+use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
+use crate::parallel;
+use crate::progress::{Cancelled, Stage};
+use crate::scene::Scene;
+use in_shares::FirstMesh;
+use maker::{MeshMaker, PathObject};
+use mirror_state::MirrorState;
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Data that depend on the scene alone, and the virtual meshes of the last view.
+pub struct VirtualScene {
+    mirrors: MirrorState,
+    topologies: MeshTopologies,
+    welded: Vec<Arc<WeldedObject>>,
+    meshes: Mutex<KeyedMeshes>,
+}
+
+/// Virtual meshes by path and object.
+type KeyedMeshes = HashMap<PathObject, KeptMesh>;
+
+/// A virtual mesh that later frames may use.
+struct KeptMesh {
+    /// What it was made of.
+    welded: Arc<WeldedObject>,
+    mesh: VirtualMesh,
+    first: FirstMesh,
+}
+
+/// What the making of meshes leaves beside them.
+#[derive(Default)]
+struct MadeMeshes {
+    points_projected: u64,
+    /// The number of objects on paths that have no mesh, because there was no work left for it.
+    left_out: u64,
+}
+
+impl VirtualScene {
+    /// Prepares a scene and returns whether its mirrors are those of `old`: what is still true of that one is kept, but
+    /// for its meshes ([`Self::take_meshes`]).
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(in crate::methods::projection) fn new(
+        scene: &Scene,
+        old: Option<&Self>,
+        stages: &mut Stages<'_>,
+    ) -> Result<(Self, bool), Cancelled> {
+        let mirrors = MirrorState::of(scene);
+        let same = old.filter(|old| old.mirrors == mirrors);
+        let topologies = match same {
+            Some(old) => old.topologies.clone(),
+            None => {
+                Stage::begin(stages.progress, "finding neighbours", 0)?;
+                let topologies = MeshTopologies::of(scene);
+                stages.lap("topology");
+                topologies
+            }
+        };
+        let old_welded = same.map_or(&[][..], |old| &old.welded);
+        let welded = parallel::map_stage(stages.progress, "welding", scene.objects.len(), |index| {
+            let welded = WeldedObject::new(scene, &scene.objects[index]);
+            match old_welded.get(index).filter(|old| ***old == welded) {
+                Some(same) => same.clone(),
+                None => Arc::new(welded),
+            }
+        })?;
+        stages.lap("weld");
+        Ok((Self { mirrors, topologies, welded, meshes: Mutex::default() }, same.is_some()))
+    }
+
+    /// Takes the virtual meshes of an earlier scene with the same mirrors.
+    pub(in crate::methods::projection) fn take_meshes(&self, old: &Self) {
+        *self.locked_meshes() = std::mem::take(&mut *old.locked_meshes());
+    }
+
+    fn locked_meshes(&self) -> MutexGuard<'_, KeyedMeshes> {
+        self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The mirrors, made ready for solvers.
+    pub fn surfaces<'a>(&self, scene: &'a Scene) -> SpecularSurfaces<'a> {
+        SpecularSurfaces::with_topologies(scene, &self.topologies)
+    }
+
+    /// Forgets all virtual meshes: the view has changed.
+    pub(in crate::methods::projection) fn forget_meshes(&self) {
+        self.locked_meshes().clear();
+    }
+
+    /// Draws the picture: makes the virtual meshes that are missing and rasterises them. Reflectors with environment
+    /// maps show these, and maps of far objects take the place of their virtual meshes.
+    ///
+    /// Meshes take about as much `work`. With `tiles` these draw the paths whose meshes are not whole then.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(in crate::methods::projection) fn draw<P: VertexProjector + ?Sized>(
+        &self,
+        job: &Job<'_>,
+        projector: &P,
+        quality: &MeshQuality,
+        (work, tiles): (u64, Option<&ExactTiles<'_>>),
+        maps: MapsInView<'_>,
+        target: &mut Framebuffer,
+    ) -> Result<Report, RenderError> {
+        let mut report = Report::default();
+        let mut watch = Stopwatch::new();
+        let maker = MeshMaker { scene: self, job, projector, quality };
+        let pairs = maker.pairs(maps);
+        if maps.far.is_some() {
+            // What has become far since an earlier frame is not drawn twice.
+            let wanted: HashSet<PathObject> = pairs.iter().copied().collect();
+            self.locked_meshes().retain(|key, _| wanted.contains(key));
+        }
+        let mut is_drawn = vec![true; projector.paths().len()];
+        let mut paths_left = 0;
+        let made = match tiles {
+            Some(_) => {
+                let (made, undone) = maker.add_whole(&pairs, work)?;
+                for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
+                    *drawn = !undone.hold(path);
+                }
+                paths_left = undone.count();
+                made
+            }
+            None => maker.add_in_shares(&pairs, work)?,
+        };
+        let meshes = self.locked_meshes();
+        let geometry = |(path, sequence): (usize, &SpecularPath)| {
+            let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
+            for object in 0..job.scene.objects.len() as u32 {
+                if let Some(kept) = meshes.get(&(path as u32, object)) {
+                    kept.mesh.append_to(&mut geometry.vertices, &mut geometry.triangles, &mut geometry.corners);
+                }
+            }
+            geometry
+        };
+        let drawn_paths = projector.paths().iter().enumerate().filter(|(path, _)| is_drawn[*path]);
+        let geometry: Vec<PathGeometry> = drawn_paths.map(geometry).collect();
+        let drawn = || meshes.iter().filter(|((path, _), _)| is_drawn[*path as usize]).map(|(_, kept)| &kept.mesh);
+        report.counts.insert("work", meshes.values().map(|kept| kept.mesh.work).sum());
+        report.counts.insert("vertices_projected", made.points_projected);
+        report.counts.insert("virtual_triangles", geometry.iter().map(|path| path.triangles.len() as u64).sum());
+        report.counts.insert("paths", geometry.len() as u64);
+        report.add_fallback("undivided_pieces", drawn().map(|mesh| mesh.unfinished).sum());
+        report.add_fallback("extrapolated_points", drawn().map(|mesh| mesh.extrapolated).sum());
+        report.add_fallback("appearances_left_out", drawn().map(|mesh| mesh.left_out).sum());
+        report.add_fallback("objects_left_out", made.left_out);
+        drop(meshes);
+        projector.add_fallbacks(&mut report);
+        report.stages_ms.push(("project", watch.lap_ms()));
+        report.add_fallback("paths_drawn_by_tiles", paths_left);
+        if paths_left > 0 {
+            report.warnings.push(format!(
+                "{paths_left} paths, with those that go on from them, are drawn by tiles: they take more than the \
+                 `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)"
+            ));
+        }
+        match tiles.filter(|_| paths_left > 0) {
+            Some(tiles) => report.add(tiles.draw(job, geometry, maps, target)?),
+            None => report.add_raster(&draw_paths_with(job, geometry, maps, target)?),
+        }
+        Ok(report)
+    }
+}
