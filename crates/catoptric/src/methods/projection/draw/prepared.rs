@@ -106,6 +106,8 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) order: u32,
     /// Work for building the paths of a view; none is built by who reads them only.
     pub(crate) work: u64,
+    /// True if what is left out is drawn by something else; points one by one are asked of all paths.
+    pub(crate) is_for_picture: bool,
 }
 
 /// Stages of work with their times.
@@ -198,7 +200,8 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
         let mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
-        let (method, scene, tiles, report) = (self.0.clone(), scene.clone(), LazyTiles::default(), stages.report);
+        let tiles = LazyTiles::new(self.0.work_limit(), scene, &mut stages)?;
+        let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
         Ok(Box::new(PreparedProjection { method, scene, quality, virtual_scene, tiles, mirrors, last: None, report }))
     }
 }
@@ -234,7 +237,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
             (&*method, &*scene, &*virtual_scene, &*tiles, &*mirrors, quality.order);
         let work = method.work_limit().of_frame(scene, view)?;
         stages.lap("glance");
-        let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths };
+        let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths, is_for_picture: true };
         let is_same = |last: &LastView<M>| last.view == *view && last.order == order;
         let keeps = match last.as_ref().filter(|last| is_same(last)) {
             Some(last) => method.fits(&context, &last.data)?,
@@ -274,7 +277,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
 impl<M: MeshProjection> ProjectionFrame<'_, M> {
     fn context(&self, work: u64) -> Context<'_, M> {
         let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
-        Context { scene, virtual_scene, mirrors, view, order: *order, work }
+        Context { scene, virtual_scene, mirrors, view, order: *order, work, is_for_picture: false }
     }
 
     fn projector_of_view(&self) -> M::Projector<'_> {

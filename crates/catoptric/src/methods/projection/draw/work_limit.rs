@@ -2,6 +2,7 @@
 
 use super::lists::{EndsOfPaths, draw_lists};
 use super::multiperspective::{TileModel, TiledScene};
+use super::prepared::Stages;
 use super::{MapsInView, PathGeometry};
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
@@ -143,13 +144,29 @@ impl ExactTiles<'_> {
     }
 }
 
-/// The tables of tiles, made when they are first needed.
+/// Scenes of more triangles have the tables of tiles made while they are prepared: no frame waits for them, which it
+/// would for over a tenth of a second. Chosen, not measured.
+const MANY_TRIANGLES: usize = 100_000;
+
+/// The tables of tiles, made when they are first needed, or before.
 #[derive(Default)]
 pub(in crate::methods::projection) struct LazyTiles {
     made: OnceLock<TiledScene>,
 }
 
 impl LazyTiles {
+    /// Those of a scene whose paths go on within a limit of work, made if that will take long.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn new(limit: WorkLimit, scene: &Arc<Scene>, stages: &mut Stages<'_>) -> Result<Self, RenderError> {
+        let tables = Self::default();
+        if limit.beyond == BeyondWork::Tiles && scene.triangles.len() > MANY_TRIANGLES {
+            tables.get(scene, &mut stages.report, stages.progress)?;
+        }
+        Ok(tables)
+    }
+
     /// Those of a scene: made by what is known of another moment of it, if tables were needed there.
     ///
     /// # Errors

@@ -95,13 +95,26 @@ impl RayGrid {
             remaining -= needed;
             is_kept[group] = true;
         }
-        let (kept, dropped): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.groups).into_iter().zip(is_kept).partition(|(_, is_kept)| *is_kept);
-        self.groups = kept.into_iter().map(|(group, _)| group).collect();
+        let mut kept = is_kept.into_iter();
+        let groups = std::mem::take(&mut self.groups);
+        let (kept, dropped): (Vec<_>, Vec<_>) = groups.into_iter().partition(|_| kept.next().unwrap_or_default());
+        self.groups = kept;
+        dropped.into_iter().map(|group| group.path).collect()
+    }
+
+    /// Drops the groups more of whose blocks have no accurate camera than have one, and returns their paths.
+    fn drop_inaccurate(&mut self, cameras: &mut Vec<Cameras>) -> Vec<SpecularPath> {
+        let is_accurate = |cameras: &Cameras| {
+            let counts = cameras.counts();
+            counts.unrefined_blocks <= counts.leaves
+        };
+        let groups = std::mem::take(&mut self.groups).into_iter().zip(std::mem::take(cameras));
+        let (kept, dropped): (Vec<_>, Vec<_>) = groups.partition(|(_, cameras)| is_accurate(cameras));
+        (self.groups, *cameras) = kept.into_iter().unzip();
         dropped.into_iter().map(|(group, _)| group.path).collect()
     }
 
-    /// The cameras of each group; rays that they need are added to these.
+    /// The cameras of each group; rays that they need are added to these, with the work that is left then.
     fn cameras(
         &mut self,
         sampler: &RaySampler<'_>,
@@ -112,7 +125,8 @@ impl RayGrid {
         progress: &dyn Progress,
     ) -> Result<Vec<Cameras>, Cancelled> {
         let count: u64 = self.groups.iter().map(|group| group.rays.len() as u64).sum();
-        let demand = CameraDemand { traced_a_ray: (work / WORK_A_TRACED_RAY / count.max(1)).max(1), ..demand };
+        let traced = work.saturating_sub(WORK_A_RAY * count) / WORK_A_TRACED_RAY;
+        let demand = CameraDemand { traced_a_ray: (traced / count.max(1)).max(1), ..demand };
         let built = parallel::map_stage(progress, "fitting cameras", self.groups.len(), |group| {
             CameraBuilder { group: &self.groups[group], view, bounds, sampler, demand }.cameras()
         })?;
@@ -175,7 +189,7 @@ impl MeshProjection for SampleBasedCamera {
     }
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<ViewCameras, RenderError> {
-        let Context { scene, virtual_scene, mirrors, view, order, work } = *context;
+        let Context { scene, virtual_scene, mirrors, view, order, work, .. } = *context;
         let field = ViewField::new(view, margin_px(&self.0));
         let mapped = hybrid::mapped(&self.0, scene, &field)?;
         let surfaces = &virtual_scene.surfaces(scene);
@@ -187,11 +201,12 @@ impl MeshProjection for SampleBasedCamera {
         let accuracy_px = accuracy_px.into();
         let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
         let bounds = scene.bounds;
-        let left_out = match self.0.beyond_work {
-            BeyondWork::Tiles => grid.drop_expensive(work),
-            BeyondWork::Coarse => Vec::new(),
-        };
-        let cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, work, stages.progress)?;
+        let leaves_out = context.is_for_picture && self.0.beyond_work == BeyondWork::Tiles;
+        let mut left_out = if leaves_out { grid.drop_expensive(work) } else { Vec::new() };
+        let mut cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, work, stages.progress)?;
+        if leaves_out {
+            left_out.extend(grid.drop_inaccurate(&mut cameras));
+        }
         stages.report.counts.insert("rays_traced", grid.traced);
         Ok(ViewCameras { bounds, grid, cameras, left_out, mapped, maps: None })
     }

@@ -278,7 +278,7 @@ const WORK_A_TRIANGLE: u64 = 2;
 
 /// Triangles that are divided before the work is looked at, where a mesh is to be whole. A size for threads; chosen,
 /// not measured.
-const TRIANGLES_A_BATCH: usize = 2048;
+const TRIANGLES_A_BATCH: usize = 256;
 
 /// Makes the virtual mesh of an object on one path, as its `steps` of a stage, with about as much work as is allowed:
 /// what is left then is drawn coarser, and counted; or nothing is drawn.

@@ -27,7 +27,7 @@ use std::sync::Arc;
 const MAX_RAYS: u32 = 2048;
 
 /// Work for fitting the cameras of one face, in units of about 100 ns of one core. Chosen, not measured.
-const FACE_WORK: u64 = 10_000_000;
+const FACE_WORK: u64 = 20_000_000;
 
 /// A scene's mirrors and lenses, made ready once for panoramic cameras at any number of places.
 pub struct PanoramicMirrors<'a> {
