@@ -18,6 +18,9 @@ const CAREFUL_BUILD: usize = 2_000_000;
 /// Up to this many boxes every node is tried in better places, twice: it takes a tenth of a second.
 const THOROUGH_BUILD: usize = 100_000;
 
+/// Triangles that are lower than this share of their largest coordinate are flat: four times its rounding.
+const FLAT: f64 = 2.0 * f32::EPSILON as f64;
+
 /// What a box stands for.
 #[derive(Clone, Copy, Debug)]
 enum Primitive {
@@ -29,22 +32,22 @@ enum Primitive {
 
 impl WideHierarchy {
     /// The hierarchy over the triangles of all objects for which `include` is true, those of analytic surfaces among
-    /// them. Triangles that are not finite are left out.
+    /// them. Triangles without extent are left out.
     pub(crate) fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
         let wanted = (0..scene.objects.len()).filter(|&object| include(object as u32));
         let all = wanted.flat_map(|object| scene.objects[object].triangles.clone());
-        let triangles: Vec<u32> = all.filter(|triangle| is_finite(scene, *triangle)).collect();
+        let (triangles, flat): (Vec<u32>, Vec<u32>) = all.partition(|triangle| has_extent(scene, *triangle));
         let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| corners(scene, *triangle).aabb()).collect();
         let primitives: Vec<Primitive> = triangles.iter().map(|triangle| Primitive::Triangle(*triangle, 0)).collect();
         let preset = match boxes.len() {
             0..=CAREFUL_BUILD => BvhBuildParams::medium_build(),
             _ => BvhBuildParams::fast_build(),
         };
-        Self::over(scene, &boxes, &primitives, &preset)
+        Self { flat, ..Self::over(scene, &boxes, &primitives, &preset) }
     }
 
     /// The hierarchy for rays alone: analytic surfaces stand for themselves, large triangles in several leaves, and
-    /// more time is taken. Triangles of objects for which `is_tested` is true have the bit [`ALPHA_TESTED`].
+    /// more time is taken. Triangles without extent are left out; those of objects for which `is_tested` is true have the bit [`ALPHA_TESTED`].
     pub(crate) fn build_for_rays(
         scene: &Scene,
         include: impl Fn(u32) -> bool,
@@ -58,7 +61,7 @@ impl WideHierarchy {
                 continue;
             }
             let tag = if is_tested(index) { ALPHA_TESTED } else { 0 };
-            for triangle in object.triangles.clone().filter(|triangle| is_finite(scene, *triangle)) {
+            for triangle in object.triangles.clone().filter(|triangle| has_extent(scene, *triangle)) {
                 triangles.push(corners(scene, triangle));
                 primitives.push(Primitive::Triangle(triangle, tag));
             }
@@ -104,8 +107,15 @@ impl WideHierarchy {
     }
 }
 
-fn is_finite(scene: &Scene, triangle: u32) -> bool {
-    corners_of(scene, triangle).iter().all(|corner| corner.is_finite())
+/// True if a triangle is finite and higher than rounding makes one whose corners lie on a line. Rays miss others; in
+/// hierarchies heaps of them would be tested one by one.
+pub(super) fn has_extent(scene: &Scene, triangle: u32) -> bool {
+    let [a, b, c] = corners_of(scene, triangle).map(|corner| corner.as_dvec3());
+    let twice_area = (b - a).cross(c - a).length();
+    let longest = (b - a).length().max((c - a).length()).max((c - b).length());
+    let largest = [a, b, c].into_iter().map(|corner| corner.abs().max_element()).fold(0.0, f64::max);
+    // Not true of what is no number, either.
+    twice_area > longest * largest * FLAT && twice_area.is_finite()
 }
 
 fn corners(scene: &Scene, triangle: u32) -> Triangle {

@@ -115,6 +115,8 @@ pub(crate) struct WideHierarchy {
     /// The first one is the root; children come after their parents.
     nodes: Vec<WideNode>,
     blocks: Vec<TriangleBlock>,
+    /// Triangles that had no extent when it was built.
+    flat: Vec<u32>,
     /// See [`Self::build_for_rays`].
     is_for_rays: bool,
 }
@@ -141,12 +143,17 @@ pub(crate) struct TriangleHit {
 impl WideHierarchy {
     /// The memory that it takes.
     pub(crate) fn byte_count(&self) -> u64 {
-        (size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())) as u64
+        let Self { nodes, blocks, flat, .. } = self;
+        (size_of_val(nodes.as_slice()) + size_of_val(blocks.as_slice()) + size_of_val(flat.as_slice())) as u64
     }
 
-    /// Brings boxes and corners to where the triangles are now; the scene has as many as before.
-    pub(crate) fn refit(&mut self, scene: &Scene) {
+    /// Brings boxes and corners to where the triangles are now; the scene has as many as before. Returns false if
+    /// triangles are missing that had no extent before: then it has to be built anew.
+    pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
         debug_assert!(!self.is_for_rays, "triangles stand in several leaves");
+        if self.flat.iter().any(|triangle| build::has_extent(scene, *triangle)) {
+            return false;
+        }
         for block in &mut self.blocks {
             for lane in 0..LANES {
                 let triangle = block.triangles[lane];
@@ -168,6 +175,7 @@ impl WideHierarchy {
             }
             self.nodes[index] = node;
         }
+        true
     }
 
     /// Shows a visitor the blocks of all leaves whose boxes pass its test.

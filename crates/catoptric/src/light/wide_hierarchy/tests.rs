@@ -52,7 +52,7 @@ fn nearest_of_all(scene: &Scene, ray: &Ray) -> Option<TriangleHit> {
 fn the_nearest_triangle_is_that_of_all_triangles_also_after_a_refit() {
     let (before, after) = (scene(Vec3::ZERO), scene(Vec3::new(1.5, -0.5, 0.25)));
     let mut moved = WideHierarchy::build(&before, |_| true);
-    moved.refit(&after);
+    assert!(moved.refit(&after));
     let mut hits = 0;
     for (name, hierarchy) in [("built", WideHierarchy::build(&after, |_| true)), ("refitted", moved)] {
         for ray in rays() {
@@ -66,6 +66,30 @@ fn the_nearest_triangle_is_that_of_all_triangles_also_after_a_refit() {
         }
     }
     assert!(hits > 1000, "{hits}");
+}
+
+/// Triangles on a line are in no hierarchy; one that opens later is missed by none.
+#[test]
+fn triangles_without_extent_are_left_out_until_they_open() {
+    let flat = |third: Vec3| {
+        let mut scene = scene(Vec3::ZERO);
+        for number in 0..1000u16 {
+            let first = scene.positions.len() as u32;
+            let along = |share: f32| Vec3::new(0.1, 0.7, -0.3) * (share + f32::from(number) * 1e-3);
+            scene.positions.extend([along(0.0), along(0.3), along(0.7) + third]);
+            scene.triangles.push([first, first + 1, first + 2]);
+        }
+        scene.objects[0].triangles.end = scene.objects[0].triangles.start;
+        scene.objects[1].triangles = scene.triangles.len() as u32 - 1000..scene.triangles.len() as u32;
+        scene
+    };
+    let on_a_line = flat(Vec3::ZERO);
+    let mut hierarchy = WideHierarchy::build(&on_a_line, |object| object == 1);
+    assert!(hierarchy.nodes.is_empty() && hierarchy.flat.len() == 1000);
+    assert!(hierarchy.refit(&on_a_line));
+    let open = flat(Vec3::X * 1e-3);
+    assert!(!hierarchy.refit(&open));
+    assert!(WideHierarchy::build(&open, |object| object == 1).flat.is_empty());
 }
 
 #[test]

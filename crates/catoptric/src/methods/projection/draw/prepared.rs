@@ -166,6 +166,8 @@ struct PreparedProjection<M: MeshProjection> {
 struct LastView<M: MeshProjection> {
     view: View,
     order: u32,
+    /// The work that there was for building its data.
+    work: u64,
     data: M::ViewData,
 }
 
@@ -238,7 +240,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         let work = method.work_limit().of_frame(scene, view)?;
         stages.lap("glance");
         let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths, is_for_picture: true };
-        let is_same = |last: &LastView<M>| last.view == *view && last.order == order;
+        let is_same = |last: &LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);
         let keeps = match last.as_ref().filter(|last| is_same(last)) {
             Some(last) => method.fits(&context, &last.data)?,
             None => false,
@@ -251,7 +253,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
                 if let Some(old) = last.take() {
                     method.take_over(&mut data, old.data);
                 }
-                LastView { view: view.clone(), order, data }
+                LastView { view: view.clone(), order, work: work.paths, data }
             }
         };
         let last = last.insert(current);

@@ -54,14 +54,11 @@ impl TiledScene {
     ) -> Result<Self, RenderError> {
         let stage = Stage::begin(progress, "building the hierarchy", 2)?;
         let mut watch = Stopwatch::new();
-        let hierarchy = match old.filter(|old| old.scene.triangles == scene.triangles) {
-            Some(old) => {
-                let mut hierarchy = old.hierarchy.clone();
-                hierarchy.refit(scene);
-                hierarchy
-            }
-            None => WideHierarchy::build(scene, |_| true),
-        };
+        let refitted = old.filter(|old| old.scene.triangles == scene.triangles).and_then(|old| {
+            let mut hierarchy = old.hierarchy.clone();
+            hierarchy.refit(scene).then_some(hierarchy)
+        });
+        let hierarchy = refitted.unwrap_or_else(|| WideHierarchy::build(scene, |_| true));
         stage.advance(1)?;
         report.stages_ms.push(("bvh", watch.lap_ms()));
         let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
