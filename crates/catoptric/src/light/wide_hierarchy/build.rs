@@ -47,7 +47,8 @@ impl WideHierarchy {
     }
 
     /// The hierarchy for rays alone: analytic surfaces stand for themselves, large triangles in several leaves, and
-    /// more time is taken. Triangles without extent are left out; those of objects for which `is_tested` is true have the bit [`ALPHA_TESTED`].
+    /// more time is taken. Triangles without extent are left out; those of objects for which `is_tested` is true have
+    /// the bit [`ALPHA_TESTED`].
     pub(crate) fn build_for_rays(
         scene: &Scene,
         include: impl Fn(u32) -> bool,
