@@ -170,8 +170,8 @@ impl VirtualScene {
         report.add_fallback("paths_drawn_by_tiles", paths_left);
         if paths_left > 0 {
             report.warnings.push(format!(
-                "{paths_left} paths, with those that go on from them, are drawn by tiles: they take more than the \
-                 `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)"
+                "paths drawn by tiles, with those that go on from them, because they take more than the `work` that \
+                 is allowed: {paths_left} (with `beyond_work = \"coarse\"` the method draws them, coarser)"
             ));
         }
         match tiles.filter(|_| paths_left > 0) {

@@ -129,6 +129,15 @@ pub(crate) struct PathTree<L> {
 }
 
 impl<L> PathLevel<L> {
+    /// True if some of the rays may meet a reflector: those within a body stay there, and those that leave a convex one
+    /// do not come back.
+    fn may_reach(&self, ray_set: &RaySet<L>, index: u32, mesh: &ReflectorMesh) -> bool {
+        let (inside, own) = (ray_set.rays.inside_after, self.mesh == index);
+        let possible = if inside { own } else { !(own && mesh.convex && ray_set.rays.side > 0.0) };
+        let leaves = own && !inside && self.bounce.kind == BounceKind::Transmit && mesh.convex;
+        possible && !leaves
+    }
+
     fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
         self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
     }
@@ -193,7 +202,13 @@ impl<L: Locator> PathTree<L> {
         if !meshes[index as usize].has_shape() {
             return Ok(());
         }
-        let work = L::work_a_triangle() * meshes[index as usize].triangles.len() as u64;
+        let mesh = &meshes[index as usize];
+        if let Some(level) = parent.map(|parent| &self.levels[parent as usize])
+            && !level.ray_sets.iter().any(|ray_set| level.may_reach(ray_set, index, mesh))
+        {
+            return Ok(());
+        }
+        let work = L::work_a_triangle() * mesh.triangles.len() as u64;
         // Without first paths there would be nothing of the method.
         let is_affordable = parent.is_none() || self.remaining > work;
         let found = if is_affordable { self.arrivals(meshes, parent, index, stage)? } else { None };
@@ -308,14 +323,10 @@ impl<L: Locator> PathTree<L> {
         let mut all = Vec::new();
         let (mut done, allowed) = (0, self.remaining / 2);
         for (number, ray_set) in level.ray_sets.iter().enumerate() {
-            let inside = ray_set.rays.inside_after;
-            let own = level.mesh == index;
-            // Rays within a body stay there, and those that leave a convex one do not come back.
-            let possible = if inside { own } else { !(own && mesh.convex && ray_set.rays.side > 0.0) };
-            let leaves = own && !inside && level.bounce.kind == BounceKind::Transmit && mesh.convex;
-            if !possible || leaves {
+            if !level.may_reach(ray_set, index, mesh) {
                 continue;
             }
+            let (inside, own) = (ray_set.rays.inside_after, level.mesh == index);
             let reflector = self.reflector(meshes, level, ray_set);
             let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
             let least = if own { MIN_WAY * mesh.radius } else { 0.0 };
