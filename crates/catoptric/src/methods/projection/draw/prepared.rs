@@ -160,6 +160,8 @@ struct PreparedProjection<M: MeshProjection> {
     mirrors: M::Mirrors,
     /// Data of the last view.
     last: Option<LastView<M>>,
+    /// The work of the last view's frames, until something moves.
+    work: Option<(View, FrameWork)>,
     report: Report,
 }
 
@@ -204,7 +206,17 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         let mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
         let tiles = LazyTiles::new(self.0.work_limit(), scene, &mut stages)?;
         let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
-        Ok(Box::new(PreparedProjection { method, scene, quality, virtual_scene, tiles, mirrors, last: None, report }))
+        Ok(Box::new(PreparedProjection {
+            method,
+            scene,
+            quality,
+            virtual_scene,
+            tiles,
+            mirrors,
+            last: None,
+            work: None,
+            report,
+        }))
     }
 }
 
@@ -227,6 +239,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         if let Some(last) = &mut self.last {
             self.method.forget_objects(&mut last.data);
         }
+        self.work = None;
         (self.virtual_scene, self.tiles, self.mirrors) = (virtual_scene, tiles, mirrors);
         (self.scene, self.quality, self.report) = (scene.clone(), quality, stages.report);
         Ok(())
@@ -234,10 +247,14 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
 
     fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
         let mut stages = Stages::new(progress);
-        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, .. } = self;
+        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, work: known_work, .. } = self;
         let (method, scene, virtual_scene, tiles, mirrors, order) =
             (&*method, &*scene, &*virtual_scene, &*tiles, &*mirrors, quality.order);
-        let work = method.work_limit().of_frame(scene, view)?;
+        let work = match known_work.take().filter(|(known, _)| known == view) {
+            Some((_, work)) => work,
+            None => method.work_limit().of_frame(scene, view)?,
+        };
+        *known_work = Some((view.clone(), work));
         stages.lap("glance");
         let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths, is_for_picture: true };
         let is_same = |last: &LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);

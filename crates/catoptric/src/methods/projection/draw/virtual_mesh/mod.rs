@@ -143,6 +143,11 @@ impl Allowance {
         Self { work, whole: false }
     }
 
+    /// The work.
+    pub(in crate::methods::projection) fn work(&self) -> u64 {
+        self.work
+    }
+
     /// For a whole mesh, or none at all.
     pub fn for_whole(work: u64) -> Self {
         Self { work, whole: true }

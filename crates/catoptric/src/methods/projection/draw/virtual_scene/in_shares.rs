@@ -1,11 +1,10 @@
 //! Meshes of all paths, however much there is to do: coarser ones where that is too much.
 
-use super::super::virtual_mesh::{Allowance, VirtualMesh};
+use super::super::virtual_mesh::Allowance;
+use super::MadeMeshes;
 use super::maker::{MeshMaker, PathObject};
-use super::{KeptMesh, MadeMeshes};
 use crate::methods::projector::VertexProjector;
 use crate::progress::{Cancelled, Stage};
-use std::sync::Arc;
 
 /// Objects on a path may first take this many times an even share of what is there for those of their kind: most need
 /// less. Chosen, not measured.
@@ -17,26 +16,6 @@ const LARGEST_SHARE: u64 = 3;
 
 /// Meshes are made again if they may take so many times what they were first allowed. Chosen, not measured.
 const MUCH_MORE: u64 = 2;
-
-/// What a mesh was first allowed and took, before there was work left to make it again.
-#[derive(Clone, Copy)]
-pub(super) struct FirstMesh {
-    allowed: u64,
-    work: u64,
-    needed: Option<u64>,
-    is_coarse: bool,
-}
-
-impl FirstMesh {
-    pub(super) fn of(mesh: &VirtualMesh) -> Self {
-        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, is_coarse: !mesh.is_whole() }
-    }
-
-    /// True if it would be the same with this much work allowed.
-    fn holds_with(&self, allowed: u64) -> bool {
-        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
-    }
-}
 
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     /// Makes the virtual meshes that are not kept from an earlier frame.
@@ -57,28 +36,12 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
             let mut of_kind = if kind + 1 < kinds.len() { remaining / 2 } else { remaining };
             for (number, &key) in pairs.iter().enumerate() {
                 let allowed = (EVEN_SHARES * of_kind / (pairs.len() - number) as u64).min(of_kind);
-                let welded = &self.scene.welded[key.1 as usize];
                 if allowed == 0 {
                     meshes().remove(&key);
                     made.left_out += 1;
                     continue;
                 }
-                let kept = meshes().get(&key).and_then(|kept| {
-                    (Arc::ptr_eq(&kept.welded, welded) && kept.first.holds_with(allowed)).then_some(kept.first)
-                });
-                let first = match kept {
-                    Some(first) => {
-                        stage.advance(self.steps(key))?;
-                        first
-                    }
-                    None => {
-                        let mesh = self.make(key, Allowance::for_all(allowed), &stage)?;
-                        made.points_projected += mesh.points_projected;
-                        let first = FirstMesh::of(&mesh);
-                        meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
-                        first
-                    }
-                };
+                let first = self.first_mesh(key, Allowance::for_all(allowed), &mut made, &stage)?;
                 if first.is_coarse {
                     coarse.push((key, first.allowed));
                 }

@@ -2,11 +2,12 @@
 
 use super::super::MapsInView;
 use super::super::virtual_mesh::{Allowance, MeshQuality, VirtualMesh, VirtualObject, virtual_mesh};
-use super::VirtualScene;
+use super::{KeptMesh, MadeMeshes, VirtualScene};
 use crate::methods::Job;
 use crate::methods::projector::VertexProjector;
 use crate::optics::path::bundle::BounceKind;
 use crate::progress::{Cancelled, Stage};
+use std::sync::Arc;
 
 /// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
 /// itself, unpolished appearances show the surface in itself. Chosen, not measured.
@@ -21,6 +22,27 @@ const BLACK: f32 = 2.0;
 
 /// A path and an object on it, both by their numbers.
 pub(super) type PathObject = (u32, u32);
+
+/// What a mesh was first allowed and took, before there was work left to make it again.
+#[derive(Clone, Copy)]
+pub(super) struct FirstMesh {
+    pub(super) allowed: u64,
+    pub(super) work: u64,
+    needed: Option<u64>,
+    /// It is coarser than asked for, or nothing.
+    pub(super) is_coarse: bool,
+}
+
+impl FirstMesh {
+    fn of(mesh: &VirtualMesh) -> Self {
+        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, is_coarse: !mesh.is_whole() }
+    }
+
+    /// True if it would be the same with this much work allowed.
+    fn holds_with(&self, allowed: u64) -> bool {
+        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
+    }
+}
 
 /// Makes the meshes of one view.
 pub(super) struct MeshMaker<'a, P: VertexProjector + ?Sized> {
@@ -45,6 +67,32 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
         let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
         virtual_mesh(self.projector, &object, &quality, allowance, stage)
+    }
+
+    /// The first mesh of an object on a path: one kept from an earlier frame if it would be the same, or a new one.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn first_mesh(
+        &self,
+        key: PathObject,
+        allowance: Allowance,
+        made: &mut MadeMeshes,
+        stage: &Stage<'_>,
+    ) -> Result<FirstMesh, Cancelled> {
+        let welded = &self.scene.welded[key.1 as usize];
+        let kept = self.scene.locked_meshes().get(&key).and_then(|kept| {
+            (Arc::ptr_eq(&kept.welded, welded) && kept.first.holds_with(allowance.work())).then_some(kept.first)
+        });
+        if let Some(first) = kept {
+            stage.advance(self.steps(key))?;
+            return Ok(first);
+        }
+        let mesh = self.make(key, allowance, stage)?;
+        made.points_projected += mesh.points_projected;
+        let first = FirstMesh::of(&mesh);
+        self.scene.locked_meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
+        Ok(first)
     }
 
     /// The steps of a stage that a mesh takes.

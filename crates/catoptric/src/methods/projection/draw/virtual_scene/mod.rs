@@ -19,8 +19,7 @@ use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
 use crate::scene::Scene;
-use in_shares::FirstMesh;
-use maker::{MeshMaker, PathObject};
+use maker::{FirstMesh, MeshMaker, PathObject};
 use mirror_state::MirrorState;
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -169,10 +168,10 @@ impl VirtualScene {
         report.stages_ms.push(("project", watch.lap_ms()));
         report.add_fallback("paths_drawn_by_tiles", paths_left);
         if paths_left > 0 {
-            report.warnings.push(format!(
-                "paths drawn by tiles, with those that go on from them, because they take more than the `work` that \
-                 is allowed: {paths_left} (with `beyond_work = \"coarse\"` the method draws them, coarser)"
-            ));
+            // The same for all frames, so that it is shown once.
+            let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
+                           `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
+            report.warnings.push(warning.into());
         }
         match tiles.filter(|_| paths_left > 0) {
             Some(tiles) => report.add(tiles.draw(job, geometry, maps, target)?),

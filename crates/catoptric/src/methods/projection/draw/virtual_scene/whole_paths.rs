@@ -1,14 +1,12 @@
 //! Meshes of paths that are done as a whole, or not at all.
 
 use super::super::virtual_mesh::Allowance;
-use super::in_shares::FirstMesh;
+use super::MadeMeshes;
 use super::maker::{MeshMaker, PathObject};
-use super::{KeptMesh, MadeMeshes};
 use crate::methods::projector::{SpecularPath, VertexProjector};
 use crate::optics::path::bundle::Bounce;
 use crate::progress::{Cancelled, Stage};
 use std::collections::HashSet;
-use std::sync::Arc;
 
 /// Paths of one length may take one part of so many less than all of the work that is left, if there are longer ones.
 /// Chosen, not measured.
@@ -100,7 +98,6 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         made: &mut MadeMeshes,
         stage: &Stage<'_>,
     ) -> Result<(u64, bool), Cancelled> {
-        let meshes = || self.scene.locked_meshes();
         let mut taken = 0;
         for (number, &key) in pairs.iter().enumerate() {
             let remaining = allowed.saturating_sub(taken);
@@ -108,27 +105,9 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 self.forget(&pairs[number..]);
                 return Ok((taken, false));
             }
-            let welded = &self.scene.welded[key.1 as usize];
-            let kept = meshes().get(&key).and_then(|kept| {
-                let is_same = Arc::ptr_eq(&kept.welded, welded) && kept.mesh.holds_with(remaining);
-                is_same.then(|| (kept.mesh.work, kept.mesh.is_whole()))
-            });
-            let (work, is_whole) = match kept {
-                Some(kept) => {
-                    stage.advance(self.steps(key))?;
-                    kept
-                }
-                None => {
-                    let mesh = self.make(key, Allowance::for_whole(remaining), stage)?;
-                    made.points_projected += mesh.points_projected;
-                    let state = (mesh.work, mesh.is_whole());
-                    let first = FirstMesh::of(&mesh);
-                    meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
-                    state
-                }
-            };
-            taken += work;
-            if !is_whole {
+            let first = self.first_mesh(key, Allowance::for_whole(remaining), made, stage)?;
+            taken += first.work;
+            if first.is_coarse {
                 self.forget(&pairs[number + 1..]);
                 return Ok((taken, false));
             }
