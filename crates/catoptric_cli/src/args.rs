@@ -129,6 +129,9 @@ pub(crate) struct SceneArgs {
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
     pub(crate) reflector: Vec<String>,
+    /// Shadows of the file's lights
+    #[arg(long, value_enum, default_value = "on")]
+    pub(crate) shadows: Shadows,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,
 }
@@ -146,6 +149,12 @@ pub(crate) struct PoseArgs {
     /// Time in the file's animation, seconds
     #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
     pub(crate) time: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shadows {
+    On,
+    Off,
 }
 
 /// The view of the scene.

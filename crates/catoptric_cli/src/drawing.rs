@@ -1,6 +1,6 @@
 //! Draws the frames of one method and takes their times.
 
-use crate::args::{Backend, DrawArgs, Motion, SceneArgs, ViewArgs};
+use crate::args::{Backend, DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
 use crate::baked::Bakes;
 use crate::failure::Failure;
 use crate::scene_source;
@@ -38,6 +38,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) bakes: Bakes,
     roles: Vec<RoleRule>,
+    shadows: Shadows,
     time: f32,
     view: &'a ViewArgs,
 }
@@ -103,14 +104,15 @@ impl<'a> Shot<'a> {
         let model = scene_source::load(&args.scene, args.environment.as_deref())?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
-        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles)?);
+        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, args.shadows)?);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bakes.open_ms));
         }
         let quality = Quality { samples: draw.samples, order: draw.order };
-        let (motion, budget_ms, time) = (draw.motion, draw.budget_ms, args.pose.time);
-        let shot = Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, roles, time, view };
+        let (motion, budget_ms, time, shadows) = (draw.motion, draw.budget_ms, args.pose.time, args.shadows);
+        let shot =
+            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, roles, shadows, time, view };
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
         Ok(shot)
@@ -156,7 +158,7 @@ impl<'a> Shot<'a> {
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
                 let time = self.time + frame as f32 / FRAMES_PER_SECOND;
-                let scene = scene_source::pose(&self.model, time, &self.roles)?;
+                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows)?;
                 stages.push(("pose", milliseconds(start)));
                 drawing.scene = Arc::new(scene);
                 drawing.prepared.update(&drawing.scene, self.quality, progress)?;

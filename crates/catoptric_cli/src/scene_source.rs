@@ -1,6 +1,6 @@
 //! From the word SCENE and the options about it to a model.
 
-use crate::args::{PoseArgs, SceneArgs};
+use crate::args::{PoseArgs, SceneArgs, Shadows};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::SceneError;
@@ -24,13 +24,18 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Fai
     Ok(model)
 }
 
-/// The scene at one moment.
-pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule]) -> Result<Scene, Failure> {
-    model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
+/// The scene at one moment, with shadows of its lights if wanted.
+pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule], shadows: Shadows) -> Result<Scene, Failure> {
+    let posed = model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
         // The one message that does not name its scene.
         SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
         error => error.into(),
-    })
+    });
+    let mut scene = posed?;
+    if shadows == Shadows::On {
+        catoptric::light::visibility::cast_shadows(&mut scene);
+    }
+    Ok(scene)
 }
 
 /// A role as it was given on the command line: `reflector`, `lens` or `diffuse`, and a pattern.

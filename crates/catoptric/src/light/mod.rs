@@ -7,4 +7,5 @@ pub mod radiance_field;
 pub(crate) mod reflector_shader;
 pub mod tracer;
 pub(crate) mod two_path_tracer;
+pub mod visibility;
 pub(crate) mod wide_hierarchy;

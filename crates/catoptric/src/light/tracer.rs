@@ -13,9 +13,10 @@ use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.
+#[derive(Debug)]
 pub struct Tracer {
     hierarchy: WideHierarchy,
-    textured: bool,
+    has_footprints: bool,
     /// Primitives that rays were tested against, where that is counted.
     tests: Option<AtomicU64>,
 }
@@ -24,7 +25,11 @@ impl Tracer {
     /// The hierarchy over all objects of a scene for which `include` is true.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
         let hierarchy = WideHierarchy::build_for_rays(scene, include, |object| is_alpha_tested(scene, object));
-        Self { hierarchy, textured: scene.materials.iter().any(crate::scene::Material::textured), tests: None }
+        Self {
+            hierarchy,
+            has_footprints: scene.materials.iter().any(|material| scene.has_footprints(material)),
+            tests: None,
+        }
     }
 
     /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
@@ -42,9 +47,9 @@ impl Tracer {
         self.hierarchy.byte_count()
     }
 
-    /// True if the scene has textures, whose footprints matter.
+    /// True if footprints of rays matter: the scene has textures or highlights.
     pub fn needs_differentials(&self) -> bool {
-        self.textured
+        self.has_footprints
     }
 
     /// The first surface along a ray at a distance of at least `near`.
@@ -84,6 +89,12 @@ impl Tracer {
             PrimitiveMet::Triangle(hit) => PrimitiveHit::Triangle(hit.triangle & !ALPHA_TESTED),
             PrimitiveMet::Surface(object, distance) => PrimitiveHit::Surface { object, distance: distance.into() },
         })
+    }
+
+    /// Returns true if anything is nearer along a ray than a distance.
+    pub(crate) fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
+        let walk = Walk { hierarchy: &self.hierarchy, treelet: None, scene, ray, near: 0.0 };
+        walk.is_blocked(distance)
     }
 
     #[inline(always)]
@@ -188,6 +199,35 @@ impl Walk<'_> {
             }
         }
         self.run_in::<Portable, C>(tests)
+    }
+
+    /// Whether there is any primitive nearer than a distance, with AVX2 where the machine has it.
+    fn is_blocked(&self, distance: f32) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2(walk: &Walk<'_>, distance: f32) -> bool {
+                walk.is_blocked_in::<Avx2>(distance)
+            }
+            if Avx2::is_available() {
+                #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
+                return unsafe { with_avx2(self, distance) };
+            }
+        }
+        self.is_blocked_in::<Portable>(distance)
+    }
+
+    #[inline(always)]
+    fn is_blocked_in<S: SignBits>(&self, distance: f32) -> bool {
+        let Self { hierarchy, scene, ray, .. } = *self;
+        let passes = |hit: &TriangleHit| {
+            hit.triangle & ALPHA_TESTED == 0 || present(scene, hit.triangle & !ALPHA_TESTED, hit.barycentrics)
+        };
+        let surface = |object: u32, far: f32| {
+            let surface = scene.objects[object as usize].surface.as_ref()?;
+            Some(surface.first_distance(ray.origin, ray.direction, 0.0, far)? as f32)
+        };
+        hierarchy.meets_any::<S>(ray, distance, passes, surface)
     }
 
     #[inline(always)]

@@ -3,4 +3,5 @@
 mod blend;
 mod closed_forms;
 mod path_derivatives;
+mod shadows;
 mod visibility;

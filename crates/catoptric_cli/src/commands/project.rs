@@ -5,7 +5,7 @@ mod npy;
 mod output;
 mod search;
 
-use crate::args::{ProjectArgs, ViewArgs};
+use crate::args::{ProjectArgs, Shadows, ViewArgs};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     files::check_writable(&args.output)?;
     let mut points = Points::open(&args.points)?;
     let model = scene_source::load(&args.scene, None)?;
-    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles)?);
+    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 

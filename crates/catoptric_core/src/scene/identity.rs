@@ -31,7 +31,8 @@ impl Scene {
             put_array(sink, &self.positions[vertices.clone()]);
             put_array(sink, &self.normals[vertices.clone()]);
             put_array(sink, bytemuck::cast_slice::<_, f32>(self.uvs[vertices.clone()].as_flattened()));
-            put_array(sink, self.colors.get(vertices).unwrap_or_default());
+            put_array(sink, self.colors.get(vertices.clone()).unwrap_or_default());
+            put_array(sink, self.tangents.get(vertices).unwrap_or_default());
             // Counted from the object's first vertex: omitted vertices before it have no effect.
             let first = object.vertices.start;
             let triangles = &self.triangles[object.triangles.start as usize..object.triangles.end as usize];
@@ -46,7 +47,7 @@ impl Scene {
         for texture in &self.textures {
             texture.write_identity(sink);
         }
-        put_printed(sink, &self.lights);
+        put_printed(sink, &(&self.lights, self.light_visibility.is_some()));
         match &self.environment {
             Some(environment) => environment.write_identity(sink),
             None => put_printed(sink, &"no environment"),

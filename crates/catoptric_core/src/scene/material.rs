@@ -45,6 +45,59 @@ pub struct TextureBinding {
     pub texture_from_uv: Affine2,
 }
 
+/// The scattering of light by a rough surface's microscopic facets, beside the light that enters it: glTF's
+/// metallic-roughness model (glTF 2.0, appendix B).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Microfacets {
+    /// 0 for dielectrics to 1 for metals.
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1: the square root of the distribution's alpha.
+    pub roughness: f32,
+    /// Its green channel multiplies `roughness`, its blue one `metallic`.
+    pub texture: Option<TextureBinding>,
+    /// Reflectance of the dielectric at normal incidence.
+    pub specular: Vec3,
+    /// Reflectance of the dielectric at grazing angles.
+    pub specular_at_grazing: f32,
+    /// The share of a clear coat over all, 0 to 1, whose highlights are drawn, and no reflections.
+    pub coat: f32,
+    /// Perceptual roughness of the coat.
+    pub coat_roughness: f32,
+}
+
+impl Default for Microfacets {
+    /// glTF's defaults, but for its metal.
+    fn default() -> Self {
+        Self {
+            metallic: 0.0,
+            roughness: 1.0,
+            texture: None,
+            specular: Vec3::splat(0.04),
+            specular_at_grazing: 1.0,
+            coat: 0.0,
+            coat_roughness: 0.0,
+        }
+    }
+}
+
+/// A texture of a surface's normals in its tangent frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NormalMap {
+    /// Its texture: made by [`Texture::from_normals8`](super::Texture::from_normals8).
+    pub binding: TextureBinding,
+    /// The factor on slopes.
+    pub scale: f32,
+}
+
+/// A texture of the share of light from all around that arrives at a surface: its red channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OcclusionMap {
+    /// Its texture.
+    pub binding: TextureBinding,
+    /// How much of it counts, 0 to 1.
+    pub strength: f32,
+}
+
 /// The use of the base colour's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
@@ -71,6 +124,12 @@ pub struct Material {
     pub emissive_texture: Option<TextureBinding>,
     /// The base colour is radiance as it stands: no lighting.
     pub unlit: bool,
+    /// Reflection by microscopic facets; `None`: Lambert's law alone.
+    pub microfacets: Option<Microfacets>,
+    /// Turns the normals of lit surfaces.
+    pub normal_map: Option<NormalMap>,
+    /// Weakens light from the environment.
+    pub occlusion_map: Option<OcclusionMap>,
     /// The use of the base colour's alpha.
     pub alpha_mode: AlphaMode,
     /// Index of refraction, of a lens or of a coat.
@@ -98,6 +157,9 @@ impl Default for Material {
             emissive: Vec3::ZERO,
             emissive_texture: None,
             unlit: false,
+            microfacets: None,
+            normal_map: None,
+            occlusion_map: None,
             alpha_mode: AlphaMode::Opaque,
             ior: 1.5,
             absorption: Vec3::ZERO,
@@ -118,6 +180,24 @@ impl Material {
     /// A perfect mirror with a tint.
     pub fn mirror(name: &str, tint: Vec3) -> Self {
         Self { name: name.into(), role: Role::Reflector, base_color: tint.extend(1.0), ..Self::default() }
+    }
+
+    /// All textures that it reads.
+    pub fn bindings(&self) -> impl Iterator<Item = &TextureBinding> {
+        let microfacets = self.microfacets.as_ref().and_then(|microfacets| microfacets.texture.as_ref());
+        let normals = self.normal_map.as_ref().map(|map| &map.binding);
+        let occlusion = self.occlusion_map.as_ref().map(|map| &map.binding);
+        let colors = [self.base_texture.as_ref(), self.emissive_texture.as_ref()];
+        colors.into_iter().chain([microfacets, normals, occlusion]).flatten()
+    }
+
+    /// The same, to be changed.
+    pub fn bindings_mut(&mut self) -> impl Iterator<Item = &mut TextureBinding> {
+        let microfacets = self.microfacets.as_mut().and_then(|microfacets| microfacets.texture.as_mut());
+        let normals = self.normal_map.as_mut().map(|map| &mut map.binding);
+        let occlusion = self.occlusion_map.as_mut().map(|map| &mut map.binding);
+        let colors = [self.base_texture.as_mut(), self.emissive_texture.as_mut()];
+        colors.into_iter().chain([microfacets, normals, occlusion]).flatten()
     }
 
     /// Clear glass.

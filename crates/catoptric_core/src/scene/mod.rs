@@ -5,6 +5,7 @@ mod blend;
 pub mod hit;
 mod identity;
 mod light;
+mod light_visibility;
 mod material;
 pub mod model;
 mod pose;
@@ -14,11 +15,13 @@ mod view;
 
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
-pub use material::{AlphaMode, Material, Role, TextureBinding};
+pub use light_visibility::LightVisibility;
+pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::environment::Environment;
+pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
 pub use shading::texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
@@ -27,7 +30,7 @@ pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, 
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -47,6 +50,9 @@ pub struct Scene {
     pub uvs: Vec<[Vec2; 2]>,
     /// Linear vertex colours; empty when the whole scene has none.
     pub colors: Vec<[f32; 4]>,
+    /// Tangents of normal maps, along the texture's u: unit vectors, then the sign of the bitangent
+    /// `normal x tangent`; empty when the whole scene has no normal map.
+    pub tangents: Vec<Vec4>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// The object of each triangle.
@@ -62,6 +68,8 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
     /// Lights of the file.
     pub lights: Vec<Light>,
+    /// What stands between points and lights; `None`: lights cast no shadows.
+    pub light_visibility: Option<Arc<dyn LightVisibility>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
     /// Cameras; the first is the default.

@@ -6,7 +6,7 @@ use super::{Environment, LightKind, Material, Projection, Texture};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::AnalyticSurface;
-use glam::{Affine3A, DQuat, DVec3, Mat4, Quat, Vec2, Vec3};
+use glam::{Affine3A, DQuat, DVec3, Mat4, Quat, Vec2, Vec3, Vec4};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -134,8 +134,10 @@ pub struct Primitive {
     pub positions: Vec<Vec3>,
     /// Unit shading normals; empty: every triangle is flat.
     pub normals: Vec<Vec3>,
-    /// Two sets of texture coordinates: the one that the base colour's texture uses, and the emissive texture's.
+    /// Two sets of texture coordinates, those that the material's textures use.
     pub uvs: [Vec<Vec2>; 2],
+    /// Tangents of the normal map, as in a [`Scene`](super::Scene).
+    pub tangents: Vec<Vec4>,
     /// Linear vertex colours with alpha; empty: white.
     pub colors: Vec<[f32; 4]>,
     /// Four joints a vertex, indices into the skin's joints.
@@ -157,6 +159,8 @@ pub struct MorphTarget {
     pub positions: Vec<Vec3>,
     /// Added to normals.
     pub normals: Vec<Vec3>,
+    /// Added to tangents.
+    pub tangents: Vec<Vec3>,
 }
 
 /// Joints that bend a mesh.

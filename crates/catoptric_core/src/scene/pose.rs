@@ -7,7 +7,8 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use crate::surface::mesh::parts::append_parts;
-use glam::{Affine3A, DAffine3, DMat4, DQuat, Mat3, Mat4, Quat, Vec2, Vec3};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// The moment and the roles with which a model becomes a scene.
@@ -24,6 +25,9 @@ pub const MAX_TRIANGLES: usize = 100_000_000;
 
 /// Coordinates beyond this are taken for errors: squares of distances must stay finite.
 const MAX_COORDINATE: f32 = 1e12;
+
+/// The tangent of vertices without a normal map.
+const NO_TANGENT: Vec4 = Vec4::new(1.0, 0.0, 0.0, 1.0);
 
 /// The animated state of one node.
 #[derive(Clone)]
@@ -48,6 +52,7 @@ impl Model {
             model: self,
             rules: MaterialRules::new(self, &options.roles),
             overridden: HashMap::new(),
+            any_tangents: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.tangents.is_empty()),
             any_colors: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.colors.is_empty()),
             scene: Scene {
                 name: self.name.clone(),
@@ -247,14 +252,19 @@ fn joint_matrices(skin: &Skin, worlds: &[Affine3A]) -> Option<Vec<Mat4>> {
     joints.map(|(joint, node)| Some(Mat4::from(*worlds.get(*node)?) * bind(joint))).collect()
 }
 
-/// Positions and normals of a primitive after morphing; borrowed where nothing changes.
+/// Positions, normals and tangents of a primitive after morphing; borrowed where nothing changes.
 struct PosedPrimitive<'a> {
-    positions: std::borrow::Cow<'a, [Vec3]>,
-    normals: std::borrow::Cow<'a, [Vec3]>,
+    positions: Cow<'a, [Vec3]>,
+    normals: Cow<'a, [Vec3]>,
+    tangents: Cow<'a, [Vec4]>,
 }
 
 fn morphed<'a>(primitive: &'a Primitive, weights: &[f32]) -> PosedPrimitive<'a> {
-    let mut shape = PosedPrimitive { positions: (&primitive.positions).into(), normals: (&primitive.normals).into() };
+    let mut shape = PosedPrimitive {
+        positions: (&primitive.positions).into(),
+        normals: (&primitive.normals).into(),
+        tangents: (&primitive.tangents).into(),
+    };
     for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
         if weight == 0.0 || !weight.is_finite() {
             continue;
@@ -263,6 +273,10 @@ fn morphed<'a>(primitive: &'a Primitive, weights: &[f32]) -> PosedPrimitive<'a> 
             if !offsets.is_empty() && !arrays.is_empty() {
                 arrays.to_mut().iter_mut().zip(offsets).for_each(|(value, offset)| *value += *offset * weight);
             }
+        }
+        if !target.tangents.is_empty() && !shape.tangents.is_empty() {
+            let tangents = shape.tangents.to_mut().iter_mut().zip(&target.tangents);
+            tangents.for_each(|(value, offset)| *value += (*offset * weight).extend(0.0));
         }
     }
     shape
@@ -275,6 +289,7 @@ impl Primitive {
             ("normals", self.normals.len()),
             ("first texture coordinates", self.uvs[0].len()),
             ("second texture coordinates", self.uvs[1].len()),
+            ("tangents", self.tangents.len()),
             ("colors", self.colors.len()),
             ("joints", self.joints.len()),
             ("weights", self.weights.len()),
@@ -285,7 +300,7 @@ impl Primitive {
             }
         }
         for target in &self.morph_targets {
-            for length in [target.positions.len(), target.normals.len()] {
+            for length in [target.positions.len(), target.normals.len(), target.tangents.len()] {
                 if length != 0 && length != count {
                     return Err(format!("a morph target has {length} values for {count} positions"));
                 }
@@ -307,6 +322,7 @@ struct SceneBuilder<'a> {
     /// Materials made by rules: by original material and the rules that won.
     overridden: HashMap<(usize, [Option<usize>; 2]), u32>,
     any_colors: bool,
+    any_tangents: bool,
     scene: Scene,
 }
 
@@ -371,6 +387,9 @@ impl SceneBuilder<'_> {
                     scene.positions.push(positions[vertex as usize]);
                     scene.normals.push(normal);
                     scene.uvs.push(uv(vertex as usize));
+                    if self.any_tangents {
+                        scene.tangents.push(NO_TANGENT);
+                    }
                     if self.any_colors {
                         scene.colors.push(color(primitive, vertex as usize));
                     }
@@ -384,6 +403,12 @@ impl SceneBuilder<'_> {
                 scene.positions.push(if usable[vertex] { *position } else { Vec3::ZERO });
                 scene.normals.push(normal);
                 scene.uvs.push(uv(vertex));
+                if self.any_tangents {
+                    let tangent = shape.tangents.get(vertex).copied().unwrap_or(NO_TANGENT);
+                    let placed = transform(vertex).transform_vector3(tangent.truncate()).normalize_or(Vec3::X);
+                    let turned = if mirrored { -tangent.w } else { tangent.w };
+                    scene.tangents.push(placed.extend(if turned < 0.0 { -1.0 } else { 1.0 }));
+                }
                 if self.any_colors {
                     scene.colors.push(color(primitive, vertex));
                 }
@@ -422,6 +447,9 @@ impl SceneBuilder<'_> {
         scene.positions.extend(mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3()).as_vec3()));
         scene.normals.extend(mesh.normals.iter().map(|n| place.transform_vector3(n.as_dvec3()).as_vec3()));
         scene.uvs.extend(mesh.uvs.iter().map(|uv| [*uv; 2]));
+        if self.any_tangents {
+            scene.tangents.resize(scene.positions.len(), NO_TANGENT);
+        }
         if self.any_colors {
             scene.colors.resize(scene.positions.len(), [1.0; 4]);
         }

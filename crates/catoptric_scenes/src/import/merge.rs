@@ -45,9 +45,7 @@ pub(super) fn append(model: &mut Model, other: Model) {
         animation
     }));
     model.materials.extend(materials.into_iter().map(|mut material| {
-        for binding in [&mut material.base_texture, &mut material.emissive_texture].into_iter().flatten() {
-            binding.texture += offset.texture;
-        }
+        material.bindings_mut().for_each(|binding| binding.texture += offset.texture);
         material
     }));
     model.textures.extend(textures);

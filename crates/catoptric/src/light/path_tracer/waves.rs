@@ -93,7 +93,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let material = scene.material_of(scene.triangle_objects[*triangle as usize]);
             if material.role == Role::Diffuse {
                 let mut at = Barycentrics { value: *barycentrics, ..Barycentrics::default() };
-                if let Some(change) = segment.change.as_ref().filter(|_| material.textured()) {
+                if let Some(change) = segment.change.as_ref().filter(|_| scene.has_footprints(material)) {
                     [at.dx, at.dy] = self.tracer.barycentric_changes(scene, ray, *triangle, *distance, change);
                 }
                 let query = SurfaceQuery { triangle: *triangle, barycentrics: at, towards_viewer: -ray.direction };

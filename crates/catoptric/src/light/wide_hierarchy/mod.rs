@@ -3,6 +3,7 @@
 //! Boxes and corners are plain floats, one lane a child or triangle: a node or a leaf is tested at once. Triangles that
 //! move keep their place in it ([`WideHierarchy::refit`]).
 
+mod any;
 mod build;
 mod rays;
 mod treelet;

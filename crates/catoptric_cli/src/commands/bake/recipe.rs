@@ -1,6 +1,6 @@
 //! The recipe of a plan: how its work is made again, on this machine or another.
 
-use crate::args::BakeWhatArgs;
+use crate::args::{BakeWhatArgs, Shadows};
 use crate::failure::Failure;
 use crate::scene_source::{self, RoleWord};
 use crate::settings;
@@ -23,6 +23,9 @@ pub(super) struct Recipe {
     environment: Option<PathBuf>,
     roles: Vec<RoleWord>,
     time: f32,
+    /// Plans of before there were shadows have none.
+    #[serde(default)]
+    shadows: bool,
     method: String,
     /// Those given, over the scene's own.
     settings: Table,
@@ -54,6 +57,7 @@ impl Recipe {
             environment: args.scene.environment.as_deref().map(whole),
             roles: scene_source::role_words(&args.scene, options),
             time: args.scene.pose.time,
+            shadows: args.scene.shadows == Shadows::On,
             method: args.method.clone(),
             settings,
             order: args.order,
@@ -64,7 +68,8 @@ impl Recipe {
     pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
         let roles = scene_source::rules(&self.roles)?;
         let model = scene_source::load(&self.scene, self.environment.as_deref())?;
-        let scene = scene_source::pose(&model, self.time, &roles)?;
+        let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
+        let scene = scene_source::pose(&model, self.time, &roles, shadows)?;
         let chosen = settings::choose(&self.method, &model, &self.settings)?;
         let quality = Quality { samples: 1, order: self.order };
         Ok(Ingredients { scene, settings: chosen.settings, method: chosen.info, quality })

@@ -1,9 +1,13 @@
 //! The colours of surface points: textures and their filters, light, the environment.
 
+mod arriving_light;
 pub(super) mod batch;
 mod drawn;
 pub(super) mod environment;
 mod filter;
+mod glossy;
+mod lit_point;
+pub mod microfacets;
 pub(super) mod sample_patterns;
 pub mod shade;
 pub(super) mod texture;

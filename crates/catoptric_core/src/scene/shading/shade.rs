@@ -1,8 +1,9 @@
 //! The appearance of a point of a surface: the one place where colours are computed, for every method.
 //!
-//! Surfaces are lit by the file's lights (without shadows), by the environment's irradiance, and, where a scene
-//! has neither, by a headlight that travels with the path: it shines from the path's previous point. Both sides
-//! of a surface are lit: for views of its back the normal is turned over.
+//! Surfaces are lit by the file's lights, by the environment, and, where a scene has neither, by a headlight that
+//! travels with the path: it shines from the path's previous point, makes no highlights, and casts no shadows. Both
+//! sides of a surface are lit: for views of its back the normal is turned over. Lambert's law is worked out here; what
+//! has microfacets or a normal map, in the modules `lit_point` and `glossy`.
 
 use super::super::{AlphaMode, Material, Ray, RayDifferential, Scene, TextureBinding, UvFootprint};
 use crate::surface::SurfaceHit;
@@ -25,6 +26,14 @@ pub struct SurfacePoint {
     pub footprints: [UvFootprint; 2],
     /// Linear vertex colour with alpha.
     pub color: Vec4,
+    /// Tangent along the texture's u and sign of the bitangent, of surfaces with normal maps.
+    pub tangent: Vec4,
+    /// Sum of the squares of the unit normal's changes with the pixel's column and row, of surfaces with microfacets.
+    pub normal_change2: f32,
+    /// The triangle; `u32::MAX` on exact surfaces.
+    pub triangle: u32,
+    /// The place on the triangle.
+    pub barycentrics: Vec2,
     /// The size of the coordinates that the position was computed from: it is rounded in proportion to them.
     pub coordinate_size: f32,
 }
@@ -91,6 +100,7 @@ impl Scene {
             geometric_normal: hit.normal,
             normal: hit.normal,
             color: Vec4::ONE,
+            triangle: u32::MAX,
             coordinate_size: hit.position.abs().max_element(),
             ..SurfacePoint::default()
         };
@@ -148,8 +158,8 @@ impl Scene {
         let [ua, ub, uc] = [&self.uvs[a], &self.uvs[b], &self.uvs[c]];
         let mut uvs = [Vec2::ZERO; 2];
         let mut footprints = [UvFootprint::default(); 2];
-        let textured = self.materials[self.objects[object as usize].material as usize].textured();
-        if textured {
+        let material = &self.materials[self.objects[object as usize].material as usize];
+        if material.textured() {
             for channel in 0..2 {
                 let (du, dv) = (ub[channel] - ua[channel], uc[channel] - ua[channel]);
                 uvs[channel] = ua[channel] + du * wb + dv * wc;
@@ -168,7 +178,30 @@ impl Scene {
         };
         let position = pa + ab * wb + ac * wc;
         let coordinate_size = pa.abs().max(pb.abs()).max(pc.abs()).max_element();
-        SurfacePoint { object, position, geometric_normal, normal, uvs, footprints, color, coordinate_size }
+        let mut point = SurfacePoint {
+            object,
+            position,
+            geometric_normal,
+            normal,
+            uvs,
+            footprints,
+            color,
+            triangle,
+            barycentrics: at.value,
+            coordinate_size,
+            ..SurfacePoint::default()
+        };
+        if material.normal_map.is_some() && !self.tangents.is_empty() {
+            let [ta, tb, tc] = [self.tangents[a], self.tangents[b], self.tangents[c]];
+            point.tangent = (ta * wa + tb * wb + tc * wc).truncate().extend(ta.w);
+        }
+        if material.microfacets.is_some() && !self.has_headlight() {
+            let (change_b, change_c) = (nb - na, nc - na);
+            let changes = [at.dx, at.dy].map(|d| (change_b * d.x + change_c * d.y).reject_from_normalized(normal));
+            point.normal_change2 =
+                (changes[0].length_squared() + changes[1].length_squared()) / sum.length_squared().max(1e-6);
+        }
+        point
     }
 
     /// Base colour times texture times vertex colour, linear, with alpha.
@@ -182,7 +215,7 @@ impl Scene {
     }
 
     #[inline(always)]
-    fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
+    pub(super) fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
         let Some(texture) = self.textures.get(binding.texture as usize) else { return Vec4::ONE };
         let channel = binding.uv_channel as usize & 1;
         let (uv, footprint) = (point.uvs[channel], &point.footprints[channel]);
@@ -226,8 +259,7 @@ impl Scene {
         if material.unlit {
             return finite(base);
         }
-        let normal = if point.geometric_normal.dot(towards_viewer) < 0.0 { -point.normal } else { point.normal };
-        let mut radiance = base * self.irradiance_over_pi(point.position, normal, towards_viewer);
+        let mut radiance = self.lit(material, base, point, towards_viewer);
         if material.emissive != Vec3::ZERO {
             let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |t| self.sample(t, point).xyz());
             radiance += material.emissive * texture;
@@ -235,20 +267,10 @@ impl Scene {
         finite(radiance)
     }
 
+    /// Returns true if a material's look depends on how much of it a pixel shows.
     #[inline(always)]
-    fn irradiance_over_pi(&self, position: Vec3, normal: Vec3, towards_viewer: Vec3) -> Vec3 {
-        if self.lights.is_empty() && self.environment.is_none() {
-            return Vec3::splat(normal.dot(towards_viewer).max(0.0));
-        }
-        let mut sum = Vec3::ZERO;
-        for light in &self.lights {
-            let (towards, irradiance) = light.arriving(position);
-            sum += irradiance * normal.dot(towards).max(0.0);
-        }
-        if let Some(environment) = &self.environment {
-            sum += environment.irradiance(normal);
-        }
-        sum * std::f32::consts::FRAC_1_PI
+    pub fn has_footprints(&self, material: &Material) -> bool {
+        material.textured() || material.microfacets.is_some() && !self.has_headlight()
     }
 
     /// The radiance from infinity in a direction of unit length.
@@ -262,7 +284,11 @@ impl Material {
     /// Returns true if anything is read from a texture.
     #[inline(always)]
     pub fn textured(&self) -> bool {
-        self.base_texture.is_some() || self.emissive_texture.is_some()
+        self.base_texture.is_some()
+            || self.emissive_texture.is_some()
+            || self.normal_map.is_some()
+            || self.occlusion_map.is_some()
+            || self.microfacets.as_ref().is_some_and(|microfacets| microfacets.texture.is_some())
     }
 }
 

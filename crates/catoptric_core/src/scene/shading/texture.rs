@@ -3,7 +3,7 @@
 use super::filter::{self, TextureLookUps};
 use crate::framebuffer::linear_from_srgb;
 use crate::math::lanes::Lanes;
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 
 /// The wrapping of a texture beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,6 +108,24 @@ impl Texture {
             .map(|t| [decode[t[0] as usize], decode[t[1] as usize], decode[t[2] as usize], t[3] as u16 * 257])
             .collect();
         Self::from_linear16(name, width, height, texels, sampler)
+    }
+
+    /// A texture of 8-bit numbers that are no colours, rows from the top; else as [`Self::from_srgb8`].
+    pub fn from_linear8(name: &str, width: u32, height: u32, rgba: &[[u8; 4]], sampler: Sampler) -> Self {
+        let texels = rgba.iter().map(|texel| texel.map(|value| u16::from(value) * 257)).collect();
+        Self::from_linear16(name, width, height, texels, sampler)
+    }
+
+    /// A texture of normals, rows from the top: from 0 for -1 to 255 for 1 in x (right), y (up) and z (outwards), as in
+    /// glTF. They are given unit length; mip levels hold means, whose length tells how much normals differ.
+    pub fn from_normals8(name: &str, width: u32, height: u32, rgba: &[[u8; 4]], sampler: Sampler) -> Self {
+        let unit = |texel: &[u8; 4]| {
+            let [x, y, z] = [texel[0], texel[1], texel[2]].map(|value| f32::from(value) * (2.0 / 255.0) - 1.0);
+            let normal = Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::Z);
+            let coded = (normal * 0.5 + 0.5) * 65535.0 + 0.5;
+            [coded.x as u16, coded.y as u16, coded.z as u16, u16::MAX]
+        };
+        Self::from_linear16(name, width, height, rgba.iter().map(unit).collect(), sampler)
     }
 
     /// A texture of linear 16-bit texels, rows from the top; all mip levels are made here.

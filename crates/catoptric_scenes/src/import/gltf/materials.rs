@@ -1,11 +1,12 @@
 //! Materials: mirrors, lenses, coats and diffuse surfaces from the file's properties.
 
+use super::meshes::{TextureSets, VertexNeeds};
 use super::schema::{self, Material as MaterialEntry};
 use super::source::Source;
-use super::textures::{DecodedTexture, TextureSet, TextureUse};
+use super::textures::{Content, DecodedTexture, TextureSet, TextureUse};
 use catoptric_core::error::SceneError;
-use catoptric_core::scene::{AlphaMode, Material, Role};
-use glam::{Vec3, Vec4};
+use catoptric_core::scene::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
+use glam::{Affine2, Vec3, Vec4};
 
 /// Metals at least this metallic are mirrors.
 const MIN_METALLIC: f32 = 0.95;
@@ -30,35 +31,86 @@ const NOT_PLAIN: [&str; 8] = [
     "KHR_materials_transmission",
 ];
 
+/// The textures of a material; base colours first.
+#[derive(Default)]
+struct TextureUses {
+    base: Option<TextureUse>,
+    microfacets: Option<TextureUse>,
+    normals: Option<TextureUse>,
+    occlusion: Option<TextureUse>,
+    emissive: Option<TextureUse>,
+}
+
+impl TextureUses {
+    fn all_mut(&mut self) -> [&mut Option<TextureUse>; 5] {
+        let Self { base, microfacets, normals, occlusion, emissive } = self;
+        [base, microfacets, normals, occlusion, emissive]
+    }
+}
+
 /// A material whose textures are identified but not yet decoded.
 pub(super) struct PlannedMaterial {
     material: Material,
-    base: Option<TextureUse>,
-    emissive: Option<TextureUse>,
+    textures: TextureUses,
+    /// The sets of texture coordinates that its textures read.
+    sets: TextureSets,
     blends: bool,
 }
 
 impl PlannedMaterial {
-    /// The sets of texture coordinates that vertices must bring.
-    pub(super) fn texture_sets(&self) -> [Option<u32>; 2] {
-        [&self.base, &self.emissive].map(|texture| texture.as_ref().map(|texture| texture.set))
+    /// What vertices must bring.
+    pub(super) fn attributes(&self) -> VertexNeeds {
+        let normals = self.textures.normals.as_ref();
+        VertexNeeds { sets: self.sets, normal_map: normals.and_then(|normals| self.channel(normals)) }
+    }
+
+    /// The channel of a vertex's texture coordinates that a texture reads.
+    fn channel(&self, texture: &TextureUse) -> Option<usize> {
+        self.sets.iter().position(|set| *set == Some(texture.set))
+    }
+
+    /// Chooses the sets of texture coordinates. A vertex has two; textures that need a third one are left out.
+    fn choose_sets(&mut self, source: &Source<'_>, owner: &dyn Fn() -> String) {
+        for texture in self.textures.all_mut() {
+            let Some(set) = texture.as_ref().map(|texture| texture.set) else { continue };
+            match self.sets.iter().position(|taken| *taken == Some(set) || taken.is_none()) {
+                Some(channel) => self.sets[channel] = Some(set),
+                None => {
+                    source.warn(format!("{}: only two sets of texture coordinates are used", owner()));
+                    *texture = None;
+                }
+            }
+        }
     }
 
     /// The material, now that its textures are there.
-    pub(super) fn finish(self, source: &Source<'_>, index: usize, textures: &[DecodedTexture]) -> Material {
-        let mut material = self.material;
-        let translucent_texture = self
-            .base
+    pub(super) fn finish(mut self, source: &Source<'_>, index: usize, textures: &[DecodedTexture]) -> Material {
+        let binding = |texture: &Option<TextureUse>| {
+            let texture = texture.as_ref()?;
+            Some(texture.binding(self.channel(texture)? as u8))
+        };
+        let uses = &self.textures;
+        let [base, microfacets, normals] = [&uses.base, &uses.microfacets, &uses.normals].map(binding);
+        let [occlusion, emissive] = [&uses.occlusion, &uses.emissive].map(binding);
+        let material = &mut self.material;
+        let translucent_texture = base
             .as_ref()
-            .and_then(|texture| textures.get(texture.texture as usize))
+            .and_then(|binding| textures.get(binding.texture as usize))
             .is_some_and(|texture| texture.is_translucent);
         if self.blends && (translucent_texture || material.base_color.w < 1.0) {
             source.warn(format!("materials[{index}] `{}`: alpha BLEND is drawn as a mask at 0.5", material.name));
             material.alpha_mode = AlphaMode::Mask(0.5);
         }
-        material.base_texture = self.base.map(|texture| texture.binding(0));
-        material.emissive_texture = self.emissive.map(|texture| texture.binding(1));
-        material
+        (material.base_texture, material.emissive_texture) = (base, emissive);
+        if let Some(of_material) = &mut material.microfacets {
+            of_material.texture = microfacets;
+        }
+        // Made for the entry's textures; here are those that have pictures.
+        material.normal_map =
+            material.normal_map.take().zip(normals).map(|(map, binding)| NormalMap { binding, ..map });
+        material.occlusion_map =
+            material.occlusion_map.take().zip(occlusion).map(|(map, binding)| OcclusionMap { binding, ..map });
+        self.material
     }
 }
 
@@ -85,6 +137,7 @@ pub(super) fn plan(
         ..Material::default()
     };
     if !unlit {
+        material.microfacets = Some(microfacets(source, entry, &owner)?);
         give_role(source, entry, &owner, &mut material)?;
     }
     let blends = match entry.alpha_mode.as_deref().unwrap_or("OPAQUE") {
@@ -100,16 +153,84 @@ pub(super) fn plan(
             return Err(source.invalid(format!("{}.alphaMode", owner()), problem));
         }
     };
-    let (mut base, mut emissive) = (None, None);
+    let mut planned =
+        PlannedMaterial { material, textures: TextureUses::default(), sets: TextureSets::default(), blends };
     if let Some(textures) = textures {
-        if let Some(info) = &pbr.base_color_texture {
-            base = textures.add(source, info, &|| format!("{}.pbrMetallicRoughness.baseColorTexture", owner()))?;
-        }
-        if let Some(info) = entry.emissive_texture.as_ref().filter(|_| material.emissive != Vec3::ZERO) {
-            emissive = textures.add(source, info, &|| format!("{}.emissiveTexture", owner()))?;
-        }
+        planned.add_textures(source, entry, textures, &owner)?;
+        planned.choose_sets(source, &owner);
     }
-    Ok(PlannedMaterial { material, base, emissive, blends })
+    Ok(planned)
+}
+
+impl PlannedMaterial {
+    /// Takes up the textures that its light depends on.
+    fn add_textures(
+        &mut self,
+        source: &Source<'_>,
+        entry: &MaterialEntry,
+        textures: &mut TextureSet,
+        owner: &dyn Fn() -> String,
+    ) -> Result<(), SceneError> {
+        let pbr = &entry.pbr_metallic_roughness;
+        let is_lit = !self.material.unlit;
+        let glows = self.material.emissive != Vec3::ZERO;
+        let wanted = [
+            ("pbrMetallicRoughness.baseColorTexture", &pbr.base_color_texture, Content::Color, true),
+            ("pbrMetallicRoughness.metallicRoughnessTexture", &pbr.metallic_roughness_texture, Content::Data, is_lit),
+            ("normalTexture", &entry.normal_texture, Content::Normals, is_lit),
+            ("occlusionTexture", &entry.occlusion_texture, Content::Data, is_lit),
+            ("emissiveTexture", &entry.emissive_texture, Content::Color, glows),
+        ];
+        for ((field, info, content, is_used), texture) in wanted.into_iter().zip(self.textures.all_mut()) {
+            if let Some(info) = info.as_ref().filter(|_| is_used) {
+                *texture = textures.add(source, info, content, &|| format!("{}.{field}", owner()))?;
+            }
+        }
+        let number = |value: Option<f32>| value.filter(|value| value.is_finite()).unwrap_or(1.0);
+        let binding = || TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
+        let info = entry.normal_texture.as_ref().filter(|_| self.textures.normals.is_some());
+        self.material.normal_map = info.map(|info| NormalMap { binding: binding(), scale: number(info.scale) });
+        let info = entry.occlusion_texture.as_ref().filter(|_| self.textures.occlusion.is_some());
+        self.material.occlusion_map =
+            info.map(|info| OcclusionMap { binding: binding(), strength: number(info.strength).clamp(0.0, 1.0) });
+        Ok(())
+    }
+}
+
+/// The reflection of a lit material's facets.
+fn microfacets(
+    source: &Source<'_>,
+    entry: &MaterialEntry,
+    owner: &dyn Fn() -> String,
+) -> Result<Microfacets, SceneError> {
+    let pbr = &entry.pbr_metallic_roughness;
+    let share = |value: Option<f32>, default: f32| value.filter(|v| v.is_finite()).unwrap_or(default).clamp(0.0, 1.0);
+    let ior: Option<schema::Ior> = source.extension(owner, &entry.extensions, "KHR_materials_ior")?;
+    let specular: Option<schema::Specular> = source.extension(owner, &entry.extensions, "KHR_materials_specular")?;
+    let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
+    let (specular, coat) = (specular.unwrap_or_default(), coat.unwrap_or_default());
+    if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
+        source.warn(format!("{}: the textures of KHR_materials_specular are not read, only its factors", owner()));
+    }
+    let ior = match ior.and_then(|extension| extension.ior).unwrap_or(DEFAULT_IOR) {
+        // The extension's value for materials of another model: all reflects like a metal.
+        0.0 => f32::INFINITY,
+        ior if (1.0..=10.0).contains(&ior) => ior,
+        _ => DEFAULT_IOR,
+    };
+    let at_normal = if ior.is_finite() { ((ior - 1.0) / (ior + 1.0)).powi(2) } else { 1.0 };
+    let factor = share(specular.specular_factor, 1.0);
+    let color = finite3(Vec3::from(specular.specular_color_factor.unwrap_or([1.0; 3])));
+    let is_coat_drawn_as_mirror = coat.clearcoat_factor >= MIN_CLEARCOAT;
+    Ok(Microfacets {
+        metallic: share(pbr.metallic_factor, 1.0),
+        roughness: share(pbr.roughness_factor, 1.0),
+        texture: None,
+        specular: (color * at_normal).min(Vec3::ONE) * factor,
+        specular_at_grazing: factor,
+        coat: if is_coat_drawn_as_mirror { 0.0 } else { share(Some(coat.clearcoat_factor), 0.0) },
+        coat_roughness: share(Some(coat.clearcoat_roughness_factor), 0.0),
+    })
 }
 
 /// The role, by the first of these that holds: mirror, lens, coat, diffuse.

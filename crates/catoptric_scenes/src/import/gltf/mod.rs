@@ -23,7 +23,7 @@ pub(super) use codec::ktx2::{decode as decode_ktx2, dimensions as ktx2_dimension
 use super::Resolver;
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{AnalyticAsset, MeshAsset, Model};
-use catoptric_core::scene::{Material, Role};
+use catoptric_core::scene::{Material, Microfacets, Role};
 use source::Source;
 use std::sync::Arc;
 use textures::TextureSet;
@@ -162,14 +162,14 @@ impl<'r, 's> Importer<'r, 's> {
                 MeshAsset { name: mesh.name.clone(), morph_weights: mesh.weights.clone(), ..MeshAsset::default() };
             if let Some(Skinned(skinned)) = self.drawn_meshes[index] {
                 for (part, primitive) in mesh.primitives.iter().enumerate() {
-                    let sets = primitive.material.map_or([None; 2], |material| materials[material].texture_sets());
+                    let needs = primitive.material.map(|material| materials[material].attributes()).unwrap_or_default();
                     let material = primitive.material.unwrap_or(document.materials.len());
                     if primitive.material.is_none() {
                         self.default_material = Some(material);
                     }
                     let owner = format!("meshes[{index}].primitives[{part}]");
                     let reader = meshes::PrimitiveReader::new(source, primitive, owner)?;
-                    asset.primitives.extend(reader.read(sets, skinned, material)?);
+                    asset.primitives.extend(reader.read(needs, skinned, material)?);
                 }
             }
             self.model.meshes.push(asset);
@@ -179,7 +179,9 @@ impl<'r, 's> Importer<'r, 's> {
             materials.into_iter().enumerate().map(|(index, material)| material.finish(source, index, &decoded));
         self.model.materials = finish.collect();
         if self.default_material.is_some() {
-            self.model.materials.push(Material::default());
+            // As the format has it: a white, rough metal.
+            let microfacets = Microfacets { metallic: 1.0, ..Microfacets::default() };
+            self.model.materials.push(Material { microfacets: Some(microfacets), ..Material::default() });
         }
         self.model.textures = decoded.into_iter().map(|decoded| Arc::clone(&decoded.texture)).collect();
         Ok(())

@@ -101,7 +101,15 @@ schema! {
         roughness_factor: Option<f32>,
         metallic_roughness_texture: Option<TextureInfo>,
     }
-    TextureInfo { index: Option<usize>, tex_coord: u32, extensions: Extensions, }
+    TextureInfo {
+        index: Option<usize>,
+        tex_coord: u32,
+        /// Of normals.
+        scale: Option<f32>,
+        /// Of occlusion.
+        strength: Option<f32>,
+        extensions: Extensions,
+    }
     Mesh { name: String, primitives: Vec<Primitive>, weights: Vec<f32>, extras: Value, }
     Primitive {
         attributes: BTreeMap<String, usize>,
@@ -148,6 +156,12 @@ schema! {
     Transmission { transmission_factor: f32, transmission_texture: Option<TextureInfo>, }
     Volume { attenuation_distance: Option<f32>, attenuation_color: Option<[f32; 3]>, }
     Clearcoat { clearcoat_factor: f32, clearcoat_roughness_factor: f32, clearcoat_texture: Option<TextureInfo>, }
+    Specular {
+        specular_factor: Option<f32>,
+        specular_color_factor: Option<[f32; 3]>,
+        specular_texture: Option<TextureInfo>,
+        specular_color_texture: Option<TextureInfo>,
+    }
     TextureSource { source: Option<usize>, }
     Draco { buffer_view: Option<usize>, attributes: BTreeMap<String, u32>, }
     Instancing { attributes: BTreeMap<String, usize>, }

@@ -13,10 +13,29 @@ use std::sync::Arc;
 /// Gathers the textures of all materials before any is decoded, so that all are decoded at once.
 #[derive(Default)]
 pub(super) struct TextureSet {
-    /// By picture and sampler in the file: the number of the texture here.
-    numbers: BTreeMap<(usize, Option<usize>), u32>,
-    /// The picture and sampler of each texture here.
-    wanted: Vec<(usize, Option<usize>)>,
+    /// The number of each texture here.
+    numbers: BTreeMap<WantedTexture, u32>,
+    /// By their numbers.
+    wanted: Vec<WantedTexture>,
+}
+
+/// A picture and sampler of the file, and what the picture holds.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct WantedTexture {
+    picture: usize,
+    sampler: Option<usize>,
+    content: Content,
+}
+
+/// The meaning of a picture's texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Content {
+    /// Colours in sRGB.
+    Color,
+    /// Numbers.
+    Data,
+    /// Normals in a tangent frame.
+    Normals,
 }
 
 /// A decoded texture, and whether it has texels that are not opaque.
@@ -46,6 +65,7 @@ impl TextureSet {
         &mut self,
         source: &Source<'_>,
         info: &TextureInfo,
+        content: Content,
         owner: &dyn Fn() -> String,
     ) -> Result<Option<TextureUse>, SceneError> {
         let index_field = || format!("{}.index", owner());
@@ -61,7 +81,7 @@ impl TextureSet {
         if let Some(sampler) = texture.sampler {
             source.entry(&source.document.samplers, sampler, &|| format!("textures[{index}].sampler"), "samplers")?;
         }
-        let key = (picture, texture.sampler);
+        let key = WantedTexture { picture, sampler: texture.sampler, content };
         let number = *self.numbers.entry(key).or_insert_with(|| {
             self.wanted.push(key);
             self.wanted.len() as u32 - 1
@@ -79,7 +99,7 @@ impl TextureSet {
         let mut places: BTreeMap<usize, usize> = BTreeMap::new();
         let mut encoded: Vec<(usize, Cow<'_, [u8]>)> = Vec::new();
         let mut budget = TexelBudget::default();
-        for &(picture, _) in &self.wanted {
+        for &WantedTexture { picture, .. } in &self.wanted {
             if places.contains_key(&picture) {
                 continue;
             }
@@ -97,7 +117,7 @@ impl TextureSet {
         drop(encoded);
         let document = source.document;
         let textures = catoptric_core::parallel::map_collect(self.wanted.len(), |number| {
-            let (picture, sampler) = self.wanted[number];
+            let WantedTexture { picture, sampler, content } = self.wanted[number];
             let image = &document.images[picture];
             let name = [image.name.as_str(), image.uri.as_deref().unwrap_or("")]
                 .into_iter()
@@ -105,7 +125,12 @@ impl TextureSet {
                 .map_or_else(|| format!("images[{picture}]"), String::from);
             let sampler = sampler.map(|sampler| sampler_of(&document.samplers[sampler])).unwrap_or_default();
             let picture = &pictures[places[&picture]];
-            let texture = Texture::from_srgb8(&name, picture.width, picture.height, &picture.texels, sampler);
+            let make = match content {
+                Content::Color => Texture::from_srgb8,
+                Content::Data => Texture::from_linear8,
+                Content::Normals => Texture::from_normals8,
+            };
+            let texture = make(&name, picture.width, picture.height, &picture.texels, sampler);
             DecodedTexture { texture: Arc::new(texture), is_translucent: picture.is_translucent() }
         });
         Ok(textures)

@@ -2,18 +2,19 @@
 //!
 //! Points are sorted by material, so that those worked out together read one texture in one way.
 
-mod light;
+mod glossy;
 mod queue;
 mod triangles;
 
 pub use queue::ShadingQueue;
 
-use super::super::{Material, Scene};
+use super::super::light_visibility::ShadowStart;
+use super::super::{Light, Material, Scene};
+use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
 use super::shade::Barycentrics;
 use crate::math::lanes::{LANES, Lanes, MANY_LANES, Vec3Lanes};
 use glam::{Vec3, Vec4, Vec4Swizzles};
-use light::irradiance_over_pi;
 use triangles::TriangleTable;
 
 /// A point to be shaded.
@@ -45,11 +46,9 @@ fn radiance_batch(scene: &Scene, queries: &[SurfaceQuery], colors: &mut [Vec3]) 
     while let Some(material) = table.material_at(start) {
         let end = table.end_of_material(start);
         let material = &scene.materials[material as usize];
-        if material.emissive_texture.is_some() && material.emissive != Vec3::ZERO && !material.unlit {
-            // Too rare for lanes.
-            for &index in &table.order()[start..end] {
-                colors[index as usize] = one_by_one(scene, &queries[index as usize]);
-            }
+        let glows = material.emissive_texture.is_some() && material.emissive != Vec3::ZERO && !material.unlit;
+        if glows || material.is_glossy(scene) {
+            glossy::shade_all(scene, material, &table, start..end, queries, colors);
             start = end;
         }
         while start < end {
@@ -151,6 +150,81 @@ impl<const N: usize> Points<N> {
     }
 }
 
+/// Texture times vertex colours.
+#[inline(always)]
+fn base_colors<const N: usize>(
+    scene: &Scene,
+    material: &Material,
+    table: &TriangleTable,
+    order: &[u32],
+    queries: &[SurfaceQuery],
+    look_ups: &TextureLookUps<N>,
+) -> [Vec4; N] {
+    let mut base = [Vec4::ONE; N];
+    let texture = material.base_texture.as_ref().and_then(|binding| scene.textures.get(binding.texture as usize));
+    if let Some(texture) = texture {
+        filter::sample(texture, look_ups, order.len(), &mut base);
+    }
+    if let Some(vertex_colors) = table.vertex_colors() {
+        for (base, &index) in base.iter_mut().zip(order) {
+            let [a, b, c] = vertex_colors[table.number_of(index)];
+            let value = queries[index as usize].barycentrics.value;
+            *base *= a * (1.0 - value.x - value.y) + b * value.x + c * value.y;
+        }
+    }
+    base
+}
+
+/// Sets the arriving irradiance at points, over pi.
+#[inline(always)]
+fn irradiance_over_pi<const N: usize>(
+    scene: &Scene,
+    points: &Points<N>,
+    order: &[u32],
+    queries: &[SurfaceQuery],
+    sum: &mut Vec3Lanes<N>,
+) {
+    if scene.has_headlight() {
+        *sum = Vec3Lanes([headlight(&points.normal, &points.towards_viewer); 3]);
+        return;
+    }
+    *sum = Vec3Lanes::ZERO;
+    let mut arriving = ArrivingLight::NONE;
+    for light in &scene.lights {
+        arriving.set(light, &points.position);
+        if scene.light_visibility.is_some() {
+            shadow(scene, light, points, order, queries, &mut arriving);
+        }
+        add_scattered(light, &arriving, &points.normal, sum);
+    }
+    if let Some(environment) = &scene.environment {
+        add_environment(environment, &points.normal, order.len(), sum);
+    }
+    sum.iter_mut().for_each(|channel| *channel *= std::f32::consts::FRAC_1_PI);
+}
+
+/// Takes the strength of a light away where something stands before it.
+#[inline(never)] // rays cost much more than a call
+fn shadow<const N: usize>(
+    scene: &Scene,
+    light: &Light,
+    points: &Points<N>,
+    order: &[u32],
+    queries: &[SurfaceQuery],
+    arriving: &mut ArrivingLight<N>,
+) {
+    let cosines = points.normal.dot(&arriving.towards);
+    for (i, &index) in order.iter().enumerate() {
+        if arriving.strength[i] > 0.0 && cosines[i] > 0.0 {
+            let query = &queries[index as usize];
+            let start = ShadowStart::on_triangle(scene, query.triangle, query.barycentrics.value, points.side[i]);
+            if !start.sees(scene, light) {
+                arriving.strength[i] = 0.0;
+            }
+        }
+    }
+}
+
 /// Shades those points that the table has in a range of its order, which are of one material.
 #[inline(always)]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
@@ -165,24 +239,12 @@ fn shade<const N: usize>(
     let order = &table.order()[range];
     let mut points = Points::<N>::ZERO;
     points.set(table, order, queries);
-    let texture = material.base_texture.as_ref().and_then(|binding| scene.textures.get(binding.texture as usize));
-    let mut base = [Vec4::ONE; N];
-    if let Some(texture) = texture {
-        filter::sample(texture, &points.look_ups, order.len(), &mut base);
-    }
-    if let Some(vertex_colors) = table.vertex_colors() {
-        for (base, &index) in base.iter_mut().zip(order) {
-            let [a, b, c] = vertex_colors[table.number_of(index)];
-            let value = queries[index as usize].barycentrics.value;
-            *base *= a * (1.0 - value.x - value.y) + b * value.x + c * value.y;
-        }
-    }
+    let base = base_colors::<N>(scene, material, table, order, queries, &points.look_ups);
     let mut usable = [true; N];
     let mut light = Vec3Lanes::splat(Vec3::ONE);
     if !material.unlit {
         points.orient_normals(&mut usable);
-        let Points { position, normal, towards_viewer, .. } = &points;
-        irradiance_over_pi(scene, position, normal, towards_viewer, order.len(), &mut light);
+        irradiance_over_pi(scene, &points, order, queries, &mut light);
     }
     let emissive = if material.unlit { Vec3::ZERO } else { material.emissive };
     for (i, &index) in order.iter().enumerate().take(N) {

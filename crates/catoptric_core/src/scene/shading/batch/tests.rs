@@ -1,10 +1,12 @@
 use super::*;
 use crate::math::random::Stream;
-use crate::scene::{Environment, Light, LightKind, Sampler, Texture, TextureBinding};
+use crate::scene::{
+    Environment, Light, LightKind, Microfacets, NormalMap, OcclusionMap, Sampler, Texture, TextureBinding,
+};
 use glam::{Affine2, Vec2};
 use std::sync::Arc;
 
-/// Random triangles of seven materials: lit, unlit, glowing, with and without textures.
+/// Random triangles of ten materials: lit, unlit, glowing, with facets and normal maps, with and without textures.
 fn scene(random: &mut Stream, colors: bool) -> Scene {
     let texel = |i: u32| [(i * 7919 % 65_536) as u16, (i * 104_729 % 65_536) as u16, 40_000, 65_535];
     let texture = Texture::from_linear16("", 32, 16, (0..512).map(texel).collect(), Sampler::default());
@@ -21,16 +23,42 @@ fn scene(random: &mut Stream, colors: bool) -> Scene {
         // A texture that does not exist is white.
         Material { base_texture: binding(7, 0), ..plain.clone() },
         Material { unlit: true, ..plain.clone() },
+        Material { microfacets: Some(Microfacets { roughness: 0.4, ..Microfacets::default() }), ..plain.clone() },
+        Material {
+            microfacets: Some(Microfacets {
+                metallic: 0.9,
+                roughness: 0.7,
+                texture: binding(0, 0),
+                coat: 0.3,
+                ..Microfacets::default()
+            }),
+            occlusion_map: binding(0, 0).map(|binding| OcclusionMap { binding, strength: 0.7 }),
+            emissive: Vec3::ONE,
+            emissive_texture: binding(0, 1),
+            ..textured.clone()
+        },
+        Material {
+            microfacets: Some(Microfacets { roughness: 0.3, texture: binding(0, 1), ..Microfacets::default() }),
+            normal_map: binding(1, 0).map(|binding| NormalMap { binding, scale: 1.5 }),
+            occlusion_map: binding(0, 1).map(|binding| OcclusionMap { binding, strength: 1.0 }),
+            ..plain.clone()
+        },
         plain,
         textured,
     ];
-    let mut scene = Scene { materials, textures: vec![Arc::new(texture)], ..Scene::default() };
+    let bump = |i: u32| [(i * 7919 % 256) as u8, (i * 1031 % 256) as u8, 200, 255];
+    let bumps: Vec<[u8; 4]> = (0..256).map(bump).collect();
+    let bumps = Texture::from_normals8("", 16, 16, &bumps, Sampler::default());
+    let mut scene = Scene { materials, textures: vec![Arc::new(texture), Arc::new(bumps)], ..Scene::default() };
+    let materials = scene.materials.len() as u32;
     for triangle in 0..70u32 {
         let mut number = || random.next_between(-1.0, 1.0);
         for _ in 0..3 {
             scene.positions.push(Vec3::new(number(), number(), number()) * 3.0);
             scene.normals.push(Vec3::new(number(), number(), number()).normalize_or_zero());
             scene.uvs.push([Vec2::new(number(), number()), Vec2::new(number(), number()) * 9.0]);
+            let tangent = Vec3::new(number(), number(), number()).normalize_or(Vec3::X);
+            scene.tangents.push(tangent.extend(if number() < 0.0 { -1.0 } else { 1.0 }));
             if colors {
                 scene.colors.push([number().abs(), number().abs(), number().abs(), 1.0]);
             }
@@ -41,9 +69,9 @@ fn scene(random: &mut Stream, colors: bool) -> Scene {
             scene.normals[last - 2..].copy_from_slice(&[Vec3::X, Vec3::NEG_X, Vec3::ZERO]);
         }
         scene.triangles.push([triangle * 3, triangle * 3 + 1, triangle * 3 + 2]);
-        scene.triangle_objects.push(triangle % 7);
+        scene.triangle_objects.push(triangle % materials);
     }
-    for material in 0..7 {
+    for material in 0..materials {
         scene.objects.push(crate::scene::Object {
             name: String::new(),
             material,

@@ -4,8 +4,8 @@ use super::super::super::Scene;
 use super::SurfaceQuery;
 use glam::{Vec2, Vec3, Vec4};
 
-/// A triangle's attributes: position, normal and coordinates in the base texture of its first corner, and their change
-/// to the second and third.
+/// A triangle's attributes: position, normal and coordinates in the material's first texture of its first corner, and
+/// their change to the second and third.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 pub(super) struct TriangleRows {
@@ -20,7 +20,7 @@ pub(super) struct TriangleRows {
 impl TriangleRows {
     fn new(scene: &Scene, triangle: u32) -> Self {
         let material = scene.objects[scene.triangle_objects[triangle as usize] as usize].material;
-        let binding = scene.materials[material as usize].base_texture.as_ref();
+        let binding = scene.materials[material as usize].bindings().next();
         let channel = binding.map_or(0, |binding| binding.uv_channel as usize & 1);
         let corners = scene.triangles[triangle as usize].map(|vertex| vertex as usize);
         let [pa, pb, pc] = corners.map(|vertex| scene.positions[vertex]);

@@ -6,6 +6,7 @@ mod compression;
 mod geometry;
 mod materials;
 mod nodes;
+mod surfaces;
 
 use super::super::NoFiles;
 use super::from_slice;

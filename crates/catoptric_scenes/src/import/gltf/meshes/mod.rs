@@ -1,16 +1,26 @@
 //! Primitives: triangles of every mode, vertex attributes, morph targets.
 
+mod tangents;
+
 use super::accessors::{Component, Elements};
 use super::codec::draco;
 use super::schema::{self, Mesh};
 use super::source::Source;
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{MorphTarget, Primitive};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use std::collections::BTreeMap;
 
-/// The sets of texture coordinates that a material reads: the base colour's and the emissive texture's.
+/// The sets of texture coordinates that a material reads, one a channel.
 pub(super) type TextureSets = [Option<u32>; 2];
+
+/// The attributes of vertices that a material needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VertexNeeds {
+    pub(super) sets: TextureSets,
+    /// The channel of the normal map's texture coordinates, if there is a normal map.
+    pub(super) normal_map: Option<usize>,
+}
 
 /// A vertex attribute from an accessor or from a compressed mesh.
 pub(super) enum Attribute<'s> {
@@ -117,7 +127,7 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
     /// The triangles and vertices, or nothing where there is nothing to draw.
     pub(super) fn read(
         mut self,
-        textures: TextureSets,
+        needs: VertexNeeds,
         skinned: bool,
         material: usize,
     ) -> Result<Option<Primitive>, SceneError> {
@@ -152,7 +162,7 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
             self.spend(kept.len(), 12)?;
             result.normals = kept.collect(|vertex| Vec3::from(normals.floats(vertex)));
         }
-        for (set, uvs) in textures.into_iter().zip(&mut result.uvs) {
+        for (set, uvs) in needs.sets.into_iter().zip(&mut result.uvs) {
             let Some(set) = set else { continue };
             let name = format!("TEXCOORD_{set}");
             match self.vertex_attribute(&name, &["VEC2"], vertex_count)? {
@@ -164,6 +174,12 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
                     self.source.warn(format!("{}: its material's texture needs {name}, which is missing", self.owner))
                 }
             }
+        }
+        if needs.normal_map.is_some()
+            && let Some(tangents) = self.vertex_attribute("TANGENT", &["VEC4"], vertex_count)?
+        {
+            self.spend(kept.len(), 16)?;
+            result.tangents = kept.collect(|vertex| Vec4::from(tangents.floats(vertex)));
         }
         if let Some(colors) = self.vertex_attribute("COLOR_0", &["VEC3", "VEC4"], vertex_count)? {
             self.spend(kept.len(), 16)?;
@@ -178,6 +194,10 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
             self.read_influences(&mut result, &kept, vertex_count)?;
         }
         self.read_targets(&mut result, &kept, vertex_count)?;
+        if let Some(channel) = needs.normal_map {
+            self.spend(result.triangles.len(), 48)?;
+            tangents::complete(&mut result, channel);
+        }
         Ok(Some(result))
     }
 
@@ -298,7 +318,11 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
                 self.spend(kept.len(), 12)?;
                 Ok(kept.collect(|vertex| Vec3::from(elements.floats(vertex))))
             };
-            result.morph_targets.push(MorphTarget { positions: offsets("POSITION")?, normals: offsets("NORMAL")? });
+            result.morph_targets.push(MorphTarget {
+                positions: offsets("POSITION")?,
+                normals: offsets("NORMAL")?,
+                tangents: if result.tangents.is_empty() { Vec::new() } else { offsets("TANGENT")? },
+            });
         }
         Ok(())
     }

@@ -1,6 +1,10 @@
 //! Light from infinity: an equirectangular picture, its look-up, and the irradiance that it causes.
 
+mod glossy;
+
 use glam::{Vec2, Vec3};
+use glossy::GlossyMaps;
+use std::sync::OnceLock;
 
 /// Light that comes from infinitely far away.
 ///
@@ -17,6 +21,8 @@ pub struct Environment {
     /// The same at half the width and height, at a quarter, and so on.
     reduced: Vec<EquirectangularMap>,
     irradiance: Vec<[f32; 3]>,
+    /// Made when a rough surface is first lit.
+    glossy: OnceLock<GlossyMaps>,
 }
 
 /// Radiance by direction, rows from the top.
@@ -57,7 +63,7 @@ impl Environment {
             reduced.push(halved(reduced.last().map_or(&radiance, |map| &map.radiance), columns, rows));
             (columns, rows) = (columns / 2, rows / 2);
         }
-        Self { name: name.into(), width, height, radiance, reduced, irradiance }
+        Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy: OnceLock::new() }
     }
 
     /// The direction (unit length) that a position in the picture (0..1, v down) stands for.
@@ -119,6 +125,21 @@ impl Environment {
         };
         let (fine, share) = (of(whole as usize), level - whole);
         if share > 0.0 { fine.lerp(of(whole as usize + 1), share) } else { fine }
+    }
+
+    /// The mean radiance over the highlight of a rough surface around a direction (unit length): what facets that
+    /// reflect all light send to a viewer along the normal, over what they would send of white light (the first part
+    /// of Karis 2013's split sum). `alpha` is the square of the perceptual roughness.
+    ///
+    /// The first call makes the maps that it reads; [`Self::prepare_glossy`] does so beforehand.
+    #[inline]
+    pub fn glossy(&self, direction: Vec3, alpha: f32) -> Vec3 {
+        self.glossy.get_or_init(|| GlossyMaps::new(self)).radiance(self, direction, alpha)
+    }
+
+    /// Makes the maps of [`Self::glossy`], on all cores, if they are not there yet.
+    pub fn prepare_glossy(&self) {
+        self.glossy.get_or_init(|| GlossyMaps::new(self));
     }
 
     /// The irradiance on a surface with this unit normal: radiance times cosine over the hemisphere.

@@ -1,0 +1,35 @@
+//! Shadows of lights: which surfaces cast them, and rays that tell whether a light is seen.
+
+use super::tracer::Tracer;
+use crate::scene::{LightVisibility, Material, Ray, Role, Scene};
+use std::sync::Arc;
+
+/// Gives a scene with lights shadows: from then on every method asks rays whether a light is seen from a point that it
+/// shades. Without lights nothing changes.
+///
+/// Shadows are hard. Mirrors and opaque surfaces cast them, with their holes where alpha is low. Glass does not, as its
+/// light goes on (where it gathers is not calculated), and what is unlit does not: skies and light panels are made of
+/// it. The means belong to the scene: they are made anew for every pose.
+pub fn cast_shadows(scene: &mut Scene) {
+    scene.light_visibility = None;
+    if !scene.lights.is_empty() {
+        let casts = |object: u32| casts_shadows(scene.material_of(object));
+        scene.light_visibility = Some(Arc::new(Shadows { tracer: Tracer::build(scene, casts) }));
+    }
+}
+
+fn casts_shadows(material: &Material) -> bool {
+    material.role != Role::Lens && !material.unlit
+}
+
+/// The hierarchy over all that casts shadows.
+#[derive(Debug)]
+struct Shadows {
+    tracer: Tracer,
+}
+
+impl LightVisibility for Shadows {
+    fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
+        self.tracer.is_blocked(scene, ray, distance)
+    }
+}

@@ -1,0 +1,78 @@
+//! Shadows: whether a light is seen from where it shines on.
+
+use super::{Light, LightKind, Ray, Scene};
+use glam::{Vec2, Vec3};
+use std::fmt::Debug;
+
+/// The means of a scene to tell what stands between two points, for shadows of lights.
+pub trait LightVisibility: Debug + Send + Sync {
+    /// Returns true if a surface that casts shadows meets a ray nearer than a distance. The scene is the one that the
+    /// means were made for.
+    fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool;
+}
+
+/// Where light is sought from.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShadowStart {
+    /// A point above the surface, on the viewers' side.
+    pub(super) origin: Vec3,
+}
+
+/// Rays start so far from the surface, in units of rounding of the coordinates.
+const OFFSET: f32 = 32.0 * f32::EPSILON;
+
+impl ShadowStart {
+    pub(super) const NONE: Self = Self { origin: Vec3::ZERO };
+
+    /// The start at a place of a triangle; `side` is -1 for views of its back, else 1.
+    ///
+    /// Corners' normals bend the triangle: where that makes it bulge, light is sought from the bulge (Hanika 2021,
+    /// Hacking the shadow terminator). From the flat triangle, neighbours would cast shadows that show their edges.
+    #[inline]
+    pub(super) fn on_triangle(scene: &Scene, triangle: u32, at: Vec2, side: f32) -> Self {
+        let corners = scene.triangles[triangle as usize];
+        let [a, b, c] = corners.map(|vertex| scene.positions[vertex as usize]);
+        let [na, nb, nc] = corners.map(|vertex| scene.normals[vertex as usize]);
+        let weights = [1.0 - at.x - at.y, at.x, at.y];
+        let (ab, ac) = (b - a, c - a);
+        let position = a + ab * at.x + ac * at.y;
+        let face = ab.cross(ac);
+        let face = if face.dot(na + nb + nc) < 0.0 { -face } else { face };
+        let face = face.normalize_or(na) * side;
+        let mut bulge = Vec3::ZERO;
+        for (weight, (corner, normal)) in weights.into_iter().zip([(a, na), (b, nb), (c, nc)]) {
+            let normal = normal * side;
+            let below = (position - corner).dot(normal);
+            // A corner of another direction than the face would tear the point off.
+            if below < 0.0 && normal.dot(face) > 0.5 {
+                bulge -= normal * (weight * below);
+            }
+        }
+        let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+        Self { origin: position + bulge + face * (OFFSET * size.max(f32::MIN_POSITIVE)) }
+    }
+
+    /// The start at a point of an exact surface, with its unit normal towards the viewer.
+    #[inline]
+    pub(super) fn on_surface(position: Vec3, normal: Vec3, coordinate_size: f32) -> Self {
+        Self { origin: position + normal * (OFFSET * coordinate_size.max(f32::MIN_POSITIVE)) }
+    }
+
+    /// Returns true if a light is seen from here; without means to tell, it is.
+    #[inline]
+    pub(super) fn sees(&self, scene: &Scene, light: &Light) -> bool {
+        let Some(visibility) = &scene.light_visibility else { return true };
+        let (direction, distance) = match light.kind {
+            LightKind::Directional => (-light.direction, f32::INFINITY),
+            LightKind::Point { .. } | LightKind::Spot { .. } => {
+                let step = light.position - self.origin;
+                let distance = step.length();
+                if distance < f32::MIN_POSITIVE {
+                    return true;
+                }
+                (step / distance, distance)
+            }
+        };
+        !visibility.is_blocked(scene, &Ray { origin: self.origin, direction }, distance)
+    }
+}

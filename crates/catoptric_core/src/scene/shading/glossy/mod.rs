@@ -1,0 +1,302 @@
+//! Light that lit surfaces with microfacets, normal maps and occlusion send to their viewers: glTF's metallic-roughness
+//! model (glTF 2.0, appendix B), for several points of one material at once.
+
+use super::super::light_visibility::ShadowStart;
+use super::super::{Environment, Light, Material, Microfacets, Scene};
+use super::arriving_light::{ArrivingLight, headlight};
+use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};
+use crate::math::lanes::{Lanes, Vec3Lanes};
+use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
+
+/// The index of refraction of coats is 1.5.
+const COAT_REFLECTANCE: f32 = 0.04;
+
+/// Points of one material, and all that their light depends on.
+pub(super) struct LitPoints<const N: usize> {
+    pub(super) position: Vec3Lanes<N>,
+    /// Unit normals on the viewers' side, as the normal map turns them.
+    pub(super) normal: Vec3Lanes<N>,
+    /// The same without the map.
+    pub(super) smooth_normal: Vec3Lanes<N>,
+    /// Unit vectors to the previous points of paths.
+    pub(super) towards_viewer: Vec3Lanes<N>,
+    pub(super) base: Vec3Lanes<N>,
+    pub(super) metallic: Lanes<N>,
+    /// Perceptual.
+    pub(super) roughness: Lanes<N>,
+    /// Mean square of the distances of unit normals, within what a point stands for, to their mean.
+    pub(super) variance: Lanes<N>,
+    /// The share of light from the environment that arrives.
+    pub(super) occlusion: Lanes<N>,
+    /// Where light is sought from, if anything casts shadows.
+    pub(super) shadow_starts: [ShadowStart; N],
+}
+
+impl<const N: usize> LitPoints<N> {
+    pub(super) const ZERO: Self = Self {
+        position: Vec3Lanes::ZERO,
+        normal: Vec3Lanes::ZERO,
+        smooth_normal: Vec3Lanes::ZERO,
+        towards_viewer: Vec3Lanes::ZERO,
+        base: Vec3Lanes::ZERO,
+        metallic: Lanes::ZERO,
+        roughness: Lanes::ZERO,
+        variance: Lanes::ZERO,
+        occlusion: Lanes::ZERO,
+        shadow_starts: [ShadowStart::NONE; N],
+    };
+}
+
+/// What is the same for all lights.
+struct Facets<const N: usize> {
+    /// Cosines between normals and viewers, as they are.
+    n_v: Lanes<N>,
+    alpha: Lanes<N>,
+    coat_alpha: Lanes<N>,
+    /// Reflectance at normal incidence.
+    reflectance: Vec3Lanes<N>,
+    /// The same at grazing angles.
+    at_grazing: Lanes<N>,
+    /// What is scattered of the light that enters.
+    albedo: Vec3Lanes<N>,
+}
+
+/// A surface without facets, for normal maps on surfaces of Lambert's law.
+const NO_FACETS: Microfacets = Microfacets {
+    metallic: 0.0,
+    roughness: 1.0,
+    texture: None,
+    specular: Vec3::ZERO,
+    specular_at_grazing: 0.0,
+    coat: 0.0,
+    coat_roughness: 0.0,
+};
+
+/// Sets the light that the first `count` points send to their viewers, without what they emit.
+#[inline(always)]
+pub(super) fn radiance<const N: usize>(
+    scene: &Scene,
+    material: &Material,
+    points: &LitPoints<N>,
+    count: usize,
+    sum: &mut Vec3Lanes<N>,
+) {
+    if scene.has_headlight() {
+        *sum = points.base * headlight(&points.normal, &points.towards_viewer);
+        return;
+    }
+    *sum = Vec3Lanes::ZERO;
+    let microfacets = material.microfacets.as_ref().unwrap_or(&NO_FACETS);
+    let facets = Facets::new(microfacets, points);
+    let mut coat = Vec3Lanes::<N>::ZERO;
+    let mut arriving = ArrivingLight::NONE;
+    for light in &scene.lights {
+        arriving.set(light, &points.position);
+        if scene.light_visibility.is_some() {
+            shadow(scene, light, points, count, &mut arriving);
+        }
+        add_light(light, &arriving, microfacets, &facets, points, sum);
+        if microfacets.coat > 0.0 {
+            add_light_of_coat(light, &arriving, &facets.coat_alpha, points, &mut coat);
+        }
+    }
+    if let Some(environment) = &scene.environment {
+        add_environment(environment, microfacets, &facets, points, count, sum);
+        if microfacets.coat > 0.0 {
+            add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
+        }
+    }
+    if microfacets.coat > 0.0 {
+        cover(microfacets.coat, points, &coat, sum);
+    }
+}
+
+impl<const N: usize> Facets<N> {
+    #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+    fn new(microfacets: &Microfacets, points: &LitPoints<N>) -> Self {
+        let mut facets = Self {
+            n_v: points.normal.dot(&points.towards_viewer),
+            alpha: Lanes::ZERO,
+            coat_alpha: Lanes::ZERO,
+            reflectance: Vec3Lanes::ZERO,
+            at_grazing: Lanes::ZERO,
+            albedo: Vec3Lanes::ZERO,
+        };
+        let coat_roughness = microfacets.coat_roughness.max(LEAST_ROUGHNESS);
+        for i in 0..N {
+            let roughness = points.roughness[i];
+            let roughness = if roughness > LEAST_ROUGHNESS { roughness } else { LEAST_ROUGHNESS };
+            facets.alpha[i] = widened_alpha(roughness * roughness, points.variance[i]);
+            facets.coat_alpha[i] = widened_alpha(coat_roughness * coat_roughness, points.variance[i]);
+        }
+        for i in 0..N {
+            let metallic = points.metallic[i];
+            let grazing = microfacets.specular_at_grazing;
+            facets.at_grazing[i] = grazing + (1.0 - grazing) * metallic;
+            for channel in 0..3 {
+                let (base, specular) = (points.base[channel][i], microfacets.specular[channel]);
+                facets.reflectance[channel][i] = specular + (base - specular) * metallic;
+                facets.albedo[channel][i] = base * (1.0 - metallic);
+            }
+        }
+        facets
+    }
+}
+
+/// Takes the strength of a light away where something stands before it.
+#[inline(never)] // rays cost much more than a call
+fn shadow<const N: usize>(
+    scene: &Scene,
+    light: &Light,
+    points: &LitPoints<N>,
+    count: usize,
+    arriving: &mut ArrivingLight<N>,
+) {
+    for (i, start) in points.shadow_starts.iter().enumerate().take(count.min(N)) {
+        let cosine = |normals: &Vec3Lanes<N>| normals.vector(i).dot(arriving.towards.vector(i));
+        let matters =
+            arriving.strength[i] > 0.0 && (cosine(&points.normal) > 0.0 || cosine(&points.smooth_normal) > 0.0);
+        if matters && !start.sees(scene, light) {
+            arriving.strength[i] = 0.0;
+        }
+    }
+}
+
+#[inline(always)]
+#[allow(clippy::needless_range_loop)]
+fn add_light<const N: usize>(
+    light: &Light,
+    arriving: &ArrivingLight<N>,
+    microfacets: &Microfacets,
+    facets: &Facets<N>,
+    points: &LitPoints<N>,
+    sum: &mut Vec3Lanes<N>,
+) {
+    let ArrivingLight { towards, strength } = arriving;
+    let (at_normal, at_grazing) = (microfacets.specular.max_element(), microfacets.specular_at_grazing);
+    let intensity = light.intensity.to_array();
+    let (mut scattered, mut reflected, mut grazing) = (Lanes::<N>::ZERO, Lanes::<N>::ZERO, Lanes::<N>::ZERO);
+    for i in 0..N {
+        let [lx, ly, lz] = [towards[0][i], towards[1][i], towards[2][i]];
+        let [nx, ny, nz] = [points.normal[0][i], points.normal[1][i], points.normal[2][i]];
+        let viewer = &points.towards_viewer;
+        let [hx, hy, hz] = [lx + viewer[0][i], ly + viewer[1][i], lz + viewer[2][i]];
+        let n_l = nx * lx + ny * ly + nz * lz;
+        let n_h = n_l + facets.n_v[i];
+        let h2 = hx * hx + hy * hy + hz * hz;
+        let h2 = if h2 > 1e-12 { h2 } else { 1e-12 };
+        let [cx, cy, cz] = [ny * hz - nz * hy, nz * hx - nx * hz, nx * hy - ny * hx];
+        let inverse = 1.0 / h2;
+        let (cosine2, sine2) = (n_h * n_h * inverse, (cx * cx + cy * cy + cz * cz) * inverse);
+        let n_v = if facets.n_v[i] > LEAST_COSINE { facets.n_v[i] } else { LEAST_COSINE };
+        let irradiance = if n_l > 0.0 { n_l * strength[i] } else { 0.0 };
+        // The half vector's length is twice its cosine to the light.
+        grazing[i] = grazing_share(0.5 * h2.sqrt());
+        scattered[i] = irradiance * FRAC_1_PI * (1.0 - at_normal - (at_grazing - at_normal) * grazing[i]);
+        reflected[i] = irradiance * lobe(facets.alpha[i], cosine2, sine2, n_l, n_v);
+    }
+    for channel in 0..3 {
+        let (reflectance, albedo) = (&facets.reflectance[channel], &facets.albedo[channel]);
+        for i in 0..N {
+            let fresnel = reflectance[i] + (facets.at_grazing[i] - reflectance[i]) * grazing[i];
+            sum[channel][i] += intensity[channel] * (albedo[i] * scattered[i] + fresnel * reflected[i]);
+        }
+    }
+}
+
+/// Adds a light's highlight on the coat, before Fresnel's share.
+#[inline(never)] // coats are rare
+fn add_light_of_coat<const N: usize>(
+    light: &Light,
+    arriving: &ArrivingLight<N>,
+    alpha: &Lanes<N>,
+    points: &LitPoints<N>,
+    sum: &mut Vec3Lanes<N>,
+) {
+    for i in 0..N {
+        let [normal, towards, viewer] =
+            [&points.smooth_normal, &arriving.towards, &points.towards_viewer].map(|vectors| vectors.vector(i));
+        let (n_l, half) = (normal.dot(towards), towards + viewer);
+        if n_l <= 0.0 || arriving.strength[i] <= 0.0 {
+            continue;
+        }
+        let inverse = 1.0 / half.length_squared().max(1e-12);
+        let (cosine2, sine2) = (normal.dot(half).powi(2) * inverse, normal.cross(half).length_squared() * inverse);
+        let n_v = normal.dot(viewer).max(LEAST_COSINE);
+        let reflected = light.intensity * (n_l * arriving.strength[i] * lobe(alpha[i], cosine2, sine2, n_l, n_v));
+        sum.set(i, sum.vector(i) + reflected);
+    }
+}
+
+#[inline(always)]
+fn add_environment<const N: usize>(
+    environment: &Environment,
+    microfacets: &Microfacets,
+    facets: &Facets<N>,
+    points: &LitPoints<N>,
+    count: usize,
+    sum: &mut Vec3Lanes<N>,
+) {
+    let table = ReflectanceTable::get();
+    let (at_normal, at_grazing) = (microfacets.specular.max_element(), microfacets.specular_at_grazing);
+    for i in 0..count.min(N) {
+        let (normal, viewer, alpha) = (points.normal.vector(i), points.towards_viewer.vector(i), facets.alpha[i]);
+        let n_v = facets.n_v[i].max(LEAST_COSINE);
+        let surroundings = table.reflected(alpha.sqrt(), n_v);
+        let entering = 1.0 - (at_normal * surroundings.at_normal + at_grazing * surroundings.at_grazing);
+        let scattered = environment.irradiance(normal) * (FRAC_1_PI * entering);
+        let mirrored = normal * (2.0 * facets.n_v[i]) - viewer;
+        let reflected = environment.glossy(surroundings.middle(normal, mirrored), surroundings.alpha(alpha));
+        let occlusion = points.occlusion[i];
+        for channel in 0..3 {
+            let reflectance = facets.reflectance[channel][i] * surroundings.at_normal
+                + facets.at_grazing[i] * surroundings.at_grazing;
+            sum[channel][i] +=
+                occlusion * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
+        }
+    }
+}
+
+/// Adds the environment in the coat, before Fresnel's share.
+#[inline(never)]
+fn add_environment_of_coat<const N: usize>(
+    environment: &Environment,
+    alpha: &Lanes<N>,
+    points: &LitPoints<N>,
+    count: usize,
+    sum: &mut Vec3Lanes<N>,
+) {
+    for i in 0..count.min(N) {
+        let (normal, viewer) = (points.smooth_normal.vector(i), points.towards_viewer.vector(i));
+        let n_v = normal.dot(viewer);
+        let surroundings = ReflectanceTable::get().reflected(alpha[i].sqrt(), n_v.max(LEAST_COSINE));
+        let middle = surroundings.middle(normal, normal * (2.0 * n_v) - viewer);
+        let reflected = environment.glossy(middle, surroundings.alpha(alpha[i]));
+        sum.set(i, sum.vector(i) + reflected * points.occlusion[i]);
+    }
+}
+
+/// Puts a coat over what lies beneath it (KHR_materials_clearcoat).
+#[inline(never)]
+fn cover<const N: usize>(share: f32, points: &LitPoints<N>, coat: &Vec3Lanes<N>, sum: &mut Vec3Lanes<N>) {
+    for i in 0..N {
+        let n_v = points.smooth_normal.vector(i).dot(points.towards_viewer.vector(i)).max(0.0);
+        let fresnel = share * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * grazing_share(n_v));
+        sum.set(i, sum.vector(i) * (1.0 - fresnel) + coat.vector(i) * fresnel);
+    }
+}
+
+impl Material {
+    /// Returns true if Lambert's law, one colour texture and vertex colours do not say all about its light.
+    #[inline(always)]
+    pub(super) fn is_glossy(&self, scene: &Scene) -> bool {
+        !self.unlit
+            && (self.normal_map.is_some()
+                || (self.microfacets.is_some() || self.occlusion_map.is_some()) && !scene.has_headlight())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,153 @@
+//! The light of points that are worked out alone, and what textures say of points of glossy surfaces.
+
+use super::super::light_visibility::ShadowStart;
+use super::super::{Material, Scene, Texture, TextureBinding};
+use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
+use super::filter::{self, TextureLookUps};
+use super::glossy::{self, LitPoints};
+use super::microfacets::{variance_of_mean, variance_over_pixel};
+use super::shade::SurfacePoint;
+use crate::math::lanes::{Lanes, Vec3Lanes};
+use glam::{Vec3, Vec4};
+use std::f32::consts::FRAC_1_PI;
+
+/// The places where textures are looked up for some points of one material.
+pub(super) trait LookUps<const N: usize> {
+    /// Those of a texture.
+    fn of(&self, binding: &TextureBinding) -> TextureLookUps<N>;
+}
+
+impl LookUps<1> for SurfacePoint {
+    fn of(&self, binding: &TextureBinding) -> TextureLookUps<1> {
+        let channel = binding.uv_channel as usize & 1;
+        let (uv, footprint) = (self.uvs[channel], &self.footprints[channel]);
+        let matrix = binding.texture_from_uv.matrix2;
+        let [uv, dx, dy] = [binding.texture_from_uv.transform_point2(uv), matrix * footprint.dx, matrix * footprint.dy]
+            .map(|pair| pair.to_array().map(Lanes::splat));
+        TextureLookUps { uv, dx, dy, samples: [footprint.samples] }
+    }
+}
+
+impl Scene {
+    fn texture_of(&self, binding: &TextureBinding) -> Option<&Texture> {
+        Some(self.textures.get(binding.texture as usize)?)
+    }
+
+    /// The light that a point scatters and reflects to its viewer, without what it emits.
+    #[inline(always)]
+    pub(super) fn lit(&self, material: &Material, base: Vec3, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
+        if material.is_glossy(self) {
+            return self.lit_glossy(material, base, point, towards_viewer, side);
+        }
+        let (normals, viewers) = (Vec3Lanes::one(point.normal * side), Vec3Lanes::one(towards_viewer));
+        if self.has_headlight() {
+            return base * headlight(&normals, &viewers)[0];
+        }
+        let (mut sum, mut arriving) = (Vec3Lanes::ZERO, ArrivingLight::NONE);
+        let start = self.light_visibility.as_ref().map(|_| self.shadow_start(point, side));
+        for light in &self.lights {
+            arriving.set(light, &Vec3Lanes::one(point.position));
+            let faces = normals.dot(&arriving.towards)[0] > 0.0 && arriving.strength[0] > 0.0;
+            if faces && start.is_none_or(|start| start.sees(self, light)) {
+                add_scattered(light, &arriving, &normals, &mut sum);
+            }
+        }
+        if let Some(environment) = &self.environment {
+            add_environment(environment, &normals, 1, &mut sum);
+        }
+        base * sum.vector(0) * FRAC_1_PI
+    }
+
+    /// Where light that shines on a point is sought from.
+    fn shadow_start(&self, point: &SurfacePoint, side: f32) -> ShadowStart {
+        match point.triangle {
+            u32::MAX => ShadowStart::on_surface(point.position, point.geometric_normal * side, point.coordinate_size),
+            triangle => ShadowStart::on_triangle(self, triangle, point.barycentrics, side),
+        }
+    }
+
+    #[inline(never)] // as much as all else together
+    fn lit_glossy(
+        &self,
+        material: &Material,
+        base: Vec3,
+        point: &SurfacePoint,
+        towards_viewer: Vec3,
+        side: f32,
+    ) -> Vec3 {
+        let mut points = LitPoints::<1>::ZERO;
+        points.position = Vec3Lanes::one(point.position);
+        points.smooth_normal = Vec3Lanes::one(point.normal * side);
+        points.towards_viewer = Vec3Lanes::one(towards_viewer);
+        points.base = Vec3Lanes::one(base);
+        points.variance = Lanes::splat(variance_over_pixel(point.normal_change2));
+        points.set_surface(self, material, 1, point);
+        points.turn_normals(self, material, 1, point, [point.tangent], &Lanes::splat(side));
+        if self.light_visibility.is_some() {
+            points.shadow_starts = [self.shadow_start(point, side)];
+        }
+        let mut sum = Vec3Lanes::ZERO;
+        glossy::radiance(self, material, &points, 1, &mut sum);
+        sum.vector(0)
+    }
+}
+
+impl<const N: usize> LitPoints<N> {
+    /// Sets metalness, roughness and occlusion at the first `count` points.
+    #[inline(always)]
+    pub(super) fn set_surface(&mut self, scene: &Scene, material: &Material, count: usize, look_ups: &impl LookUps<N>) {
+        let microfacets = material.microfacets.as_ref();
+        self.metallic = Lanes::splat(microfacets.map_or(0.0, |microfacets| microfacets.metallic));
+        self.roughness = Lanes::splat(microfacets.map_or(1.0, |microfacets| microfacets.roughness));
+        self.occlusion = Lanes::splat(1.0);
+        let mut texels = [Vec4::ONE; N];
+        let of_facets = microfacets.and_then(|microfacets| microfacets.texture.as_ref());
+        if let Some((binding, texture)) = of_facets.and_then(|binding| Some((binding, scene.texture_of(binding)?))) {
+            filter::sample(texture, &look_ups.of(binding), count, &mut texels);
+            for (i, texel) in texels.iter().enumerate() {
+                self.roughness[i] *= texel.y;
+                self.metallic[i] *= texel.z;
+            }
+        }
+        let Some(map) = &material.occlusion_map else { return };
+        if of_facets != Some(&map.binding) {
+            let Some(texture) = scene.texture_of(&map.binding) else { return };
+            filter::sample(texture, &look_ups.of(&map.binding), count, &mut texels);
+        }
+        for (i, texel) in texels.iter().enumerate() {
+            self.occlusion[i] = 1.0 + (texel.x - 1.0) * map.strength;
+        }
+    }
+
+    /// Sets normals: the smooth ones, turned by the map at the first `count` points. `tangents` are along the map's u,
+    /// of any length, `sides` is -1 where the normal is turned over.
+    #[inline(always)]
+    pub(super) fn turn_normals(
+        &mut self,
+        scene: &Scene,
+        material: &Material,
+        count: usize,
+        look_ups: &impl LookUps<N>,
+        tangents: [Vec4; N],
+        sides: &Lanes<N>,
+    ) {
+        self.normal = self.smooth_normal;
+        let Some(map) = material.normal_map.as_ref().filter(|_| !scene.tangents.is_empty()) else { return };
+        let Some(texture) = scene.texture_of(&map.binding) else { return };
+        let mut texels = [Vec4::ONE; N];
+        filter::sample(texture, &look_ups.of(&map.binding), count, &mut texels);
+        for (i, texel) in texels.iter().enumerate().take(count) {
+            let mean = texel.truncate() * 2.0 - 1.0;
+            let length = mean.length();
+            self.variance[i] += variance_of_mean(length) * (map.scale * map.scale);
+            let smooth = self.smooth_normal.vector(i);
+            // The tangent of the side that the normals point to; the map's frame turns over as a whole.
+            let Some(tangent) = tangents[i].truncate().reject_from_normalized(smooth).try_normalize() else { continue };
+            let bitangent = smooth.cross(tangent) * (tangents[i].w * sides[i]);
+            let [x, y] = [mean.x * map.scale * sides[i], mean.y * map.scale * sides[i]];
+            let turned = tangent * x + bitangent * y + smooth * mean.z;
+            self.normal.set(i, turned.try_normalize().unwrap_or(smooth));
+        }
+    }
+}
