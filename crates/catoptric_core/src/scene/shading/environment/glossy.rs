@@ -1,17 +1,17 @@
 //! An environment seen in rough surfaces: maps of its radiance averaged over highlights.
 
-use super::{Environment, EquirectangularMap, bilinear};
+use super::{Environment, EquirectangularMap};
 use crate::parallel;
 use crate::scene::shading::microfacets;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Maps are for alpha 1, 1/2, 1/4, ... Between them radiance is blended by the logarithm of alpha.
+/// Maps are for alpha 1, 1/2, 1/4, ...; between two of them radiance is blended linearly.
 const LEVELS: usize = 7;
 
 /// Directions that a texel averages, of the sharpest and of the roughest highlight.
 const FEWEST_DIRECTIONS: u32 = 32;
-const MOST_DIRECTIONS: u32 = 2048;
+const MOST_DIRECTIONS: u32 = 512;
 
 /// Radiance averaged over highlights, roughest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,22 +25,23 @@ impl GlossyMaps {
     }
 
     /// The mean radiance over a highlight around a direction.
-    #[inline]
+    #[inline(always)]
     pub(super) fn radiance(&self, environment: &Environment, direction: Vec3, alpha: f32) -> Vec3 {
         let position = Environment::position(direction);
-        let of = |level: usize| {
-            let map = &self.levels[level];
-            bilinear(&map.radiance, map.width, map.height, position)
-        };
         let sharpest = alpha_of(LEVELS - 1);
         if alpha < sharpest {
-            let sharp = environment.at_level(position, 0.0);
-            return sharp + (of(LEVELS - 1) - sharp) * (alpha / sharpest).max(0.0);
+            let sharp = environment.at_whole_level(position, 0);
+            return sharp + (self.levels[LEVELS - 1].at(position) - sharp) * (alpha / sharpest).max(0.0);
         }
-        let level = -alpha.min(1.0).log2();
-        let whole = (level as usize).min(LEVELS - 2);
-        let (rough, share) = (of(whole), level - whole as f32);
-        rough + (of(whole + 1) - rough) * share
+        // The logarithm's whole part and, nearly linear between powers of two, the rest: the shares of both maps.
+        let bits = alpha.min(1.0).to_bits();
+        let whole = 127 - (bits >> 23) as i32;
+        let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
+        // Alpha is the mantissa, 1 to 2, over 2 to the power of `whole`.
+        let level = (whole as usize).clamp(1, LEVELS - 1);
+        let share = if whole < 1 { 1.0 } else { mantissa - 1.0 };
+        let sharp = self.levels[level].at(position);
+        sharp + (self.levels[level - 1].at(position) - sharp) * share
     }
 }
 
@@ -50,27 +51,33 @@ fn alpha_of(level: usize) -> f32 {
 
 /// The map of one roughness: some texels across a highlight.
 fn map(environment: &Environment, level: usize) -> EquirectangularMap {
-    let height = (4usize << level).max(16);
+    let height = (2usize << level).max(16);
     let width = 2 * height;
-    let count = (MOST_DIRECTIONS >> level).max(FEWEST_DIRECTIONS);
+    let count = (8 * MOST_DIRECTIONS >> level).clamp(FEWEST_DIRECTIONS, MOST_DIRECTIONS);
     let steps = steps(environment, alpha_of(level), count);
     let radiance = parallel::map_collect(width * height, |texel| {
         let (x, y) = (texel % width, texel / width);
         let middle = Environment::direction((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-        let (across, along) = middle.any_orthonormal_pair();
-        let mut sum = Vec3::ZERO;
-        for &(step, weight, reduction) in &steps {
-            let direction = across * step.x + along * step.y + middle * step.z;
-            sum += environment.at_level(Environment::position(direction), reduction) * weight;
-        }
-        sum.to_array()
+        mean(environment, middle, &steps).to_array()
     });
     EquirectangularMap { width, height, radiance }
 }
 
+/// The mean over a highlight around a direction.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -> Vec3 {
+    let (across, along) = middle.any_orthonormal_pair();
+    let mut sum = Vec3::ZERO;
+    for &(step, weight, reduction) in steps {
+        let direction = across * step.x + along * step.y + middle * step.z;
+        sum += environment.at_whole_level(Environment::position(direction), reduction) * weight;
+    }
+    sum
+}
+
 /// Directions of light in a frame around a highlight's middle, each with its weight and the reduction of the picture
 /// at which a texel has the extent that it stands for (Křivánek, Colbert 2008).
-fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, f32)> {
+fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, usize)> {
     let texel = 4.0 * PI / (environment.width as f32 * environment.height as f32);
     let mut steps = Vec::with_capacity(count as usize);
     for place in 0..count {
@@ -85,7 +92,7 @@ fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, f
         let spread = 1.0 - facet.z * facet.z * (1.0 - alpha * alpha);
         let density = alpha * alpha / (PI * spread * spread) / 4.0;
         let extent = 1.0 / (count as f32 * density.max(1e-9));
-        let reduction = (0.5 * (extent / texel).log2()).clamp(0.0, environment.reduced.len() as f32);
+        let reduction = (0.5 * (extent / texel).log2()).clamp(0.0, environment.reduced.len() as f32) as usize;
         steps.push((direction, microfacets::unshadowed_share(alpha, direction.z, 1.0), reduction));
     }
     let sum: f32 = steps.iter().map(|(_, weight, _)| weight).sum();

@@ -33,6 +33,13 @@ struct EquirectangularMap {
     radiance: Vec<[f32; 3]>,
 }
 
+impl EquirectangularMap {
+    #[inline(always)]
+    fn at(&self, position: Vec2) -> Vec3 {
+        bilinear(&self.radiance, self.width, self.height, position)
+    }
+}
+
 /// The most places at which the picture is read for a pixel.
 const MOST_PLACES: f32 = 16.0;
 
@@ -74,7 +81,7 @@ impl Environment {
     }
 
     /// The position in the picture (0..1, v down) of a direction of unit length.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn position(direction: Vec3) -> Vec2 {
         let azimuth = arc_tangent(direction.z, direction.x);
         let polar = arc_tangent((direction.x * direction.x + direction.z * direction.z).sqrt(), direction.y);
@@ -82,7 +89,7 @@ impl Environment {
     }
 
     /// The radiance from a direction (unit length), bilinear between texels.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         bilinear(&self.radiance, self.width as usize, self.height as usize, Self::position(direction))
     }
@@ -116,15 +123,20 @@ impl Environment {
     }
 
     /// The radiance at a position, blended between two reductions.
-    #[inline]
+    #[inline(always)]
     fn at_level(&self, position: Vec2, level: f32) -> Vec3 {
-        let whole = level.floor();
-        let of = |number: usize| match number.checked_sub(1).and_then(|number| self.reduced.get(number)) {
-            Some(map) => bilinear(&map.radiance, map.width, map.height, position),
-            None => bilinear(&self.radiance, self.width as usize, self.height as usize, position),
-        };
-        let (fine, share) = (of(whole as usize), level - whole);
-        if share > 0.0 { fine.lerp(of(whole as usize + 1), share) } else { fine }
+        let whole = level as usize;
+        let (fine, share) = (self.at_whole_level(position, whole), level - whole as f32);
+        if share > 0.0 { fine + (self.at_whole_level(position, whole + 1) - fine) * share } else { fine }
+    }
+
+    /// The radiance at a position of a reduction; 0: the picture as it is.
+    #[inline(always)]
+    fn at_whole_level(&self, position: Vec2, level: usize) -> Vec3 {
+        if level == 0 || self.reduced.is_empty() {
+            return bilinear(&self.radiance, self.width as usize, self.height as usize, position);
+        }
+        self.reduced[(level - 1).min(self.reduced.len() - 1)].at(position)
     }
 
     /// The mean radiance over the highlight of a rough surface around a direction (unit length): what facets that
@@ -132,7 +144,7 @@ impl Environment {
     /// of Karis 2013's split sum). `alpha` is the square of the perceptual roughness.
     ///
     /// The first call makes the maps that it reads; [`Self::prepare_glossy`] does so beforehand.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn glossy(&self, direction: Vec3, alpha: f32) -> Vec3 {
         self.glossy.get_or_init(|| GlossyMaps::new(self)).radiance(self, direction, alpha)
     }
@@ -143,7 +155,7 @@ impl Environment {
     }
 
     /// The irradiance on a surface with this unit normal: radiance times cosine over the hemisphere.
-    #[inline]
+    #[inline(always)] // for the instructions of its caller
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         bilinear(&self.irradiance, IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, Self::position(normal))
     }
@@ -153,38 +165,57 @@ impl Environment {
 const ARC_TANGENT: [f32; 7] = [0.99999565, -0.33316, 0.19796892, -0.13195902, 0.07899983, -0.03310525, 0.0066582896];
 
 /// The angle of a point from the first axis, to 2e-6: several times faster than the library's.
-#[inline]
+#[inline(always)]
 fn arc_tangent(y: f32, x: f32) -> f32 {
     let (long, short) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
     let ratio = short / long.max(f32::MIN_POSITIVE);
     let square = ratio * ratio;
-    let series = ARC_TANGENT.iter().rev().fold(0.0, |sum, coefficient| sum * square + coefficient);
+    let mut series = 0.0;
+    for coefficient in ARC_TANGENT.iter().rev() {
+        series = series * square + coefficient;
+    }
     let angle = ratio * series;
     let angle = if y.abs() > x.abs() { std::f32::consts::FRAC_PI_2 - angle } else { angle };
     let angle = if x < 0.0 { std::f32::consts::PI - angle } else { angle };
     if y < 0.0 { -angle } else { angle }
 }
 
-#[inline]
+/// The value of a map at a position, between four texels. Without closures: they would not be compiled for the
+/// instructions of the caller.
+#[inline(always)]
 fn bilinear(texels: &[[f32; 3]], width: usize, height: usize, position: Vec2) -> Vec3 {
-    let x = position.x * width as f32 - 0.5;
-    let y = position.y * height as f32 - 0.5;
-    let (left, top) = (x.floor(), y.floor());
-    let (fx, fy) = (x - left, y - top);
-    let row = |y: i64| {
-        // Beyond a pole lies the same row, half way round.
-        let over = y < 0 || y >= height as i64;
-        let turned = if over { left as i64 + width as i64 / 2 } else { left as i64 };
-        // Positions are less than a turn beyond the picture, if at all: no division.
-        let wrapped = |column: i64| {
-            let column = if column < 0 { column + width as i64 } else { column };
-            let column = if column >= width as i64 { column - width as i64 } else { column };
-            column.clamp(0, width as i64 - 1) as usize
-        };
-        let start = y.clamp(0, height as i64 - 1) as usize * width;
-        Vec3::from(texels[start + wrapped(turned)]) * (1.0 - fx) + Vec3::from(texels[start + wrapped(turned + 1)]) * fx
-    };
-    row(top as i64) * (1.0 - fy) + row(top as i64 + 1) * fy
+    let (x, y) = (position.x * width as f32 - 0.5, position.y * height as f32 - 0.5);
+    let (left, top) = (floor(x), floor(y));
+    let (fx, fy) = (x - left as f32, y - top as f32);
+    let upper = between_neighbours(texels, width, height, left, top, fx);
+    let lower = between_neighbours(texels, width, height, left, top + 1, fx);
+    upper * (1.0 - fy) + lower * fy
+}
+
+/// The value between a texel of a row and its right neighbour. Beyond a pole lies the same row, half way round.
+#[inline(always)]
+fn between_neighbours(texels: &[[f32; 3]], width: usize, height: usize, left: i32, row: i32, share: f32) -> Vec3 {
+    let (columns, rows) = (width as i32, height as i32);
+    let is_beyond = row < 0 || row >= rows;
+    let left = wrapped(if is_beyond { left + columns / 2 } else { left }, columns);
+    let right = wrapped(left + 1, columns);
+    let start = row.clamp(0, rows - 1) as usize * width;
+    Vec3::from(texels[start + left as usize]) * (1.0 - share) + Vec3::from(texels[start + right as usize]) * share
+}
+
+/// A column of a map that repeats. Positions are less than a turn beyond it, if at all: no division.
+#[inline(always)]
+fn wrapped(column: i32, columns: i32) -> i32 {
+    let column = if column < 0 { column + columns } else { column };
+    let column = if column >= columns { column - columns } else { column };
+    column.clamp(0, columns - 1)
+}
+
+/// The largest whole number that is not above: machines without an instruction for it call a function.
+#[inline(always)]
+fn floor(value: f32) -> i32 {
+    let whole = value as i32;
+    whole - i32::from(value < whole as f32)
 }
 
 /// A map of half the width and height; odd last columns and rows are left out.
