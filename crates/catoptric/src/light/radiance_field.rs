@@ -1,7 +1,8 @@
 //! Radiance along rays.
 
-use crate::scene::{Ray, RayDifferential, Scene};
+use crate::scene::{Environment, Ray, RayDifferential, Scene};
 use glam::Vec3;
+use std::sync::Arc;
 
 /// Everything that rays look up: captured and stored light, and the light from infinity.
 ///
@@ -10,6 +11,12 @@ use glam::Vec3;
 pub trait RadianceField {
     /// The radiance that arrives at a ray's origin along it, blurred over the ray's change a pixel where that is known.
     fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3;
+
+    /// [`Self::radiance`] of a ray that stands for a cone as wide as its change: blurred also where sharp rays are not.
+    #[inline(always)]
+    fn radiance_of_cone(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        self.radiance(scene, ray, Some(change))
+    }
 
     /// The distance along a ray of unit direction of what it looks up; infinite where unknown.
     fn distance(&self, ray: &Ray) -> f32 {
@@ -22,6 +29,11 @@ impl<F: RadianceField + ?Sized> RadianceField for &F {
     #[inline(always)]
     fn radiance(&self, scene: &Scene, ray: &Ray, change: Option<&RayDifferential>) -> Vec3 {
         (**self).radiance(scene, ray, change)
+    }
+
+    #[inline(always)]
+    fn radiance_of_cone(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        (**self).radiance_of_cone(scene, ray, change)
     }
 
     #[inline(always)]
@@ -38,5 +50,11 @@ impl RadianceField for SceneBackground {
     #[inline(always)]
     fn radiance(&self, scene: &Scene, ray: &Ray, _change: Option<&RayDifferential>) -> Vec3 {
         scene.background(ray.direction)
+    }
+
+    fn radiance_of_cone(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
+        let over =
+            |sky: &Arc<Environment>| sky.radiance_over(ray.direction, [change.direction_dx, change.direction_dy]);
+        scene.environment.as_ref().map_or(Vec3::ZERO, over)
     }
 }

@@ -23,7 +23,7 @@ pub(crate) trait ReflectorShader: Sync {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstSurface {
     step: LightStep,
-    /// Radiance that the surface scatters itself, with its share.
+    /// Radiance that the surface scatters itself, with its share, and its highlights.
     pub(crate) own: Vec3,
     /// Factors of light that arrives by each way; at mirrors light divides, if at all, further on.
     pub(crate) shares: [Vec3; 2],
@@ -52,6 +52,7 @@ impl FirstSurface {
             let (settled, weight) = deferred.settled(distance);
             (found.own, found.shares[0]) = (settled, step.reflected * weight);
         }
+        found.own += scene.highlights(point, -direction);
         if scene.role_of(point.object) != Role::Lens {
             found.shares[1] = found.shares[0];
         }

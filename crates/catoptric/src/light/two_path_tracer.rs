@@ -69,6 +69,9 @@ impl TwoPathTracer<'_> {
             path.divides |= material.role == Role::Lens;
             let is_last = path.events >= self.order;
             if !is_first {
+                if !is_shared {
+                    path.added += path.share * scene.highlights(&point, -incoming);
+                }
                 if step.scattered > 0.0 {
                     let share = if is_shared { Vec3::ZERO } else { path.share };
                     let own = share * scene.own_radiance(&point, -incoming);

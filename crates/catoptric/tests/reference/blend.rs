@@ -9,7 +9,7 @@ use catoptric_testkit::scenes::SceneBuilder;
 use glam::Vec3;
 use std::sync::Arc;
 
-const RAMP: Blend = Blend { fresnel: Some([0.15, 0.85]), attenuation: None, diffuse: None };
+const RAMP: Blend = Blend { fresnel: Some([0.15, 0.85]), attenuation: None, diffuse: None, highlight_roughness: None };
 const FADE: Attenuation = Attenuation { distance: 8.0, specularity: [0.2, 0.95] };
 
 fn radiance(scene: &Scene, order: u32, origin: Vec3, direction: Vec3) -> Vec3 {
@@ -90,7 +90,7 @@ fn the_sky_is_infinitely_far() {
 fn every_mirror_of_a_path_weighs_the_segment_that_leaves_it() {
     let first = Blend { attenuation: Some(FADE), diffuse: Some(OWN), ..RAMP };
     let fading = Attenuation { distance: 4.0, specularity: [0.3, 0.8] };
-    let second = Blend { fresnel: Some([0.0, 0.9]), attenuation: Some(fading), diffuse: None };
+    let second = Blend { fresnel: Some([0.0, 0.9]), attenuation: Some(fading), ..Blend::default() };
     let mut builder = SceneBuilder::new();
     let lower = builder.material(Material { unlit: true, blend: Some(first), ..Material::mirror("lower", TINT) });
     // Without a colour of its own it has that of its material.
@@ -132,7 +132,7 @@ fn assert_no_worse(what: &str, id: &str, settings: &str, scene: &Scene, order: u
     for (fresnel, attenuation) in
         [(Some([0.2, 1.0]), None), (None, attenuation), (Some([0.2, 1.0]), attenuation), (Some([0.5, 0.5]), None)]
     {
-        let blend = Blend { fresnel, attenuation, diffuse: own };
+        let blend = Blend { fresnel, attenuation, diffuse: own, ..Blend::default() };
         let found = error(Some(blend));
         assert!(found.flip_mean <= plain.flip_mean + more, "{what}, {blend:?}: {found:?} beside {plain:?}");
         assert!(found.over_0_1 <= plain.over_0_1 + more, "{what}, {blend:?}: {found:?} beside {plain:?}");
@@ -183,7 +183,7 @@ fn blends_that_change_nothing_change_nothing() {
     let idle = Blend {
         fresnel: Some([1.0, 1.0]),
         attenuation: Some(Attenuation { distance: 1.0, specularity: [1.0, 1.0] }),
-        diffuse: None,
+        ..Blend::default()
     };
     let view = ball.default_view(60, 45);
     let quality = Quality { samples: 1, order: 1 };

@@ -14,6 +14,9 @@ pub struct Blend {
     pub attenuation: Option<Attenuation>,
     /// The albedo of the mirror's own diffuse shading; `None`: the material's base colour, which is its tint.
     pub diffuse: Option<Vec3>,
+    /// Perceptual roughness of the mirror for highlights of lights alone, while it reflects everything else as sharply
+    /// as before (figure 13's h_R); `None`: its own.
+    pub highlight_roughness: Option<f32>,
 }
 
 impl Blend {

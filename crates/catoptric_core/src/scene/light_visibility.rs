@@ -33,6 +33,9 @@ impl ShadowStart {
         let corners = scene.triangles[triangle as usize];
         let [a, b, c] = corners.map(|vertex| scene.positions[vertex as usize]);
         let [na, nb, nc] = corners.map(|vertex| scene.normals[vertex as usize]);
+        // At the rim of what a pixel shows its middle may lie beside the triangle, where the plane may be inside.
+        let at = at.max(Vec2::ZERO);
+        let at = at / (at.x + at.y).max(1.0);
         let weights = [1.0 - at.x - at.y, at.x, at.y];
         let (ab, ac) = (b - a, c - a);
         let position = a + ab * at.x + ac * at.y;

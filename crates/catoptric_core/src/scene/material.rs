@@ -107,6 +107,9 @@ pub enum AlphaMode {
     Mask(f32),
 }
 
+/// Mirrors up to this perceptual roughness reflect sharply.
+pub const SHARP_ROUGHNESS: f32 = 0.08;
+
 /// The look of a surface. All colours are linear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -143,6 +146,9 @@ pub struct Material {
     pub blend: Option<Blend>,
     /// The share of the clear coat, 0 to 1 (role [`Role::Coated`] alone).
     pub coat: f32,
+    /// Perceptual roughness of a mirror or coat, 0 to 1: see [`Self::reflection_roughness`] and
+    /// [`Self::highlight_roughness`].
+    pub mirror_roughness: f32,
     /// The file's flag that both sides are drawn. Kept for information: both sides are always drawn.
     pub double_sided: bool,
 }
@@ -166,6 +172,7 @@ impl Default for Material {
             schlick: false,
             blend: None,
             coat: 0.0,
+            mirror_roughness: 0.0,
             double_sided: true,
         }
     }
@@ -180,6 +187,30 @@ impl Material {
     /// A perfect mirror with a tint.
     pub fn mirror(name: &str, tint: Vec3) -> Self {
         Self { name: name.into(), role: Role::Reflector, base_color: tint.extend(1.0), ..Self::default() }
+    }
+
+    /// Perceptual roughness with which a mirror or coat reflects surfaces; 0: sharply.
+    #[inline]
+    pub fn reflection_roughness(&self) -> f32 {
+        let is_rough = matches!(self.role, Role::Reflector | Role::Coated) && self.mirror_roughness > SHARP_ROUGHNESS;
+        if is_rough { self.mirror_roughness } else { 0.0 }
+    }
+
+    /// Perceptual roughness with which a mirror or coat reflects lights; `None`: they make no highlights on it, as the
+    /// lobe of a perfect mirror is a line.
+    #[inline]
+    pub fn highlight_roughness(&self) -> Option<f32> {
+        if !matches!(self.role, Role::Reflector | Role::Coated) {
+            return None;
+        }
+        let own = (self.mirror_roughness > 0.0).then_some(self.mirror_roughness);
+        self.blend.and_then(|blend| blend.highlight_roughness).or(own)
+    }
+
+    /// Returns true if a mirror, lens or coat sends light of its own, beside what it reflects and refracts.
+    #[inline]
+    pub fn has_own_light(&self) -> bool {
+        self.role == Role::Coated || self.blend.is_some() || self.highlight_roughness().is_some()
     }
 
     /// All textures that it reads.

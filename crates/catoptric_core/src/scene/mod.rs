@@ -16,7 +16,7 @@ mod view;
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
 pub use light_visibility::LightVisibility;
-pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
+pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};

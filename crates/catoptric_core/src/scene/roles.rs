@@ -100,6 +100,7 @@ impl RoleRule {
             schlick: false,
             blend: material.blend.filter(|_| self.role == Role::Reflector),
             coat: if self.role == Role::Coated { material.coat } else { 0.0 },
+            mirror_roughness: if self.role == material.role { material.mirror_roughness } else { 0.0 },
             ..material.clone()
         }
     }

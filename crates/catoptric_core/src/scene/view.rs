@@ -99,6 +99,17 @@ impl RayDifferential {
         }
     }
 
+    /// The changes of rays that each stand for a cone of so many radians across, about a unit direction: longer, at
+    /// right angles to each other and to the ray.
+    #[must_use]
+    pub fn widened(&self, direction: Vec3, width: f32) -> Self {
+        let across = self.direction_dx.reject_from_normalized(direction);
+        let across = across.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+        let along = direction.cross(across);
+        let [dx, dy] = [self.direction_dx.length(), self.direction_dy.dot(along).abs()];
+        Self { direction_dx: across * dx.hypot(width), direction_dy: along * dy.hypot(width), ..*self }
+    }
+
     /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
     #[inline]
     pub fn transferred(&self, ray: &Ray, distance: f32, normal: Vec3) -> [Vec3; 2] {

@@ -14,6 +14,7 @@ mod pots;
 mod rooms;
 mod shells;
 mod spheres;
+mod surfaces;
 
 #[cfg(test)]
 mod tests;
@@ -69,6 +70,7 @@ pub fn all() -> &'static [BuiltinInfo] {
         cars::CAR,
         halls::LARGE_ROOM,
         colonnade::COLONNADE,
+        surfaces::HIGHLIGHTS,
     ]
 }
 

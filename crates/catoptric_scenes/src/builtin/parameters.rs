@@ -185,7 +185,7 @@ impl<'a> Values<'a> {
             "diffuse" => (Some([0.5, 0.5]), None),
             _ => return None,
         };
-        Some(Blend { fresnel, attenuation, diffuse: Some(diffuse) })
+        Some(Blend { fresnel, attenuation, diffuse: Some(diffuse), ..Blend::default() })
     }
 
     /// The number of rings of curved surfaces.

@@ -104,6 +104,7 @@ pub(super) struct SurfaceKeys {
     pub(super) values: Vec<Option<Value>>,
     pub(super) tint: Option<[f64; 3]>,
     pub(super) ior: Option<f64>,
+    pub(super) roughness: Option<f64>,
     pub(super) inside: bool,
     pub(super) blend: BlendKeys,
 }
@@ -181,7 +182,18 @@ impl SurfaceKeys {
             tint = Vec3::from(numbers.map(|number| number as f32));
         }
         let blend = self.blend.blend()?;
-        let Some(ior) = self.ior else { return Ok(Material { blend, ..Material::mirror(name, tint) }) };
+        let roughness = self.roughness.unwrap_or(0.0);
+        // Only the reference blurs what rougher mirrors reflect so far.
+        if !(0.0..=0.08).contains(&roughness) {
+            return wrong("roughness", format!("{roughness}; allowed is 0 to 0.08"));
+        }
+        let Some(ior) = self.ior else {
+            let mirror_roughness = roughness as f32;
+            return Ok(Material { blend, mirror_roughness, ..Material::mirror(name, tint) });
+        };
+        if self.roughness.is_some() {
+            return wrong("roughness", "is for mirrors, not for lenses: leave out `roughness` or `ior`");
+        }
         if !(0.1..=10.0).contains(&ior) {
             return wrong("ior", format!("{ior}; allowed is 0.1 to 10"));
         }
@@ -215,6 +227,7 @@ mod tests {
             values,
             tint: None,
             ior: None,
+            roughness: None,
             inside: false,
             blend: BlendKeys::default(),
         }

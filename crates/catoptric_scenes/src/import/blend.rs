@@ -10,6 +10,7 @@ pub(super) struct BlendKeys {
     pub(super) fresnel: Option<[f64; 2]>,
     pub(super) attenuation: Option<AttenuationKeys>,
     pub(super) diffuse: Option<[f64; 3]>,
+    pub(super) highlight_roughness: Option<f64>,
 }
 
 /// The keys of an attenuation as they were given.
@@ -29,6 +30,7 @@ impl BlendKeys {
             ("fresnel", self.fresnel.is_some()),
             ("attenuation", self.attenuation.is_some()),
             ("diffuse", self.diffuse.is_some()),
+            ("highlight_roughness", self.highlight_roughness.is_some()),
         ];
         given.into_iter().find(|(_, given)| *given).map(|(key, _)| key)
     }
@@ -37,9 +39,10 @@ impl BlendKeys {
     pub(super) fn blend(&self) -> Result<Option<Blend>, KeyError> {
         let fresnel = self.fresnel.map(|weights| checked("fresnel", weights)).transpose()?;
         let attenuation = self.attenuation.as_ref().map(AttenuationKeys::attenuation).transpose()?;
+        let highlight_roughness = self.highlight_roughness.map(checked_roughness).transpose()?;
         let Some(diffuse) = self.diffuse else {
-            let any = fresnel.is_some() || attenuation.is_some();
-            return Ok(any.then_some(Blend { fresnel, attenuation, diffuse: None }));
+            let any = fresnel.is_some() || attenuation.is_some() || highlight_roughness.is_some();
+            return Ok(any.then_some(Blend { fresnel, attenuation, diffuse: None, highlight_roughness }));
         };
         if diffuse.iter().any(|number| !(0.0..=1.0).contains(number)) {
             return wrong("diffuse", format!("{diffuse:?}; every number must be from 0 to 1"));
@@ -48,7 +51,8 @@ impl BlendKeys {
             let remedy = "add `attenuation`, or `fresnel = [0.5, 0.5]` for half reflection at every angle";
             return wrong("diffuse", format!("shows nowhere while all is reflection: {remedy}"));
         }
-        Ok(Some(Blend { fresnel, attenuation, diffuse: Some(Vec3::from(diffuse.map(|number| number as f32))) }))
+        let diffuse = Some(Vec3::from(diffuse.map(|number| number as f32)));
+        Ok(Some(Blend { fresnel, attenuation, diffuse, highlight_roughness }))
     }
 }
 
@@ -64,6 +68,13 @@ impl AttenuationKeys {
         let distance = positive("attenuation.distance", distance)? as f32;
         Ok(Attenuation { distance, specularity: checked("attenuation.specularity", specularity)? })
     }
+}
+
+fn checked_roughness(roughness: f64) -> Result<f32, KeyError> {
+    if !(0.03..=1.0).contains(&roughness) {
+        return wrong("highlight_roughness", format!("{roughness}; allowed is 0.03 to 1"));
+    }
+    Ok(roughness as f32)
 }
 
 fn checked(key: &'static str, weights: [f64; 2]) -> Result<[f32; 2], KeyError> {
@@ -94,6 +105,7 @@ mod tests {
             (BlendKeys { fresnel: Some([0.5, 1.2]), ..BlendKeys::default() }, "fresnel"),
             (BlendKeys { diffuse: Some([0.5; 3]), ..BlendKeys::default() }, "diffuse"),
             (BlendKeys { diffuse: Some([-0.5; 3]), ..ramp }, "diffuse"),
+            (BlendKeys { highlight_roughness: Some(0.0), ..BlendKeys::default() }, "highlight_roughness"),
             (fading(None, Some([0.0, 1.0])), "attenuation.distance"),
             (fading(Some(0.0), Some([0.0, 1.0])), "attenuation.distance"),
             (fading(Some(1.0), None), "attenuation.specularity"),

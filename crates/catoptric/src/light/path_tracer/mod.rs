@@ -1,5 +1,6 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
+mod rough;
 mod waves;
 
 use super::radiance_field::{RadianceField, SceneBackground};
@@ -11,6 +12,7 @@ use crate::scene::hit::Hit;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::Vec3;
+use rough::RoughRays;
 use waves::Waves;
 
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
@@ -39,6 +41,8 @@ struct Segment {
     absorption: Vec3,
     /// The two-path model has split already.
     split: bool,
+    /// It is one of several rays that left a rough mirror: it stands for a cone.
+    is_cone: bool,
     /// Light of the mirror that it left, whose share depends on the ray's length.
     deferred: Option<Deferred>,
 }
@@ -55,6 +59,7 @@ impl Segment {
             order: 0,
             absorption: Vec3::ZERO,
             split: false,
+            is_cone: false,
             deferred: None,
         }
     }
@@ -70,6 +75,7 @@ pub struct PathTracer<'a, F = SceneBackground> {
     waiting: Vec<Segment>,
     waves: Waves,
     ray_count: u64,
+    rough: RoughRays,
 }
 
 impl<'a> PathTracer<'a> {
@@ -82,7 +88,17 @@ impl<'a> PathTracer<'a> {
 impl<'a, F: RadianceField> PathTracer<'a, F> {
     /// A tracer of paths with at most `max_order` specular events, in a radiance field of rays that meet nothing.
     pub fn with_field(scene: &'a Scene, tracer: &'a Tracer, model: PathModel, max_order: u32, field: F) -> Self {
-        Self { scene, field, tracer, model, max_order, waiting: Vec::new(), waves: Waves::default(), ray_count: 0 }
+        Self {
+            scene,
+            field,
+            tracer,
+            model,
+            max_order,
+            waiting: Vec::new(),
+            waves: Waves::default(),
+            ray_count: 0,
+            rough: RoughRays::default(),
+        }
     }
 
     /// The number of rays traced since the last call.
@@ -163,7 +179,13 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     #[inline(always)]
     fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
         let (scene, ray) = (self.scene, &segment.ray);
-        let Some(hit) = hit else { return throughput * self.field.radiance(scene, ray, segment.change.as_ref()) };
+        let Some(hit) = hit else {
+            return throughput
+                * match &segment.change {
+                    Some(change) if segment.is_cone => self.field.radiance_of_cone(scene, ray, change),
+                    change => self.field.radiance(scene, ray, change.as_ref()),
+                };
+        };
         let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
         self.meet(segment, throughput, &encounter, hit.distance())
     }
@@ -193,7 +215,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     ) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let last = segment.order >= self.max_order;
-        if last && material.role != Role::Coated && material.blend.is_none() {
+        if last && !material.has_own_light() {
             return Vec3::ZERO;
         }
         let step = LightStep::at(scene, material, point, direction);
@@ -218,10 +240,13 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if is_deferred {
             segment.deferred = step.deferred(own(1.0));
         }
-        if reflects {
+        if reflects && material.reflection_roughness() > 0.0 {
+            self.push_rough(&segment, throughput, encounter, &step, material);
+        } else if reflects {
             self.push(&segment, BounceKind::Reflect, throughput, encounter, &step, material);
         }
-        if is_deferred { Vec3::ZERO } else { own(step.scattered) }
+        let highlights = throughput * scene.highlights(point, -direction);
+        if is_deferred { highlights } else { highlights + own(step.scattered) }
     }
 
     /// Adds the child of a path by an event.

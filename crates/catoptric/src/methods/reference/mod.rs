@@ -147,7 +147,15 @@ fn draw(
     let columns = width.div_ceil(TILE);
     let tiles = columns as usize * height.div_ceil(TILE) as usize;
     let rays = AtomicU64::new(0);
-    let init = || PathTracer::new(job.scene, tracer, settings.paths.into(), job.quality.order);
+    // A sample stands for its share of the pixel.
+    let footprint_scale = 1.0 / (job.quality.samples.max(1) as f32).sqrt();
+    let init = || {
+        PathTracer::new(job.scene, tracer, settings.paths.into(), job.quality.order).with_rough_rays(
+            settings.rough_rays,
+            settings.seed,
+            footprint_scale,
+        )
+    };
     let pictures = parallel::map_init_stage(job.progress, "tracing", tiles, init, |paths, tile| {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let pixels = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);

@@ -40,7 +40,9 @@ declare_settings! {
         paths: Paths = Paths::Tree;
         /// The places of the samples in a pixel.
         samples: SamplePlacement = SamplePlacement::Pattern;
-        /// Seed of the jitter.
+        /// Rays that leave a rough mirror where a path first meets one, 1 to 4096.
+        rough_rays: u32 = 16;
+        /// Seed of the jitter, and of rays that leave rough mirrors.
         seed: u64 = 0;
         /// Reports the tests of rays against triangles and surfaces, which takes longer.
         count_tests: bool = false;

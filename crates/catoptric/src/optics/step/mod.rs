@@ -152,6 +152,12 @@ impl Facing {
         Self { outside, geometric, normal }
     }
 
+    /// The same side with another unit normal on it.
+    #[must_use]
+    pub fn with_normal(&self, normal: Vec3) -> Self {
+        Self { normal, ..*self }
+    }
+
     /// The factor that turns outer normals to the side of arrival: 1 or -1.
     #[inline]
     pub fn sign(&self) -> f32 {
@@ -208,6 +214,12 @@ pub struct Deferred {
 }
 
 impl Deferred {
+    /// The part of one of several rays that leave a mirror.
+    #[must_use]
+    pub fn shared_by(&self, count: u32) -> Self {
+        Self { own: self.own / count as f32, ..*self }
+    }
+
     /// The mirror's own light and the factor of light from the next surface, at this distance from the mirror (infinite
     /// if there is none).
     #[inline]
@@ -323,6 +335,31 @@ impl LightStep {
         match kind {
             BounceKind::Reflect => reflected_change(incoming, change, self.facing.normal, normal_change),
             BounceKind::Transmit => refracted_change(incoming, change, self.facing.normal, normal_change, self.eta),
+        }
+    }
+
+    /// The same by facets of a rough mirror with this unit normal on the side of arrival: the share of light that they
+    /// reflect.
+    pub fn reflected_by_facet(
+        material: &Material,
+        reflected: Vec3,
+        normal: Vec3,
+        facet: Vec3,
+        direction: Vec3,
+    ) -> Vec3 {
+        let [at_normal, at_facet] = [normal, facet].map(|normal| -direction.dot(normal));
+        match material.role {
+            Role::Coated => {
+                let of = |cosine: f32| fresnel_dielectric(cosine, 1.0 / material.ior);
+                reflected * (of(at_facet) / of(at_normal).max(1e-6))
+            }
+            Role::Reflector if material.schlick => {
+                // From what Schlick's formula gives at the mean normal back to normal incidence, and to the facet.
+                let [mean, own] = [at_normal, at_facet].map(|cosine| fresnel_schlick(Vec3::ZERO, cosine).x);
+                let at_incidence = (reflected - mean) / (1.0 - mean).max(1e-3);
+                (at_incidence + (Vec3::ONE - at_incidence) * own).clamp(Vec3::ZERO, Vec3::ONE)
+            }
+            _ => reflected,
         }
     }
 

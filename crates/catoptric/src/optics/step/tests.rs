@@ -95,7 +95,7 @@ fn no_step_makes_light() {
 #[test]
 fn blended_mirrors_divide_light_by_angle_and_distance() {
     let attenuation = Attenuation { distance: 2.0, specularity: [0.25, 0.75] };
-    let mut blend = Blend { fresnel: Some([0.2, 0.8]), attenuation: None, diffuse: None };
+    let mut blend = Blend { fresnel: Some([0.2, 0.8]), attenuation: None, diffuse: None, highlight_roughness: None };
     let tint = Vec3::new(1.0, 0.5, 0.25);
     let direction = arriving(60.0f32.to_radians());
     let by_angle = 0.2 + 0.6 * 0.25;

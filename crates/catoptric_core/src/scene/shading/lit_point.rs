@@ -1,11 +1,13 @@
 //! The light of points that are worked out alone, and what textures say of points of glossy surfaces.
 
 use super::super::light_visibility::ShadowStart;
-use super::super::{Material, Scene, Texture, TextureBinding};
+use super::super::{Material, Role, Scene, Texture, TextureBinding};
 use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
-use super::glossy::{self, LitPoints};
-use super::microfacets::{variance_of_mean, variance_over_pixel};
+use super::glossy::{self, COAT_REFLECTANCE, LitPoints};
+use super::microfacets::{
+    LEAST_COSINE, LEAST_ROUGHNESS, grazing_share, lobe, variance_of_mean, variance_over_pixel, widened_alpha,
+};
 use super::shade::SurfacePoint;
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec3, Vec4};
@@ -57,6 +59,51 @@ impl Scene {
             add_environment(environment, &normals, 1, &mut sum);
         }
         base * sum.vector(0) * FRAC_1_PI
+    }
+
+    /// The highlights of lights on a mirror or coat: the radiance that it reflects to its viewer, beside what it shows.
+    /// Without lights there are none: the headlight makes none, the environment is what is shown.
+    #[inline]
+    pub fn highlights(&self, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        let material = self.material_of(point.object);
+        match material.highlight_roughness() {
+            Some(roughness) if !self.lights.is_empty() => {
+                self.highlights_of(material, roughness, point, towards_viewer)
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+
+    #[inline(never)] // few surfaces have them
+    fn highlights_of(&self, material: &Material, roughness: f32, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
+        let is_blind = side > 0.0 && self.objects[point.object as usize].inside;
+        if is_blind {
+            return Vec3::ZERO;
+        }
+        let (normal, start) = (point.normal * side, self.shadow_start(point, side));
+        let roughness = roughness.max(LEAST_ROUGHNESS);
+        let alpha = widened_alpha(roughness * roughness, variance_over_pixel(point.normal_change2));
+        let n_v = normal.dot(towards_viewer).max(LEAST_COSINE);
+        let tint = self.base_color(material, point).truncate();
+        let mut sum = Vec3::ZERO;
+        for light in &self.lights {
+            let (towards, irradiance) = light.arriving(point.position);
+            let (n_l, half) = (normal.dot(towards), towards + towards_viewer);
+            let length2 = half.length_squared();
+            if n_l <= 0.0 || irradiance == Vec3::ZERO || length2 < 1e-12 || !start.sees(self, light) {
+                continue;
+            }
+            let grazing = grazing_share(0.5 * length2.sqrt());
+            let reflectance = match material.role {
+                Role::Coated => Vec3::splat(material.coat * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * grazing)),
+                _ if material.schlick => tint + (Vec3::ONE - tint) * grazing,
+                _ => tint,
+            };
+            let (cosine2, sine2) = (normal.dot(half).powi(2) / length2, normal.cross(half).length_squared() / length2);
+            sum += irradiance * reflectance * (n_l * lobe(alpha, cosine2, sine2, n_l, n_v));
+        }
+        if sum.is_finite() { sum } else { Vec3::ZERO }
     }
 
     /// Where light that shines on a point is sought from.

@@ -115,6 +115,10 @@ impl Scene {
             }
             _ => [Vec3::ZERO; 2],
         };
+        let point = SurfacePoint {
+            normal_change2: normal_change[0].length_squared() + normal_change[1].length_squared(),
+            ..point
+        };
         SurfaceInteraction { point, position_change, normal_change }
     }
 
@@ -195,7 +199,7 @@ impl Scene {
             let [ta, tb, tc] = [self.tangents[a], self.tangents[b], self.tangents[c]];
             point.tangent = (ta * wa + tb * wb + tc * wc).truncate().extend(ta.w);
         }
-        if material.microfacets.is_some() && !self.has_headlight() {
+        if (material.microfacets.is_some() || material.highlight_roughness().is_some()) && !self.has_headlight() {
             let (change_b, change_c) = (nb - na, nc - na);
             let changes = [at.dx, at.dy].map(|d| (change_b * d.x + change_c * d.y).reject_from_normalized(normal));
             point.normal_change2 =
@@ -270,7 +274,8 @@ impl Scene {
     /// Returns true if a material's look depends on how much of it a pixel shows.
     #[inline(always)]
     pub fn has_footprints(&self, material: &Material) -> bool {
-        material.textured() || material.microfacets.is_some() && !self.has_headlight()
+        let is_glossy = material.microfacets.is_some() || material.highlight_roughness().is_some();
+        material.textured() || material.reflection_roughness() > 0.0 || is_glossy && !self.has_headlight()
     }
 
     /// The radiance from infinity in a direction of unit length.

@@ -10,8 +10,10 @@ use glam::{Affine2, Vec3, Vec4};
 
 /// Metals at least this metallic are mirrors.
 const MIN_METALLIC: f32 = 0.95;
-/// Rougher surfaces blur what they reflect; the methods draw sharp reflections only.
-const MAX_ROUGHNESS: f32 = 0.08;
+/// Rougher metals are no mirrors: only the reference blurs what they reflect so far.
+const MAX_MIRROR_ROUGHNESS: f32 = 0.08;
+/// Rougher glass is not clear.
+const MAX_GLASS_ROUGHNESS: f32 = 0.08;
 const MIN_TRANSMISSION: f32 = 0.5;
 const MIN_CLEARCOAT: f32 = 0.5;
 /// The index of refraction that KHR_materials_clearcoat gives to every coat.
@@ -247,13 +249,14 @@ fn give_role(
     let ior: Option<schema::Ior> = source.extension(owner, &entry.extensions, "KHR_materials_ior")?;
     let volume: Option<schema::Volume> = source.extension(owner, &entry.extensions, "KHR_materials_volume")?;
     let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
-    let is_smooth = roughness <= MAX_ROUGHNESS;
     let transmission_factor = transmission.map_or(0.0, |extension| extension.transmission_factor);
     let coat = coat.unwrap_or_default();
-    if metallic >= MIN_METALLIC && is_smooth && pbr.metallic_roughness_texture.is_none() {
+    let is_mirror = metallic >= MIN_METALLIC && roughness <= MAX_MIRROR_ROUGHNESS;
+    if is_mirror && pbr.metallic_roughness_texture.is_none() {
         material.role = Role::Reflector;
+        material.mirror_roughness = roughness.max(0.0);
         material.schlick = metallic < 1.0 || NOT_PLAIN.iter().any(|key| entry.extensions.contains_key(*key));
-    } else if transmission_factor >= MIN_TRANSMISSION && is_smooth {
+    } else if transmission_factor >= MIN_TRANSMISSION && roughness <= MAX_GLASS_ROUGHNESS {
         material.role = Role::Lens;
         material.ior = match ior.and_then(|extension| extension.ior).unwrap_or(DEFAULT_IOR) {
             ior if (1.0..=10.0).contains(&ior) => ior,
@@ -264,10 +267,11 @@ fn give_role(
         };
         material.absorption = volume.map_or(Vec3::ZERO, |volume| absorption(&volume));
     } else if coat.clearcoat_factor >= MIN_CLEARCOAT {
-        if coat.clearcoat_roughness_factor > MAX_ROUGHNESS {
+        if coat.clearcoat_roughness_factor > MAX_MIRROR_ROUGHNESS {
             source.warn(format!("{}: its rough clear coat is drawn as a smooth one", owner()));
         }
         material.role = Role::Coated;
+        material.mirror_roughness = coat.clearcoat_roughness_factor.clamp(0.0, MAX_MIRROR_ROUGHNESS);
         material.coat = coat.clearcoat_factor.min(1.0);
         material.ior = COAT_IOR;
     }

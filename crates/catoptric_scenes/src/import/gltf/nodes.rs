@@ -258,16 +258,19 @@ pub(super) fn surface_keys(
     let tint =
         take("tint").map(|value| numbers::<3>(&value).ok_or_else(|| wrong("tint", "3 finite numbers in brackets")));
     let ior = take("ior").map(|value| number(&value).ok_or_else(|| wrong("ior", "a finite number")));
+    let roughness = take("roughness").map(|value| number(&value).ok_or_else(|| wrong("roughness", "a finite number")));
     let inside = take("inside").map(|value| value.as_bool().ok_or_else(|| wrong("inside", "true or false")));
     let blend = blend_keys(source, &field, &mut keys)?;
     if let Some(key) = keys.keys().next() {
-        let known = ["surface", "tint", "ior", "inside", "fresnel", "attenuation", "diffuse"].into_iter();
+        let known = ["surface", "tint", "ior", "roughness", "inside", "fresnel", "attenuation", "diffuse"];
+        let known = known.into_iter().chain(["highlight_roughness"]);
         let known: Vec<&str> = known.chain(kind.parameters.iter().map(|parameter| parameter.key)).collect();
         let problem = format!("unknown field `{key}`; known are: {}", known.join(", "));
         return Err(source.invalid(format!("{field}.{key}"), problem));
     }
     let (tint, ior, inside) = (tint.transpose()?, ior.transpose()?, inside.transpose()?.unwrap_or(false));
-    Ok(Some(SurfaceKeys { kind, values, tint, ior, inside, blend }))
+    let roughness = roughness.transpose()?;
+    Ok(Some(SurfaceKeys { kind, values, tint, ior, roughness, inside, blend }))
 }
 
 /// Takes the keys of a mirror's blend.
@@ -277,8 +280,11 @@ fn blend_keys(source: &Source<'_>, field: &str, keys: &mut Map<String, Value>) -
     let fresnel = keys.remove("fresnel").map(|value| pair("fresnel", value)).transpose()?;
     let three = |value: Value| numbers(&value).ok_or_else(|| wrong("diffuse", "3 finite numbers in brackets"));
     let diffuse = keys.remove("diffuse").map(three).transpose()?;
+    let roughness =
+        |value: Value| number(&value).ok_or_else(|| wrong("highlight_roughness", "a number from 0.03 to 1"));
+    let highlight_roughness = keys.remove("highlight_roughness").map(roughness).transpose()?;
     let Some(attenuation) = keys.remove("attenuation") else {
-        return Ok(BlendKeys { fresnel, attenuation: None, diffuse });
+        return Ok(BlendKeys { fresnel, attenuation: None, diffuse, highlight_roughness });
     };
     let Value::Object(mut inner) = attenuation else {
         return Err(wrong("attenuation", "an object such as { \"distance\": 1, \"specularity\": [0, 1] }"));
@@ -290,7 +296,8 @@ fn blend_keys(source: &Source<'_>, field: &str, keys: &mut Map<String, Value>) -
         let problem = format!("unknown field `{key}`; known are: distance, specularity");
         return Err(source.invalid(format!("{field}.attenuation.{key}"), problem));
     }
-    Ok(BlendKeys { fresnel, attenuation: Some(AttenuationKeys { distance, specularity }), diffuse })
+    let attenuation = Some(AttenuationKeys { distance, specularity });
+    Ok(BlendKeys { fresnel, attenuation, diffuse, highlight_roughness })
 }
 
 /// Finite numbers of a given count.

@@ -15,7 +15,12 @@ pub(super) fn take(table: &mut Keys<'_, '_>) -> Result<(BlendKeys, Begins), Scen
     let fresnel = table.numbers("fresnel")?;
     let attenuation = table.table("attenuation")?;
     let diffuse = table.numbers("diffuse")?;
-    let mut begins = vec![("fresnel", fresnel.map(|at| at.begin)), ("diffuse", diffuse.map(|at| at.begin))];
+    let highlight_roughness = table.number("highlight_roughness")?;
+    let mut begins = vec![
+        ("fresnel", fresnel.map(|at| at.begin)),
+        ("diffuse", diffuse.map(|at| at.begin)),
+        ("highlight_roughness", highlight_roughness.map(|at| at.begin)),
+    ];
     let attenuation = match attenuation {
         Some(mut inner) => {
             let (begin, distance, specularity) =
@@ -34,7 +39,8 @@ pub(super) fn take(table: &mut Keys<'_, '_>) -> Result<(BlendKeys, Begins), Scen
         None => None,
     };
     let (fresnel, diffuse) = (fresnel.map(|at| at.value), diffuse.map(|at| at.value));
-    Ok((BlendKeys { fresnel, attenuation, diffuse }, begins))
+    let highlight_roughness = highlight_roughness.map(|at| at.value);
+    Ok((BlendKeys { fresnel, attenuation, diffuse, highlight_roughness }, begins))
 }
 
 /// The error about a key, at its place in the text; at the table's, where it was not given.
@@ -60,7 +66,9 @@ pub(super) fn read_rules(
         let (given, begins) = take(&mut table)?;
         let blend = given.blend().map_err(|error| explain(source, &table, &begins, error))?;
         table.finish()?;
-        let missing = || source.invalid(begin, &field, "says nothing; needed is `fresnel` or `attenuation`");
+        let missing = || {
+            source.invalid(begin, &field, "says nothing; needed is `fresnel`, `attenuation` or `highlight_roughness`")
+        };
         let rule = BlendRule::new(&pattern, blend.ok_or_else(missing)?);
         rules.push(rule.map_err(|error| source.invalid(begin, &field, error.to_string()))?);
     }

@@ -31,11 +31,13 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
     let rotation_deg = table.numbers("rotation_deg")?;
     let tint = table.numbers("tint")?;
     let ior = table.number("ior")?;
+    let roughness = table.number("roughness")?;
     let inside = table.boolean("inside")?;
     let (blend, mut begins) = blend::take(&mut table)?;
     begins.extend([
         ("tint", tint.map(|at| at.begin)),
         ("ior", ior.map(|at| at.begin)),
+        ("roughness", roughness.map(|at| at.begin)),
         ("inside", inside.map(|at| at.begin)),
     ]);
     let mut values = Vec::new();
@@ -56,6 +58,7 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
         values,
         tint: tint.map(|tint| tint.value),
         ior: ior.map(|ior| ior.value),
+        roughness: roughness.map(|roughness| roughness.value),
         inside: inside.is_some_and(|inside| inside.value),
         blend,
     };

@@ -210,7 +210,7 @@ impl<'a> PathShader<'a> {
                 return ShadingRequest::Color(sum + throughput * self.mapped(maps, fragment, surface, &ray, bounce));
             }
             let ends = surface.group == 0;
-            if ends && material.role != Role::Coated && material.blend.is_none() {
+            if ends && !material.has_own_light() {
                 return ShadingRequest::Color(sum);
             }
             let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
@@ -220,7 +220,11 @@ impl<'a> PathShader<'a> {
             throughput *= transmittance(absorption, length(&ray, &point));
             *is_steep |= material.role == Role::Lens && is_steep_at(&step, ray.direction);
             // What is scattered before the last second branch belongs to the fragment that takes the first one there.
-            let scatters = step.scattered > 0.0 && fragment.second_branches >> bounce == 0;
+            let is_first_way = fragment.second_branches >> bounce == 0;
+            let scatters = step.scattered > 0.0 && is_first_way;
+            if is_first_way && material.has_own_light() {
+                sum += throughput * scene.highlights(&point, -ray.direction);
+            }
             if step.attenuation.is_some() && !ends {
                 let share = if scatters { throughput } else { Vec3::ZERO };
                 deferred = step.deferred(share * scene.own_radiance(&point, -ray.direction));

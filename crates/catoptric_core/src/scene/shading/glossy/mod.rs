@@ -10,7 +10,7 @@ use glam::Vec3;
 use std::f32::consts::FRAC_1_PI;
 
 /// The index of refraction of coats is 1.5.
-const COAT_REFLECTANCE: f32 = 0.04;
+pub(super) const COAT_REFLECTANCE: f32 = 0.04;
 
 /// Points of one material, and all that their light depends on.
 pub(super) struct LitPoints<const N: usize> {

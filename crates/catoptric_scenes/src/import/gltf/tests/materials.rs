@@ -40,6 +40,8 @@ fn smooth_metals_are_mirrors() {
     let nearly = material(metal(0.96, 0.08));
     assert_eq!((nearly.role, nearly.schlick), (Role::Reflector, true));
     assert_eq!(material(metal(0.94, 0.0)).role, Role::Diffuse);
+    assert_eq!((nearly.reflection_roughness(), nearly.highlight_roughness()), (0.0, Some(0.08)));
+    assert_eq!(mirror.highlight_roughness(), None);
     assert_eq!(material(metal(1.0, 0.09)).role, Role::Diffuse);
     assert_eq!(material(json!({})).role, Role::Diffuse);
     let mut special = metal(1.0, 0.0);
@@ -99,9 +101,10 @@ fn clear_coats_reflect() {
     assert_eq!((coated.role, coated.coat, coated.ior), (Role::Coated, 0.75, 1.5));
     assert!(smooth.warnings.is_empty());
     assert_eq!(coat(0.4, 0.0).model().materials[0].role, Role::Diffuse);
+    assert_eq!((coated.reflection_roughness(), coated.highlight_roughness()), (0.0, Some(0.03)));
     // Rough coats are drawn smooth, with a warning.
     let rough = coat(1.0, 0.1).model();
-    assert_eq!(rough.materials[0].role, Role::Coated);
+    assert_eq!((rough.materials[0].role, rough.materials[0].reflection_roughness()), (Role::Coated, 0.0));
     assert!(rough.warnings[0].contains("rough"));
 }
 

@@ -144,7 +144,7 @@ fn extras_name_analytic_surfaces() {
     });
     file.json["meshes"][0]["extras"]["catoptric"] = keys;
     let attenuation = Some(Attenuation { distance: 2.0, specularity: [0.0, 1.0] });
-    let blend = Blend { fresnel: Some([0.25, 1.0]), attenuation, diffuse: Some(Vec3::Z) };
+    let blend = Blend { fresnel: Some([0.25, 1.0]), attenuation, diffuse: Some(Vec3::Z), ..Blend::default() };
     assert_eq!(file.scene().material_of(0).blend, Some(blend));
     // Over a material that is a mirror already.
     file.json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"] = json!(1);

@@ -1,0 +1,101 @@
+//! Rays that leave rough mirrors: by facets that are seen, as the distribution of Trowbridge and Reitz has them.
+
+use super::{MIN_THROUGHPUT, PathTracer, Segment};
+use crate::light::radiance_field::RadianceField;
+use crate::math::random;
+use crate::optics::step::{LightStep, reflect};
+use crate::scene::microfacets::{unshadowed_share, visible_facet};
+use crate::scene::shade::SurfaceInteraction;
+use crate::scene::{Material, Ray};
+use glam::{Vec2, Vec3};
+use std::f32::consts::SQRT_2;
+
+/// How rough mirrors are sampled.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RoughRays {
+    /// Rays where a path first meets a rough mirror; further ones get one each.
+    count: u32,
+    /// Of the numbers that choose them.
+    seed: u64,
+    /// The share of a pixel's side that a path stands for.
+    footprint_scale: f32,
+}
+
+impl Default for RoughRays {
+    fn default() -> Self {
+        Self { count: 16, seed: 0, footprint_scale: 1.0 }
+    }
+}
+
+impl<F> PathTracer<'_, F> {
+    /// The same with so many rays where a path first meets a rough mirror, chosen by numbers of this seed, for paths
+    /// that stand for a pixel's part of this side.
+    #[must_use]
+    pub fn with_rough_rays(self, count: u32, seed: u64, footprint_scale: f32) -> Self {
+        Self { rough: RoughRays { count: count.max(1), seed, footprint_scale }, ..self }
+    }
+}
+
+impl<F: RadianceField> PathTracer<'_, F> {
+    /// Adds the children of a path that a rough mirror reflects.
+    ///
+    /// The same path always has the same children: they are chosen by numbers that its direction makes.
+    pub(super) fn push_rough(
+        &mut self,
+        segment: &Segment,
+        throughput: Vec3,
+        encounter: &SurfaceInteraction,
+        step: &LightStep,
+        material: &Material,
+    ) {
+        let (incoming, normal) = (segment.ray.direction, step.facing.normal);
+        let RoughRays { count, seed, footprint_scale } = self.rough;
+        let count = if segment.is_cone { 1 } else { count };
+        let alpha = material.reflection_roughness().powi(2);
+        let (across, along) = normal.any_orthonormal_pair();
+        let towards_viewer = -Vec3::new(incoming.dot(across), incoming.dot(along), incoming.dot(normal));
+        let bits = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+        let at = encounter.point.position;
+        let key = [bits(incoming.x, incoming.y), bits(incoming.z, at.x), bits(at.y, at.z)];
+        let turn = |axis: u64| random::unit(seed ^ axis, random::mix(key[0] ^ random::mix(key[1])), key[2]);
+        let turn = Vec2::new(turn(0), turn(1));
+        // A cone for every ray: together they cover the lobe, which is about so wide to each side.
+        let width = 2.0 * SQRT_2 * alpha / (count as f32).sqrt() * footprint_scale;
+        for index in 0..count {
+            let strata =
+                Vec2::new((index as f32 + 0.5) / count as f32, index.reverse_bits() as f32 * (1.0 / 4_294_967_296.0));
+            let number = (strata + turn).fract();
+            let facet = visible_facet(alpha, towards_viewer, number);
+            let facet = across * facet.x + along * facet.y + normal * facet.z;
+            let direction = reflect(incoming, facet);
+            let share = unshadowed_share(alpha, direction.dot(normal), towards_viewer.z);
+            // Light that goes on below the surface would meet another facet: it is lost, as masking has it.
+            if share <= 0.0 || direction.dot(step.facing.geometric) <= 0.0 {
+                continue;
+            }
+            let reflected = LightStep::reflected_by_facet(material, step.reflected, normal, facet, incoming);
+            let throughput = throughput * reflected * (share / count as f32);
+            if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
+                continue;
+            }
+            let change = segment.change.as_ref().map(|change| {
+                let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
+                step.outgoing_change(crate::optics::path::bundle::BounceKind::Reflect, incoming, change, encounter)
+                    .widened(direction, width)
+            });
+            let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
+            let deferred = segment.deferred.map(|deferred| deferred.shared_by(count));
+            let order = segment.order + 1;
+            self.waiting.push(Segment {
+                ray,
+                change,
+                near: 0.0,
+                throughput,
+                order,
+                is_cone: true,
+                deferred,
+                ..*segment
+            });
+        }
+    }
+}
