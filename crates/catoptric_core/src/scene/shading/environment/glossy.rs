@@ -53,7 +53,7 @@ fn alpha_of(level: usize) -> f32 {
 fn map(environment: &Environment, level: usize) -> EquirectangularMap {
     let height = (2usize << level).max(16);
     let width = 2 * height;
-    let count = (8 * MOST_DIRECTIONS >> level).clamp(FEWEST_DIRECTIONS, MOST_DIRECTIONS);
+    let count = ((8 * MOST_DIRECTIONS) >> level).clamp(FEWEST_DIRECTIONS, MOST_DIRECTIONS);
     let steps = steps(environment, alpha_of(level), count);
     let radiance = parallel::map_collect(width * height, |texel| {
         let (x, y) = (texel % width, texel / width);
