@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.419, 0.284), below(0.412, 0.273)]),
         scene("large_room", [below(0.434, 0.163), below(0.434, 0.163)]),
         scene("colonnade", [below(0.999, 0.848), below(0.751, 0.432)]),
+        scene("highlights", [below(0.102, 0.145), below(0.102, 0.145)]),
     ],
 };

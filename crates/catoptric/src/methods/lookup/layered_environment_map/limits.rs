@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.127, 0.115), below(0.140, 0.100)]),
         scene("large_room", [below(0.063, 0.084), below(0.063, 0.084)]),
         scene("colonnade", [below(0.033, 0.045), below(0.096, 0.094)]),
+        scene("highlights", [below(0.051, 0.131), below(0.051, 0.131)]),
     ],
 };

@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.256, 0.174), below(0.253, 0.174)]),
         scene("large_room", [below(0.330, 0.197), below(0.330, 0.197)]),
         scene("colonnade", [below(0.195, 0.136), below(0.727, 0.500)]),
+        scene("highlights", [below(0.159, 0.188), below(0.159, 0.188)]),
     ],
 };

@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.030, 0.059), below(0.027, 0.049)]),
         scene("large_room", [below(0.020, 0.043), below(0.020, 0.043)]),
         scene("colonnade", [below(0.025, 0.031), below(0.035, 0.056)]),
+        scene("highlights", [below(0.023, 0.093), below(0.023, 0.093)]),
     ],
 };

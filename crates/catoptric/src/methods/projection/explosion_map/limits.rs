@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.077, 0.071), below(0.090, 0.075)]),
         scene("large_room", [below(0.015, 0.035), below(0.015, 0.035)]),
         scene("colonnade", [below(0.528, 0.298), below(0.788, 0.442)]),
+        scene("highlights", [below(0.026, 0.090), below(0.026, 0.090)]),
     ],
 };

@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.040, 0.046), below(0.056, 0.059)]),
         scene("large_room", [below(0.037, 0.051), below(0.037, 0.051)]),
         scene("colonnade", [below(0.472, 0.411), below(0.438, 0.315)]),
+        scene("highlights", [below(0.029, 0.091), below(0.029, 0.091)]),
     ],
 };

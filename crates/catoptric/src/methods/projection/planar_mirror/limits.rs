@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(1.000, 0.918), below(1.000, 0.920)]),
         scene("large_room", [below(1.000, 0.997), below(1.000, 0.997)]),
         scene("colonnade", [below(1.000, 0.518), below(1.000, 0.952)]),
+        scene("highlights", [below(1.000, 0.624), below(1.000, 0.624)]),
     ],
 };

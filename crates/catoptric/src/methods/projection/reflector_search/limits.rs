@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.084, 0.090), below(0.095, 0.095)]),
         scene("large_room", [below(0.018, 0.038), below(0.018, 0.038)]),
         scene("colonnade", [below(0.200, 0.163), below(0.623, 0.389)]),
+        scene("highlights", [below(0.023, 0.090), below(0.023, 0.090)]),
     ],
 };

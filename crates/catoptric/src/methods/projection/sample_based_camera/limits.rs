@@ -20,5 +20,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("car", [below(0.086, 0.088), below(0.088, 0.093)]),
         scene("large_room", [below(0.057, 0.071), below(0.060, 0.071)]),
         scene("colonnade", [below(0.254, 0.172), below(0.885, 0.658)]),
+        scene("highlights", [below(0.032, 0.099), below(0.032, 0.099)]),
     ],
 };
