@@ -11,3 +11,4 @@
 pub mod builtin;
 #[cfg(feature = "files")]
 pub mod import;
+mod tangents;

@@ -2,7 +2,7 @@
 
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::LightStep;
+use crate::optics::step::{LightStep, RoughLobe};
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Ray, RayDifferential, Role, Scene};
 use glam::Vec3;
@@ -23,6 +23,8 @@ pub(crate) trait ReflectorShader: Sync {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstSurface {
     step: LightStep,
+    /// The cone that a rough mirror reflects.
+    pub(crate) lobe: Option<RoughLobe>,
     /// Radiance that the surface scatters itself, with its share, and its highlights.
     pub(crate) own: Vec3,
     /// Factors of light that arrives by each way; at mirrors light divides, if at all, further on.
@@ -39,18 +41,35 @@ impl FirstSurface {
         direction: Vec3,
         distance: impl FnOnce(&LightStep) -> Option<f32>,
     ) -> Self {
-        let step = LightStep::at(scene, scene.material_of(point.object), point, direction);
+        Self::with_normal(scene, point, point.normal, direction, distance)
+    }
+
+    /// The same with another unit normal on the outer side than the point's.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn with_normal(
+        scene: &Scene,
+        point: &SurfacePoint,
+        normal: Vec3,
+        direction: Vec3,
+        distance: impl FnOnce(&LightStep) -> Option<f32>,
+    ) -> Self {
+        let material = scene.material_of(point.object);
+        let step = LightStep::with_normal(scene, material, point, normal, direction);
         let own = match step.scattered {
             0.0 => Vec3::ZERO,
             _ => scene.own_radiance(point, -direction),
         };
-        let mut found = Self { step, own: own * step.scattered, shares: [step.reflected, step.transmitted] };
+        let lobe = RoughLobe::of(material, &step.facing, direction);
+        let mut found = Self { step, lobe, own: own * step.scattered, shares: [step.reflected, step.transmitted] };
         if step.reflected != Vec3::ZERO
             && let Some(deferred) = step.deferred(own)
             && let Some(distance) = distance(&step)
         {
             let (settled, weight) = deferred.settled(distance);
             (found.own, found.shares[0]) = (settled, step.reflected * weight);
+        }
+        if let Some(lobe) = &lobe {
+            found.shares[0] *= lobe.share;
         }
         found.own += scene.highlights(point, -direction);
         if scene.role_of(point.object) != Role::Lens {
@@ -76,14 +95,25 @@ pub(crate) fn reflector_radiance(
         let towards = light.zip(leaving(step, BounceKind::Reflect));
         Some(towards.map_or(f32::INFINITY, |(light, towards)| light.distance(&towards)))
     };
-    let FirstSurface { step, own: mut sum, shares } = FirstSurface::of(scene, point, ray.direction, distance);
+    let (normal, normal_change) = scene.turned_normal_and_change(scene.material_of(point.object), encounter);
+    let turned = &SurfaceInteraction { normal_change, ..*encounter };
+    let FirstSurface { step, lobe, own: mut sum, shares } =
+        FirstSurface::with_normal(scene, point, normal, ray.direction, distance);
     for (kind, share) in [(BounceKind::Reflect, shares[0]), (BounceKind::Transmit, step.transmitted)] {
         if share != Vec3::ZERO
             && let Some(light) = light
             && let Some(leaving) = leaving(&step, kind)
         {
-            let change = step.outgoing_change(kind, ray.direction, change, encounter);
-            sum += share * light.radiance(scene, &leaving, Some(&change));
+            let change = step.outgoing_change(kind, ray.direction, change, turned);
+            sum += share
+                * match lobe {
+                    Some(lobe) if kind == BounceKind::Reflect => {
+                        let leaving = Ray { direction: lobe.direction, ..leaving };
+                        let cone = change.widened(lobe.direction, lobe.width);
+                        light.radiance_of_cone(scene, &leaving, &cone)
+                    }
+                    _ => light.radiance(scene, &leaving, Some(&change)),
+                };
         }
     }
     sum

@@ -11,6 +11,7 @@ pub mod projector;
 pub mod reference;
 mod reflector_maps;
 mod settings;
+mod simplified;
 
 pub use settings::{ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, Settings};
 pub(crate) use settings::{SettingValue, declare_choices, declare_settings, within};

@@ -10,5 +10,6 @@ mod path_perturbation;
 mod planar_mirror;
 mod reflector_search;
 mod sample_based_camera;
+mod surfaces;
 mod tiles;
 mod virtual_objects;

@@ -5,6 +5,7 @@ mod bounded;
 mod budget;
 mod cancelling;
 mod degenerate;
+mod highlights;
 mod matrix;
 mod popping;
 mod settings;

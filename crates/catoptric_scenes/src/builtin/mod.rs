@@ -71,6 +71,8 @@ pub fn all() -> &'static [BuiltinInfo] {
         halls::LARGE_ROOM,
         colonnade::COLONNADE,
         surfaces::HIGHLIGHTS,
+        surfaces::BRUSHED,
+        surfaces::RIPPLED,
     ]
 }
 

@@ -183,9 +183,8 @@ impl SurfaceKeys {
         }
         let blend = self.blend.blend()?;
         let roughness = self.roughness.unwrap_or(0.0);
-        // Only the reference blurs what rougher mirrors reflect so far.
-        if !(0.0..=0.08).contains(&roughness) {
-            return wrong("roughness", format!("{roughness}; allowed is 0 to 0.08"));
+        if !(0.0..=0.5).contains(&roughness) {
+            return wrong("roughness", format!("{roughness}; allowed is 0 to 0.5"));
         }
         let Some(ior) = self.ior else {
             let mirror_roughness = roughness as f32;

@@ -218,7 +218,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if last && !material.has_own_light() {
             return Vec3::ZERO;
         }
-        let step = LightStep::at(scene, material, point, direction);
+        let (normal, normal_change) = scene.turned_normal_and_change(material, encounter);
+        let step = LightStep::with_normal(scene, material, point, normal, direction);
+        let turned = &SurfaceInteraction { normal_change, ..*encounter };
         let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
         let mut segment = Segment { absorption, deferred: None, ..*segment };
         if material.role == Role::Lens {
@@ -229,7 +231,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             segment.split = true;
         }
         if refracts {
-            self.push(&segment, BounceKind::Transmit, throughput, encounter, &step, material);
+            self.push(&segment, BounceKind::Transmit, throughput, turned, &step, material);
         }
         // The light that the surface scatters itself.
         let own = |share: f32| match share {
@@ -241,9 +243,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             segment.deferred = step.deferred(own(1.0));
         }
         if reflects && material.reflection_roughness() > 0.0 {
-            self.push_rough(&segment, throughput, encounter, &step, material);
+            self.push_rough(&segment, throughput, turned, &step, material);
         } else if reflects {
-            self.push(&segment, BounceKind::Reflect, throughput, encounter, &step, material);
+            self.push(&segment, BounceKind::Reflect, throughput, turned, &step, material);
         }
         let highlights = throughput * scene.highlights(point, -direction);
         if is_deferred { highlights } else { highlights + own(step.scattered) }

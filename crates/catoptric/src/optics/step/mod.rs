@@ -6,9 +6,11 @@
 //! and the surface's own scattering, [`crossed_medium`] and [`medium_after`] keep account of the medium along a path.
 
 use super::path::bundle::BounceKind;
+use crate::scene::microfacets::ReflectanceTable;
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Attenuation, Material, RayDifferential, Role, Scene};
 use glam::{Vec3, Vec4Swizzles};
+use std::f32::consts::SQRT_2;
 
 /// Sine of the least angle between a new direction and the flat surface.
 const MIN_SINE: f32 = 1e-3;
@@ -126,6 +128,36 @@ pub fn medium_after<M>(kind: BounceKind, outside: bool, own: M, crossed: M, vacu
     }
 }
 
+/// What a rough mirror reflects towards one side, as a cone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughLobe {
+    /// The unit mean direction that light arrives from.
+    pub direction: Vec3,
+    /// The share of light that facets neither mask nor shadow.
+    pub share: f32,
+    /// The angle across the cone.
+    pub width: f32,
+}
+
+impl RoughLobe {
+    /// The cone of light that a mirror reflects against a ray's direction; `None` for mirrors that reflect sharply.
+    #[inline]
+    pub fn of(material: &Material, facing: &Facing, incoming: Vec3) -> Option<Self> {
+        let roughness = material.reflection_roughness();
+        (roughness > 0.0).then(|| Self::of_rough(roughness, facing, incoming))
+    }
+
+    #[inline(never)] // rarely needed
+    fn of_rough(roughness: f32, facing: &Facing, incoming: Vec3) -> Self {
+        let lobe = ReflectanceTable::get().reflected(roughness, -incoming.dot(facing.normal));
+        let mirrored = reflect(incoming, facing.normal);
+        let direction = facing.normal.lerp(mirrored, lobe.tilt).try_normalize().unwrap_or(mirrored);
+        // Facets' slopes are about as wide as alpha to each side, and mirrored directions turn twice as far.
+        let width = 2.0 * SQRT_2 * roughness * roughness * lobe.spread;
+        Self { direction, share: lobe.at_normal + lobe.at_grazing, width }
+    }
+}
+
 /// The side of a surface on which a ray arrives, and the normals on that side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facing {
@@ -230,10 +262,23 @@ impl Deferred {
 }
 
 impl LightStep {
-    /// The step at a point of a scene that a ray of this unit direction meets; the material is the point's.
+    /// The step at a point of a scene that a ray of this unit direction meets; the material is the point's. Normal maps
+    /// turn nothing.
     #[inline(always)]
     pub fn at(scene: &Scene, material: &Material, point: &SurfacePoint, direction: Vec3) -> Self {
-        let facing = Facing::new(direction, point.geometric_normal, point.normal);
+        Self::with_normal(scene, material, point, point.normal, direction)
+    }
+
+    /// The same with another unit normal on the outer side than the point's.
+    #[inline(always)]
+    pub fn with_normal(
+        scene: &Scene,
+        material: &Material,
+        point: &SurfacePoint,
+        normal: Vec3,
+        direction: Vec3,
+    ) -> Self {
+        let facing = Facing::new(direction, point.geometric_normal, normal);
         let is_blind = facing.outside && scene.objects[point.object as usize].inside;
         let tint = match material.role {
             Role::Reflector | Role::Lens => scene.base_color(material, point).xyz(),

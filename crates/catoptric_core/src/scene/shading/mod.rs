@@ -2,6 +2,7 @@
 
 mod arriving_light;
 pub(super) mod batch;
+mod bumps;
 mod drawn;
 pub(super) mod environment;
 mod filter;

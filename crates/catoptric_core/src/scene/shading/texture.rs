@@ -119,13 +119,25 @@ impl Texture {
     /// A texture of normals, rows from the top: from 0 for -1 to 255 for 1 in x (right), y (up) and z (outwards), as in
     /// glTF. They are given unit length; mip levels hold means, whose length tells how much normals differ.
     pub fn from_normals8(name: &str, width: u32, height: u32, rgba: &[[u8; 4]], sampler: Sampler) -> Self {
-        let unit = |texel: &[u8; 4]| {
-            let [x, y, z] = [texel[0], texel[1], texel[2]].map(|value| f32::from(value) * (2.0 / 255.0) - 1.0);
-            let normal = Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::Z);
-            let coded = (normal * 0.5 + 0.5) * 65535.0 + 0.5;
+        let normal = |texel: &[u8; 4]| {
+            Vec3::from([texel[0], texel[1], texel[2]].map(|value| f32::from(value) * (2.0 / 255.0) - 1.0))
+        };
+        Self::from_normals(name, width, height, rgba.iter().map(normal), sampler)
+    }
+
+    /// The same from normals of any length.
+    pub fn from_normals(
+        name: &str,
+        width: u32,
+        height: u32,
+        normals: impl Iterator<Item = Vec3>,
+        sampler: Sampler,
+    ) -> Self {
+        let coded = |normal: Vec3| {
+            let coded = (normal.try_normalize().unwrap_or(Vec3::Z) * 0.5 + 0.5) * 65535.0 + 0.5;
             [coded.x as u16, coded.y as u16, coded.z as u16, u16::MAX]
         };
-        Self::from_linear16(name, width, height, rgba.iter().map(unit).collect(), sampler)
+        Self::from_linear16(name, width, height, normals.map(coded).collect(), sampler)
     }
 
     /// A texture of linear 16-bit texels, rows from the top; all mip levels are made here.

@@ -3,10 +3,11 @@
 use super::super::parameters::Values;
 use super::shapes::{self, Shape};
 use super::textures;
+use crate::tangents;
 use catoptric_core::scene::model::{
     AnalyticAsset, CameraAsset, LightAsset, LocalTransform, MeshAsset, Model, Node, Primitive,
 };
-use catoptric_core::scene::{Camera, LightKind, Material, Texture, TextureBinding};
+use catoptric_core::scene::{Camera, LightKind, Material, NormalMap, Texture, TextureBinding};
 use catoptric_core::surface::{AnalyticSurface, SurfaceError};
 use glam::{Affine2, Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::sync::Arc;
@@ -88,6 +89,17 @@ impl Kit {
         self.material(Material { unlit, base_texture: Some(binding), ..Material::diffuse(&name, Vec3::ONE) })
     }
 
+    /// Gives a material a normal map, whose slopes are scaled.
+    pub(in super::super) fn set_normal_map(&mut self, material: usize, texture: Texture, scale: f32) {
+        let binding = TextureBinding {
+            texture: self.model.textures.len() as u32,
+            uv_channel: 0,
+            texture_from_uv: Affine2::IDENTITY,
+        };
+        self.model.textures.push(Arc::new(texture));
+        self.model.materials[material].normal_map = Some(NormalMap { binding, scale });
+    }
+
     /// Adds the perfect mirror of most scenes, a little darker than the world.
     pub(in super::super) fn mirror(&mut self) -> usize {
         self.material(Material::mirror("mirror", Vec3::splat(0.95)))
@@ -115,7 +127,7 @@ impl Kit {
         let unlit = self.model.materials[material].unlit;
         let colors =
             if unlit { shape.normals.iter().map(|n| shade(place.rotation * *n)).collect() } else { Vec::new() };
-        let primitive = Primitive {
+        let mut primitive = Primitive {
             positions: shape.positions,
             normals: shape.normals,
             uvs: [shape.uvs, Vec::new()],
@@ -124,6 +136,9 @@ impl Kit {
             material,
             ..Primitive::default()
         };
+        if self.model.materials[material].normal_map.is_some() {
+            tangents::complete(&mut primitive, 0);
+        }
         self.model.meshes.push(MeshAsset { name: name.into(), primitives: vec![primitive], ..MeshAsset::default() });
         let mesh = self.model.meshes.len() - 1;
         self.node(name, place).mesh = Some(mesh);

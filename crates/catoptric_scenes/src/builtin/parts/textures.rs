@@ -6,6 +6,7 @@ use catoptric_core::math::random;
 use catoptric_core::parallel;
 use catoptric_core::scene::{Sampler, Texture};
 use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
 
 /// A colour from the six digits of a web colour.
 pub(in super::super) const fn rgb(hex: u32) -> Vec3 {
@@ -35,6 +36,29 @@ pub(in super::super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec
     };
     let rows = parallel::map_collect(size as usize, |y| (0..size as usize).map(|x| texel(x, y)).collect::<Vec<_>>());
     Texture::from_srgb8(name, size, size, &rows.concat(), Sampler::default())
+}
+
+/// A wave on a texture that repeats: how many fit along its u and v, its amplitude in the texture's sides, its phase.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Wave {
+    pub(in super::super) count: [i32; 2],
+    pub(in super::super) amplitude: f32,
+    pub(in super::super) phase: f32,
+}
+
+/// The normals of a sum of waves, of `size` texels a side.
+pub(in super::super) fn ripples(name: &str, size: u32, waves: &[Wave]) -> Texture {
+    let normal = |texel: u32| {
+        let at = (Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5) / size as f32;
+        let slope = |wave: &Wave| {
+            let number = Vec2::new(wave.count[0] as f32, wave.count[1] as f32) * TAU;
+            number * (wave.amplitude * (number.dot(at) + wave.phase).cos())
+        };
+        let slope: Vec2 = waves.iter().map(slope).sum();
+        // The texture's v runs down, a normal's y up.
+        Vec3::new(-slope.x, slope.y, 1.0)
+    };
+    Texture::from_normals(name, size, size, (0..size * size).map(normal), Sampler::default())
 }
 
 /// A checkerboard of `cells` times `cells` squares.

@@ -10,8 +10,8 @@ use glam::{Affine2, Vec3, Vec4};
 
 /// Metals at least this metallic are mirrors.
 const MIN_METALLIC: f32 = 0.95;
-/// Rougher metals are no mirrors: only the reference blurs what they reflect so far.
-const MAX_MIRROR_ROUGHNESS: f32 = 0.08;
+/// Rougher metals are no mirrors: of what they reflect hardly more than its light is left.
+const MAX_MIRROR_ROUGHNESS: f32 = 0.5;
 /// Rougher glass is not clear.
 const MAX_GLASS_ROUGHNESS: f32 = 0.08;
 const MIN_TRANSMISSION: f32 = 0.5;
@@ -268,7 +268,7 @@ fn give_role(
         material.absorption = volume.map_or(Vec3::ZERO, |volume| absorption(&volume));
     } else if coat.clearcoat_factor >= MIN_CLEARCOAT {
         if coat.clearcoat_roughness_factor > MAX_MIRROR_ROUGHNESS {
-            source.warn(format!("{}: its rough clear coat is drawn as a smooth one", owner()));
+            source.warn(format!("{}: its clear coat is rougher than {MAX_MIRROR_ROUGHNESS}: that is drawn", owner()));
         }
         material.role = Role::Coated;
         material.mirror_roughness = coat.clearcoat_roughness_factor.clamp(0.0, MAX_MIRROR_ROUGHNESS);

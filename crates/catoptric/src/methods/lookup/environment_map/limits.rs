@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.434, 0.163), below(0.434, 0.163)]),
         scene("colonnade", [below(0.999, 0.848), below(0.751, 0.432)]),
         scene("highlights", [below(0.102, 0.145), below(0.102, 0.145)]),
+        scene("brushed", [below(0.236, 0.143), below(0.189, 0.128)]),
+        scene("rippled", [below(0.767, 0.572), below(0.598, 0.384)]),
     ],
 };

@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.063, 0.084), below(0.063, 0.084)]),
         scene("colonnade", [below(0.033, 0.045), below(0.096, 0.094)]),
         scene("highlights", [below(0.051, 0.131), below(0.051, 0.131)]),
+        scene("brushed", [below(0.120, 0.101), below(0.075, 0.091)]),
+        scene("rippled", [below(0.319, 0.228), below(0.320, 0.225)]),
     ],
 };

@@ -109,7 +109,7 @@ impl LensShader<'_> {
             let distance = path.leaving.map(|leaving| maps::distance(&self.maps[group], &leaving));
             Some(distance.unwrap_or(f32::INFINITY))
         };
-        let FirstSurface { own, shares, .. } = FirstSurface::of(scene, point, ray.direction, distance);
+        let FirstSurface { lobe, own, shares, .. } = FirstSurface::of(scene, point, ray.direction, distance);
         let outside = ray.direction.dot(point.geometric_normal) <= 0.0;
         let material = scene.material_of(object);
         let absorption = crossed_medium(material.role == Role::Lens, outside, material.absorption, Vec3::ZERO);
@@ -125,7 +125,15 @@ impl LensShader<'_> {
             divides = path.divides;
             sum += share * path.added;
             let share = share * path.share * passes;
-            if let Some(leaving) = path.leaving.filter(|leaving| share.is_finite() && leaving.direction.is_finite()) {
+            let (mut leaving, mut change) = (path.leaving, change);
+            if let (Some(lobe), Some(leaving)) = (lobe.filter(|_| first == BounceKind::Reflect), &mut leaving) {
+                // The cone about the first event's mean direction; after more events, about the path's.
+                if path.events == 1 {
+                    leaving.direction = lobe.direction;
+                }
+                change = change.widened(leaving.direction, lobe.width);
+            }
+            if let Some(leaving) = leaving.filter(|leaving| share.is_finite() && leaving.direction.is_finite()) {
                 let waiting = &mut waiting[first as usize];
                 waiting.list.push(DeferredLookUp { group, share, fragment });
                 waiting.rays.push((leaving, change));

@@ -22,7 +22,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::shared::regions::Regions;
-use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::progress::Progress;
 use crate::raster;
 use crate::scene::{Scene, View};
@@ -122,6 +122,7 @@ impl PreparedLayers {
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
+        report.warnings.extend(simplified::bumpy_surfaces(scene));
         let settings = &captured_at_once(wanted, scene, baked.is_some(), &mut report);
         let known = LayerGeometry::new(settings, scene, quality.order);
         let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };

@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.330, 0.197), below(0.330, 0.197)]),
         scene("colonnade", [below(0.195, 0.136), below(0.727, 0.500)]),
         scene("highlights", [below(0.159, 0.188), below(0.159, 0.188)]),
+        scene("brushed", [below(0.415, 0.271), below(0.393, 0.268)]),
+        scene("rippled", [below(0.493, 0.381), below(0.502, 0.407)]),
     ],
 };

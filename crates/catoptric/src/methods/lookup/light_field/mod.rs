@@ -25,7 +25,7 @@ use crate::methods::lookup::shared::memory::fit_into_memory;
 use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::lookup_shader::draw;
 use crate::methods::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
-use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::progress::{Cancelled, Progress};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Projection, Ray, RayDifferential, Role, Scene, View};
@@ -240,6 +240,7 @@ impl Fields {
         let regions: Vec<FieldRegion> = slabs.into_iter().enumerate().map(region).collect::<Result<_, _>>()?;
         if settings.transfer == Transfer::Stored && !regions.is_empty() {
             report.stages_ms.push(("ray_transfer", watch.lap_ms()));
+            report.warnings.extend(simplified::bumpy_surfaces(scene));
         }
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();

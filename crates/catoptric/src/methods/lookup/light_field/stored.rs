@@ -5,7 +5,7 @@ use super::transfer::RayTransfer;
 use crate::light::radiance_field::RadianceField;
 use crate::light::reflector_shader::FirstSurface;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::LightStep;
+use crate::optics::step::{LightStep, RoughLobe};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::Vec3;
@@ -22,7 +22,7 @@ pub(super) fn stored_radiance(
     let point = &encounter.point;
     let leaving = |first: BounceKind| transfer.look_up(point.position, -ray.direction, first);
     // Light; the footprint is the difference to what leaves for the next pixels.
-    let arriving = |first: BounceKind| {
+    let arriving = |first: BounceKind, lobe: Option<RoughLobe>| {
         let leaving = leaving(first)?;
         let beside = |moved: Vec3, turned: Vec3| {
             let next = transfer.look_up(point.position + moved, -(ray.direction + turned).normalize(), first);
@@ -33,11 +33,15 @@ pub(super) fn stored_radiance(
         let [origin_dx, direction_dx] = beside(encounter.position_change[0], change.direction_dx);
         let [origin_dy, direction_dy] = beside(encounter.position_change[1], change.direction_dy);
         let change = RayDifferential { origin_dx, origin_dy, direction_dx, direction_dy };
+        let change = match lobe {
+            Some(lobe) if first == BounceKind::Reflect => change.widened(leaving.ray.direction, lobe.width),
+            _ => change,
+        };
         Some(leaving.share * RadianceField::radiance(slabs, scene, &leaving.ray, Some(&change)))
     };
     let distance =
         |_: &LightStep| leaving(BounceKind::Reflect).map(|leaving| RadianceField::distance(slabs, &leaving.ray));
-    let FirstSurface { own, shares, .. } = FirstSurface::of(scene, point, ray.direction, distance);
+    let FirstSurface { lobe, own, shares, .. } = FirstSurface::of(scene, point, ray.direction, distance);
     let shown = BounceKind::BOTH.into_iter().zip(shares).filter(|(_, share)| *share != Vec3::ZERO);
-    own + shown.filter_map(|(first, share)| Some(share * arriving(first)?)).sum::<Vec3>()
+    own + shown.filter_map(|(first, share)| Some(share * arriving(first, lobe)?)).sum::<Vec3>()
 }

@@ -86,7 +86,8 @@ impl PreparedChoice {
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
-        let mirrors = Mirrors::find(scene);
+        // Those with normal maps are as good as curved.
+        let mirrors = Mirrors::find_among(scene, |object| scene.material_of(object).normal_map.is_none());
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
         let tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
         report.choices = choices(scene, &mirrors);
@@ -108,6 +109,7 @@ fn choices(scene: &Scene, mirrors: &Mirrors) -> Vec<Choice> {
     let choose = |object: u32| {
         let (method, reason) = match (scene.role_of(object), planes[object as usize]) {
             (Role::Lens, _) => ("multiperspective", "glass".to_owned()),
+            (_, 0) if scene.material_of(object).normal_map.is_some() => ("multiperspective", "bumpy".to_owned()),
             (_, 0) => ("multiperspective", "curved".to_owned()),
             (_, _) if max_copies(scene) == 0 => {
                 let reason = format!("flat, but a copy of the scene has {} triangles", scene.triangles.len());
@@ -152,7 +154,7 @@ impl Frame for ChoiceFrame<'_> {
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: false };
+        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: false, turns_normals: true };
         report.add(tiled.draw(&job, &lists, model, MapsInView::default(), target)?);
         Ok(report)
     }

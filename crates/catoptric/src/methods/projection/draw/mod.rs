@@ -18,6 +18,7 @@ mod mesh_neighbours;
 pub(super) mod multiperspective;
 mod path_shader;
 pub(super) mod prepared;
+mod rough;
 pub mod virtual_mesh;
 pub mod virtual_scene;
 pub(super) mod work_limit;

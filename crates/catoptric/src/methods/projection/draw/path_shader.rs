@@ -2,12 +2,13 @@
 
 use super::MapsInView;
 use super::mesh_neighbours::MeshNeighbours;
+use super::rough::RoughReflections;
 use crate::light::reflector_shader::ReflectorShader;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
-use crate::scene::shade::SurfacePoint;
+use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Environment, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::{Vec2, Vec3};
 
@@ -33,6 +34,54 @@ const STEEP_COSINE: f32 = 0.1;
 
 /// Where colours of a fragment's quarters differ by less, more places would say no more.
 const EVEN_COLOR: f32 = 0.02;
+
+/// What has become of a fragment's light on the way to a rough mirror.
+struct RoughWalk {
+    /// The colour so far.
+    sum: Vec3,
+    /// The factor of what follows.
+    throughput: Vec3,
+    deferred: Option<Deferred>,
+    /// How many times wider than their own footprints textures at the end are averaged.
+    widening: f32,
+    /// Of a rough mirror on the way: the colour before, and what its grid of sharp rays adds.
+    blurred: Option<(Vec3, Vec3)>,
+}
+
+impl RoughWalk {
+    /// Adds the blurred light of a mirror (an object at a bounce) that has a factor for what it reflects. False if
+    /// nothing follows. Without the light of a mirror on the way nothing is added, and [`Self::blurred`] stays `None`.
+    #[inline(never)] // rarely needed: kept out of the walk
+    fn meet(
+        &mut self,
+        rough: &RoughReflections<'_>,
+        (object, bounce): (u32, usize),
+        position: Vec2,
+        reflected: Vec3,
+    ) -> bool {
+        if let Some((before, sharp)) = self.blurred {
+            // Seen in another rough mirror: what that one's sharp rays show there is known.
+            self.sum = before + sharp;
+            return false;
+        }
+        let light = if bounce == 0 { rough.at(object, position) } else { None };
+        let Some(light) = light else { return true };
+        let mut attenuation = 1.0;
+        if let Some(waiting) = self.deferred.take() {
+            let own;
+            (own, attenuation) = waiting.settled(light.distance);
+            self.sum += own;
+        }
+        let factor = self.throughput * light.share * attenuation;
+        self.sum += factor * reflected * light.radiance;
+        let rest = 1.0 - light.weight;
+        self.throughput = factor * rest;
+        self.blurred = Some((self.sum, self.throughput * reflected * light.sharp));
+        // Textures are blurred by the lobe; what has edges is not.
+        self.widening *= (1.0 + light.width_px * light.width_px).sqrt();
+        rest > 0.0
+    }
+}
 
 /// A square part of a fragment: its middle, from the fragment's position, and its side, in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -72,12 +121,25 @@ pub(in crate::methods::projection) struct PathShader<'a> {
     samples: u32,
     /// The neighbours of triangles, where a picture's edges are off by parts of a pixel.
     neighbours: Option<&'a MeshNeighbours>,
+    /// Normal maps turn rays.
+    turns_normals: bool,
+    /// What rough mirrors reflect; without it they are drawn as smooth ones.
+    rough: Option<&'a RoughReflections<'a>>,
 }
 
 impl<'a> PathShader<'a> {
     /// A shader for paths from the eye of a view, for pictures with so many samples a pixel.
     pub(in crate::methods::projection) fn new(scene: &'a Scene, view: &View, samples: u32) -> Self {
-        Self { scene, rays: view.rays(), maps: MapsInView::default(), order: 0, samples, neighbours: None }
+        Self {
+            scene,
+            rays: view.rays(),
+            maps: MapsInView::default(),
+            order: 0,
+            samples,
+            neighbours: None,
+            turns_normals: false,
+            rough: None,
+        }
     }
 
     /// The same with environment maps, for pictures of an order.
@@ -88,6 +150,25 @@ impl<'a> PathShader<'a> {
     /// The same for pictures whose surfaces may be neighbours of those that rays meet.
     pub(super) fn with_neighbours(self, neighbours: &'a MeshNeighbours) -> Self {
         Self { neighbours: Some(neighbours), ..self }
+    }
+
+    /// The same for paths whose rays normal maps have turned.
+    pub(super) fn with_turned_normals(self, turns_normals: bool) -> Self {
+        Self { turns_normals, ..self }
+    }
+
+    /// The same with the light of rough mirrors.
+    pub(super) fn with_rough(self, rough: Option<&'a RoughReflections<'a>>) -> Self {
+        Self { rough, ..self }
+    }
+
+    /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.
+    #[inline(never)] // rarely needed: kept out of the walk
+    fn traced(&self, rough: &RoughReflections<'_>, surface: &LayerSurface, ray: &Ray, bounce: usize) -> Vec3 {
+        // How its rays differ from pixel to pixel is not known here.
+        let change = RayDifferential::default();
+        let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
+        rough.traced(bounce as u32, *ray, change, &encounter)
     }
 
     /// Colour of a reflector with an environment map. Rarely needed: kept out of the walk.
@@ -159,7 +240,13 @@ impl<'a> PathShader<'a> {
                 meet_known_surface(scene, self.neighbours, &mut ray, surface);
             }
             let encounter = scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
-            let step = LightStep::at(scene, scene.material_of(encounter.point.object), &encounter.point, ray.direction);
+            let material = scene.material_of(encounter.point.object);
+            let (normal, normal_change) = match self.turns_normals {
+                true => scene.turned_normal_and_change(material, &encounter),
+                false => (encounter.point.normal, encounter.normal_change),
+            };
+            let encounter = SurfaceInteraction { normal_change, ..encounter };
+            let step = LightStep::with_normal(scene, material, &encounter.point, normal, ray.direction);
             let refracts = fragment.second_branches >> bounce & 1 != 0;
             let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };
             let Some(direction) = step.outgoing(kind, ray.direction) else { break };
@@ -167,6 +254,20 @@ impl<'a> PathShader<'a> {
             ray = Ray { origin: encounter.point.position, direction };
         }
         (ray.direction, change)
+    }
+
+    /// Brings a ray and the surface that it shows together; `is_seen_there`: at the fragment's own position.
+    #[inline(always)] // for the instructions of its caller
+    fn meet(&self, role: Role, is_seen_there: bool, ray: &mut Ray, surface: &mut LayerSurface) {
+        match (role, self.neighbours) {
+            // The fragment's position may lie beyond the edge of the triangle that a sample shows.
+            (Role::Reflector | Role::Coated | Role::Lens, Some(neighbours)) if is_seen_there => {
+                neighbours.meet_seen(self.scene, ray, surface);
+            }
+            _ if is_seen_there => {}
+            (Role::Diffuse, _) => meet_near(self.scene, ray, surface, HARDLY_BESIDE),
+            (_, neighbours) => meet_known_surface(self.scene, neighbours, ray, surface),
+        }
     }
 
     /// The appearance of a part of a fragment; `is_steep` becomes true if it may change much within.
@@ -177,20 +278,13 @@ impl<'a> PathShader<'a> {
         let mut ray = self.rays.ray(position.x, position.y);
         let (mut sum, mut throughput, mut absorption) = (Vec3::ZERO, Vec3::ONE, Vec3::ZERO);
         let mut deferred: Option<Deferred> = None;
+        let mut widening = 1.0;
+        let mut blurred = None;
         for (bounce, surface) in fragment.chain.iter().enumerate() {
             let surface = &mut { *surface };
             let object = scene.triangle_objects[surface.source as usize];
             let material = scene.material_of(object);
-            let is_seen_there = bounce == 0 && part.offset == Vec2::ZERO;
-            match (material.role, self.neighbours) {
-                // The fragment's position may lie beyond the edge of the triangle that a sample shows.
-                (Role::Reflector | Role::Coated | Role::Lens, Some(neighbours)) if is_seen_there => {
-                    neighbours.meet_seen(scene, &ray, surface);
-                }
-                _ if is_seen_there => {}
-                (Role::Diffuse, _) => meet_near(scene, &mut ray, surface, HARDLY_BESIDE),
-                (_, neighbours) => meet_known_surface(scene, neighbours, &mut ray, surface),
-            }
+            self.meet(material.role, bounce == 0 && part.offset == Vec2::ZERO, &mut ray, surface);
             if let Some(waiting) = deferred.take() {
                 let (own, weight) = waiting.settled(self.distance(&ray, surface));
                 sum += own;
@@ -198,12 +292,11 @@ impl<'a> PathShader<'a> {
             }
             let maps = self.maps.whole.filter(|maps| bounce < self.order && maps.has(object));
             if absorption != Vec3::ZERO && (material.role == Role::Diffuse || maps.is_some()) {
-                throughput *= transmittance(
-                    absorption,
-                    length(&ray, &scene.drawn_point(surface.source, &surface.barycentrics, &ray)),
-                );
+                throughput *= transmittance(absorption, self.distance(&ray, surface));
             }
             if material.role == Role::Diffuse {
+                let at = &mut surface.barycentrics;
+                (at.dx, at.dy) = (at.dx * widening, at.dy * widening);
                 return ShadingRequest::of_diffuse(scene, surface, &ray, throughput, sum);
             }
             if let Some(maps) = maps {
@@ -214,10 +307,12 @@ impl<'a> PathShader<'a> {
                 return ShadingRequest::Color(sum);
             }
             let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
-            let step = LightStep::at(scene, material, &point, ray.direction);
+            let normal = if self.turns_normals { scene.turned_normal(material, &point) } else { point.normal };
+            let step = LightStep::with_normal(scene, material, &point, normal, ray.direction);
             absorption =
                 crossed_medium(material.role == Role::Lens, step.facing.outside, material.absorption, absorption);
             throughput *= transmittance(absorption, length(&ray, &point));
+            let (before, shown) = (sum, throughput);
             *is_steep |= material.role == Role::Lens && is_steep_at(&step, ray.direction);
             // What is scattered before the last second branch belongs to the fragment that takes the first one there.
             let is_first_way = fragment.second_branches >> bounce == 0;
@@ -230,6 +325,16 @@ impl<'a> PathShader<'a> {
                 deferred = step.deferred(share * scene.own_radiance(&point, -ray.direction));
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
+            }
+            if let Some(rough) = self.rough.filter(|_| !ends && material.reflection_roughness() > 0.0) {
+                let mut walked = RoughWalk { sum, throughput, deferred, widening, blurred };
+                if !walked.meet(rough, (object, bounce), position, step.reflected) {
+                    return ShadingRequest::Color(walked.sum);
+                }
+                if walked.blurred.is_none() {
+                    return ShadingRequest::Color(before + shown * self.traced(rough, surface, &ray, bounce));
+                }
+                RoughWalk { sum, throughput, deferred, widening, blurred } = walked;
             }
             let refracts = fragment.second_branches >> bounce & 1 != 0;
             let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };

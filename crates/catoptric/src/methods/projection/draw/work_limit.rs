@@ -144,7 +144,7 @@ impl ExactTiles<'_> {
         let mut report = Report::default();
         let tables = self.tables.get(self.scene, &mut report, job.progress)?;
         let lists = draw_lists(job, geometry, maps.whole, EndsOfPaths::GoOn);
-        let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false };
+        let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
         report.add(tables.draw(job, &lists, model, maps, target)?);
         Ok(report)
     }

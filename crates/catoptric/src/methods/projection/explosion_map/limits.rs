@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.015, 0.035), below(0.015, 0.035)]),
         scene("colonnade", [below(0.528, 0.298), below(0.788, 0.442)]),
         scene("highlights", [below(0.026, 0.090), below(0.026, 0.090)]),
+        scene("brushed", [below(0.077, 0.084), below(0.056, 0.081)]),
+        scene("rippled", [below(0.229, 0.151), below(0.247, 0.147)]),
     ],
 };

@@ -114,7 +114,11 @@ impl Frame for TilesFrame<'_> {
         });
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: settings.model == ModelOfRays::Rays };
+        let model = TileModel {
+            accuracy_px: settings.accuracy_px,
+            by_rays: settings.model == ModelOfRays::Rays,
+            turns_normals: true,
+        };
         report.add(tiled.draw(&job, &[list], model, MapsInView::default(), target)?);
         Ok(report)
     }

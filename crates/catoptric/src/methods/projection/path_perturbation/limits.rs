@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.037, 0.051), below(0.037, 0.051)]),
         scene("colonnade", [below(0.472, 0.411), below(0.438, 0.315)]),
         scene("highlights", [below(0.029, 0.091), below(0.029, 0.091)]),
+        scene("brushed", [below(0.077, 0.085), below(0.118, 0.117)]),
+        scene("rippled", [below(0.233, 0.155), below(0.257, 0.154)]),
     ],
 };

@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(1.000, 0.997), below(1.000, 0.997)]),
         scene("colonnade", [below(1.000, 0.518), below(1.000, 0.952)]),
         scene("highlights", [below(1.000, 0.624), below(1.000, 0.624)]),
+        scene("brushed", [below(1.000, 0.903), below(1.000, 0.926)]),
+        scene("rippled", [below(0.234, 0.176), below(0.373, 0.275)]),
     ],
 };

@@ -20,7 +20,7 @@ use crate::methods::projection::draw::flat_mirrors::{
     MirrorPath, MirroredScenes, Mirrors, OtherReflectors, visible_paths,
 };
 use crate::methods::projector::{MAX_BOUNCES, VertexProjector};
-use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::raster;
@@ -91,6 +91,8 @@ impl PreparedMirrors {
         let mut watch = Stopwatch::new();
         let mirrors = Mirrors::find(scene);
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
+        report.warnings.extend(simplified::rough_mirrors(scene));
+        report.warnings.extend(simplified::bumpy_surfaces(scene));
         report.counts.insert("mirrors", mirrors.planes.len() as u64);
         let (curved, lenses) = (mirrors.curved_triangles, mirrors.lens_triangles);
         if curved > 0 {

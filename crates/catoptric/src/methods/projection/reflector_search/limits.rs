@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.018, 0.038), below(0.018, 0.038)]),
         scene("colonnade", [below(0.200, 0.163), below(0.623, 0.389)]),
         scene("highlights", [below(0.023, 0.090), below(0.023, 0.090)]),
+        scene("brushed", [below(0.080, 0.085), below(0.058, 0.080)]),
+        scene("rippled", [below(0.229, 0.152), below(0.256, 0.151)]),
     ],
 };

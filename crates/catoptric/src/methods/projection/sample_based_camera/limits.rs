@@ -21,5 +21,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("large_room", [below(0.057, 0.071), below(0.060, 0.071)]),
         scene("colonnade", [below(0.254, 0.172), below(0.885, 0.658)]),
         scene("highlights", [below(0.032, 0.099), below(0.032, 0.099)]),
+        scene("brushed", [below(0.091, 0.085), below(0.108, 0.105)]),
+        scene("rippled", [below(0.228, 0.153), below(0.237, 0.145)]),
     ],
 };

@@ -45,7 +45,7 @@ pub fn grazing_share(cosine: f32) -> f32 {
 /// A facet that a viewer sees, chosen by two numbers between 0 and 1: its normal in a frame whose z axis is the
 /// surface's normal; `towards_viewer` is in the same frame, above the surface (Heitz 2018, Sampling the GGX
 /// distribution of visible normals).
-#[inline]
+#[inline(always)] // for the instructions of its caller
 pub fn visible_facet(alpha: f32, towards_viewer: Vec3, number: Vec2) -> Vec3 {
     // The hemisphere that the stretched view sees.
     let view = Vec3::new(alpha * towards_viewer.x, alpha * towards_viewer.y, towards_viewer.z).normalize_or(Vec3::Z);
@@ -62,7 +62,7 @@ pub fn visible_facet(alpha: f32, towards_viewer: Vec3, number: Vec2) -> Vec3 {
 
 /// The share of light from a facet that a viewer sees ([`visible_facet`]) which arrives at the facet, too: masking and
 /// shadowing over masking alone.
-#[inline]
+#[inline(always)] // for the instructions of its caller
 pub fn unshadowed_share(alpha: f32, n_l: f32, n_v: f32) -> f32 {
     if n_l <= 0.0 {
         return 0.0;

@@ -1,7 +1,5 @@
 //! Primitives: triangles of every mode, vertex attributes, morph targets.
 
-mod tangents;
-
 use super::accessors::{Component, Elements};
 use super::codec::draco;
 use super::schema::{self, Mesh};
@@ -196,7 +194,7 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
         self.read_targets(&mut result, &kept, vertex_count)?;
         if let Some(channel) = needs.normal_map {
             self.spend(result.triangles.len(), 48)?;
-            tangents::complete(&mut result, channel);
+            crate::tangents::complete(&mut result, channel);
         }
         Ok(Some(result))
     }

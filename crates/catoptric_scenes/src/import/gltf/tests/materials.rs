@@ -28,7 +28,7 @@ fn with_material(entry: Value) -> File {
 }
 
 #[test]
-fn smooth_metals_are_mirrors() {
+fn metals_are_mirrors_sharp_or_rough() {
     let metal = |metallic: f32, roughness: f32| {
         json!({ "pbrMetallicRoughness": {
             "metallicFactor": metallic, "roughnessFactor": roughness, "baseColorFactor": [0.9, 0.8, 0.7, 1]
@@ -42,7 +42,10 @@ fn smooth_metals_are_mirrors() {
     assert_eq!(material(metal(0.94, 0.0)).role, Role::Diffuse);
     assert_eq!((nearly.reflection_roughness(), nearly.highlight_roughness()), (0.0, Some(0.08)));
     assert_eq!(mirror.highlight_roughness(), None);
-    assert_eq!(material(metal(1.0, 0.09)).role, Role::Diffuse);
+    let brushed = material(metal(1.0, 0.5));
+    assert_eq!((brushed.role, brushed.schlick), (Role::Reflector, false));
+    assert_eq!((brushed.reflection_roughness(), brushed.highlight_roughness()), (0.5, Some(0.5)));
+    assert_eq!(material(metal(1.0, 0.51)).role, Role::Diffuse);
     assert_eq!(material(json!({})).role, Role::Diffuse);
     let mut special = metal(1.0, 0.0);
     special["extensions"] = json!({ "KHR_materials_iridescence": {} });
@@ -102,10 +105,13 @@ fn clear_coats_reflect() {
     assert!(smooth.warnings.is_empty());
     assert_eq!(coat(0.4, 0.0).model().materials[0].role, Role::Diffuse);
     assert_eq!((coated.reflection_roughness(), coated.highlight_roughness()), (0.0, Some(0.03)));
-    // Rough coats are drawn smooth, with a warning.
-    let rough = coat(1.0, 0.1).model();
-    assert_eq!((rough.materials[0].role, rough.materials[0].reflection_roughness()), (Role::Coated, 0.0));
-    assert!(rough.warnings[0].contains("rough"));
+    let rough = coat(1.0, 0.3).model();
+    assert_eq!((rough.materials[0].role, rough.materials[0].reflection_roughness()), (Role::Coated, 0.3));
+    assert!(rough.warnings.is_empty());
+    // Still rougher coats are drawn as the roughest, with a warning.
+    let rougher = coat(1.0, 0.8).model();
+    assert_eq!((rougher.materials[0].role, rougher.materials[0].reflection_roughness()), (Role::Coated, 0.5));
+    assert!(rougher.warnings[0].contains("rougher than 0.5"), "{:?}", rougher.warnings);
 }
 
 #[test]

@@ -46,24 +46,31 @@ const NORMAL_TOLERANCE: f64 = 1.5e-4;
 impl Mirrors {
     /// All flat mirrors of a scene.
     pub(in crate::methods::projection) fn find(scene: &Scene) -> Self {
+        Self::find_among(scene, |_| true)
+    }
+
+    /// The same among some objects; others are taken for curved.
+    pub(in crate::methods::projection) fn find_among(scene: &Scene, is_among: impl Fn(u32) -> bool) -> Self {
         let mut mirrors = Self { mirror_of_triangle: vec![0; scene.triangles.len()], ..Self::default() };
         for (index, object) in scene.objects.iter().enumerate() {
             let count = u64::from(object.triangles.end - object.triangles.start);
             match scene.role_of(index as u32) {
                 Role::Diffuse => {}
                 Role::Lens => mirrors.lens_triangles += count,
-                Role::Reflector | Role::Coated => match planes_of_object(scene, index as u32) {
-                    Some(planes) => {
-                        for plane in planes {
-                            mirrors.planes.push(plane);
-                            let number = mirrors.planes.len() as u32;
-                            for &triangle in &mirrors.planes[number as usize - 1].triangles {
-                                mirrors.mirror_of_triangle[triangle as usize] = number;
+                Role::Reflector | Role::Coated => {
+                    match planes_of_object(scene, index as u32).filter(|_| is_among(index as u32)) {
+                        Some(planes) => {
+                            for plane in planes {
+                                mirrors.planes.push(plane);
+                                let number = mirrors.planes.len() as u32;
+                                for &triangle in &mirrors.planes[number as usize - 1].triangles {
+                                    mirrors.mirror_of_triangle[triangle as usize] = number;
+                                }
                             }
                         }
+                        None => mirrors.curved_triangles += count,
                     }
-                    None => mirrors.curved_triangles += count,
-                },
+                }
             }
         }
         mirrors

@@ -8,6 +8,7 @@ mod shapes;
 mod source;
 mod tiles;
 
+use super::rough::{RoughReflections, RoughTracers};
 use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -32,6 +33,8 @@ pub(in crate::methods::projection) struct TileModel {
     pub(in crate::methods::projection) accuracy_px: f32,
     /// Every pixel has its own ray: bundles tell candidates alone.
     pub(in crate::methods::projection) by_rays: bool,
+    /// Normal maps turn rays, and pixels that show such surfaces have their own.
+    pub(in crate::methods::projection) turns_normals: bool,
 }
 
 /// What tiles need of a scene: it depends on no view.
@@ -39,6 +42,8 @@ pub(in crate::methods::projection) struct TiledScene {
     scene: Arc<Scene>,
     hierarchy: WideHierarchy,
     shapes: SceneShapes,
+    /// For rays to and from rough mirrors, if there are any.
+    rough: Option<RoughTracers>,
 }
 
 impl TiledScene {
@@ -65,7 +70,8 @@ impl TiledScene {
         report.stages_ms.push(("topology", watch.lap_ms()));
         report.bytes.insert("bvh", hierarchy.byte_count());
         stage.advance(1)?;
-        Ok(Self { scene: scene.clone(), hierarchy, shapes })
+        let rough = RoughTracers::new(scene);
+        Ok(Self { scene: scene.clone(), hierarchy, shapes, rough })
     }
 
     /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
@@ -96,11 +102,21 @@ impl TiledScene {
             maps: maps.whole,
             counts: Counts::default(),
         };
+        let mut watch = Stopwatch::new();
+        let rough = match &self.rough {
+            Some(tracers) => RoughReflections::new(job, tracers)?,
+            None => None,
+        };
+        let mut report = Report::default();
+        if rough.is_some() {
+            report.stages_ms.push(("rough", watch.lap_ms()));
+        }
         let shader = PathShader::new(scene, view, quality.samples)
+            .with_rough(rough.as_ref())
+            .with_turned_normals(model.turns_normals)
             .with_maps(maps, quality.order)
             .with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
-        let mut report = Report::default();
         report.add_raster(&drawn);
         source.counts.describe(&mut report);
         Ok(report)

@@ -136,15 +136,16 @@ impl Reflections<'_> {
     fn draw_root(&self, root: &Root<'_, '_>, found: &mut TileSurfaces, ids: &mut [u32]) -> bool {
         let TileSurfaces { surfaces, paths, root: pixels, work } = found;
         pixels.gather(root.tile, [root.column, root.row], paths);
-        let object = |label: u16| paths.paths[label as usize - 1].object;
+        let path = |label: u16| &paths.paths[label as usize - 1];
         let mut any = false;
         for (label, rows) in &pixels.full {
-            any |= self.draw_path(root, object(*label), rows, work, surfaces, ids);
+            work.by_rays = self.model.by_rays || self.model.turns_normals && path(*label).is_bumpy;
+            any |= self.draw_path(root, path(*label).object, rows, work, surfaces, ids);
         }
         Counts::add(&self.counts.rim_pixels, pixels.partial.len());
         for pixel in &pixels.partial {
             let place = pixel.place.map(usize::from);
-            any |= self.trace_pixel(root, object(pixel.label), place, pixel.samples, surfaces, ids) == Some(true);
+            any |= self.trace_pixel(root, path(pixel.label).object, place, pixel.samples, surfaces, ids) == Some(true);
         }
         any
     }

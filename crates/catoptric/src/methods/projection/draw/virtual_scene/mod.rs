@@ -14,7 +14,7 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::projector::{SpecularPath, VertexProjector};
-use crate::methods::{Job, Report};
+use crate::methods::{Job, Report, simplified};
 use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
@@ -173,9 +173,13 @@ impl VirtualScene {
                            `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
             report.warnings.push(warning.into());
         }
+        report.warnings.extend(simplified::bumpy_surfaces(job.scene));
         match tiles.filter(|_| paths_left > 0) {
             Some(tiles) => report.add(tiles.draw(job, geometry, maps, target)?),
-            None => report.add_raster(&draw_paths_with(job, geometry, maps, target)?),
+            None => {
+                report.warnings.extend(simplified::rough_mirrors(job.scene));
+                report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
+            }
         }
         Ok(report)
     }

@@ -83,9 +83,11 @@ impl Reflections<'_> {
                 _ => meet_known_surface(scene, Some(&self.shapes.neighbours), &mut ray, &mut surface),
             }
             let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
-            let facing = Facing::new(ray.direction, point.geometric_normal, point.normal);
+            let material = scene.material_of(point.object);
+            let normal = if self.model.turns_normals { scene.turned_normal(material, &point) } else { point.normal };
+            let facing = Facing::new(ray.direction, point.geometric_normal, normal);
             let kind = kind(tile, bounce);
-            let eta = relative_index(scene.material_of(point.object).ior, facing.outside);
+            let eta = relative_index(material.ior, facing.outside);
             let direction = facing.outgoing(kind, ray.direction, eta)?;
             let (outside, side) = match kind {
                 BounceKind::Reflect => (facing.outside, 1.0),

@@ -14,6 +14,8 @@ pub(in super::super) struct TilePath {
     /// The smooth surface that it reached last.
     part: u32,
     pub(in super::super) object: u32,
+    /// A normal map has turned its rays somewhere.
+    pub(in super::super) is_bumpy: bool,
 }
 
 /// The paths of a tile.
@@ -93,7 +95,10 @@ impl TilePaths {
         }
         let of_object = scene.patch_of_object(object);
         let of_mesh = || scene.triangle_parts.get(triangle as usize).copied();
-        let path = TilePath { parent, part: of_object.or_else(of_mesh).unwrap_or(triangle), object };
+        let is_bumpy = scene.material_of(object).normal_map.is_some()
+            || parent.checked_sub(1).is_some_and(|parent| self.paths[parent as usize].is_bumpy);
+        let part = of_object.or_else(of_mesh).unwrap_or(triangle);
+        let path = TilePath { parent, part, object, is_bumpy };
         let number = self.paths.iter().rposition(|other| *other == path).unwrap_or_else(|| {
             self.paths.push(path);
             self.paths.len() - 1

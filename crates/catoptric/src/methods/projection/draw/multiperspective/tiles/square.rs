@@ -41,6 +41,8 @@ const CULLING_ERROR_PX: f32 = 2.0;
 /// Buffers of the work on one path in a root tile.
 #[derive(Default)]
 pub(in super::super) struct PathWork {
+    /// Every pixel of the path has its own ray: bundles tell candidates alone.
+    pub(in super::super) by_rays: bool,
     /// The rays of pixels, as far as they are known.
     rays: Vec<Option<PathRay>>,
     looked_at: [u16; ROOT],
@@ -218,7 +220,7 @@ impl Reflections<'_> {
         ids: &mut [u32],
     ) -> Outcome {
         // A rim could hide between the pixels that are looked at.
-        if job.size == ROOT && pixel_count(rows) < ROOT * ROOT && !self.model.by_rays {
+        if job.size == ROOT && pixel_count(rows) < ROOT * ROOT && !work.by_rays {
             return Outcome::Divide(false);
         }
         let mut area = *rows;
@@ -230,11 +232,11 @@ impl Reflections<'_> {
         // Where total reflection begins, within pixels.
         let mut edge = if self.positions.len() > 1 { between(&area, &ended) } else { [0; ROOT] };
         let in_walls = root.tile.layer() >= WALL_LAYER && self.scene.role_of(object) == Role::Lens;
-        if in_walls && self.positions.len() > 1 && (job.size < ROOT || self.model.by_rays) {
+        if in_walls && self.positions.len() > 1 && (job.size < ROOT || work.by_rays) {
             self.look_at_samples(root, job, &area, &mut edge, outside, work, surfaces);
         }
         let has_edge = pixel_count(&edge) > 0;
-        if has_edge && job.size == ROOT && !self.model.by_rays {
+        if has_edge && job.size == ROOT && !work.by_rays {
             return Outcome::Divide(false);
         }
         (0..ROOT).for_each(|row| area[row] &= !edge[row]);
@@ -267,9 +269,9 @@ impl Reflections<'_> {
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
         // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
         let inherit = error_px <= TRUSTED_ERROR_PX;
-        let is_accurate = error_px <= self.model.accuracy_px && !self.model.by_rays;
+        let is_accurate = error_px <= self.model.accuracy_px && !work.by_rays;
         if !is_accurate {
-            let looked_at_all = self.model.by_rays || job.size < ROOT;
+            let looked_at_all = work.by_rays || job.size < ROOT;
             if !looked_at_all || (error_px > CULLING_ERROR_PX && job.size > SMALLEST) {
                 return Outcome::Divide(inherit);
             }
@@ -436,11 +438,11 @@ impl Reflections<'_> {
         work: &mut PathWork,
         surfaces: &[FoundSurface],
     ) -> Looked {
+        let whole = job.size == ROOT && !work.by_rays;
         let PathWork { rays, looked_at, tile_rays, .. } = work;
         tile_rays.clear();
         let (mut outside, mut others, mut ended) = (None, [0; ROOT], [0; ROOT]);
         let all = *area;
-        let whole = job.size == ROOT && !self.model.by_rays;
         // No closures here: they would not be compiled for the caller's instruction set.
         for row in job.row..job.row + job.size {
             let mut rest = all[row];

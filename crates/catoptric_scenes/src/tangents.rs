@@ -52,7 +52,7 @@ impl Geometry for Corners<'_> {
 /// have different tangents, at the seams of mirrored textures, become several.
 ///
 /// Without texture coordinates there is nothing to be done.
-pub(super) fn complete(primitive: &mut Primitive, channel: usize) {
+pub(crate) fn complete(primitive: &mut Primitive, channel: usize) {
     let is_complete = !primitive.tangents.is_empty() || primitive.uvs[channel].is_empty();
     if is_complete || primitive.positions.iter().any(|position| !position.is_finite()) {
         return;

@@ -1,0 +1,59 @@
+//! Rough and bumpy mirrors against the reference.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::Quality;
+use catoptric_testkit::drawing::{draw, picture, reflector_error, scene};
+
+/// Rays from each place of a rough mirror that make the truth: 256 a pixel.
+const TRUTH: &str = "rough_rays = 64";
+
+const QUALITY: Quality = Quality { samples: 4, order: 2 };
+
+#[test]
+fn rough_mirrors_are_blurred_as_their_facets_do() {
+    for roughness in [0.1, 0.2, 0.4] {
+        let scene = scene(&format!("brushed?tess=24&roughness={roughness}"));
+        let view = scene.default_view(240, 160);
+        let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
+        let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
+        let (tiles, auto, map) = (error("multiperspective"), error("auto"), error("environment_map"));
+        assert!(tiles.flip_mean < 0.05, "roughness {roughness}: {tiles:?}");
+        assert!(auto.flip_mean < 0.05, "roughness {roughness}: {auto:?}");
+        assert!(map.flip_mean > 2.0 * tiles.flip_mean, "roughness {roughness}: {map:?}");
+    }
+}
+
+#[test]
+fn other_methods_say_that_they_draw_rough_and_bumpy_surfaces_as_smooth_ones() {
+    for (spec, word) in [("brushed?tess=8", "rough"), ("rippled?tess=8", "bumpy")] {
+        let scene = scene(spec);
+        let view = scene.default_view(24, 16);
+        let warns = |method: &str| {
+            let drawn = draw(method, "", &scene, &view, QUALITY);
+            drawn.setup.warnings.iter().chain(&drawn.report.warnings).any(|warning| warning.contains(word))
+        };
+        for method in ["path_perturbation", "sample_based_camera", "reflector_search", "planar_mirror"] {
+            assert!(warns(method), "{method} on {spec}");
+        }
+        for method in ["multiperspective", "auto", "environment_map"] {
+            assert!(!warns(method), "{method} on {spec}");
+        }
+    }
+}
+
+#[test]
+fn bumps_turn_rays_as_in_the_reference() {
+    let scene = scene("rippled?tess=16");
+    for camera in 0..2 {
+        let view = scene.view(&scene.cameras[camera], 240, 160);
+        let truth: Framebuffer = picture("reference", "", &scene, &view, Quality { samples: 16, order: 2 });
+        for method in ["multiperspective", "auto"] {
+            let found = picture(method, "", &scene, &view, Quality { samples: 16, order: 2 });
+            let error = reflector_error(&found, &truth, &scene, &view);
+            assert!(error.over_0_1 < 0.02, "{method}, camera {camera}: {error:?}");
+        }
+        // Smooth surfaces show other things.
+        let smooth = picture("path_perturbation", "", &scene, &view, Quality { samples: 4, order: 1 });
+        assert!(reflector_error(&smooth, &truth, &scene, &view).over_0_1 > 0.2);
+    }
+}
