@@ -95,10 +95,9 @@ pub(crate) fn reflector_radiance(
         let towards = light.zip(leaving(step, BounceKind::Reflect));
         Some(towards.map_or(f32::INFINITY, |(light, towards)| light.distance(&towards)))
     };
-    let (normal, normal_change) = scene.turned_normal_and_change(scene.material_of(point.object), encounter);
-    let turned = &SurfaceInteraction { normal_change, ..*encounter };
+    let turned = &*scene.turned_encounter(scene.material_of(point.object), encounter);
     let FirstSurface { step, lobe, own: mut sum, shares } =
-        FirstSurface::with_normal(scene, point, normal, ray.direction, distance);
+        FirstSurface::with_normal(scene, point, turned.point.normal, ray.direction, distance);
     for (kind, share) in [(BounceKind::Reflect, shares[0]), (BounceKind::Transmit, step.transmitted)] {
         if share != Vec3::ZERO
             && let Some(light) = light

@@ -4,7 +4,7 @@
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::Quality;
-use catoptric::scene::{Camera, Projection, Scene, View};
+use catoptric::scene::{Camera, Projection, Scene};
 use catoptric_testkit::drawing::{picture, scene};
 use glam::{DVec2, DVec3, Vec3};
 
@@ -33,16 +33,16 @@ fn figure(has_highlights: bool) -> Scene {
     scene
 }
 
-/// The places on balls where light from the lamp is mirrored towards a point, by one after the other: on each its
+/// The places on balls where light from a point is mirrored towards another, by one after the other: on each its
 /// normal halves the angle between the ways to its neighbours. Found by putting each in turn where its own normal does
 /// so, which shortens the way every time.
-fn mirrored(eye: DVec3, balls: &[Ball]) -> Vec<DVec3> {
+fn mirrored(eye: DVec3, balls: &[Ball], light: DVec3) -> Vec<DVec3> {
     let mut places: Vec<DVec3> =
         balls.iter().map(|ball| ball.center + DVec3::new(0.3, 0.6, 0.7) * ball.radius).collect();
     for _ in 0..2000 {
         for (index, ball) in balls.iter().enumerate() {
             let before = if index == 0 { eye } else { places[index - 1] };
-            let after = if index + 1 == balls.len() { LAMP } else { places[index + 1] };
+            let after = if index + 1 == balls.len() { light } else { places[index + 1] };
             for _ in 0..4 {
                 let at = places[index];
                 let half = (before - at).normalize() + (after - at).normalize();
@@ -51,29 +51,6 @@ fn mirrored(eye: DVec3, balls: &[Ball]) -> Vec<DVec3> {
         }
     }
     places
-}
-
-/// The place on the mirror at which a point is seen, as [`mirrored`].
-fn seen_in_mirror(eye: DVec3, point: DVec3) -> DVec3 {
-    let mut at = MIRROR.center + DVec3::Z;
-    for _ in 0..5000 {
-        let half = (eye - at).normalize() + (point - at).normalize();
-        at = MIRROR.center + half.normalize() * MIRROR.radius;
-    }
-    at
-}
-
-fn pixel_of(view: &View, point: DVec3) -> DVec2 {
-    let (width, height) = (SIZE.0 as f32, SIZE.1 as f32);
-    // By the rays of the picture's middle and of pixels beside it.
-    let through = |x: f32, y: f32| view.ray(x, y).direction.as_dvec3();
-    let forward = through(0.5 * width, 0.5 * height);
-    let on_plane = |direction: DVec3| direction / direction.dot(forward);
-    let right = on_plane(through(0.5 * width + 1.0, 0.5 * height)) - forward;
-    let down = on_plane(through(0.5 * width, 0.5 * height + 1.0)) - forward;
-    let seen = on_plane(point - view.eye().as_dvec3()) - forward;
-    let middle = DVec2::new(0.5 * f64::from(width), 0.5 * f64::from(height));
-    middle + DVec2::new(seen.dot(right) / right.length_squared(), seen.dot(down) / down.length_squared())
 }
 
 /// The middle of the brightest place within so many pixels.
@@ -101,11 +78,13 @@ fn highlights_lie_where_each_surfaces_own_eye_vector_puts_them() {
     let projection = Projection::Perspective { fov_y: FOV_DEG.to_radians() };
     let view = with.view(&Camera { projection, ..with.cameras[0].clone() }, SIZE.0, SIZE.1);
     let eye = view.eye().as_dvec3();
-    let on_ball = pixel_of(&view, mirrored(eye, &[PAINTED])[0]);
-    let on_mirror = pixel_of(&view, mirrored(eye, &[MIRROR])[0]);
-    let on_reflection = pixel_of(&view, mirrored(eye, &[MIRROR, PAINTED])[0]);
+    let first = |balls: &[Ball], light: DVec3| mirrored(eye, balls, light)[0];
+    let pixel_of = |place: DVec3| view.pixel_of_exact(place).expect("the place is before the eye");
+    let on_ball = pixel_of(first(&[PAINTED], LAMP));
+    let on_mirror = pixel_of(first(&[MIRROR], LAMP));
+    let on_reflection = pixel_of(first(&[MIRROR, PAINTED], LAMP));
     // With the eye's own vector the reflection's highlight would be the reflection of the ball's.
-    let wrong = pixel_of(&view, seen_in_mirror(eye, mirrored(eye, &[PAINTED])[0]));
+    let wrong = pixel_of(first(&[MIRROR], first(&[PAINTED], LAMP)));
     assert!(wrong.distance(on_reflection) > 10.0, "{wrong} and {on_reflection}");
     let all = [("ball", on_ball), ("mirror", on_mirror), ("reflection", on_reflection)];
     let quality = Quality { samples: 4, order: 1 };

@@ -1,5 +1,7 @@
 //! Random numbers by counter: a value depends on its key alone, never on the order of requests or on threads.
 
+use glam::Vec2;
+
 /// Mixes 64 bits thoroughly (the finaliser of SplitMix64; Steele, Lea, Flood 2014).
 #[inline]
 pub fn mix(mut key: u64) -> u64 {
@@ -14,6 +16,13 @@ pub fn mix(mut key: u64) -> u64 {
 pub fn unit(a: u64, b: u64, c: u64) -> f32 {
     let bits = mix(mix(mix(a) ^ b) ^ c);
     (bits >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
+}
+
+/// One of `count` points that fill the unit square evenly (Hammersley 1960), with the second number by all bits of the
+/// index.
+#[inline(always)] // for the instructions of its caller
+pub fn hammersley(index: u32, count: u32) -> Vec2 {
+    Vec2::new((index as f32 + 0.5) / count as f32, index.reverse_bits() as f32 * (1.0 / 4_294_967_296.0))
 }
 
 /// A stream of random numbers from a seed.

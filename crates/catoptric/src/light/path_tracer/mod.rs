@@ -218,9 +218,8 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if last && !material.has_own_light() {
             return Vec3::ZERO;
         }
-        let (normal, normal_change) = scene.turned_normal_and_change(material, encounter);
-        let step = LightStep::with_normal(scene, material, point, normal, direction);
-        let turned = &SurfaceInteraction { normal_change, ..*encounter };
+        let turned = &*scene.turned_encounter(material, encounter);
+        let step = LightStep::at(scene, material, &turned.point, direction);
         let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
         let mut segment = Segment { absorption, deferred: None, ..*segment };
         if material.role == Role::Lens {

@@ -62,9 +62,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         // A cone for every ray: together they cover the lobe, which is about so wide to each side.
         let width = 2.0 * SQRT_2 * alpha / (count as f32).sqrt() * footprint_scale;
         for index in 0..count {
-            let strata =
-                Vec2::new((index as f32 + 0.5) / count as f32, index.reverse_bits() as f32 * (1.0 / 4_294_967_296.0));
-            let number = (strata + turn).fract();
+            let number = (random::hammersley(index, count) + turn).fract();
             let facet = visible_facet(alpha, towards_viewer, number);
             let facet = across * facet.x + along * facet.y + normal * facet.z;
             let direction = reflect(incoming, facet);

@@ -189,12 +189,7 @@ impl<const N: usize> LitPoints<N> {
             let length = mean.length();
             self.variance[i] += variance_of_mean(length) * (map.scale * map.scale);
             let smooth = self.smooth_normal.vector(i);
-            // The tangent of the side that the normals point to; the map's frame turns over as a whole.
-            let Some(tangent) = tangents[i].truncate().reject_from_normalized(smooth).try_normalize() else { continue };
-            let bitangent = smooth.cross(tangent) * (tangents[i].w * sides[i]);
-            let [x, y] = [mean.x * map.scale * sides[i], mean.y * map.scale * sides[i]];
-            let turned = tangent * x + bitangent * y + smooth * mean.z;
-            self.normal.set(i, turned.try_normalize().unwrap_or(smooth));
+            self.normal.set(i, map.turned(smooth, tangents[i], sides[i], mean));
         }
     }
 }

@@ -79,24 +79,24 @@ impl Kit {
         self.material(Material { unlit, ..Material::diffuse(name, textures::linear(color)) })
     }
 
+    /// Adds a texture; returns its use as it is.
+    fn bound(&mut self, texture: Texture) -> TextureBinding {
+        self.model.textures.push(Arc::new(texture));
+        let texture = self.model.textures.len() as u32 - 1;
+        TextureBinding { texture, uv_channel: 0, texture_from_uv: Affine2::IDENTITY }
+    }
+
     /// Adds a diffuse material of the texture's name.
     pub(in super::super) fn painted(&mut self, texture: Texture) -> usize {
         let name = texture.name.clone();
-        let index = self.model.textures.len() as u32;
-        self.model.textures.push(Arc::new(texture));
-        let binding = TextureBinding { texture: index, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
+        let binding = self.bound(texture);
         let unlit = !self.lit;
         self.material(Material { unlit, base_texture: Some(binding), ..Material::diffuse(&name, Vec3::ONE) })
     }
 
     /// Gives a material a normal map, whose slopes are scaled.
     pub(in super::super) fn set_normal_map(&mut self, material: usize, texture: Texture, scale: f32) {
-        let binding = TextureBinding {
-            texture: self.model.textures.len() as u32,
-            uv_channel: 0,
-            texture_from_uv: Affine2::IDENTITY,
-        };
-        self.model.textures.push(Arc::new(texture));
+        let binding = self.bound(texture);
         self.model.materials[material].normal_map = Some(NormalMap { binding, scale });
     }
 

@@ -8,9 +8,10 @@ use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
-use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
+use crate::scene::shade::SurfacePoint;
 use crate::scene::{Environment, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::{Vec2, Vec3};
+use std::borrow::Cow;
 
 /// Shorter segments than this share of the coordinates' size have no direction of their own: it is lost in rounding.
 /// Chosen, not measured.
@@ -241,12 +242,11 @@ impl<'a> PathShader<'a> {
             }
             let encounter = scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
             let material = scene.material_of(encounter.point.object);
-            let (normal, normal_change) = match self.turns_normals {
-                true => scene.turned_normal_and_change(material, &encounter),
-                false => (encounter.point.normal, encounter.normal_change),
+            let encounter = match self.turns_normals {
+                true => scene.turned_encounter(material, &encounter),
+                false => Cow::Borrowed(&encounter),
             };
-            let encounter = SurfaceInteraction { normal_change, ..encounter };
-            let step = LightStep::with_normal(scene, material, &encounter.point, normal, ray.direction);
+            let step = LightStep::at(scene, material, &encounter.point, ray.direction);
             let refracts = fragment.second_branches >> bounce & 1 != 0;
             let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };
             let Some(direction) = step.outgoing(kind, ray.direction) else { break };

@@ -1,9 +1,10 @@
 //! An environment seen in rough surfaces: maps of its radiance averaged over highlights.
 
 use super::{Environment, EquirectangularMap};
+use crate::math::random;
 use crate::parallel;
 use crate::scene::shading::microfacets;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// Maps are for alpha 1, 1/2, 1/4, ...; between two of them radiance is blended linearly.
@@ -81,17 +82,12 @@ fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, u
     let texel = 4.0 * PI / (environment.width as f32 * environment.height as f32);
     let mut steps = Vec::with_capacity(count as usize);
     for place in 0..count {
-        let number = Vec2::new((place as f32 + 0.5) / count as f32, place.reverse_bits() as f32 / 4_294_967_296.0);
-        let facet = microfacets::visible_facet(alpha, Vec3::Z, number);
+        let facet = microfacets::visible_facet(alpha, Vec3::Z, random::hammersley(place, count));
         let direction = facet * (2.0 * facet.z) - Vec3::Z;
         if direction.z <= 0.0 {
             continue;
         }
-        // The density of facets that a viewer along the normal sees is the distribution times the cosine; a mirror
-        // spreads it over four times the solid angle.
-        let spread = 1.0 - facet.z * facet.z * (1.0 - alpha * alpha);
-        let density = alpha * alpha / (PI * spread * spread) / 4.0;
-        let extent = 1.0 / (count as f32 * density.max(1e-9));
+        let extent = microfacets::extent_of_sample(alpha, facet.z, 1.0, count);
         let reduction = (0.5 * (extent / texel).log2()).clamp(0.0, environment.reduced.len() as f32) as usize;
         steps.push((direction, microfacets::unshadowed_share(alpha, direction.z, 1.0), reduction));
     }

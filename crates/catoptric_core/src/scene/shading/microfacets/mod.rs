@@ -6,7 +6,7 @@
 //! and the half vector between them.
 
 use glam::{Vec2, Vec3, Vec4};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::LazyLock;
 
 /// Perceptual roughness of the smoothest surface that is lit: its highlight is a tenth of a degree wide.
@@ -72,6 +72,18 @@ pub fn unshadowed_share(alpha: f32, n_l: f32, n_v: f32) -> f32 {
     let (of_light, of_viewer) = (n_v * slope(n_l), n_l * slope(n_v));
     // G2 / G1 with both in Smith's form.
     n_l * (n_v + slope(n_v)) / (of_light + of_viewer).max(1e-12)
+}
+
+/// The solid angle that the light of one of `count` facets stands for, chosen by [`visible_facet`], by the cosines of
+/// facet and viewer with the normal.
+///
+/// The density of facets that a viewer sees is their distribution times the facet's over the viewer's cosine, without
+/// masking; a mirror spreads it over four times the solid angle, times the cosine between both.
+#[inline(always)] // for the instructions of its caller
+pub fn extent_of_sample(alpha: f32, n_h: f32, n_v: f32, count: u32) -> f32 {
+    let spread = 1.0 - n_h * n_h * (1.0 - alpha * alpha);
+    let density = alpha * alpha / (PI * spread * spread) / (4.0 * n_v);
+    1.0 / (count as f32 * density.max(1e-9))
 }
 
 /// Cells of the table a side, less one.

@@ -1,10 +1,11 @@
 //! Means over the lobes of rough places, of what a grid of sharp rays shows.
 
 use super::RoughLight;
-use super::grid::{Cell, Place, ReflectedGrid};
+use super::grid::{Cell, Place, ReflectedGrid, cells_around};
+use crate::math::random;
 use crate::parallel;
 use crate::scene::Scene;
-use crate::scene::microfacets::{ReflectanceTable, unshadowed_share, visible_facet};
+use crate::scene::microfacets::{ReflectanceTable, extent_of_sample, unshadowed_share, visible_facet};
 use glam::{Vec2, Vec3};
 
 /// Cells that one call works on.
@@ -100,16 +101,9 @@ impl Pyramid {
     #[inline(always)] // for the instructions of its caller
     fn at_whole(&self, position: Vec2, level: usize) -> (Vec3, f32) {
         let Level { width, height, cells } = &self.levels[level.min(self.levels.len() - 1)];
-        let at = position / (1u32 << level) as f32 - 0.5;
-        let low = at.floor();
-        let share = at - low;
         let mut sum = (Vec3::ZERO, 0.0);
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let column = (low.x as i32 + dx).clamp(0, *width as i32 - 1) as usize;
-            let row = (low.y as i32 + dy).clamp(0, *height as i32 - 1) as usize;
-            let weight =
-                (if dx == 0 { 1.0 - share.x } else { share.x }) * (if dy == 0 { 1.0 - share.y } else { share.y });
-            let (radiance, part) = cells[row * width + column];
+        for (cell, weight) in cells_around(position / (1u32 << level) as f32, *width, *height) {
+            let (radiance, part) = cells[cell];
             sum = (sum.0 + radiance * weight, sum.1 + part * weight);
         }
         sum
@@ -123,21 +117,21 @@ pub(super) fn blur(scene: &Scene, grid: &mut ReflectedGrid) {
     let far = 100.0 * scene.bounds.diagonal().max(f32::MIN_POSITIVE);
     // Cells and places are in the same order.
     let (known, cells) = (&*grid, grid.cells());
-    let parts: Vec<&[Cell]> = cells.chunks(CELLS_AT_A_TIME).collect();
-    let light = parallel::map_collect(parts.len(), |part| means(known, &pyramid, far, parts[part]));
-    grid.light = light.into_iter().flatten().collect();
+    let mut light = vec![RoughLight::default(); cells.len()];
+    parallel::for_each_chunk_mut(&mut light, CELLS_AT_A_TIME, |chunk, light| {
+        means(known, &pyramid, far, &cells[chunk * CELLS_AT_A_TIME..], light);
+    });
+    grid.light = light;
 }
 
-/// The means over the lobes of cells' places.
+/// The means over the lobes of cells' places, of as many as there is room for.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn means(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cells: &[Cell]) -> Vec<RoughLight> {
-    let mut light = vec![RoughLight::default(); cells.len()];
+fn means(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cells: &[Cell], light: &mut [RoughLight]) {
     for (light, cell) in light.iter_mut().zip(cells) {
         if grid.places[cell.place].is_seen {
             *light = mean(grid, pyramid, far, cell);
         }
     }
-    light
 }
 
 /// The mean over the lobe of a cell's place.
@@ -162,11 +156,7 @@ fn mean(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cell: &Cell) -> Rough
     let mut sum = Vec3::ZERO;
     let mut share_sum = 0.0;
     for index in 0..effort.directions {
-        let number = Vec2::new(
-            (index as f32 + 0.5) / effort.directions as f32,
-            index.reverse_bits() as f32 * (1.0 / 4_294_967_296.0),
-        );
-        let facet = visible_facet(alpha, local, number);
+        let facet = visible_facet(alpha, local, random::hammersley(index, effort.directions));
         let direction = facet * (2.0 * local.dot(facet)) - local;
         let share = unshadowed_share(alpha, direction.z, local.z);
         let towards = across * direction.x + along * direction.y + place.normal * direction.z;
@@ -174,10 +164,8 @@ fn mean(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cell: &Cell) -> Rough
             continue;
         }
         let (position, distance) = find(grid, place, own, towards, far, effort.steps);
-        // The solid angle that the direction stands for, and that of a cell there.
-        let spread = 1.0 - facet.z * facet.z * (1.0 - alpha * alpha);
-        let density = alpha * alpha / (std::f32::consts::PI * spread * spread) / (4.0 * local.z);
-        let extent = 1.0 / (effort.directions as f32 * density.max(1e-9));
+        // Against the solid angle of a cell there.
+        let extent = extent_of_sample(alpha, facet.z, local.z, effort.directions);
         let level = LEVEL_BIAS + 0.5 * (extent / cell_extent(place, distance).max(1e-12)).log2();
         let found = pyramid.at(position, level).unwrap_or(sharp);
         sum += found * share;
@@ -257,7 +245,7 @@ impl ReflectedGrid {
         if x < 0.0 || y < 0.0 || x >= self.width as f32 || y >= self.height as f32 {
             return None;
         }
-        let place = &self.places[self.place_of(x as usize, y as usize)?];
+        let place = &self.places[self.place_of(y as usize * self.width + x as usize)?];
         (place.object == object).then_some(place)
     }
 }

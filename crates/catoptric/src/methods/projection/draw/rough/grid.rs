@@ -8,8 +8,7 @@ use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::LightStep;
 use crate::parallel;
 use crate::scene::hit::Hit;
-use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Ray, RayDifferential, Scene};
+use crate::scene::{Ray, RayDifferential};
 use glam::{Vec2, Vec3};
 
 /// Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
@@ -108,8 +107,8 @@ impl ReflectedGrid {
 
     /// The place of a cell.
     #[inline(always)] // for the instructions of its callers
-    pub(super) fn place_of(&self, column: usize, row: usize) -> Option<usize> {
-        let place = self.index[row * self.width + column];
+    pub(super) fn place_of(&self, cell: usize) -> Option<usize> {
+        let place = self.index[cell];
         (place != NOTHING).then_some(place as usize)
     }
 
@@ -127,19 +126,13 @@ impl ReflectedGrid {
     /// The light at a position of the picture, between the cells around it that show the same object.
     #[inline]
     pub(super) fn at(&self, object: u32, position: Vec2) -> Option<RoughLight> {
-        let at = position / self.cell_px as f32 + (MARGIN as f32 - 0.5);
-        let low = at.floor();
-        let share = at - low;
+        let at = position / self.cell_px as f32 + MARGIN as f32;
         let (mut sum, mut weights) = (RoughLight::default(), 0.0);
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let column = (low.x as i32 + dx).clamp(0, self.width as i32 - 1) as usize;
-            let row = (low.y as i32 + dy).clamp(0, self.height as i32 - 1) as usize;
-            let Some(place) = self.place_of(column, row) else { continue };
+        for (cell, weight) in cells_around(at, self.width, self.height) {
+            let Some(place) = self.place_of(cell) else { continue };
             if self.places[place].object != object || !self.places[place].is_seen {
                 continue;
             }
-            let weight =
-                (if dx == 0 { 1.0 - share.x } else { share.x }) * (if dy == 0 { 1.0 - share.y } else { share.y });
             // A rim's only cell counts even if the position is on the far side of it.
             let weight = weight.max(1e-4);
             sum = sum.plus(&self.light[place], weight);
@@ -147,6 +140,24 @@ impl ReflectedGrid {
         }
         (weights > 0.0).then(|| RoughLight::default().plus(&sum, 1.0 / weights))
     }
+}
+
+/// The four cells of a grid around a position in cells, and their weights for what is in between; at its edges some are
+/// the same.
+#[inline(always)] // for the instructions of its callers
+pub(super) fn cells_around(position: Vec2, width: usize, height: usize) -> [(usize, f32); 4] {
+    let at = position - 0.5;
+    let low = at.floor();
+    let share = at - low;
+    let [left, right] = [0, 1].map(|step| (low.x as i32 + step).clamp(0, width as i32 - 1) as usize);
+    let [top, bottom] = [0, 1].map(|step| (low.y as i32 + step).clamp(0, height as i32 - 1) as usize * width);
+    let rest = 1.0 - share;
+    [
+        (top + left, rest.x * rest.y),
+        (top + right, share.x * rest.y),
+        (bottom + left, rest.x * share.y),
+        (bottom + right, share.x * share.y),
+    ]
 }
 
 /// The part of a picture that a grid covers.
@@ -200,7 +211,6 @@ struct Met {
     ray: Ray,
     change: RayDifferential,
     hit: Hit,
-    object: u32,
     is_seen: bool,
 }
 
@@ -226,28 +236,27 @@ impl Cells<'_, '_> {
         let (ray, change) = view.ray_with_differential(at.x, at.y);
         let near = NearPlane::new(view).distance(&ray);
         let hit = mirrors.first_hit(scene, &ray, near)?;
-        let object = object_of(scene, &hit);
         let is_inside = at.cmpge(Vec2::ZERO).all() && at.x < view.width as f32 && at.y < view.height as f32;
         let first = || everything.first_hit(scene, &ray, near);
         // Both hierarchies meet a mirror at the same distance, to the bit.
         let is_seen = is_wanted && is_inside && first().is_some_and(|first| first.distance() >= hit.distance());
-        Some(Met { column, ray, change: change.scaled(self.cell_px as f32), hit, object, is_seen })
+        Some(Met { column, ray, change: change.scaled(self.cell_px as f32), hit, is_seen })
     }
 
     /// The place that was met, and what its sharp ray shows.
     fn follow(&self, paths: &mut PathTracer<'_>, met: &Met) -> Option<(Place, Vec3)> {
         let (scene, ray, tracer) = (self.job.scene, &met.ray, &self.tracers.everything);
-        let material = scene.material_of(met.object);
         let encounter = tracer.encounter(scene, ray, &met.hit, Some(&met.change));
-        let (normal, normal_change) = scene.turned_normal_and_change(material, &encounter);
-        let step = LightStep::with_normal(scene, material, &encounter.point, normal, ray.direction);
-        let encounter = SurfaceInteraction { normal_change, ..encounter };
+        let object = encounter.point.object;
+        let material = scene.material_of(object);
+        let encounter = scene.turned_encounter(material, &encounter);
+        let step = LightStep::at(scene, material, &encounter.point, ray.direction);
         let direction = step.outgoing(BounceKind::Reflect, ray.direction).filter(|_| step.reflected != Vec3::ZERO)?;
         let change = step.outgoing_change(BounceKind::Reflect, ray.direction, &met.change, &encounter);
         let leaving = Ray { origin: tracer.departure(&encounter.point, direction), direction };
         let (radiance, distance) = paths.radiance_and_distance(leaving, Some(change));
         let place = Place {
-            object: met.object,
+            object,
             alpha: material.reflection_roughness().powi(2),
             position: encounter.point.position,
             normal: step.facing.normal,
@@ -259,13 +268,6 @@ impl Cells<'_, '_> {
             is_seen: met.is_seen,
         };
         Some((place, radiance))
-    }
-}
-
-fn object_of(scene: &Scene, hit: &Hit) -> u32 {
-    match hit {
-        Hit::Triangle { triangle, .. } => scene.triangle_objects[*triangle as usize],
-        Hit::Surface { object, .. } => *object,
     }
 }
 
