@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod construction;
+mod highlights;
 mod hybrid;
 
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
@@ -9,6 +10,7 @@ use crate::root;
 use crate::stage::{self, Stage, count, flip, print, rgb};
 use anyhow::Result;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::projection::sample_based_camera::{SampleBasedCameraSettings, visible_pieces};
 use catoptric::progress::Silent;
 use catoptric::scene::Attenuation;
@@ -35,9 +37,11 @@ type Draw = fn() -> Result<RgbImage>;
 
 /// Draws the figures whose names contain `wanted` (`cameras` alone: all) and prints their tables as Markdown.
 pub(crate) fn draw(wanted: &str) -> Result<()> {
-    let figures: [(&str, Draw); 7] = [
+    let figures: [(&str, Draw); 9] = [
         ("cameras-03", three_methods),
+        ("cameras-13", highlights::draw),
         ("cameras-14", surface_properties),
+        ("cameras-14-lit", highlights::draw_weighed),
         ("cameras-16", resolutions),
         ("cameras-17", accuracy::draw),
         ("cameras-18", four_scenes),
@@ -46,7 +50,7 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
     ];
     for (name, draw) in figures.iter().filter(|(name, _)| name.contains(wanted)) {
         print(&format!("\n{name}\n"))?;
-        let number = name.rsplit('-').next().unwrap_or_default();
+        let number = name.strip_prefix("cameras-").unwrap_or(name);
         let path = root().join(format!("docs/pictures/sample_based_camera-figure-{number}.png"));
         save_small(&draw()?, &path)?;
     }
@@ -80,15 +84,16 @@ fn three_methods() -> Result<RgbImage> {
     Ok(below(&[beside(above), beside(under)]))
 }
 
-/// Figure 14: how the reflection is weighed against the reflector's own colour.
-fn surface_properties() -> Result<RgbImage> {
-    let size = Stage::new("sphere_room?blend=both", FULL, 1)?.scene.bounds.diagonal();
-    // Distances as shares of the scene's size.
+/// The weights of a reflection by angle and by distance.
+type Weights = (Option<[f32; 2]>, Option<Attenuation>);
+
+/// Those of figure 14; distances are shares of a scene's size.
+fn weights(scene_size: f32) -> [(&'static str, Weights); 8] {
     let fade = |share: f32, least, greatest| {
-        (None, Some(Attenuation { distance: share * size, specularity: [least, greatest] }))
+        (None, Some(Attenuation { distance: share * scene_size, specularity: [least, greatest] }))
     };
     let ramp = |least, greatest| (Some([least, greatest]), None);
-    let weights = [
+    [
         ("a: all reflection", (None, None)),
         ("b: ramp 0.2/1 and fading 0.3/0.1/1", (Some([0.2, 1.0]), fade(0.3, 0.1, 1.0).1)),
         ("c1: ramp 0/0.5", ramp(0.0, 0.5)),
@@ -97,14 +102,26 @@ fn surface_properties() -> Result<RgbImage> {
         ("d1: fading 0.15/0/0.25", fade(0.15, 0.0, 0.25)),
         ("d2: fading 0.3/0/0.25", fade(0.3, 0.0, 0.25)),
         ("d3: fading 0.3/0/0.5", fade(0.3, 0.0, 0.5)),
-    ];
-    let weighed = |(_, (fresnel, attenuation)): &(&str, (_, _))| -> Result<Stage> {
-        let mut stage = Stage::new("sphere_room?blend=both", FULL, 1)?.with_samples(16);
+    ]
+}
+
+/// Figure 14: how the reflection is weighed against the reflector's own colour.
+fn surface_properties() -> Result<RgbImage> {
+    weighed("sphere_room?blend=both", BALL)
+}
+
+/// The pictures of figure 14 of a scene with a blended reflector: the part of each that shows it.
+fn weighed(specification: &str, part: [f32; 4]) -> Result<RgbImage> {
+    let size = Stage::new(specification, FULL, 1)?.scene.bounds.diagonal();
+    let weights = weights(size);
+    let weighed = |(_, (fresnel, attenuation)): &(&str, Weights)| -> Result<Stage> {
+        let mut stage = Stage::new(specification, FULL, 1)?.with_samples(16);
         for material in &mut stage.scene.materials {
             if let Some(blend) = &mut material.blend {
                 (blend.fresnel, blend.attenuation) = (*fresnel, *attenuation);
             }
         }
+        cast_shadows(&mut stage.scene);
         Ok(stage)
     };
     let stages = weights.iter().map(weighed).collect::<Result<Vec<_>>>()?;
@@ -117,7 +134,7 @@ fn surface_properties() -> Result<RgbImage> {
         let drawn = stage::draw(&mut session, &stage.view, 1)?;
         let error = flip(&drawn.picture, &stage.truth()?, &stage.mask())?;
         print(&format!("| {label} | {error:.4} | {:.0} |", drawn.first_ms))?;
-        panels.push(cut(&rgb(&drawn.picture)?, BALL));
+        panels.push(cut(&rgb(&drawn.picture)?, part));
     }
     let (above, under) = panels.split_at(4);
     Ok(below(&[above, under].map(|row| beside_of_width(row, NARROW))))

@@ -1,7 +1,6 @@
 //! Chores of the project's developers: `cargo run -p xtask -- COMMAND`.
 
 mod cameras;
-mod first_frames;
 mod layered;
 mod light_field;
 mod new_method;
@@ -10,6 +9,7 @@ mod perturbation;
 mod program;
 mod scaling;
 mod stage;
+mod surfaces;
 mod virtual_objects;
 
 use anyhow::{Context, Result, bail};
@@ -28,6 +28,7 @@ Commands:
                    the like (`virtual_objects` for all) those of docs/figures-virtual-objects.md; with
                    `light_field-8` and the like (`light_field` for all) those of docs/figures-light-field.md; with
                    `layered-table` and the like (`layered` for all) those of docs/figures-layered-environment-map.md;
+                   with `surfaces-rough` and the like (`surfaces` for all) those of docs/figures-surfaces.md;
                    with `first_frames [FILE...]`, `growth` and `motion` the tables of docs/performance.md
   new-method NAME --family lookup|projection [--bake] [--layout]
                    make the folder of a method with all roles, its lines in the registry, a test and a bench that
@@ -38,13 +39,14 @@ Commands:
 fn main() -> Result<()> {
     match std::env::args().nth(1).as_deref() {
         Some("figures") => match std::env::args().nth(2).as_deref() {
-            Some("first_frames") => first_frames::draw(&std::env::args().skip(3).collect::<Vec<_>>()),
+            Some("first_frames") => scaling::first_frames::draw(&std::env::args().skip(3).collect::<Vec<_>>()),
             Some(name) if name.starts_with("cameras") => cameras::draw(name),
             Some("growth") => scaling::growth::draw(),
             Some("motion") => scaling::motion::draw(),
             Some("scaling") => scaling::draw(),
             Some(name) if name.starts_with("layered") => layered::draw(name),
             Some(name) if name.starts_with("light_field") => light_field::draw(name),
+            Some(name) if name.starts_with("surfaces") => surfaces::draw(name),
             Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(name),
             Some(name) => perturbation::draw(name),
             None => figures(),

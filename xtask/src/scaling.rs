@@ -1,5 +1,6 @@
 //! The growth of the times of sample-based cameras, beside those of the reference.
 
+pub(crate) mod first_frames;
 pub(crate) mod growth;
 pub(crate) mod motion;
 mod plot;

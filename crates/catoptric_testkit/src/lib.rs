@@ -2,6 +2,7 @@
 
 pub mod baking;
 pub mod drawing;
+pub mod highlights;
 pub mod readme;
 pub mod scenes;
 mod session;

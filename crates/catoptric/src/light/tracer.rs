@@ -32,6 +32,16 @@ impl Tracer {
         }
     }
 
+    /// The same for another moment of the scene, with as many triangles; `None` if it has to be built anew. Where much
+    /// has moved, rays take longer than through a new one.
+    pub(crate) fn refitted(&self, scene: &Scene) -> Option<Self> {
+        let mut hierarchy = self.hierarchy.clone();
+        if !hierarchy.refit(scene) {
+            return None;
+        }
+        Some(Self { hierarchy, has_footprints: self.has_footprints, tests: None })
+    }
+
     /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
     pub fn counting_tests(self) -> Self {
         Self { tests: Some(AtomicU64::new(0)), ..self }
@@ -56,6 +66,12 @@ impl Tracer {
     #[inline(always)]
     pub fn first_hit(&self, scene: &Scene, ray: &Ray, near: f32) -> Option<Hit> {
         self.details(scene, ray, near, self.nearest(scene, ray, near, None)?)
+    }
+
+    /// The first surface of those objects along a ray that a list says yes to, whatever is in front of them.
+    pub(crate) fn first_hit_of(&self, scene: &Scene, ray: &Ray, near: f32, objects: &[bool]) -> Option<Hit> {
+        let walk = Walk { objects: Some(objects), ..self.walk(scene, ray, near) };
+        self.details(scene, ray, near, walk.run(&mut ())?)
     }
 
     /// The same for a ray of a beam whose leaves were gathered: [`Self::gather`].
@@ -93,13 +109,17 @@ impl Tracer {
 
     /// Returns true if anything is nearer along a ray than a distance.
     pub(crate) fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
-        let walk = Walk { hierarchy: &self.hierarchy, treelet: None, scene, ray, near: 0.0 };
-        walk.is_blocked(distance)
+        self.walk(scene, ray, 0.0).is_blocked(distance)
+    }
+
+    #[inline(always)]
+    fn walk<'a>(&'a self, scene: &'a Scene, ray: &'a Ray, near: f32) -> Walk<'a> {
+        Walk { hierarchy: &self.hierarchy, treelet: None, scene, ray, near, objects: None }
     }
 
     #[inline(always)]
     fn nearest(&self, scene: &Scene, ray: &Ray, near: f32, treelet: Option<&Treelet>) -> Option<PrimitiveMet> {
-        let walk = Walk { hierarchy: &self.hierarchy, treelet, scene, ray, near };
+        let walk = Walk { treelet, ..self.walk(scene, ray, near) };
         let Some(tests) = &self.tests else { return walk.run(&mut ()) };
         let mut count = 0u64;
         let found = walk.run(&mut count);
@@ -181,6 +201,8 @@ struct Walk<'a> {
     scene: &'a Scene,
     ray: &'a Ray,
     near: f32,
+    /// The objects that are met, if not all are.
+    objects: Option<&'a [bool]>,
 }
 
 impl Walk<'_> {
@@ -217,29 +239,39 @@ impl Walk<'_> {
         self.is_blocked_in::<Portable>(distance)
     }
 
+    /// Whether what a ray meets is there for it.
+    #[inline(always)]
+    fn passes(&self, hit: &TriangleHit) -> bool {
+        let Self { scene, objects, .. } = *self;
+        let triangle = hit.triangle & !ALPHA_TESTED;
+        let is_among = objects.is_none_or(|objects| objects[scene.triangle_objects[triangle as usize] as usize]);
+        is_among && (hit.triangle & ALPHA_TESTED == 0 || present(scene, triangle, hit.barycentrics))
+    }
+
+    /// The distance at which the surface of an object is met.
+    #[inline(always)]
+    fn surface(&self, object: u32, far: f32) -> Option<f32> {
+        let Self { scene, ray, near, objects, .. } = *self;
+        let surface = scene.objects[object as usize].surface.as_ref()?;
+        if objects.is_some_and(|objects| !objects[object as usize]) {
+            return None;
+        }
+        Some(surface.first_distance(ray.origin, ray.direction, near, far)? as f32)
+    }
+
     #[inline(always)]
     fn is_blocked_in<S: SignBits>(&self, distance: f32) -> bool {
-        let Self { hierarchy, scene, ray, .. } = *self;
-        let passes = |hit: &TriangleHit| {
-            hit.triangle & ALPHA_TESTED == 0 || present(scene, hit.triangle & !ALPHA_TESTED, hit.barycentrics)
-        };
-        let surface = |object: u32, far: f32| {
-            let surface = scene.objects[object as usize].surface.as_ref()?;
-            Some(surface.first_distance(ray.origin, ray.direction, 0.0, far)? as f32)
-        };
+        let Self { hierarchy, ray, .. } = *self;
+        let passes = |hit: &TriangleHit| self.passes(hit);
+        let surface = |object: u32, far: f32| self.surface(object, far);
         hierarchy.meets_any::<S>(ray, distance, passes, surface)
     }
 
     #[inline(always)]
     fn run_in<S: SignBits, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
-        let Self { hierarchy, treelet, scene, ray, near } = *self;
-        let passes = |hit: &TriangleHit| {
-            hit.triangle & ALPHA_TESTED == 0 || present(scene, hit.triangle & !ALPHA_TESTED, hit.barycentrics)
-        };
-        let surface = |object: u32, far: f32| {
-            let surface = scene.objects[object as usize].surface.as_ref()?;
-            Some(surface.first_distance(ray.origin, ray.direction, near, far)? as f32)
-        };
+        let Self { hierarchy, treelet, ray, near, .. } = *self;
+        let passes = |hit: &TriangleHit| self.passes(hit);
+        let surface = |object: u32, far: f32| self.surface(object, far);
         if let Some(treelet) = treelet
             && let Some(found) = treelet.nearest::<S>(hierarchy, ray, near, passes, surface, tests)
         {
@@ -364,6 +396,65 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         }
+    }
+
+    /// A narrow floor, which is split into several boxes, and balls, exact ones and meshes, that are moved.
+    fn balls(shift: Vec3) -> Scene {
+        use crate::scene::{Material, model::*};
+        use crate::surface::AnalyticSurface;
+        use crate::surface::sphere_mesh;
+        let mut model = Model { materials: vec![Material::default()], ..Model::default() };
+        let floor = Primitive {
+            positions: vec![Vec3::new(-9.0, -3.0, -9.0), Vec3::new(9.0, -1.0, 9.0), Vec3::new(9.0, -1.0, 6.0)],
+            triangles: vec![[0, 2, 1]],
+            ..Primitive::default()
+        };
+        let ball = sphere_mesh(0.7, 12, 24);
+        let ball = Primitive {
+            positions: ball.positions,
+            normals: ball.normals,
+            triangles: ball.triangles,
+            ..Primitive::default()
+        };
+        for (mesh, primitive) in [floor, ball].into_iter().enumerate() {
+            model.meshes.push(MeshAsset { primitives: vec![primitive], ..MeshAsset::default() });
+            let local = LocalTransform::at(shift * mesh as f32);
+            model.nodes.push(Node { mesh: Some(mesh), local, ..Node::default() });
+        }
+        for x in [-2.0, 2.0] {
+            let surface = AnalyticSurface::Sphere { radius: 0.6 };
+            let analytic = Some(AnalyticAsset { surface, material: 0, inside: false });
+            let local = LocalTransform::at(Vec3::new(x, 0.0, 0.5) + shift * x);
+            model.nodes.push(Node { analytic, local, ..Node::default() });
+        }
+        model.pose(&Default::default()).unwrap()
+    }
+
+    #[test]
+    fn refitted_and_filtered_tracers_meet_what_new_ones_meet() {
+        let (before, after) = (balls(Vec3::ZERO), balls(Vec3::new(0.3, 0.4, -0.5)));
+        let new = Tracer::build(&after, |_| true);
+        let refitted = Tracer::build(&before, |_| true).refitted(&after).expect("no triangle was flat");
+        let places = new.hierarchy.place_count();
+        assert!(places > after.objects[1].triangles.len() + 3, "the floor was not split: {places}");
+        let listed = [false, true, false, true];
+        let of_listed = Tracer::build(&after, |object| listed[object as usize]);
+        let mut random = Stream::new(5);
+        let mut met = [0; 4];
+        for _ in 0..3000 {
+            let mut point = |size: f32| Vec3::from_array([0, 1, 2].map(|_| random.next_between(-size, size)));
+            let origin = point(4.0) + Vec3::Y * 4.0;
+            let ray = Ray { origin, direction: (point(2.0) - origin).normalize() };
+            let place = |hit: Option<Hit>| hit.map(|hit| (hit.object(&after), hit.distance()));
+            let found = place(new.first_hit(&after, &ray, 0.0));
+            assert_eq!(found, place(refitted.first_hit(&after, &ray, 0.0)), "{ray:?}");
+            let among = place(new.first_hit_of(&after, &ray, 0.0, &listed));
+            assert_eq!(among, place(of_listed.first_hit(&after, &ray, 0.0)), "{ray:?}");
+            if let Some((object, _)) = found {
+                met[object as usize] += 1;
+            }
+        }
+        assert!(met.iter().all(|count| *count > 30), "{met:?}");
     }
 
     #[test]

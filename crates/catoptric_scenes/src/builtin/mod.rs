@@ -73,6 +73,7 @@ pub fn all() -> &'static [BuiltinInfo] {
         surfaces::HIGHLIGHTS,
         surfaces::BRUSHED,
         surfaces::RIPPLED,
+        surfaces::WORKSHOP,
     ]
 }
 

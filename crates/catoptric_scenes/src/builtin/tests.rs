@@ -408,7 +408,7 @@ fn wrong_names_and_values_are_explained() {
 fn defaults_are_allowed_and_names_are_unique() {
     let mut names: Vec<&str> = all().iter().map(|info| info.name).collect();
     names.dedup();
-    assert_eq!(names.len(), 17);
+    assert_eq!(names.len(), 18);
     for info in all() {
         for parameter in info.parameters {
             let given = [(parameter.name, parameter.default)];

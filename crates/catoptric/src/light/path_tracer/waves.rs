@@ -6,7 +6,7 @@ use crate::light::wide_hierarchy::Treelet;
 use crate::optics::step::transmittance;
 use crate::scene::hit::Hit;
 use crate::scene::shade::Barycentrics;
-use crate::scene::{Role, ShadingQueue, SurfaceQuery, ViewRays};
+use crate::scene::{Ray, RayDifferential, Role, ShadingQueue, SurfaceQuery, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Rays that are followed at once: what they hold stays in the cache.
@@ -48,6 +48,32 @@ impl<F: RadianceField> PathTracer<'_, F> {
             self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
         }
         waves.treelet = treelet;
+        self.follow_waves(waves, sums);
+    }
+
+    /// Sets the radiance that arrives along rays, and how far away what each meets first is: infinitely where that is
+    /// nothing. All three are of the same length.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn radiances_and_distances(
+        &mut self,
+        rays: &[(Ray, RayDifferential)],
+        sums: &mut [Vec3],
+        distances: &mut [f32],
+    ) {
+        sums.fill(Vec3::ZERO);
+        let mut waves = std::mem::take(&mut self.waves);
+        for (owner, (ray, change)) in rays.iter().enumerate() {
+            let hit = self.tracer.first_hit(self.scene, ray, 0.0);
+            distances[owner] = hit.as_ref().map_or(f32::INFINITY, Hit::distance);
+            let start = Segment::first(*ray, Some(*change), 0.0);
+            self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
+        }
+        self.follow_waves(waves, sums);
+    }
+
+    /// Follows all that waits, and shades where paths end.
+    #[inline(always)] // for the instructions of its caller
+    fn follow_waves(&mut self, mut waves: Waves, sums: &mut [Vec3]) {
         // The last ones first: as few wait as on one path after the other, but for what is followed at once.
         while !self.waiting.is_empty() {
             let first = self.waiting.len().saturating_sub(AT_ONCE);

@@ -55,6 +55,7 @@ impl WideHierarchy {
         is_tested: impl Fn(u32) -> bool,
     ) -> Self {
         let (mut triangles, mut primitives, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
+        let mut flat = Vec::new();
         for (index, object) in scene.objects.iter().enumerate().filter(|(index, _)| include(*index as u32)) {
             let index = index as u32;
             if object.surface.is_some() {
@@ -62,7 +63,11 @@ impl WideHierarchy {
                 continue;
             }
             let tag = if is_tested(index) { ALPHA_TESTED } else { 0 };
-            for triangle in object.triangles.clone().filter(|triangle| has_extent(scene, *triangle)) {
+            for triangle in object.triangles.clone() {
+                if !has_extent(scene, triangle) {
+                    flat.push(triangle);
+                    continue;
+                }
                 triangles.push(corners(scene, triangle));
                 primitives.push(Primitive::Triangle(triangle, tag));
             }
@@ -72,11 +77,8 @@ impl WideHierarchy {
         let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
         split_large(&mut boxes, &mut indices, &triangles);
         for object in surfaces {
-            let Some(surface) = &scene.objects[object as usize].surface else { continue };
-            let bounds = surface.bounds();
-            // A plane's box is flat, and the tests of boxes are not exact: leave some room.
-            let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);
-            boxes.push(BvhBox::new(Vec3A::from(bounds.min) - margin, Vec3A::from(bounds.max) + margin));
+            let Some(bounds) = box_of_surface(scene, object) else { continue };
+            boxes.push(bounds);
             indices.push(primitives.len() as u32);
             primitives.push(Primitive::Surface(object));
         }
@@ -88,7 +90,7 @@ impl WideHierarchy {
             _ => BvhBuildParams::fast_build(),
         };
         let of_boxes: Vec<Primitive> = indices.iter().map(|index| primitives[*index as usize]).collect();
-        Self { is_for_rays: true, ..Self::over(scene, &boxes, &of_boxes, &preset) }
+        Self { flat, ..Self::over(scene, &boxes, &of_boxes, &preset) }
     }
 
     fn over(scene: &Scene, boxes: &[BvhBox], primitives: &[Primitive], preset: &BvhBuildParams) -> Self {
@@ -117,6 +119,14 @@ pub(super) fn has_extent(scene: &Scene, triangle: u32) -> bool {
     let largest = [a, b, c].into_iter().map(|corner| corner.abs().max_element()).fold(0.0, f64::max);
     // Not true of what is no number, either.
     twice_area > longest * largest * FLAT && twice_area.is_finite()
+}
+
+/// The box around the analytic surface of an object, if it has one.
+pub(super) fn box_of_surface(scene: &Scene, object: u32) -> Option<BvhBox> {
+    let bounds = scene.objects[object as usize].surface.as_ref()?.bounds();
+    // A plane's box is flat, and the tests of boxes are not exact: leave some room.
+    let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);
+    Some(BvhBox::new(Vec3A::from(bounds.min) - margin, Vec3A::from(bounds.max) + margin))
 }
 
 fn corners(scene: &Scene, triangle: u32) -> Triangle {

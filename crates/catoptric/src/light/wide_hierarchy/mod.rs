@@ -118,8 +118,6 @@ pub(crate) struct WideHierarchy {
     blocks: Vec<TriangleBlock>,
     /// Triangles that had no extent when it was built.
     flat: Vec<u32>,
-    /// See [`Self::build_for_rays`].
-    is_for_rays: bool,
 }
 
 /// What looks for leaves. Not closures: those are not compiled for the instructions of the function that they are in.
@@ -148,10 +146,9 @@ impl WideHierarchy {
         (size_of_val(nodes.as_slice()) + size_of_val(blocks.as_slice()) + size_of_val(flat.as_slice())) as u64
     }
 
-    /// Brings boxes and corners to where the triangles are now; the scene has as many as before. Returns false if
-    /// triangles are missing that had no extent before: then it has to be built anew.
+    /// Brings boxes and corners to where triangles and surfaces are now; the scene has as many as before. Returns false
+    /// if triangles are missing that had no extent before: then it has to be built anew.
     pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
-        debug_assert!(!self.is_for_rays, "triangles stand in several leaves");
         if self.flat.iter().any(|triangle| build::has_extent(scene, *triangle)) {
             return false;
         }
@@ -159,7 +156,7 @@ impl WideHierarchy {
             for lane in 0..LANES {
                 let triangle = block.triangles[lane];
                 if triangle != NO_TRIANGLE {
-                    block.set(lane, corners_of(scene, triangle), triangle);
+                    block.set(lane, corners_of(scene, triangle & !ALPHA_TESTED), triangle);
                 }
             }
         }
@@ -169,7 +166,10 @@ impl WideHierarchy {
                 let bounds = match node.children[lane] {
                     NONE => continue,
                     leaf if leaf & LEAF != 0 => self.blocks[(leaf & !LEAF) as usize].bounds(),
-                    surface if surface & SURFACE != 0 => continue,
+                    surface if surface & SURFACE != 0 => match build::box_of_surface(scene, surface & !SURFACE) {
+                        Some(bounds) => bounds,
+                        None => return false,
+                    },
                     inner => self.nodes[inner as usize].bounds(),
                 };
                 node.set_box(lane, &bounds);

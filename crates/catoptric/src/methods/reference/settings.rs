@@ -40,8 +40,8 @@ declare_settings! {
         paths: Paths = Paths::Tree;
         /// The places of the samples in a pixel.
         samples: SamplePlacement = SamplePlacement::Pattern;
-        /// Rays that leave a rough mirror where a path first meets one, 1 to 4096.
-        rough_rays: u32 = 16;
+        /// Rays that leave a rough mirror where a path first meets one.
+        rough_rays: u32 = 16, range(1.0, 4096.0);
         /// Seed of the jitter, and of rays that leave rough mirrors.
         seed: u64 = 0;
         /// Reports the tests of rays against triangles and surfaces, which takes longer.

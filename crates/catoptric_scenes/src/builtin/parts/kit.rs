@@ -7,7 +7,7 @@ use crate::tangents;
 use catoptric_core::scene::model::{
     AnalyticAsset, CameraAsset, LightAsset, LocalTransform, MeshAsset, Model, Node, Primitive,
 };
-use catoptric_core::scene::{Camera, LightKind, Material, NormalMap, Texture, TextureBinding};
+use catoptric_core::scene::{Camera, LightKind, Material, Microfacets, NormalMap, Texture, TextureBinding};
 use catoptric_core::surface::{AnalyticSurface, SurfaceError};
 use glam::{Affine2, Affine3A, EulerRot, Quat, Vec2, Vec3};
 use std::sync::Arc;
@@ -92,6 +92,19 @@ impl Kit {
         let binding = self.bound(texture);
         let unlit = !self.lit;
         self.material(Material { unlit, base_texture: Some(binding), ..Material::diffuse(&name, Vec3::ONE) })
+    }
+
+    /// Adds a material whose base colour is multiplied by a texture.
+    pub(in super::super) fn textured(&mut self, material: Material, texture: Texture) -> usize {
+        let base_texture = Some(self.bound(texture));
+        self.material(Material { base_texture, ..material })
+    }
+
+    /// Gives a material with facets a texture of their roughness and metal.
+    pub(in super::super) fn set_facet_map(&mut self, material: usize, texture: Texture) {
+        let texture = Some(self.bound(texture));
+        let facets = self.model.materials[material].microfacets.take().unwrap_or_default();
+        self.model.materials[material].microfacets = Some(Microfacets { texture, ..facets });
     }
 
     /// Gives a material a normal map, whose slopes are scaled.

@@ -5,7 +5,7 @@
 use catoptric_core::math::random;
 use catoptric_core::parallel;
 use catoptric_core::scene::{Sampler, Texture};
-use glam::{Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// A colour from the six digits of a web colour.
@@ -59,6 +59,64 @@ pub(in super::super) fn ripples(name: &str, size: u32, waves: &[Wave]) -> Textur
         Vec3::new(-slope.x, slope.y, 1.0)
     };
     Texture::from_normals(name, size, size, (0..size * size).map(normal), Sampler::default())
+}
+
+/// The normals of a relief, of `size` texels a side: heights, in the texture's sides, by the position (0..1, y down).
+pub(in super::super) fn relief(name: &str, size: u32, height: impl Fn(Vec2) -> f32) -> Texture {
+    let step = 0.5 / size as f32;
+    let normal = |texel: u32| {
+        let at = (Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5) / size as f32;
+        let slope = |along: Vec2| (height(at + along * step) - height(at - along * step)) / (2.0 * step);
+        // The texture's v runs down, a normal's y up.
+        Vec3::new(-slope(Vec2::X), slope(Vec2::Y), 1.0)
+    };
+    Texture::from_normals(name, size, size, (0..size * size).map(normal), Sampler::default())
+}
+
+/// Dents like those of a hammer: where `cells` times `cells` blows fell, each a hollow of a depth in the texture's
+/// sides.
+pub(in super::super) fn dents(name: &str, seed: u64, cells: u32, depth: f32) -> Texture {
+    let middle = |cell: IVec2| {
+        let wrapped = cell.rem_euclid(IVec2::splat(cells as i32));
+        let shift = |axis: u64| 0.25 + 0.5 * random::unit(seed + axis, wrapped.x as u64, wrapped.y as u64);
+        cell.as_vec2() + Vec2::new(shift(0), shift(1))
+    };
+    relief(name, 256, |p| {
+        let q = p * cells as f32;
+        let cell = q.floor().as_ivec2();
+        let around = (0..9).map(|k| cell + IVec2::new(k % 3 - 1, k / 3 - 1));
+        // The deepest hollow of those around: their rims meet in ridges.
+        around.map(|cell| depth * (q.distance_squared(middle(cell)) - 1.0)).fold(0.0, f32::min)
+    })
+}
+
+/// A grain of soft hills, `cells` a side, of a height in the texture's sides.
+pub(in super::super) fn grain(name: &str, seed: u64, cells: u32, height: f32) -> Texture {
+    relief(name, 256, |p| height * (noise(seed, p, cells) + 0.5 * noise(seed + 1, p, 2 * cells)))
+}
+
+/// Metal under paint that has worn off in patches, `cells` a side: roughness in green, metal in blue, as glTF has them.
+pub(in super::super) fn worn(name: &str, seed: u64, cells: u32, [paint, metal]: [f32; 2]) -> Texture {
+    let size = 256;
+    let texel = |index: u32| {
+        let at = (Vec2::new((index % size) as f32, (index / size) as f32) + 0.5) / size as f32;
+        let share = wear(seed, cells, at);
+        let byte = |value: f32| (value * 255.0 + 0.5) as u8;
+        [255, byte(paint + (metal - paint) * share), byte(share), 255]
+    };
+    let texels: Vec<[u8; 4]> = (0..size * size).map(texel).collect();
+    Texture::from_linear8(name, size, size, &texels, Sampler::default())
+}
+
+/// The colour of that paint and metal.
+pub(in super::super) fn worn_color(name: &str, seed: u64, cells: u32, [paint, metal]: [Vec3; 2]) -> Texture {
+    self::paint(name, 256, |p| paint.lerp(metal, wear(seed, cells, p)))
+}
+
+/// How much of the paint is gone, 0 to 1.
+fn wear(seed: u64, cells: u32, p: Vec2) -> f32 {
+    let sum = 0.6 * noise(seed, p, cells) + 0.3 * noise(seed + 1, p, 3 * cells) + 0.1 * noise(seed + 2, p, 9 * cells);
+    ((sum - 0.52) * 12.0).clamp(0.0, 1.0)
 }
 
 /// A checkerboard of `cells` times `cells` squares.

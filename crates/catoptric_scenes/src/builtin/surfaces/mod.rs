@@ -3,7 +3,9 @@
 mod brushed;
 mod highlights;
 mod rippled;
+mod workshop;
 
 pub(super) use brushed::BRUSHED;
 pub(super) use highlights::HIGHLIGHTS;
 pub(super) use rippled::RIPPLED;
+pub(super) use workshop::WORKSHOP;

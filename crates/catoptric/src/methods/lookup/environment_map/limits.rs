@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.102, 0.145), below(0.102, 0.145)]),
         scene("brushed", [below(0.236, 0.143), below(0.189, 0.128)]),
         scene("rippled", [below(0.767, 0.572), below(0.598, 0.384)]),
+        scene("workshop", [below(0.259, 0.248), below(0.160, 0.195)]),
     ],
 };

@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.051, 0.131), below(0.051, 0.131)]),
         scene("brushed", [below(0.120, 0.101), below(0.075, 0.091)]),
         scene("rippled", [below(0.319, 0.228), below(0.320, 0.225)]),
+        scene("workshop", [below(0.103, 0.119), below(0.122, 0.118)]),
     ],
 };

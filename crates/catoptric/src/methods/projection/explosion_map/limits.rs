@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.026, 0.090), below(0.026, 0.090)]),
         scene("brushed", [below(0.077, 0.084), below(0.056, 0.081)]),
         scene("rippled", [below(0.229, 0.151), below(0.247, 0.147)]),
+        scene("workshop", [below(0.114, 0.117), below(0.217, 0.167)]),
     ],
 };

@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.023, 0.093), below(0.023, 0.093)]),
         scene("brushed", [below(0.027, 0.058), below(0.061, 0.080)]),
         scene("rippled", [below(0.024, 0.052), below(0.027, 0.059)]),
+        scene("workshop", [below(0.019, 0.055), below(0.023, 0.058)]),
     ],
 };

@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.029, 0.091), below(0.029, 0.091)]),
         scene("brushed", [below(0.077, 0.085), below(0.118, 0.117)]),
         scene("rippled", [below(0.233, 0.155), below(0.257, 0.154)]),
+        scene("workshop", [below(0.152, 0.122), below(0.175, 0.140)]),
     ],
 };

@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(1.000, 0.624), below(1.000, 0.624)]),
         scene("brushed", [below(1.000, 0.903), below(1.000, 0.926)]),
         scene("rippled", [below(0.234, 0.176), below(0.373, 0.275)]),
+        scene("workshop", [below(0.447, 0.284), below(0.550, 0.348)]),
     ],
 };

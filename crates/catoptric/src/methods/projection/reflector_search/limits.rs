@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.023, 0.090), below(0.023, 0.090)]),
         scene("brushed", [below(0.080, 0.085), below(0.058, 0.080)]),
         scene("rippled", [below(0.229, 0.152), below(0.256, 0.151)]),
+        scene("workshop", [below(0.122, 0.111), below(0.244, 0.186)]),
     ],
 };

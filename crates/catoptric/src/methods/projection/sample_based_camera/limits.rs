@@ -23,5 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.032, 0.099), below(0.032, 0.099)]),
         scene("brushed", [below(0.091, 0.085), below(0.108, 0.105)]),
         scene("rippled", [below(0.228, 0.153), below(0.237, 0.145)]),
+        scene("workshop", [below(0.198, 0.155), below(0.183, 0.140)]),
     ],
 };

@@ -42,31 +42,58 @@ pub fn grazing_share(cosine: f32) -> f32 {
     m2 * m2 * m
 }
 
-/// A facet that a viewer sees, chosen by two numbers between 0 and 1: its normal in a frame whose z axis is the
-/// surface's normal; `towards_viewer` is in the same frame, above the surface (Heitz 2018, Sampling the GGX
-/// distribution of visible normals).
+/// A facet that a viewer sees, chosen by two numbers between 0 and 1: [`VisibleFacets::facet`].
 #[inline(always)] // for the instructions of its caller
 pub fn visible_facet(alpha: f32, towards_viewer: Vec3, number: Vec2) -> Vec3 {
-    // The hemisphere that the stretched view sees.
-    let view = Vec3::new(alpha * towards_viewer.x, alpha * towards_viewer.y, towards_viewer.z).normalize_or(Vec3::Z);
-    let length2 = view.x * view.x + view.y * view.y;
-    let across = if length2 > 1e-14 { Vec3::new(-view.y, view.x, 0.0) / length2.sqrt() } else { Vec3::X };
-    let along = view.cross(across);
+    VisibleFacets::new(alpha, towards_viewer).facet(disc_point(number))
+}
+
+/// A point of the unit disc for two numbers between 0 and 1; all of its parts are equally likely.
+#[inline(always)] // for the instructions of its caller
+pub fn disc_point(number: Vec2) -> Vec2 {
     let (radius, angle) = (number.x.sqrt(), TAU * number.y);
-    let (x, y) = (radius * angle.cos(), radius * angle.sin());
-    let share = 0.5 * (1.0 + view.z);
-    let y = (1.0 - share) * (1.0 - x * x).max(0.0).sqrt() + share * y;
-    let facet = across * x + along * y + view * (1.0 - x * x - y * y).max(0.0).sqrt();
-    Vec3::new(alpha * facet.x, alpha * facet.y, facet.z.max(1e-6)).normalize_or(Vec3::Z)
+    Vec2::new(radius * angle.cos(), radius * angle.sin())
+}
+
+/// The facets that a viewer sees (Heitz 2018, Sampling the GGX distribution of visible normals).
+#[derive(Clone, Copy, Debug)]
+pub struct VisibleFacets {
+    alpha: f32,
+    /// The hemisphere that the stretched view sees.
+    view: Vec3,
+    across: Vec3,
+    along: Vec3,
+}
+
+impl VisibleFacets {
+    /// The facets seen from a direction, in a frame whose z axis is the surface's normal; the direction is above it.
+    #[inline(always)] // for the instructions of its caller
+    pub fn new(alpha: f32, towards_viewer: Vec3) -> Self {
+        let view = Vec3::new(alpha * towards_viewer.x, alpha * towards_viewer.y, towards_viewer.z);
+        let view = view.normalize_or(Vec3::Z);
+        let length2 = view.x * view.x + view.y * view.y;
+        let across = if length2 > 1e-14 { Vec3::new(-view.y, view.x, 0.0) / length2.sqrt() } else { Vec3::X };
+        Self { alpha, view, across, along: view.cross(across) }
+    }
+
+    /// The normal, in the same frame, of the facet that belongs to a point of the unit disc ([`disc_point`]).
+    #[inline(always)] // for the instructions of its caller
+    pub fn facet(&self, disc: Vec2) -> Vec3 {
+        let Self { alpha, view, across, along } = *self;
+        let (x, y) = (disc.x, disc.y);
+        let share = 0.5 * (1.0 + view.z);
+        let y = (1.0 - share) * (1.0 - x * x).max(0.0).sqrt() + share * y;
+        let facet = across * x + along * y + view * (1.0 - x * x - y * y).max(0.0).sqrt();
+        let facet = Vec3::new(alpha * facet.x, alpha * facet.y, facet.z.max(1e-6));
+        facet * (1.0 / facet.length())
+    }
 }
 
 /// The share of light from a facet that a viewer sees ([`visible_facet`]) which arrives at the facet, too: masking and
 /// shadowing over masking alone.
 #[inline(always)] // for the instructions of its caller
 pub fn unshadowed_share(alpha: f32, n_l: f32, n_v: f32) -> f32 {
-    if n_l <= 0.0 {
-        return 0.0;
-    }
+    let n_l = if n_l > 0.0 { n_l } else { 0.0 };
     let alpha2 = alpha * alpha;
     let slope = |cosine: f32| (alpha2 + (1.0 - alpha2) * cosine * cosine).sqrt();
     let (of_light, of_viewer) = (n_v * slope(n_l), n_l * slope(n_v));

@@ -8,7 +8,7 @@ mod shapes;
 mod source;
 mod tiles;
 
-use super::rough::{RoughReflections, RoughTracers};
+use super::rough::{RoughMirrors, RoughReflections};
 use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -42,8 +42,8 @@ pub(in crate::methods::projection) struct TiledScene {
     scene: Arc<Scene>,
     hierarchy: WideHierarchy,
     shapes: SceneShapes,
-    /// For rays to and from rough mirrors, if there are any.
-    rough: Option<RoughTracers>,
+    /// If there are any.
+    rough: Option<RoughMirrors>,
 }
 
 impl TiledScene {
@@ -59,18 +59,20 @@ impl TiledScene {
     ) -> Result<Self, RenderError> {
         let stage = Stage::begin(progress, "building the hierarchy", 2)?;
         let mut watch = Stopwatch::new();
-        let refitted = old.filter(|old| old.scene.triangles == scene.triangles).and_then(|old| {
+        let old = old.filter(|old| old.scene.triangles == scene.triangles);
+        let refitted = old.and_then(|old| {
             let mut hierarchy = old.hierarchy.clone();
             hierarchy.refit(scene).then_some(hierarchy)
         });
         let hierarchy = refitted.unwrap_or_else(|| WideHierarchy::build(scene, |_| true));
+        let rough = RoughMirrors::new(scene, old.and_then(|old| old.rough.as_ref()));
         stage.advance(1)?;
         report.stages_ms.push(("bvh", watch.lap_ms()));
         let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
         report.stages_ms.push(("topology", watch.lap_ms()));
-        report.bytes.insert("bvh", hierarchy.byte_count());
+        let of_rough = rough.as_ref().map_or(0, RoughMirrors::byte_count);
+        report.bytes.insert("bvh", hierarchy.byte_count() + of_rough);
         stage.advance(1)?;
-        let rough = RoughTracers::new(scene);
         Ok(Self { scene: scene.clone(), hierarchy, shapes, rough })
     }
 
@@ -89,6 +91,15 @@ impl TiledScene {
     ) -> Result<Report, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let positions = raster::sample_positions(quality.samples)?;
+        let mut watch = Stopwatch::new();
+        let rough = match &self.rough {
+            Some(mirrors) => RoughReflections::new(job, mirrors)?,
+            None => None,
+        };
+        let mut report = Report::default();
+        if rough.is_some() {
+            report.stages_ms.push(("rough", watch.lap_ms()));
+        }
         let source = Reflections {
             scene,
             rays: view.rays(),
@@ -100,17 +111,9 @@ impl TiledScene {
             order: (quality.order as usize).min(MAX_BOUNCES),
             model,
             maps: maps.whole,
+            rough: rough.as_ref(),
             counts: Counts::default(),
         };
-        let mut watch = Stopwatch::new();
-        let rough = match &self.rough {
-            Some(tracers) => RoughReflections::new(job, tracers)?,
-            None => None,
-        };
-        let mut report = Report::default();
-        if rough.is_some() {
-            report.stages_ms.push(("rough", watch.lap_ms()));
-        }
         let shader = PathShader::new(scene, view, quality.samples)
             .with_rough(rough.as_ref())
             .with_turned_normals(model.turns_normals)

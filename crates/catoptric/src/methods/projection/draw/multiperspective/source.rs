@@ -1,5 +1,6 @@
 //! What mirrors and lenses show, as a source of the rasteriser's layers.
 
+use super::super::rough::RoughReflections;
 use super::TileModel;
 use super::bundles::coverage::ROOT;
 use super::bundles::least_squares::TERMS;
@@ -47,6 +48,8 @@ pub(super) struct Reflections<'a> {
     pub(super) model: TileModel,
     /// Reflectors at which no path goes on.
     pub(super) maps: Option<&'a ReflectorMaps>,
+    /// What rough mirrors reflect.
+    pub(super) rough: Option<&'a RoughReflections<'a>>,
     pub(super) counts: Counts,
 }
 
@@ -137,13 +140,19 @@ impl Reflections<'_> {
         let TileSurfaces { surfaces, paths, root: pixels, work } = found;
         pixels.gather(root.tile, [root.column, root.row], paths);
         let path = |label: u16| &paths.paths[label as usize - 1];
+        let [low, high] = [root.corner(0, 0), root.corner(ROOT, ROOT)];
+        // What is behind is not asked for.
+        let is_known = |label: u16| {
+            let rough = self.rough.filter(|_| root.tile.layer() == 1);
+            rough.is_some_and(|rough| rough.is_all_of(path(label).object, low, high))
+        };
         let mut any = false;
-        for (label, rows) in &pixels.full {
+        for (label, rows) in pixels.full.iter().filter(|(label, _)| !is_known(*label)) {
             work.by_rays = self.model.by_rays || self.model.turns_normals && path(*label).is_bumpy;
             any |= self.draw_path(root, path(*label).object, rows, work, surfaces, ids);
         }
         Counts::add(&self.counts.rim_pixels, pixels.partial.len());
-        for pixel in &pixels.partial {
+        for pixel in pixels.partial.iter().filter(|pixel| !is_known(pixel.label)) {
             let place = pixel.place.map(usize::from);
             any |= self.trace_pixel(root, path(pixel.label).object, place, pixel.samples, surfaces, ids) == Some(true);
         }

@@ -1,251 +1,296 @@
-//! Means over the lobes of rough places, of what a grid of sharp rays shows.
+//! Means over the lobes of rough places, of what grids of sharp rays show.
 
-use super::RoughLight;
-use super::grid::{Cell, Place, ReflectedGrid, cells_around};
-use crate::math::random;
+use super::grid::{Place, ReflectedGrid};
+use super::lobe::{Directions, DiscPoints};
+use super::passage::Passage;
+use super::pyramid::Pyramid;
+use super::{BLURRED_CELLS, RoughLight};
+use crate::math::lanes::{Lanes, Vec3Lanes};
 use crate::parallel;
-use crate::scene::Scene;
-use crate::scene::microfacets::{ReflectanceTable, extent_of_sample, unshadowed_share, visible_facet};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
-/// Cells that one call works on.
-const CELLS_AT_A_TIME: usize = 256;
+/// Places that one call works on.
+const PLACES_AT_A_TIME: usize = 256;
 
-/// How closely a lobe is looked at. Chosen between smoothness and time.
-struct Effort {
-    /// Directions that are looked for.
-    directions: u32,
-    /// Steps to the ray that passes where a direction goes.
-    steps: usize,
+/// Directions of a lobe, and of one that covers less than so many of the finest cells across. Chosen between smoothness
+/// and time.
+const DIRECTIONS: usize = 32;
+const FEW_DIRECTIONS: usize = 16;
+const FEW_CELLS: f32 = 2.0;
+
+/// Steps to the ray that passes where a direction goes: as the changes of the place's own ray say, and as those of the
+/// rays that are found on the way say. For lobes that are narrow, where changes are even, and for others.
+const NEAR_STEPS: [usize; 2] = [2, 0];
+const WIDE_STEPS: [usize; 2] = [1, 3];
+
+/// Lobes are narrow that cover less than so many of the finest cells across, and less than so many radians.
+const NEAR_CELLS: f32 = 8.0;
+const NEAR_WIDTH: f32 = 0.15;
+
+/// What every place of a grid is blurred by.
+struct Blur<'a> {
+    grid: &'a ReflectedGrid,
+    pyramid: &'a Pyramid<'a>,
+    /// The level of the grid's cells, and their side in cells of the finest level.
+    level: i32,
+    side: f32,
+    points: DiscPoints<DIRECTIONS>,
+    few_points: DiscPoints<FEW_DIRECTIONS>,
 }
 
-impl Effort {
-    /// For lobes that cover so many cells across.
-    fn for_width(cells: f32) -> Self {
-        match cells {
-            // There, rays hardly differ from what their changes say.
-            ..8.0 => Self { directions: 20, steps: 2 },
-            _ => Self { directions: 32, steps: 3 },
-        }
-    }
-}
-
-/// Cells overlap when they are interpolated: a finer level than the one whose cells cover a direction's part.
-const LEVEL_BIAS: f32 = -0.5;
-
-/// Lobes that cover less than this many cells across are what the sharp ray shows, and from the second on blurred
-/// alone: between cells no more is known.
-const SHARP_CELLS: f32 = 0.12;
-const BLURRED_CELLS: f32 = 0.55;
-
-/// The width of a lobe of mirrored directions where it is half as bright as in its middle, in units of alpha: the
-/// distribution falls to a half at a tangent of 0.64 alpha, and mirrored directions turn twice as far.
-const FULL_WIDTH: f32 = 2.57;
-
-/// Radiance of a grid and of coarser ones, each of half the width and height, with the share of every cell that shows
-/// rough mirrors; radiance is times that.
-struct Pyramid {
-    levels: Vec<Level>,
-}
-
-/// Radiance and share of each cell, rows from the top.
-struct Level {
-    width: usize,
-    height: usize,
-    cells: Vec<(Vec3, f32)>,
-}
-
-impl Level {
-    /// The means of four cells each.
-    fn halved(&self) -> Self {
-        let (width, height) = (self.width.div_ceil(2), self.height.div_ceil(2));
-        let mean = |cell: usize| {
-            let (x, y) = (cell % width * 2, cell / width * 2);
-            let mut sum = (Vec3::ZERO, 0.0);
-            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                if x + dx < self.width && y + dy < self.height {
-                    let (radiance, share) = self.cells[(y + dy) * self.width + x + dx];
-                    sum = (sum.0 + radiance * 0.25, sum.1 + share * 0.25);
-                }
-            }
-            sum
-        };
-        Self { width, height, cells: (0..width * height).map(mean).collect() }
-    }
-}
-
-impl Pyramid {
-    fn new(grid: &ReflectedGrid) -> Self {
-        let mut finest = vec![(Vec3::ZERO, 0.0); grid.width * grid.height];
-        for cell in grid.cells() {
-            finest[cell.row * grid.width + cell.column] = (grid.sharp[cell.place], 1.0);
-        }
-        let mut levels = vec![Level { width: grid.width, height: grid.height, cells: finest }];
-        while let Some(finer) = levels.last().filter(|level| level.width.max(level.height) > 1) {
-            levels.push(finer.halved());
-        }
-        Self { levels }
-    }
-
-    /// The mean radiance around a position (in cells) over about 2 to the power of `level` cells; `None` where no rough
-    /// mirror is seen.
-    #[inline(always)] // for the instructions of its caller
-    fn at(&self, position: Vec2, level: f32) -> Option<Vec3> {
-        let level = level.clamp(0.0, self.levels.len() as f32 - 1.001);
-        let (fine, coarse) = (self.at_whole(position, level as usize), self.at_whole(position, level as usize + 1));
-        let share = level.fract();
-        let sum = (fine.0 + (coarse.0 - fine.0) * share, fine.1 + (coarse.1 - fine.1) * share);
-        (sum.1 > 1e-3).then(|| sum.0 / sum.1)
-    }
-
-    #[inline(always)] // for the instructions of its caller
-    fn at_whole(&self, position: Vec2, level: usize) -> (Vec3, f32) {
-        let Level { width, height, cells } = &self.levels[level.min(self.levels.len() - 1)];
-        let mut sum = (Vec3::ZERO, 0.0);
-        for (cell, weight) in cells_around(position / (1u32 << level) as f32, *width, *height) {
-            let (radiance, part) = cells[cell];
-            sum = (sum.0 + radiance * weight, sum.1 + part * weight);
-        }
-        sum
-    }
-}
-
-/// Sets the blurred light of all places of a grid.
-pub(super) fn blur(scene: &Scene, grid: &mut ReflectedGrid) {
-    let pyramid = Pyramid::new(grid);
-    // Beyond, nothing moves in what a place sees.
-    let far = 100.0 * scene.bounds.diagonal().max(f32::MIN_POSITIVE);
-    // Cells and places are in the same order.
-    let (known, cells) = (&*grid, grid.cells());
-    let mut light = vec![RoughLight::default(); cells.len()];
-    parallel::for_each_chunk_mut(&mut light, CELLS_AT_A_TIME, |chunk, light| {
-        means(known, &pyramid, far, &cells[chunk * CELLS_AT_A_TIME..], light);
-    });
-    grid.light = light;
-}
-
-/// The means over the lobes of cells' places, of as many as there is room for.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
-fn means(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cells: &[Cell], light: &mut [RoughLight]) {
-    for (light, cell) in light.iter_mut().zip(cells) {
-        if grid.places[cell.place].is_seen {
-            *light = mean(grid, pyramid, far, cell);
-        }
-    }
-}
-
-/// The mean over the lobe of a cell's place.
-#[inline(always)] // for the instructions of its caller
-fn mean(grid: &ReflectedGrid, pyramid: &Pyramid, far: f32, cell: &Cell) -> RoughLight {
-    let (place, sharp) = (&grid.places[cell.place], grid.sharp[cell.place]);
-    let own = Vec2::new(cell.column as f32 + 0.5, cell.row as f32 + 0.5);
-    let (across, along) = place.normal.any_orthonormal_pair();
-    let viewer = place.towards_viewer;
-    let local = Vec3::new(viewer.dot(across), viewer.dot(along), viewer.dot(place.normal).max(1e-3));
-    let alpha = place.alpha;
-    let reflected = ReflectanceTable::get().reflected(alpha.sqrt(), local.z);
-    let share = reflected.at_normal + reflected.at_grazing;
-    let cells = alpha / cell_extent(place, place.distance.min(far)).max(1e-18).sqrt();
-    let width_px = FULL_WIDTH * cells * grid.cell_px as f32;
-    let weight = ((cells - SHARP_CELLS) / (BLURRED_CELLS - SHARP_CELLS)).clamp(0.0, 1.0);
-    let mut light = RoughLight { radiance: sharp * weight, weight, sharp, share, distance: place.distance, width_px };
-    if weight <= 0.0 {
-        return light;
-    }
-    let effort = Effort::for_width(FULL_WIDTH * cells);
-    let mut sum = Vec3::ZERO;
-    let mut share_sum = 0.0;
-    for index in 0..effort.directions {
-        let facet = visible_facet(alpha, local, random::hammersley(index, effort.directions));
-        let direction = facet * (2.0 * local.dot(facet)) - local;
-        let share = unshadowed_share(alpha, direction.z, local.z);
-        let towards = across * direction.x + along * direction.y + place.normal * direction.z;
-        if share <= 0.0 || towards.dot(place.geometric) <= 0.0 {
-            continue;
-        }
-        let (position, distance) = find(grid, place, own, towards, far, effort.steps);
-        // Against the solid angle of a cell there.
-        let extent = extent_of_sample(alpha, facet.z, local.z, effort.directions);
-        let level = LEVEL_BIAS + 0.5 * (extent / cell_extent(place, distance).max(1e-12)).log2();
-        let found = pyramid.at(position, level).unwrap_or(sharp);
-        sum += found * share;
-        share_sum += share;
-    }
-    if share_sum > 0.0 {
-        light.radiance = sum * (weight / share_sum);
-    }
+/// The blurred light of places of a grid, where it is asked for.
+pub(super) fn blurred(grids: &[ReflectedGrid], index: usize, pyramid: &Pyramid<'_>) -> Vec<(usize, RoughLight)> {
+    let mut light = asked(grids, index);
+    let (level, side) = pyramid.level_of(index);
+    let blur = Blur {
+        grid: &grids[index],
+        pyramid,
+        level,
+        side,
+        points: DiscPoints::new(Vec2::ZERO),
+        few_points: DiscPoints::new(Vec2::ZERO),
+    };
+    parallel::for_each_chunk_mut(&mut light, PLACES_AT_A_TIME, |_, light| blur_places(&blur, light));
     light
 }
 
-/// The solid angle that a cell's rays cover at a distance, seen from the place.
-#[inline(always)] // for the instructions of its caller
-fn cell_extent(place: &Place, distance: f32) -> f32 {
-    let change = &place.change;
-    let moved = |origin: Vec3, direction: Vec3| {
-        (origin + direction * distance).reject_from_normalized(place.direction) / distance.max(1e-12)
+/// Places of a grid that are seen where neither a coarser nor a finer grid has all of their light, with what is known
+/// of it.
+fn asked(grids: &[ReflectedGrid], index: usize) -> Vec<(usize, RoughLight)> {
+    let grid = &grids[index];
+    let is_narrow = index.checked_sub(1).map(|coarser| grids[coarser].cells_of_narrow_lobes(BLURRED_CELLS[coarser][1]));
+    let is_wide = (index + 1 < grids.len()).then(|| grid.cells_of_wide_lobes(BLURRED_CELLS[index][0]));
+    let is_asked = |place: &usize| {
+        let Place { column, row, is_seen, is_bumpy, .. } = grid.places[*place];
+        let (column, row, width) = (column as usize, row as usize, grid.layout.width);
+        let is_narrow = is_narrow.as_ref().is_none_or(|narrow| narrow[row / 2 * (width / 2) + column / 2]);
+        is_seen && !is_bumpy && is_narrow && is_wide.as_ref().is_none_or(|wide| wide[row * width + column])
     };
-    let dx = moved(change.origin_dx, change.direction_dx);
-    let dy = moved(change.origin_dy, change.direction_dy);
-    dx.cross(dy).length()
+    (0..grid.places.len()).filter(is_asked).map(|place| (place, grid.light[place])).collect()
 }
 
-/// The position in the grid, in cells, of the sharp ray that passes where a direction from a place goes, and how far
-/// away what it shows is from that place.
-#[inline(always)] // for the instructions of its caller
-fn find(grid: &ReflectedGrid, from: &Place, own: Vec2, towards: Vec3, far: f32, steps: usize) -> (Vec2, f32) {
-    let (mut position, mut place) = (own, from);
-    let mut distance = from.distance.min(far);
-    for _ in 0..steps {
-        let goal = from.position + towards * distance;
-        // From the point that the place's own ray has next to the goal, to the goal.
-        let along = (goal - place.position).dot(place.direction).max(0.0);
-        let missing = goal - (place.position + place.direction * along);
-        let change = &place.change;
-        let [dx, dy] = [(change.origin_dx, change.direction_dx), (change.origin_dy, change.direction_dy)]
-            .map(|(origin, direction)| (origin + direction * along).reject_from_normalized(place.direction));
-        let (xx, xy, yy) = (dx.length_squared(), dx.dot(dy), dy.length_squared());
-        let determinant = xx * yy - xy * xy;
-        if determinant <= 1e-12 * xx * yy || !determinant.is_finite() {
-            break;
+/// Adds the means over the lobes of places to their light.
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn blur_places(blur: &Blur<'_>, places: &mut [(usize, RoughLight)]) {
+    for (place, light) in places {
+        if light.weight > 0.0 {
+            let finest_cells = light.width_px / blur.grid.layout.cell_px as f32 * blur.side;
+            let is_near = finest_cells < NEAR_CELLS && blur.grid.places[*place].lobe.width < NEAR_WIDTH;
+            let mean = match (is_near, finest_cells) {
+                (true, ..FEW_CELLS) => blur.mean(*place, &blur.few_points, NEAR_STEPS),
+                (true, _) => blur.mean(*place, &blur.points, NEAR_STEPS),
+                (false, _) => blur.mean(*place, &blur.points, WIDE_STEPS),
+            };
+            light.radiance = mean.unwrap_or(light.sharp) * light.weight;
         }
-        let (mx, my) = (missing.dot(dx), missing.dot(dy));
-        let step = Vec2::new(yy * mx - xy * my, xx * my - xy * mx) / determinant;
-        if !step.is_finite() {
-            break;
-        }
-        let step = step.clamp_length_max(0.25 * grid.width as f32);
-        let base = if std::ptr::eq(place, from) { own } else { center(position) };
-        let next = base + step;
-        let Some(found) = grid.place_at(next, from.object) else {
-            // Beyond the mirror's picture: as far as it is seen on the way.
-            let half = base + step * 0.5;
-            if grid.place_at(half, from.object).is_some() {
-                position = half;
-            }
-            break;
-        };
-        (position, place) = (next, found);
-        let shown = if found.distance.is_finite() { found.position + found.direction * found.distance } else { goal };
-        distance = if found.distance.is_finite() { (shown - from.position).length().min(far) } else { far };
     }
-    (position, distance)
 }
 
-/// The middle of the cell at a position.
-#[inline(always)] // for the instructions of its caller
-fn center(position: Vec2) -> Vec2 {
-    position.floor() + 0.5
+impl Blur<'_> {
+    /// The mean over the lobe of a place; `None` where nothing of it is known.
+    #[inline(always)] // for the instructions of its caller
+    fn mean<const N: usize>(
+        &self,
+        place: usize,
+        points: &DiscPoints<N>,
+        [near_steps, steps]: [usize; 2],
+    ) -> Option<Vec3> {
+        let Self { grid, pyramid, level, side, .. } = *self;
+        let own = &grid.passages[place];
+        let directions = grid.places[place].lobe.directions(points);
+        let mut found = Found::<N>::at(grid, place);
+        let cell = Vec2::new(found.column[0], found.row[0]);
+        for _ in 0..near_steps {
+            found.step_from_own(grid, own, cell, &directions);
+        }
+        if steps > 0 {
+            found.step_on_the_way(grid, own, &directions, steps);
+        }
+        // Cells that a direction's part covers.
+        let mut cells = Lanes::<N>::ZERO;
+        for lane in 0..N {
+            cells[lane] = directions.extent[lane] / own.cell_extent(found.distance[lane]);
+        }
+        let mut sum = Vec4::ZERO;
+        for lane in 0..N {
+            let share = directions.share[lane];
+            if share > 0.0 {
+                // The base-4 logarithm, rounded down: cells overlap when they are interpolated.
+                let coarser = ((cells[lane].to_bits() >> 23) as i32 - 127) >> 1;
+                let position = Vec2::new(found.column[lane], found.row[lane]) * side;
+                sum += pyramid.at(position, level + coarser) * share;
+            }
+        }
+        (sum.w > 1e-3).then(|| sum.truncate() * (directions.kept / sum.w))
+    }
+}
+
+/// Where in a grid the sharp rays are that pass where directions from a place go.
+struct Found<const N: usize> {
+    /// Positions in cells.
+    column: Lanes<N>,
+    row: Lanes<N>,
+    /// How far away what they show is from the place.
+    distance: Lanes<N>,
+    /// 1 while a direction is followed, else 0.
+    follows: Lanes<N>,
+    /// The longest step: over more of the grid, rays hardly differ, and do not say where to go.
+    longest: f32,
+}
+
+/// Passages side by side.
+struct Passages<const N: usize>([[f32; N]; 15]);
+
+impl<const N: usize> Passages<N> {
+    #[inline(always)] // for the instructions of its callers
+    fn set(&mut self, lane: usize, passage: &Passage) {
+        let Passage { position, direction, start, growth, distance, .. } = passage;
+        let fields = [
+            [position.x, position.y, position.z],
+            [direction.x, direction.y, direction.z],
+            [start[0], start[1], start[2]],
+            [start[3], growth[0], growth[1]],
+            [growth[2], growth[3], *distance],
+        ];
+        for (group, three) in fields.iter().enumerate() {
+            for (index, value) in three.iter().enumerate() {
+                self.0[3 * group + index][lane] = *value;
+            }
+        }
+    }
+
+    #[inline(always)] // for the instructions of its callers
+    fn of(&self, lane: usize) -> Passage {
+        let at = |field: usize| self.0[field][lane];
+        Passage {
+            position: Vec3::new(at(0), at(1), at(2)),
+            direction: Vec3::new(at(3), at(4), at(5)),
+            start: [at(6), at(7), at(8), at(9)],
+            growth: [at(10), at(11), at(12), at(13)],
+            distance: at(14),
+            object: 0,
+        }
+    }
+}
+
+impl<const N: usize> Found<N> {
+    /// At the place itself.
+    #[inline(always)] // for the instructions of its caller
+    fn at(grid: &ReflectedGrid, place: usize) -> Self {
+        let Place { column, row, .. } = grid.places[place];
+        Self {
+            column: Lanes::splat(column as f32 + 0.5),
+            row: Lanes::splat(row as f32 + 0.5),
+            distance: Lanes::splat(grid.passages[place].distance),
+            follows: Lanes::splat(1.0),
+            longest: 0.25 * grid.layout.width as f32,
+        }
+    }
+
+    /// The way of a lane, no longer than the longest.
+    #[inline(always)] // for the instructions of its caller
+    fn limited(&self, lane: usize, (x, y): (f32, f32)) -> (f32, f32) {
+        let length2 = x * x + y * y;
+        let scale = if length2 > self.longest * self.longest { self.longest / length2.sqrt() } else { 1.0 };
+        (x * scale * self.follows[lane], y * scale * self.follows[lane])
+    }
+
+    /// Goes to the rays that, as the changes of the place's own ray say, pass through the points of directions which
+    /// are as far away as what was found.
+    #[inline(always)] // for the instructions of its caller
+    fn step_from_own(&mut self, grid: &ReflectedGrid, own: &Passage, own_cell: Vec2, directions: &Directions<N>) {
+        let (mut right, mut down) = ([0.0f32; N], [0.0f32; N]);
+        for lane in 0..N {
+            let goal = own.position + directions.of(lane) * self.distance[lane];
+            (right[lane], down[lane]) = self.limited(lane, own.cells_to(goal));
+        }
+        let mut ends = Vec3Lanes::<N>::ZERO;
+        for lane in 0..N {
+            self.go(grid, own.object, lane, own_cell, Vec2::new(right[lane], down[lane]), |lane, place| {
+                ends.set(lane, grid.ends[place].position);
+            });
+        }
+        for lane in 0..N {
+            self.set_distance(lane, ends.vector(lane) - own.position);
+        }
+    }
+
+    /// The same some times by the changes of the rays that were found.
+    #[inline(always)] // for the instructions of its caller
+    fn step_on_the_way(&mut self, grid: &ReflectedGrid, own: &Passage, directions: &Directions<N>, steps: usize) {
+        let mut passages = Passages([[0.0; N]; 15]);
+        for lane in 0..N {
+            let place = grid.place_at(Vec2::new(self.column[lane], self.row[lane]), own.object);
+            passages.set(lane, place.map_or(own, |place| &grid.passages[place]));
+        }
+        for step in 0..steps {
+            let (mut right, mut down) = ([0.0f32; N], [0.0f32; N]);
+            for lane in 0..N {
+                let goal = own.position + directions.of(lane) * self.distance[lane];
+                (right[lane], down[lane]) = self.limited(lane, passages.of(lane).cells_to(goal));
+            }
+            let is_last = step + 1 == steps;
+            for lane in 0..N {
+                let middle = Vec2::new(self.column[lane], self.row[lane]).floor() + 0.5;
+                self.go(grid, own.object, lane, middle, Vec2::new(right[lane], down[lane]), |lane, place| {
+                    if !is_last {
+                        passages.set(lane, &grid.passages[place]);
+                    }
+                });
+            }
+            if is_last {
+                break;
+            }
+            for lane in 0..N {
+                let Passage { position, direction, distance, .. } = passages.of(lane);
+                self.set_distance(lane, position + direction * distance - own.position);
+            }
+        }
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn set_distance(&mut self, lane: usize, shown: Vec3) {
+        let distance = (shown.x * shown.x + shown.y * shown.y + shown.z * shown.z).sqrt();
+        self.distance[lane] = if self.follows[lane] > 0.0 { distance } else { self.distance[lane] };
+    }
+
+    /// Moves a lane some way from a cell if the same mirror is seen there, and tells the place; else as far as it is
+    /// seen on the way, and no further.
+    #[inline(always)] // for the instructions of its caller
+    fn go(
+        &mut self,
+        grid: &ReflectedGrid,
+        object: u32,
+        lane: usize,
+        from: Vec2,
+        way: Vec2,
+        mut arrive: impl FnMut(usize, usize),
+    ) {
+        if self.follows[lane] == 0.0 {
+            return;
+        }
+        let next = from + way;
+        if let Some(place) = grid.place_at(next, object) {
+            (self.column[lane], self.row[lane]) = (next.x, next.y);
+            return arrive(lane, place);
+        }
+        let half = from + way * 0.5;
+        if grid.place_at(half, object).is_some() {
+            (self.column[lane], self.row[lane]) = (half.x, half.y);
+        }
+        self.follows[lane] = 0.0;
+    }
 }
 
 impl ReflectedGrid {
     /// The place of the cell at a position, in cells, if it shows an object.
     #[inline(always)] // for the instructions of its caller
-    fn place_at(&self, position: Vec2, object: u32) -> Option<&Place> {
-        let (x, y) = (position.x.floor(), position.y.floor());
-        if x < 0.0 || y < 0.0 || x >= self.width as f32 || y >= self.height as f32 {
+    fn place_at(&self, position: Vec2, object: u32) -> Option<usize> {
+        let (x, y) = (position.x.floor() as i32, position.y.floor() as i32);
+        if (x as u32) >= self.layout.width as u32 || (y as u32) >= self.layout.height as u32 {
             return None;
         }
-        let place = &self.places[self.place_of(y as usize * self.width + x as usize)?];
-        (place.object == object).then_some(place)
+        let place = self.place_of(y as usize * self.layout.width + x as usize)?;
+        (self.ends[place].object == object).then_some(place)
     }
 }

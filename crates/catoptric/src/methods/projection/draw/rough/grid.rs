@@ -1,110 +1,133 @@
-//! Rays through a coarse grid of a picture, and what the mirrors that they meet would show if they were smooth.
+//! A grid of a picture, and in its cells what rough mirrors would show if they were smooth.
 
-use super::{RoughLight, RoughTracers};
-use crate::error::RenderError;
-use crate::light::path_tracer::{NearPlane, PathModel, PathTracer};
-use crate::methods::Job;
-use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::LightStep;
-use crate::parallel;
-use crate::scene::hit::Hit;
-use crate::scene::{Ray, RayDifferential};
-use glam::{Vec2, Vec3};
+use super::lobe::Lobe;
+use super::passage::Passage;
+use super::trace::Found;
+use super::{GRIDS, RoughLight};
+use crate::scene::View;
+use glam::{Vec2, Vec3, Vec4};
 
-/// Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
-const RAYS: u32 = 4;
+/// Lobes may look for cells that something hides, or beyond the picture, up to so many of the largest cells away.
+pub(super) const MARGIN: u32 = 16;
 
-/// Lobes may look for cells that something hides, or beyond the picture, up to so many cells from those that are seen.
-const MARGIN: usize = 20;
+/// The same for cells that are asked for because lobes are narrow in the next coarser grid, in its cells.
+const REACH: usize = 6;
+
+/// Lobes that cover less than the first number of the finest cells across are what the sharp ray shows, and from the
+/// second on blurred alone: between cells no more is known.
+const SHARP_CELLS: [f32; 2] = [0.3, 1.4];
 
 /// The place of cells that show no rough mirror.
 const NOTHING: u32 = u32::MAX;
 
-/// A place of a rough mirror, and the ray that would leave it if it were smooth.
+/// The cells of a grid: squares of a side, over a picture and a margin around it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    pub(super) cell_px: u32,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    margin_px: f32,
+    /// The side of the cells of the finest grid.
+    pub(super) finest_px: u32,
+}
+
+impl Layout {
+    /// The coarsest grid of a view, whose finest one has cells of a side.
+    pub(super) fn new(view: &View, finest_px: u32) -> Self {
+        let cell_px = finest_px << (GRIDS - 1);
+        let [width, height] = [view.width, view.height].map(|side| (side.div_ceil(cell_px) + 2 * MARGIN) as usize);
+        Self { cell_px, width, height, margin_px: (MARGIN * cell_px) as f32, finest_px }
+    }
+
+    /// The grid of cells of half the side.
+    pub(super) fn halved(&self) -> Self {
+        Self { cell_px: self.cell_px / 2, width: 2 * self.width, height: 2 * self.height, ..*self }
+    }
+
+    pub(super) fn cell_count(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// A position of the picture, in cells.
+    #[inline(always)]
+    fn in_cells(&self, position_px: Vec2) -> Vec2 {
+        (position_px + self.margin_px) / self.cell_px as f32
+    }
+
+    /// The position of a cell's middle in the picture.
+    pub(super) fn middle_px(&self, column: usize, row: usize) -> Vec2 {
+        (Vec2::new(column as f32, row as f32) + 0.5) * self.cell_px as f32 - self.margin_px
+    }
+}
+
+/// The part of a picture that a grid covers.
+pub(super) enum Part {
+    /// All that rough mirrors near seen ones are in.
+    Whole,
+    /// By the cells of the next coarser grid.
+    Narrow {
+        width: usize,
+        /// Cells whose light may be asked for.
+        wanted: Vec<bool>,
+        /// Cells that their lobes may reach.
+        reached: Vec<bool>,
+    },
+}
+
+impl Part {
+    pub(super) fn is_wanted(&self, column: usize, row: usize) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Narrow { width, wanted, .. } => wanted[row / 2 * width + column / 2],
+        }
+    }
+
+    pub(super) fn is_reached(&self, column: usize, row: usize) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Narrow { width, reached, .. } => reached[row / 2 * width + column / 2],
+        }
+    }
+}
+
+/// A place of a rough mirror that is seen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    /// The mirror.
-    pub(super) object: u32,
-    pub(super) alpha: f32,
-    pub(super) position: Vec3,
-    /// Unit normals on the viewer's side: of shading, and of the flat surface.
-    pub(super) normal: Vec3,
-    pub(super) geometric: Vec3,
-    pub(super) towards_viewer: Vec3,
-    pub(super) direction: Vec3,
-    /// Changes of the ray from cell to cell.
-    pub(super) change: RayDifferential,
+    pub(super) column: u32,
+    pub(super) row: u32,
+    pub(super) lobe: Lobe,
     /// The distance of what it shows; infinite for the sky.
     pub(super) distance: f32,
     /// The mirror is seen here in the picture; else something hides it, or it lies beyond the picture's edge.
     pub(super) is_seen: bool,
+    /// Bumps turn normals here: rays of neighbouring cells say little of each other.
+    pub(super) is_bumpy: bool,
 }
 
-/// A cell that shows a rough mirror.
-pub(super) struct Cell {
-    pub(super) column: usize,
-    pub(super) row: usize,
-    pub(super) place: usize,
+/// Where the ray from a place of an object ends, at most at a greatest distance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    pub(super) position: Vec3,
+    pub(super) object: u32,
 }
 
-/// The grid. It is wider than the picture by [`MARGIN`] cells on every side.
+/// A grid: for cells that show rough mirrors, places in the order of blocks.
 pub(super) struct ReflectedGrid {
-    pub(super) cell_px: u32,
-    pub(super) width: usize,
-    pub(super) height: usize,
+    pub(super) layout: Layout,
     /// The place of every cell, rows from the top, or [`NOTHING`].
     index: Vec<u32>,
     pub(super) places: Vec<Place>,
-    /// Of every place, what its sharp ray shows.
-    pub(super) sharp: Vec<Vec3>,
-    /// Of every place that is seen, what it reflects.
+    /// Of every place, the ray that leaves it.
+    pub(super) passages: Vec<Passage>,
+    /// Of every place, where the ray ends.
+    pub(super) ends: Vec<End>,
+    /// Of every place, what its sharp ray shows, and 1.
+    pub(super) sharp: Vec<Vec4>,
+    /// Of every place, what it reflects: its own sharp ray's light is the mean where another grid says it better.
     pub(super) light: Vec<RoughLight>,
 }
 
 impl ReflectedGrid {
-    /// The grid of a view, without its blurred light, in a part of the picture.
-    pub(super) fn trace(job: &Job<'_>, tracers: &RoughTracers, cell_px: u32, part: &Part) -> Result<Self, RenderError> {
-        let view = job.view;
-        let [width, height] = [view.width, view.height].map(|side| side.div_ceil(cell_px) as usize + 2 * MARGIN);
-        let cells = Cells { job, tracers, cell_px, part };
-        let met = parallel::map_stage(job.progress, "rough mirrors", height, |row| {
-            (0..width).filter_map(|column| cells.meet(column, row)).collect::<Vec<Met>>()
-        })?;
-        let mut seen = vec![false; width * height];
-        for (row, met) in met.iter().enumerate() {
-            for met in met.iter().filter(|met| met.is_seen) {
-                seen[row * width + met.column] = true;
-            }
-        }
-        let wanted = dilated(&seen, width, MARGIN);
-        let init = || {
-            // The rough mirror's own event is one of the path's.
-            PathTracer::new(job.scene, &tracers.everything, PathModel::Tree, job.quality.order - 1)
-                .with_rough_rays(RAYS, 0, 1.0)
-        };
-        let rows = parallel::map_init_stage(job.progress, "rough mirrors", height, init, |paths, row| {
-            let met = met[row].iter().filter(|met| wanted[row * width + met.column]);
-            met.filter_map(|met| Some((met.column, cells.follow(paths, met)?))).collect::<Vec<_>>()
-        })?;
-        let mut grid = Self {
-            cell_px,
-            width,
-            height,
-            index: vec![NOTHING; width * height],
-            places: Vec::new(),
-            sharp: Vec::new(),
-            light: Vec::new(),
-        };
-        for (row, found) in rows.into_iter().enumerate() {
-            for (column, (place, sharp)) in found {
-                grid.index[row * width + column] = grid.places.len() as u32;
-                grid.places.push(place);
-                grid.sharp.push(sharp);
-            }
-        }
-        Ok(grid)
-    }
-
     /// The place of a cell.
     #[inline(always)] // for the instructions of its callers
     pub(super) fn place_of(&self, cell: usize) -> Option<usize> {
@@ -112,25 +135,72 @@ impl ReflectedGrid {
         (place != NOTHING).then_some(place as usize)
     }
 
-    /// The cells that show rough mirrors, in the order of their places.
-    pub(super) fn cells(&self) -> Vec<Cell> {
-        let places = self.index.iter().enumerate().filter(|(_, place)| **place != NOTHING);
-        let cell = |(cell, place): (usize, &u32)| Cell {
-            column: cell % self.width,
-            row: cell / self.width,
-            place: *place as usize,
+    /// The cell of a place.
+    #[inline(always)] // for the instructions of its callers
+    pub(super) fn cell_of(&self, place: usize) -> usize {
+        let Place { column, row, .. } = self.places[place];
+        row as usize * self.layout.width + column as usize
+    }
+
+    /// The grid of what was found in blocks of cells.
+    pub(super) fn new(layout: Layout, blocks: Vec<Vec<Found>>) -> Self {
+        let count = blocks.iter().map(Vec::len).sum();
+        let mut grid = Self {
+            layout,
+            index: vec![NOTHING; layout.cell_count()],
+            places: Vec::with_capacity(count),
+            passages: Vec::with_capacity(count),
+            ends: Vec::with_capacity(count),
+            sharp: Vec::with_capacity(count),
+            light: Vec::with_capacity(count),
         };
-        places.map(cell).collect()
+        for found in blocks.into_iter().flatten() {
+            grid.push(&found);
+        }
+        grid
+    }
+
+    fn push(&mut self, found: &Found) {
+        let Found { place, passage, sharp, traced } = found;
+        let Layout { cell_px, finest_px, .. } = self.layout;
+        let width_px = place.lobe.width / passage.cell_extent(passage.distance).sqrt() * cell_px as f32;
+        let [narrow, wide] = SHARP_CELLS;
+        let weight = match place.is_bumpy {
+            true => 1.0,
+            false => ((width_px / finest_px as f32 - narrow) / (wide - narrow)).clamp(0.0, 1.0),
+        };
+        self.index[place.row as usize * self.layout.width + place.column as usize] = self.places.len() as u32;
+        self.light.push(RoughLight {
+            radiance: traced.unwrap_or(*sharp) * weight,
+            weight,
+            sharp: *sharp,
+            share: place.lobe.share,
+            distance: place.distance,
+            // Bumps are for the finest grid.
+            width_px: if place.is_bumpy { 0.0 } else { width_px },
+        });
+        self.ends
+            .push(End { position: passage.position + passage.direction * passage.distance, object: passage.object });
+        self.sharp.push(sharp.extend(1.0));
+        self.places.push(*place);
+        self.passages.push(*passage);
+    }
+
+    /// How much of the light at a position is that of the next finer grid, by what this one knows of it: all if the
+    /// lobe covers fewer cells than the first number, nothing from the second one on.
+    #[inline(always)]
+    pub(super) fn finer_share(&self, light: &RoughLight, [narrow, wide]: [f32; 2]) -> f32 {
+        ((wide - light.width_px / self.layout.cell_px as f32) / (wide - narrow)).clamp(0.0, 1.0)
     }
 
     /// The light at a position of the picture, between the cells around it that show the same object.
     #[inline]
-    pub(super) fn at(&self, object: u32, position: Vec2) -> Option<RoughLight> {
-        let at = position / self.cell_px as f32 + MARGIN as f32;
+    pub(super) fn at(&self, object: u32, position_px: Vec2) -> Option<RoughLight> {
+        let Layout { width, height, .. } = self.layout;
         let (mut sum, mut weights) = (RoughLight::default(), 0.0);
-        for (cell, weight) in cells_around(at, self.width, self.height) {
+        for (cell, weight) in cells_around(self.layout.in_cells(position_px), width, height) {
             let Some(place) = self.place_of(cell) else { continue };
-            if self.places[place].object != object || !self.places[place].is_seen {
+            if self.passages[place].object != object || !self.places[place].is_seen {
                 continue;
             }
             // A rim's only cell counts even if the position is on the far side of it.
@@ -139,6 +209,45 @@ impl ReflectedGrid {
             weights += weight;
         }
         (weights > 0.0).then(|| RoughLight::default().plus(&sum, 1.0 / weights))
+    }
+
+    /// Cells that show places which are seen and whose lobes cover fewer than so many cells across, or lie beside such
+    /// cells.
+    pub(super) fn cells_of_narrow_lobes(&self, cells: f32) -> Vec<bool> {
+        self.cells_where(|place, light| place.is_seen && light.width_px < cells * self.layout.cell_px as f32)
+    }
+
+    /// The same for those that cover at least so many.
+    pub(super) fn cells_of_wide_lobes(&self, cells: f32) -> Vec<bool> {
+        self.cells_where(|place, light| place.is_seen && light.width_px >= cells * self.layout.cell_px as f32)
+    }
+
+    /// Cells at which the light depends on what is reflected sharply at the position itself, and their neighbours.
+    pub(super) fn cells_of_sharp_light(&self) -> Vec<bool> {
+        self.cells_where(|place, light| place.is_seen && light.weight < 1.0)
+    }
+
+    /// Whether a rectangle of a picture has any of some cells in it.
+    pub(super) fn has_any(&self, cells: &[bool], low_px: Vec2, high_px: Vec2) -> bool {
+        let [low, high] = [low_px, high_px].map(|at| self.layout.in_cells(at).max(Vec2::ZERO));
+        let columns = low.x as usize..=(high.x as usize).min(self.layout.width - 1);
+        let mut rows = low.y as usize..=(high.y as usize).min(self.layout.height - 1);
+        rows.any(|row| columns.clone().any(|column| cells[row * self.layout.width + column]))
+    }
+
+    fn cells_where(&self, is_there: impl Fn(&Place, &RoughLight) -> bool) -> Vec<bool> {
+        let mut there = vec![false; self.layout.cell_count()];
+        for (place, light) in self.places.iter().zip(&self.light) {
+            there[place.row as usize * self.layout.width + place.column as usize] = is_there(place, light);
+        }
+        dilated(&there, self.layout.width, 1)
+    }
+
+    /// Where lobes cover fewer than so many cells; `None` where they don't.
+    pub(super) fn narrow(&self, cells: f32) -> Option<Part> {
+        let wanted = self.cells_of_narrow_lobes(cells);
+        let reached = dilated(&wanted, self.layout.width, REACH);
+        wanted.contains(&true).then_some(Part::Narrow { width: self.layout.width, wanted, reached })
     }
 }
 
@@ -149,8 +258,10 @@ pub(super) fn cells_around(position: Vec2, width: usize, height: usize) -> [(usi
     let at = position - 0.5;
     let low = at.floor();
     let share = at - low;
-    let [left, right] = [0, 1].map(|step| (low.x as i32 + step).clamp(0, width as i32 - 1) as usize);
-    let [top, bottom] = [0, 1].map(|step| (low.y as i32 + step).clamp(0, height as i32 - 1) as usize * width);
+    let (x, y) = (low.x as i32, low.y as i32);
+    let (last_x, last_y) = (width as i32 - 1, height as i32 - 1);
+    let (left, right) = (x.clamp(0, last_x) as usize, (x + 1).clamp(0, last_x) as usize);
+    let (top, bottom) = (y.clamp(0, last_y) as usize * width, (y + 1).clamp(0, last_y) as usize * width);
     let rest = 1.0 - share;
     [
         (top + left, rest.x * rest.y),
@@ -160,119 +271,8 @@ pub(super) fn cells_around(position: Vec2, width: usize, height: usize) -> [(usi
     ]
 }
 
-/// The part of a picture that a grid covers.
-pub(super) enum Part {
-    Whole,
-    /// Where a coarser grid found lobes that are narrow in its cells.
-    Narrow {
-        cell_px: u32,
-        width: usize,
-        /// Cells that show such places, or lie beside them.
-        narrow: Vec<bool>,
-        /// Cells that their lobes may reach.
-        reached: Vec<bool>,
-    },
-}
-
-impl Part {
-    /// Where lobes of a grid cover fewer than so many pixels; `None` where they don't.
-    pub(super) fn narrow(grid: &ReflectedGrid, width_px: f32) -> Option<Self> {
-        let mut narrow = vec![false; grid.width * grid.height];
-        for cell in grid.cells() {
-            let light = &grid.light[cell.place];
-            narrow[cell.row * grid.width + cell.column] =
-                grid.places[cell.place].is_seen && light.width_px < width_px && light.weight > 0.0;
-        }
-        if !narrow.contains(&true) {
-            return None;
-        }
-        let reached = dilated(&narrow, grid.width, MARGIN / 2 + 1);
-        let narrow = dilated(&narrow, grid.width, 1);
-        Some(Self::Narrow { cell_px: grid.cell_px, width: grid.width, narrow, reached })
-    }
-
-    /// Whether a position of the picture is reached, and whether it is one of those that are asked for.
-    fn has(&self, at: Vec2) -> (bool, bool) {
-        match self {
-            Self::Whole => (true, true),
-            Self::Narrow { cell_px, width, narrow, reached } => {
-                let cell = (at / *cell_px as f32 + MARGIN as f32).floor();
-                let (column, row) = (cell.x.max(0.0) as usize, cell.y.max(0.0) as usize);
-                let cell = row * width + column.min(width - 1);
-                (reached.get(cell) == Some(&true), narrow.get(cell) == Some(&true))
-            }
-        }
-    }
-}
-
-/// A rough mirror that a cell's ray meets.
-struct Met {
-    column: usize,
-    ray: Ray,
-    change: RayDifferential,
-    hit: Hit,
-    is_seen: bool,
-}
-
-/// What all cells share.
-struct Cells<'a, 'b> {
-    job: &'a Job<'b>,
-    tracers: &'a RoughTracers,
-    cell_px: u32,
-    part: &'a Part,
-}
-
-impl Cells<'_, '_> {
-    /// The rough mirror that a cell's ray meets, hidden or not.
-    fn meet(&self, column: usize, row: usize) -> Option<Met> {
-        let Job { scene, view, .. } = *self.job;
-        let cell = Vec2::new(column as f32, row as f32) - (MARGIN as f32 - 0.5);
-        let at = cell * self.cell_px as f32;
-        let (is_reached, is_wanted) = self.part.has(at);
-        if !is_reached {
-            return None;
-        }
-        let RoughTracers { everything, mirrors } = self.tracers;
-        let (ray, change) = view.ray_with_differential(at.x, at.y);
-        let near = NearPlane::new(view).distance(&ray);
-        let hit = mirrors.first_hit(scene, &ray, near)?;
-        let is_inside = at.cmpge(Vec2::ZERO).all() && at.x < view.width as f32 && at.y < view.height as f32;
-        let first = || everything.first_hit(scene, &ray, near);
-        // Both hierarchies meet a mirror at the same distance, to the bit.
-        let is_seen = is_wanted && is_inside && first().is_some_and(|first| first.distance() >= hit.distance());
-        Some(Met { column, ray, change: change.scaled(self.cell_px as f32), hit, is_seen })
-    }
-
-    /// The place that was met, and what its sharp ray shows.
-    fn follow(&self, paths: &mut PathTracer<'_>, met: &Met) -> Option<(Place, Vec3)> {
-        let (scene, ray, tracer) = (self.job.scene, &met.ray, &self.tracers.everything);
-        let encounter = tracer.encounter(scene, ray, &met.hit, Some(&met.change));
-        let object = encounter.point.object;
-        let material = scene.material_of(object);
-        let encounter = scene.turned_encounter(material, &encounter);
-        let step = LightStep::at(scene, material, &encounter.point, ray.direction);
-        let direction = step.outgoing(BounceKind::Reflect, ray.direction).filter(|_| step.reflected != Vec3::ZERO)?;
-        let change = step.outgoing_change(BounceKind::Reflect, ray.direction, &met.change, &encounter);
-        let leaving = Ray { origin: tracer.departure(&encounter.point, direction), direction };
-        let (radiance, distance) = paths.radiance_and_distance(leaving, Some(change));
-        let place = Place {
-            object,
-            alpha: material.reflection_roughness().powi(2),
-            position: encounter.point.position,
-            normal: step.facing.normal,
-            geometric: step.facing.geometric,
-            towards_viewer: -ray.direction,
-            direction,
-            change,
-            distance,
-            is_seen: met.is_seen,
-        };
-        Some((place, radiance))
-    }
-}
-
 /// The cells of rows of a width within so many of one that is set, along columns and rows.
-fn dilated(cells: &[bool], width: usize, by: usize) -> Vec<bool> {
+pub(super) fn dilated(cells: &[bool], width: usize, by: usize) -> Vec<bool> {
     let height = cells.len() / width;
     let along_lines = |cells: &[bool], count: usize, along: usize, lines: usize, across: usize| {
         let mut near = vec![false; cells.len()];

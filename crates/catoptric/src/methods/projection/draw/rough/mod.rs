@@ -3,61 +3,94 @@
 //! A grid of rays, some pixels apart, finds what smooth mirrors would show: radiance, and how far away it is. The light
 //! of a rough place is a mean over its lobe. Every direction of the lobe is looked for in the same grid: which ray
 //! passes where it goes? Near things are found from the place's own point of view, so that what touches the mirror
-//! stays sharp and blur grows with distance. Where lobes are narrow the grid is finer; where they are narrower than its
-//! cells, the sharp reflection is drawn.
+//! stays sharp and blur grows with distance. Where lobes are narrow there are grids of smaller cells; where they are
+//! narrower than the smallest ones, the sharp reflection is drawn.
 
 mod blur;
 mod grid;
+mod lobe;
+mod passage;
+mod pyramid;
+mod trace;
 
 use crate::error::RenderError;
 use crate::light::path_tracer::{PathModel, PathTracer};
 use crate::light::tracer::Tracer;
+use crate::math::Aabb;
 use crate::methods::Job;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Ray, RayDifferential, Scene};
 use glam::{Vec2, Vec3};
-use grid::{Part, ReflectedGrid};
+use grid::{Layout, Part, ReflectedGrid};
+use pyramid::Pyramid;
+use trace::Cells;
 
-/// Rays from a rough place that the grid does not know: seen in another mirror, or too small. Chosen between noise and
+/// Rays from a rough place that the grids do not know: seen in another mirror, or too small. Chosen between noise and
 /// time.
 const RAYS: u32 = 16;
 
-/// Cells along the shorter side of a picture, at least, where lobes are narrow.
+/// Cells of the finest grid along the shorter side of a picture, at least.
 const CELLS: u32 = 480;
 
-/// The longest side of such a cell, in pixels. Other cells have twice the side.
+/// The longest side of such a cell, in pixels.
 const LARGEST_CELL_PX: u32 = 2;
 
-/// Lobes that cover more cells of the coarse grid across than the second number are seen in that grid alone, and those
-/// that cover less than the first one in the fine grid alone.
-const NARROW_CELLS: [f32; 2] = [5.0, 8.0];
+/// Grids, each of cells of half the side of the one before.
+const GRIDS: usize = 3;
+
+/// Rays go through a finer grid where lobes cover fewer cells across: so many at least make up what a lobe sees.
+const CELLS_OF_LOBE: f32 = 4.0;
+
+/// Of all grids but the finest: lobes that cover more of its cells across than the second number are blurred in it, and
+/// those that cover less than the first one in a finer one: what is blurred changes slowly. Chosen between error and
+/// time.
+const BLURRED_CELLS: [[f32; 2]; GRIDS - 1] = [[3.0, 5.0], [1.75, 3.0]];
 
 /// Distances beyond are none.
 const FAR: f32 = 1e12;
 
-/// Light that rough mirrors reflect in a view.
-pub(in crate::methods::projection) struct RoughReflections<'a> {
-    scene: &'a Scene,
-    tracer: &'a Tracer,
-    order: u32,
-    coarse: ReflectedGrid,
-    /// Where lobes are narrow.
-    fine: Option<ReflectedGrid>,
+/// The rough mirrors of a scene.
+pub(in crate::methods::projection) struct RoughMirrors {
+    /// For rays to and from them.
+    tracer: Tracer,
+    /// Whether each object is one.
+    is_rough: Vec<bool>,
+    /// Boxes around them.
+    boxes: Vec<Aabb>,
 }
 
-/// Hierarchies for rays to and from rough mirrors.
-pub(in crate::methods::projection) struct RoughTracers {
-    everything: Tracer,
-    mirrors: Tracer,
-}
+impl RoughMirrors {
+    /// Those of a scene, by those of another moment of it if these are given; `None` if there are none.
+    pub(in crate::methods::projection) fn new(scene: &Scene, old: Option<&Self>) -> Option<Self> {
+        let is_rough: Vec<bool> = (0..scene.objects.len() as u32)
+            .map(|object| scene.material_of(object).reflection_roughness() > 0.0)
+            .collect();
+        let objects = scene.objects.iter().zip(&is_rough).filter(|(_, is_rough)| **is_rough);
+        let boxes: Vec<Aabb> = objects.map(|(object, _)| object.bounds).collect();
+        if boxes.is_empty() {
+            return None;
+        }
+        let tracer = old.and_then(|old| old.tracer.refitted(scene)).unwrap_or_else(|| Tracer::build(scene, |_| true));
+        Some(Self { tracer, is_rough, boxes })
+    }
 
-impl RoughTracers {
-    /// Those of a scene; `None` if it has no mirrors whose reflections are blurred.
-    pub(in crate::methods::projection) fn new(scene: &Scene) -> Option<Self> {
-        let is_rough = |object: u32| scene.material_of(object).reflection_roughness() > 0.0;
-        (0..scene.objects.len() as u32)
-            .any(is_rough)
-            .then(|| Self { everything: Tracer::build(scene, |_| true), mirrors: Tracer::build(scene, is_rough) })
+    /// Memory of the hierarchy.
+    pub(in crate::methods::projection) fn byte_count(&self) -> u64 {
+        self.tracer.byte_count()
+    }
+
+    /// False if a ray meets none of them.
+    fn may_be_met_by(&self, ray: &Ray) -> bool {
+        let inverse = ray.direction.recip();
+        let is_met = |bounds: &Aabb| {
+            let (low, high) = ((bounds.min - ray.origin) * inverse, (bounds.max - ray.origin) * inverse);
+            let margin = 1e-5 * (low.abs() + high.abs());
+            let enter = (low.min(high) - margin).max_element();
+            let leave = (low.max(high) + margin).min_element();
+            // Not a number, where a ray lies in a side's plane: met.
+            !(enter > leave || leave < 0.0)
+        };
+        self.boxes.iter().any(is_met)
     }
 }
 
@@ -93,6 +126,17 @@ impl RoughLight {
     }
 }
 
+/// Light that rough mirrors reflect in a view.
+pub(in crate::methods::projection) struct RoughReflections<'a> {
+    scene: &'a Scene,
+    mirrors: &'a RoughMirrors,
+    order: u32,
+    /// The grids, each finer than the one before; the first one covers the picture, others parts of it.
+    grids: Vec<ReflectedGrid>,
+    /// Of each grid, the cells at which what is reflected sharply is seen.
+    sharp: Vec<Vec<bool>>,
+}
+
 impl<'a> RoughReflections<'a> {
     /// The light of a view's rough mirrors; `None` if the view's order shows none.
     ///
@@ -100,45 +144,67 @@ impl<'a> RoughReflections<'a> {
     /// [`RenderError::Cancelled`].
     pub(in crate::methods::projection) fn new(
         job: &Job<'a>,
-        tracers: &'a RoughTracers,
+        mirrors: &'a RoughMirrors,
     ) -> Result<Option<Self>, RenderError> {
         if job.quality.order == 0 {
             return Ok(None);
         }
-        let cell_px = (job.view.width.min(job.view.height) / CELLS).clamp(1, LARGEST_CELL_PX);
-        let mut coarse = ReflectedGrid::trace(job, tracers, 2 * cell_px, &Part::Whole)?;
-        blur::blur(job.scene, &mut coarse);
-        let mut fine = None;
-        if let Some(part) = Part::narrow(&coarse, NARROW_CELLS[1] * coarse.cell_px as f32) {
-            let mut grid = ReflectedGrid::trace(job, tracers, cell_px, &part)?;
-            blur::blur(job.scene, &mut grid);
-            fine = Some(grid);
+        let finest_px = (job.view.width.min(job.view.height) / CELLS).clamp(1, LARGEST_CELL_PX);
+        let mut layout = Layout::new(job.view, finest_px);
+        let mut part = Part::Whole;
+        let mut grids: Vec<ReflectedGrid> = Vec::new();
+        loop {
+            let grid = Cells { job, mirrors, layout, part }.trace()?;
+            let narrow = grid.narrow(CELLS_OF_LOBE);
+            grids.push(grid);
+            match narrow {
+                Some(narrow) if grids.len() < GRIDS => (layout, part) = (layout.halved(), narrow),
+                _ => break,
+            }
         }
-        Ok(Some(Self { scene: job.scene, tracer: &tracers.everything, order: job.quality.order, coarse, fine }))
+        let Some(pyramid) = Pyramid::new(&grids) else { return Ok(None) };
+        let blurred: Vec<_> = (0..grids.len()).map(|grid| blur::blurred(&grids, grid, &pyramid)).collect();
+        for (grid, blurred) in grids.iter_mut().zip(blurred) {
+            for (place, light) in blurred {
+                grid.light[place] = light;
+            }
+        }
+        let sharp = grids.iter().map(ReflectedGrid::cells_of_sharp_light).collect();
+        Ok(Some(Self { mirrors, scene: job.scene, order: job.quality.order, grids, sharp }))
     }
 
-    /// The light at a position of the picture, where an object is seen; `None` where the grid does not know it.
+    /// Whether an object's light in a rectangle of the picture is known without what it reflects sharply.
+    pub(super) fn is_all_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
+        let mut grids = self.grids.iter().zip(&self.sharp);
+        self.mirrors.is_rough[object as usize] && !grids.any(|(grid, cells)| grid.has_any(cells, low_px, high_px))
+    }
+
+    /// The light at a position of the picture, where an object is seen; `None` where the grids do not know it.
     #[inline]
     pub(super) fn at(&self, object: u32, position: Vec2) -> Option<RoughLight> {
-        let coarse = self.coarse.at(object, position);
-        let Some(grid) = &self.fine else { return coarse };
-        let [narrow, wide] = NARROW_CELLS.map(|cells| cells * self.coarse.cell_px as f32);
-        let share = coarse.map_or(1.0, |light| ((wide - light.width_px) / (wide - narrow)).clamp(0.0, 1.0));
-        if share <= 0.0 {
-            return coarse;
+        let mut light = None;
+        for (level, grid) in self.grids.iter().enumerate() {
+            let share = match (&light, level) {
+                (Some(light), 1..) => self.grids[level - 1].finer_share(light, BLURRED_CELLS[level - 1]),
+                _ => 1.0,
+            };
+            if share <= 0.0 {
+                break;
+            }
+            light = match (light, grid.at(object, position)) {
+                (Some(coarse), Some(fine)) => Some(RoughLight::default().plus(&coarse, 1.0 - share).plus(&fine, share)),
+                (coarse, fine) => fine.or(coarse),
+            };
         }
-        let fine = grid.at(object, position);
-        match (coarse, fine) {
-            (Some(coarse), Some(fine)) => Some(RoughLight::default().plus(&coarse, 1.0 - share).plus(&fine, share)),
-            (coarse, fine) => fine.or(coarse),
-        }
+        light
     }
 
     /// All the light of a rough place that is met after some bounces, by rays.
     #[inline(never)] // rare, and as long as a path
     pub(super) fn traced(&self, bounces: u32, ray: Ray, change: RayDifferential, at: &SurfaceInteraction) -> Vec3 {
         let order = self.order.saturating_sub(bounces);
-        let mut paths = PathTracer::new(self.scene, self.tracer, PathModel::Tree, order).with_rough_rays(RAYS, 0, 1.0);
+        let mut paths =
+            PathTracer::new(self.scene, &self.mirrors.tracer, PathModel::Tree, order).with_rough_rays(RAYS, 0, 1.0);
         paths.radiance_from(ray, Some(change), at)
     }
 }

@@ -1,0 +1,123 @@
+//! Rough and bumpy mirrors: pictures, errors and times beside the reference's.
+
+use crate::panels::{below, beside_of_width, save_small};
+use crate::root;
+use crate::stage::{Stage, flip, print, rgb, stage_ms};
+use anyhow::Result;
+use catoptric::metrics::Comparison;
+use image::RgbImage;
+
+/// The size of pictures.
+const SIZE: [u32; 2] = [720, 480];
+/// The size of pictures whose time is taken.
+const TIMED: [u32; 2] = [1280, 720];
+/// The width of panels.
+const WIDTH: u32 = 360;
+
+/// Rays from each place of a rough mirror that make the truth, and another truth: their difference is its noise.
+const TRUTH: &str = "rough_rays = 64";
+const OTHER_TRUTH: &str = "rough_rays = 64\nseed = 1";
+
+type Draw = fn() -> Result<RgbImage>;
+
+/// Draws the figures whose names contain `wanted` (`surfaces` alone: all) and prints their tables as Markdown.
+pub(crate) fn draw(wanted: &str) -> Result<()> {
+    let figures: [(&str, Draw); 3] =
+        [("surfaces-rough", rough), ("surfaces-bumpy", bumpy), ("surfaces-workshop", workshop)];
+    for (name, draw) in figures.iter().filter(|(name, _)| name.contains(wanted)) {
+        print(&format!("\n{name}\n"))?;
+        save_small(&draw()?, &root().join(format!("docs/pictures/{name}.png")))?;
+    }
+    Ok(())
+}
+
+/// Balls of three roughnesses: reference, multiperspective rasterisation, environment map.
+fn rough() -> Result<RgbImage> {
+    print(
+        "| roughness | picture | FLIP on the balls | frame ms | of these, grids and blur | reference ms |\n\
+        |---|---|---|---|---|---|",
+    )?;
+    let mut rows = Vec::new();
+    for roughness in [0.1, 0.2, 0.4] {
+        let specification = format!("brushed?roughness={roughness}");
+        let stage = Stage::new(&specification, SIZE, 2)?.with_samples(16);
+        let (mask, truth) = (stage.mask(), stage.draw("reference", TRUTH, 1)?.picture);
+        let noise = flip(&stage.draw("reference", OTHER_TRUTH, 1)?.picture, &truth, &mask)?;
+        print(&format!("| {roughness} | reference, other rays | {noise:.4} | | | |"))?;
+        let timed = Stage::new(&specification, TIMED, 2)?;
+        let reference_ms = timed.draw("reference", "", 1)?.first_ms;
+        let mut row = vec![rgb(&truth)?];
+        for method in ["multiperspective", "environment_map", "light_field", "layered_environment_map"] {
+            let picture = stage.draw(method, "", 1)?.picture;
+            let frames = timed.draw(method, "", 4)?;
+            let rough_ms = match stage_ms(&frames.report, "rough") {
+                0.0 => String::new(),
+                time => format!("{time:.0}"),
+            };
+            print(&format!(
+                "| {roughness} | {method} | {:.4} | {:.0} | {rough_ms} | {reference_ms:.0} |",
+                flip(&picture, &truth, &mask)?,
+                frames.later_ms,
+            ))?;
+            if row.len() < 3 {
+                row.push(rgb(&picture)?);
+            }
+        }
+        rows.push(beside_of_width(&row, WIDTH));
+    }
+    Ok(below(&rows))
+}
+
+/// Water, a wavy mirror and a pane: reference, multiperspective rasterisation, environment map.
+fn bumpy() -> Result<RgbImage> {
+    print("| picture | reflector pixels off by > 0.1 | frame ms | smooth ms | reference ms |\n|---|---|---|---|---|")?;
+    let mut rows = Vec::new();
+    for camera in 0..2 {
+        let seen = |specification: &str, size: [u32; 2]| -> Result<Stage> {
+            let mut stage = Stage::new(specification, size, 2)?;
+            stage.view = stage.scene.view(&stage.scene.cameras[camera], size[0], size[1]);
+            Ok(stage)
+        };
+        let stage = seen("rippled", SIZE)?.with_samples(16);
+        let (mask, truth) = (stage.mask(), stage.truth()?);
+        let timed = seen("rippled", TIMED)?;
+        let smooth = seen("rippled?bumps=0", TIMED)?;
+        let reference_ms = timed.draw("reference", "", 1)?.first_ms;
+        let mut row = vec![rgb(&truth)?];
+        for method in ["multiperspective", "environment_map"] {
+            let picture = stage.draw(method, "", 1)?.picture;
+            let off = Comparison::new(&picture, &truth)?.masked(&mask)?.map_or(0.0, |error| error.over_0_1);
+            print(&format!(
+                "| camera {camera}, {method} | {:.2} % | {:.0} | {:.0} | {reference_ms:.0} |",
+                100.0 * off,
+                timed.draw(method, "", 4)?.later_ms,
+                smooth.draw(method, "", 4)?.later_ms,
+            ))?;
+            row.push(rgb(&picture)?);
+        }
+        rows.push(beside_of_width(&row, WIDTH));
+    }
+    Ok(below(&rows))
+}
+
+/// A workbench with things of a dozen materials: reference and multiperspective rasterisation.
+fn workshop() -> Result<RgbImage> {
+    print("| camera | FLIP on reflectors | frame ms | reference ms |\n|---|---|---|---|")?;
+    let mut rows = Vec::new();
+    for camera in 0..2 {
+        let mut stage = Stage::new("workshop", SIZE, 3)?;
+        catoptric::light::visibility::cast_shadows(&mut stage.scene);
+        stage.view = stage.scene.view(&stage.scene.cameras[camera], SIZE[0], SIZE[1]);
+        let truth = stage.draw("reference", TRUTH, 1)?.picture;
+        let reference_ms = stage.draw("reference", "", 1)?.first_ms;
+        let frames = stage.draw("multiperspective", "", 4)?;
+        print(&format!(
+            "| {} | {:.4} | {:.0} | {reference_ms:.0} |",
+            stage.scene.cameras[camera].name,
+            flip(&frames.picture, &truth, &stage.mask())?,
+            frames.later_ms,
+        ))?;
+        rows.push(beside_of_width(&[rgb(&truth)?, rgb(&frames.picture)?], 540));
+    }
+    Ok(below(&rows))
+}
