@@ -1,12 +1,15 @@
 //! Figure 13: highlights on a ball, on its reflection and on the mirror; and figure 14 in that figure's light.
 
-use super::{CAMERAS, FULL, weighed};
-use crate::panels::{below, beside, cut};
+use super::{CAMERAS, weighed};
+use crate::panels::{below, beside_of_width, cut};
 use crate::stage::{print, rgb};
 use anyhow::Result;
 use catoptric_testkit::highlights::{Figure13, Highlights};
 use glam::DVec2;
 use image::{Rgb, RgbImage};
+
+/// The size of figure 13's pictures.
+const SIZE: [u32; 2] = [1080, 720];
 
 /// The vertical field of view, in degrees.
 const FOV_DEG: f32 = 34.0;
@@ -20,7 +23,7 @@ const MIRROR: [f32; 4] = [0.16, 0.14, 0.42, 0.7];
 /// Sample-based cameras and the reference, below them an environment map and the reference with the places of the law
 /// of reflection marked.
 pub(crate) fn draw() -> Result<RgbImage> {
-    let figure = Figure13::new(64, FULL, FOV_DEG);
+    let figure = Figure13::new(64, SIZE, FOV_DEG);
     let (expected, wrong) = (figure.expected(), figure.with_wrong_eye_vector());
     print("| picture | h_D off px | h_RD off px | h_R off px |\n|---|---|---|---|")?;
     let mut panels = Vec::new();
@@ -50,7 +53,7 @@ pub(crate) fn draw() -> Result<RgbImage> {
     ] {
         mark(&mut marked, place, Rgb(color));
     }
-    let row = |two: [&RgbImage; 2]| beside(&two.map(|picture| cut(picture, BALLS)));
+    let row = |two: [&RgbImage; 2]| beside_of_width(&two.map(|picture| cut(picture, BALLS)), 480);
     Ok(below(&[row([&panels[0], &panels[1]]), row([&panels[2], &marked])]))
 }
 
