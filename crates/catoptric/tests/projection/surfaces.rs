@@ -1,6 +1,7 @@
 //! Rough and bumpy mirrors against the reference.
 
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::Quality;
 use catoptric_testkit::drawing::{draw, picture, reflector_error, scene};
 
@@ -55,5 +56,19 @@ fn bumps_turn_rays_as_in_the_reference() {
         // Smooth surfaces show other things.
         let smooth = picture("path_perturbation", "", &scene, &view, Quality { samples: 4, order: 1 });
         assert!(reflector_error(&smooth, &truth, &scene, &view).over_0_1 > 0.2);
+    }
+}
+
+#[test]
+fn things_on_a_workbench_look_as_in_the_reference() {
+    let mut scene = scene("workshop?tess=24");
+    cast_shadows(&mut scene);
+    for camera in 0..2 {
+        let view = scene.view(&scene.cameras[camera], 240, 160);
+        let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
+        let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
+        let (tiles, map) = (error("multiperspective"), error("environment_map"));
+        assert!(tiles.flip_mean < 0.055, "camera {camera}: {tiles:?}");
+        assert!(map.flip_mean > 3.0 * tiles.flip_mean, "camera {camera}: {map:?}");
     }
 }
