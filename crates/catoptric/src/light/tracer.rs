@@ -401,8 +401,7 @@ mod tests {
     /// A narrow floor, which is split into several boxes, and balls, exact ones and meshes, that are moved.
     fn balls(shift: Vec3) -> Scene {
         use crate::scene::{Material, model::*};
-        use crate::surface::AnalyticSurface;
-        use crate::surface::sphere_mesh;
+        use crate::surface::{AnalyticSurface, sphere_mesh};
         let mut model = Model { materials: vec![Material::default()], ..Model::default() };
         let floor = Primitive {
             positions: vec![Vec3::new(-9.0, -3.0, -9.0), Vec3::new(9.0, -1.0, 9.0), Vec3::new(9.0, -1.0, 6.0)],

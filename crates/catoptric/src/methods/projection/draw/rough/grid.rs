@@ -90,7 +90,7 @@ impl Part {
     }
 }
 
-/// A place of a rough mirror that is seen.
+/// A place of a rough mirror.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     pub(super) column: u32,
@@ -200,7 +200,7 @@ impl ReflectedGrid {
         let (mut sum, mut weights) = (RoughLight::default(), 0.0);
         for (cell, weight) in cells_around(self.layout.in_cells(position_px), width, height) {
             let Some(place) = self.place_of(cell) else { continue };
-            if self.passages[place].object != object || !self.places[place].is_seen {
+            if self.ends[place].object != object || !self.places[place].is_seen {
                 continue;
             }
             // A rim's only cell counts even if the position is on the far side of it.
@@ -237,8 +237,8 @@ impl ReflectedGrid {
 
     fn cells_where(&self, is_there: impl Fn(&Place, &RoughLight) -> bool) -> Vec<bool> {
         let mut there = vec![false; self.layout.cell_count()];
-        for (place, light) in self.places.iter().zip(&self.light) {
-            there[place.row as usize * self.layout.width + place.column as usize] = is_there(place, light);
+        for (index, (place, light)) in self.places.iter().zip(&self.light).enumerate() {
+            there[self.cell_of(index)] = is_there(place, light);
         }
         dilated(&there, self.layout.width, 1)
     }

@@ -46,36 +46,15 @@ impl Level {
         Self { width, height, cells }
     }
 
-    /// Replaces cells by the mean of the four cells of the finest grid in it that all show rough mirrors.
-    fn refine_by_places(&mut self, finer: &ReflectedGrid) {
-        let width = self.width;
+    /// Replaces cells by the mean of four of a finer level, given by their cells, that all show rough mirrors.
+    fn refine(&mut self, finer: impl Fn(usize) -> Vec4 + Sync + Send) {
+        let (width, finer_width) = (self.width, 2 * self.width);
         parallel::for_each_chunk_mut(&mut self.cells, ROWS_AT_A_TIME * width, |chunk, cells| {
             for (index, cell) in cells.iter_mut().enumerate() {
                 let (column, row) = (index % width, chunk * ROWS_AT_A_TIME + index / width);
-                let first = 2 * row * finer.layout.width + 2 * column;
-                let mut sum = Vec4::ZERO;
-                for four in [first, first + 1, first + finer.layout.width, first + finer.layout.width + 1] {
-                    let Some(place) = finer.place_of(four) else { break };
-                    sum += finer.sharp[place];
-                }
-                if sum.w == 4.0 {
-                    *cell = sum * 0.25;
-                }
-            }
-        });
-    }
-
-    /// Replaces cells by the mean of four of a finer level that all show rough mirrors.
-    fn refine(&mut self, finer: &Self) {
-        let width = self.width;
-        parallel::for_each_chunk_mut(&mut self.cells, ROWS_AT_A_TIME * width, |chunk, cells| {
-            for (index, cell) in cells.iter_mut().enumerate() {
-                let (column, row) = (index % width, chunk * ROWS_AT_A_TIME + index / width);
-                let first = 2 * row * finer.width + 2 * column;
-                let sum = finer.cells[first]
-                    + finer.cells[first + 1]
-                    + finer.cells[first + finer.width]
-                    + finer.cells[first + finer.width + 1];
+                let first = 2 * row * finer_width + 2 * column;
+                let four = [first, first + 1, first + finer_width, first + finer_width + 1];
+                let sum = finer(four[0]) + finer(four[1]) + finer(four[2]) + finer(four[3]);
                 if sum.w == 4.0 {
                     *cell = sum * 0.25;
                 }
@@ -112,14 +91,14 @@ impl<'a> Pyramid<'a> {
         match levels.first_mut() {
             None => levels.push(Level::of_grid(finest, None)),
             Some(level) => {
-                level.refine_by_places(finest);
+                level.refine(|cell| finest.place_of(cell).map_or(Vec4::ZERO, |place| finest.sharp[place]));
                 let (width, height) = (finest.layout.width, finest.layout.height);
                 levels.insert(0, Level { width, height, cells: Vec::new() });
             }
         }
         for level in 2..levels.len() {
             let (finer, coarser) = levels.split_at_mut(level);
-            coarser[0].refine(&finer[level - 1]);
+            coarser[0].refine(|cell| finer[level - 1].cells[cell]);
         }
         while let Some(finer) = levels.last().filter(|level| level.width.max(level.height) > 1) {
             levels.push(finer.halved());
