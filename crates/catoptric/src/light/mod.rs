@@ -1,5 +1,6 @@
 //! Light along rays: the hierarchy over a scene, the first hit in it, specular paths and the radiance at their ends.
 
+pub(crate) mod bumps;
 pub(crate) mod cube_map;
 pub(crate) mod parallax_proxy;
 pub mod path_tracer;

@@ -4,7 +4,7 @@ use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{LightStep, RoughLobe};
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
-use crate::scene::{Ray, RayDifferential, Role, Scene};
+use crate::scene::{Ray, RayDifferential, Role, Scene, TurnedEncounter};
 use glam::Vec3;
 
 /// Shading of reflectors and lenses.
@@ -41,15 +41,16 @@ impl FirstSurface {
         direction: Vec3,
         distance: impl FnOnce(&LightStep) -> Option<f32>,
     ) -> Self {
-        Self::with_normal(scene, point, point.normal, direction, distance)
+        Self::with_normal(scene, point, (point.normal, 0.0), direction, distance)
     }
 
-    /// The same with another unit normal on the outer side than the point's.
+    /// The same with another unit normal on the outer side than the point's, and how much it differs within the point's
+    /// footprint.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn with_normal(
         scene: &Scene,
         point: &SurfacePoint,
-        normal: Vec3,
+        (normal, variance): (Vec3, f32),
         direction: Vec3,
         distance: impl FnOnce(&LightStep) -> Option<f32>,
     ) -> Self {
@@ -59,7 +60,7 @@ impl FirstSurface {
             0.0 => Vec3::ZERO,
             _ => scene.own_radiance(point, -direction),
         };
-        let lobe = RoughLobe::of(material, &step.facing, direction);
+        let lobe = RoughLobe::of(material.reflection_alpha(variance), &step.facing, direction);
         let mut found = Self { step, lobe, own: own * step.scattered, shares: [step.reflected, step.transmitted] };
         if step.reflected != Vec3::ZERO
             && let Some(deferred) = step.deferred(own)
@@ -95,9 +96,10 @@ pub(crate) fn reflector_radiance(
         let towards = light.zip(leaving(step, BounceKind::Reflect));
         Some(towards.map_or(f32::INFINITY, |(light, towards)| light.distance(&towards)))
     };
-    let turned = &*scene.turned_encounter(scene.material_of(point.object), encounter);
+    let TurnedEncounter { encounter: turned, variance } =
+        &scene.turned_encounter(scene.material_of(point.object), encounter);
     let FirstSurface { step, lobe, own: mut sum, shares } =
-        FirstSurface::with_normal(scene, point, turned.point.normal, ray.direction, distance);
+        FirstSurface::with_normal(scene, point, (turned.point.normal, *variance), ray.direction, distance);
     for (kind, share) in [(BounceKind::Reflect, shares[0]), (BounceKind::Transmit, step.transmitted)] {
         if share != Vec3::ZERO
             && let Some(light) = light

@@ -10,7 +10,7 @@ pub(crate) fn rough_mirrors(scene: &Scene) -> Option<String> {
 
 /// The warning that normal maps of mirrors and lenses are not drawn; `None` if the scene has none.
 pub(crate) fn bumpy_surfaces(scene: &Scene) -> Option<String> {
-    let names = named(scene, |material| material.normal_map.is_some())?;
+    let names = named(scene, |material| material.turning_map().is_some())?;
     Some(format!("bumpy surfaces reflect and refract as smooth ones: {names} (`multiperspective` draws normal maps)"))
 }
 

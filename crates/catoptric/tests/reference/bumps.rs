@@ -8,11 +8,13 @@ use catoptric_testkit::scenes::SceneBuilder;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
-/// A flat mirror at y = 0 whose normal map holds one normal: x along the world's x, y along -z.
-fn mirror(normal: Vec3, scale: f32, handedness: f32) -> Scene {
+/// A flat mirror at y = 0 whose normal map holds so many copies of two times two normals: x along the world's x, y
+/// along -z; under a sky of radiance by direction.
+fn mirror(normals: [Vec3; 4], copies: f32, scale: f32, handedness: f32, sky: impl Fn(Vec3) -> Vec3) -> Scene {
     let mut builder = SceneBuilder::new();
-    let binding = TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
-    let texture = Texture::from_normals("tilt", 2, 2, [normal; 4].into_iter(), Sampler::default());
+    let binding =
+        TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::from_scale(Vec2::splat(copies)) };
+    let texture = Texture::from_normals("tilt", 2, 2, normals.into_iter(), Sampler::default());
     builder.model_mut().textures.push(Arc::new(texture));
     let normal_map = Some(NormalMap { binding, scale });
     let material = builder.material(Material { normal_map, ..Material::mirror("mirror", Vec3::ONE) });
@@ -35,12 +37,10 @@ fn mirror(normal: Vec3, scale: f32, handedness: f32) -> Scene {
     );
     builder.camera(Vec3::new(0.0, 3.0, 2.0), Vec3::ZERO, 20.0);
     let mut scene = builder.build();
-    // A sky that differs in every direction.
     let (width, height) = (256u32, 128u32);
     let texel = |index: u32| {
         let (u, v) = ((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
-        let direction = Environment::direction(u / width as f32, v / height as f32);
-        (direction * 0.5 + 0.5).to_array()
+        sky(Environment::direction(u / width as f32, v / height as f32)).to_array()
     };
     scene.environment =
         Some(Arc::new(Environment::new("sky", width, height, (0..width * height).map(texel).collect())));
@@ -55,7 +55,8 @@ fn a_normal_map_turns_reflected_rays_as_a_tilted_mirror_does() {
         (Vec3::new(-0.1, 0.15, 1.0), 1.5, 1.0),
         (Vec3::new(0.1, 0.2, 1.0), 1.0, -1.0),
     ] {
-        let scene = mirror(normal, scale, handedness);
+        // A sky that differs in every direction.
+        let scene = mirror([normal; 4], 1.0, scale, handedness, |direction| direction * 0.5 + 0.5);
         let view = scene.default_view(width, height);
         // The map's y is the cross product of normal and tangent, turned over where the file says so.
         let turned = (Vec3::new(normal.x * scale, normal.z, -normal.y * scale * handedness)).normalize();
@@ -70,5 +71,37 @@ fn a_normal_map_turns_reflected_rays_as_a_tilted_mirror_does() {
                 assert!((found - reflected).length() < 0.01, "{method}: {found} for {reflected}, {normal}");
             }
         }
+    }
+}
+
+#[test]
+fn bumps_smaller_than_a_pixel_spread_light_as_all_of_them_together_do() {
+    let tilt = 0.15;
+    let tilted = [(tilt, 0.0), (0.0, tilt), (-tilt, 0.0), (0.0, -tilt)].map(|(x, y)| Vec3::new(x, y, 1.0).normalize());
+    // Means of squares depend on how far normals spread, and on nothing else.
+    let scene = mirror(tilted, 20_000.0, 1.0, 1.0, |direction| direction * direction);
+    let (width, height) = (48, 32);
+    let view = scene.default_view(width, height);
+    let mean = |of_pixel: &dyn Fn(Vec2) -> Vec3| {
+        let at = |index: u32| Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+        (0..width * height).map(|index| of_pixel(at(index))).sum::<Vec3>() / (width * height) as f32
+    };
+    let seen_in = |normal: Vec3, at: Vec2| {
+        let incoming = view.ray(at.x, at.y).direction;
+        let reflected = incoming - normal * (2.0 * incoming.dot(normal));
+        reflected * reflected
+    };
+    let bumpy = mean(&|at| {
+        tilted.iter().map(|normal| seen_in(Vec3::new(normal.x, normal.z, -normal.y), at)).sum::<Vec3>() * 0.25
+    });
+    let flat = mean(&|at| seen_in(Vec3::Y, at));
+    assert!((bumpy - flat).abs().max_element() > 0.04, "{bumpy} {flat}");
+    for method in ["reference", "multiperspective", "auto"] {
+        let drawn = picture(method, "", &scene, &view, Quality { samples: 4, order: 1 });
+        let found = mean(&|at| {
+            let pixel = drawn.pixels[(at.y as u32 * width + at.x as u32) as usize];
+            Vec3::new(pixel[0], pixel[1], pixel[2])
+        });
+        assert!((found - bumpy).abs().max_element() < 0.005, "{method}: {found} for {bumpy}, {flat} if flat");
     }
 }

@@ -18,6 +18,12 @@ pub fn unit(a: u64, b: u64, c: u64) -> f32 {
     (bits >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
 }
 
+/// The numbers of a sequence that fills the unit square evenly (Roberts 2018: the R2 sequence).
+#[inline]
+pub fn spread(index: u32) -> Vec2 {
+    (Vec2::new(0.754_877_7, 0.569_840_3) * index as f32).fract()
+}
+
 /// One of `count` points that fill the unit square evenly (Hammersley 1960), with the second number by all bits of the
 /// index.
 #[inline(always)] // for the instructions of its caller

@@ -1,6 +1,7 @@
 //! The appearance of a surface: its role, colours and textures.
 
 use super::Blend;
+use super::microfacets::widened_alpha;
 use glam::{Affine2, Vec3, Vec4};
 
 /// The role of a surface for the methods.
@@ -129,8 +130,12 @@ pub struct Material {
     pub unlit: bool,
     /// Reflection by microscopic facets; `None`: Lambert's law alone.
     pub microfacets: Option<Microfacets>,
-    /// Turns the normals of lit surfaces.
+    /// Turns the normals of lit surfaces, mirrors and lenses, but not those of coats.
     pub normal_map: Option<NormalMap>,
+    /// Turns the normals of a coat.
+    pub coat_normal_map: Option<NormalMap>,
+    /// Its red channel multiplies `coat`.
+    pub coat_texture: Option<TextureBinding>,
     /// Weakens light from the environment.
     pub occlusion_map: Option<OcclusionMap>,
     /// The use of the base colour's alpha.
@@ -165,6 +170,8 @@ impl Default for Material {
             unlit: false,
             microfacets: None,
             normal_map: None,
+            coat_normal_map: None,
+            coat_texture: None,
             occlusion_map: None,
             alpha_mode: AlphaMode::Opaque,
             ior: 1.5,
@@ -196,6 +203,34 @@ impl Material {
         if is_rough { self.mirror_roughness } else { 0.0 }
     }
 
+    /// The width of the facets' distribution (alpha of Trowbridge and Reitz) with which a mirror or coat reflects
+    /// surfaces: that of its roughness, widened by what its normal map hides within a footprint, as
+    /// [`TurnedEncounter::variance`](super::TurnedEncounter) says.
+    #[inline]
+    pub fn reflection_alpha(&self, variance: f32) -> f32 {
+        match self.role {
+            Role::Reflector | Role::Coated => widened_alpha(self.reflection_roughness().powi(2), variance),
+            Role::Diffuse | Role::Lens => 0.0,
+        }
+    }
+
+    /// Whether [`Self::reflection_alpha`] may be above zero somewhere.
+    #[inline]
+    pub fn may_reflect_roughly(&self) -> bool {
+        let is_bumpy = self.role != Role::Lens && self.turning_map().is_some();
+        is_bumpy || self.reflection_roughness() > 0.0
+    }
+
+    /// The map that turns the rays which a mirror, lens or coat reflects and refracts.
+    #[inline(always)]
+    pub fn turning_map(&self) -> Option<&NormalMap> {
+        match self.role {
+            Role::Diffuse => None,
+            Role::Reflector | Role::Lens => self.normal_map.as_ref(),
+            Role::Coated => self.coat_normal_map.as_ref(),
+        }
+    }
+
     /// Perceptual roughness with which a mirror or coat reflects lights; `None`: they make no highlights on it, as the
     /// lobe of a perfect mirror is a line.
     #[inline]
@@ -217,18 +252,20 @@ impl Material {
     pub fn bindings(&self) -> impl Iterator<Item = &TextureBinding> {
         let microfacets = self.microfacets.as_ref().and_then(|microfacets| microfacets.texture.as_ref());
         let normals = self.normal_map.as_ref().map(|map| &map.binding);
+        let of_coat = self.coat_normal_map.as_ref().map(|map| &map.binding);
         let occlusion = self.occlusion_map.as_ref().map(|map| &map.binding);
-        let colors = [self.base_texture.as_ref(), self.emissive_texture.as_ref()];
-        colors.into_iter().chain([microfacets, normals, occlusion]).flatten()
+        let colors = [self.base_texture.as_ref(), self.emissive_texture.as_ref(), self.coat_texture.as_ref()];
+        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten()
     }
 
     /// The same, to be changed.
     pub fn bindings_mut(&mut self) -> impl Iterator<Item = &mut TextureBinding> {
         let microfacets = self.microfacets.as_mut().and_then(|microfacets| microfacets.texture.as_mut());
         let normals = self.normal_map.as_mut().map(|map| &mut map.binding);
+        let of_coat = self.coat_normal_map.as_mut().map(|map| &mut map.binding);
         let occlusion = self.occlusion_map.as_mut().map(|map| &mut map.binding);
-        let colors = [self.base_texture.as_mut(), self.emissive_texture.as_mut()];
-        colors.into_iter().chain([microfacets, normals, occlusion]).flatten()
+        let colors = [self.base_texture.as_mut(), self.emissive_texture.as_mut(), self.coat_texture.as_mut()];
+        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten()
     }
 
     /// Clear glass.

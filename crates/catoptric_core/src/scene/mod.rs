@@ -20,6 +20,7 @@ pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Ro
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
+pub use shading::bumps::TurnedEncounter;
 pub use shading::environment::Environment;
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;

@@ -99,6 +99,12 @@ impl RayDifferential {
         }
     }
 
+    /// The solid angle between the directions of neighbouring rays.
+    #[inline]
+    pub fn solid_angle(&self) -> f32 {
+        self.direction_dx.cross(self.direction_dy).length()
+    }
+
     /// The changes of rays that each stand for a cone of so many radians across, about a unit direction: longer, at
     /// right angles to each other and to the ray.
     #[must_use]

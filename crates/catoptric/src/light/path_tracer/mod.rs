@@ -10,7 +10,7 @@ use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, tra
 use crate::parallel;
 use crate::scene::hit::Hit;
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
+use crate::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedEncounter, View, ViewRays};
 use glam::Vec3;
 use rough::RoughRays;
 use waves::Waves;
@@ -218,7 +218,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if last && !material.has_own_light() {
             return Vec3::ZERO;
         }
-        let turned = &*scene.turned_encounter(material, encounter);
+        let TurnedEncounter { encounter: turned, variance } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
         let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
         let mut segment = Segment { absorption, deferred: None, ..*segment };
@@ -241,8 +241,11 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if is_deferred {
             segment.deferred = step.deferred(own(1.0));
         }
+        let alpha = if reflects { material.reflection_alpha(*variance) } else { 0.0 };
         if reflects && material.reflection_roughness() > 0.0 {
-            self.push_rough(&segment, throughput, turned, &step, material);
+            self.push_rough(&segment, throughput, turned, &step, material, alpha);
+        } else if alpha > 0.0 && self.shows_lobe(&segment, alpha, encounter, &step) {
+            self.push_parts(&segment, throughput, encounter, material);
         } else if reflects {
             self.push(&segment, BounceKind::Reflect, throughput, turned, &step, material);
         }

@@ -1,9 +1,11 @@
 //! Rays that leave rough mirrors: by facets that are seen, as the distribution of Trowbridge and Reitz has them.
 
 use super::{MIN_THROUGHPUT, PathTracer, Segment};
+use crate::light::bumps::BumpyMeeting;
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
-use crate::optics::step::{LightStep, reflect};
+use crate::optics::path::bundle::BounceKind;
+use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width, reflect};
 use crate::scene::microfacets::{unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray};
@@ -37,7 +39,54 @@ impl<F> PathTracer<'_, F> {
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
-    /// Adds the children of a path that a rough mirror reflects.
+    /// Whether facets of a mirror spread light over more than the cone that a path stands for; `encounter` is that
+    /// before its map turns the normal: what bumps do from path to path says nothing of it.
+    pub(super) fn shows_lobe(
+        &self,
+        segment: &Segment,
+        alpha: f32,
+        encounter: &SurfaceInteraction,
+        step: &LightStep,
+    ) -> bool {
+        let Some(change) = &segment.change else { return false };
+        let change = step.outgoing_change(BounceKind::Reflect, segment.ray.direction, change, encounter);
+        lobe_width(alpha) > HIDDEN_LOBE * change.solid_angle().sqrt()
+    }
+
+    /// Adds the children of a path that a smooth mirror reflects whose bumps are smaller than the path's footprint:
+    /// each of a part of it. `encounter` is that before its map turns the normal.
+    pub(super) fn push_parts(
+        &mut self,
+        segment: &Segment,
+        throughput: Vec3,
+        encounter: &SurfaceInteraction,
+        material: &Material,
+    ) {
+        let Some(change) = &segment.change else { return };
+        let RoughRays { count, seed, .. } = self.rough;
+        let count = if segment.is_cone { 1 } else { count };
+        let turns = [0, 1].map(|pair| turn(seed ^ pair << 32, segment.ray.direction, encounter.point.position));
+        let (scene, tracer) = (self.scene, self.tracer);
+        let meeting = BumpyMeeting { scene, tracer, ray: &segment.ray, change, encounter };
+        for part in meeting.parts(material, count, turns) {
+            let throughput = throughput * part.reflected / count as f32;
+            if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
+                continue;
+            }
+            self.waiting.push(Segment {
+                ray: part.ray,
+                change: Some(part.change),
+                near: 0.0,
+                throughput,
+                order: segment.order + 1,
+                is_cone: true,
+                deferred: segment.deferred.map(|deferred| deferred.shared_by(count)),
+                ..*segment
+            });
+        }
+    }
+
+    /// Adds the children of a path that a mirror of such facets reflects.
     ///
     /// The same path always has the same children: they are chosen by numbers that its direction makes.
     pub(super) fn push_rough(
@@ -47,18 +96,14 @@ impl<F: RadianceField> PathTracer<'_, F> {
         encounter: &SurfaceInteraction,
         step: &LightStep,
         material: &Material,
+        alpha: f32,
     ) {
         let (incoming, normal) = (segment.ray.direction, step.facing.normal);
         let RoughRays { count, seed, footprint_scale } = self.rough;
         let count = if segment.is_cone { 1 } else { count };
-        let alpha = material.reflection_roughness().powi(2);
         let (across, along) = normal.any_orthonormal_pair();
         let towards_viewer = -Vec3::new(incoming.dot(across), incoming.dot(along), incoming.dot(normal));
-        let bits = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
-        let at = encounter.point.position;
-        let key = [bits(incoming.x, incoming.y), bits(incoming.z, at.x), bits(at.y, at.z)];
-        let turn = |axis: u64| random::unit(seed ^ axis, random::mix(key[0] ^ random::mix(key[1])), key[2]);
-        let turn = Vec2::new(turn(0), turn(1));
+        let turn = turn(seed, incoming, encounter.point.position);
         // A cone for every ray: together they cover the lobe, which is about so wide to each side.
         let width = 2.0 * SQRT_2 * alpha / (count as f32).sqrt() * footprint_scale;
         for index in 0..count {
@@ -78,8 +123,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             }
             let change = segment.change.as_ref().map(|change| {
                 let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
-                step.outgoing_change(crate::optics::path::bundle::BounceKind::Reflect, incoming, change, encounter)
-                    .widened(direction, width)
+                step.outgoing_change(BounceKind::Reflect, incoming, change, encounter).widened(direction, width)
             });
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             let deferred = segment.deferred.map(|deferred| deferred.shared_by(count));
@@ -96,4 +140,12 @@ impl<F: RadianceField> PathTracer<'_, F> {
             });
         }
     }
+}
+
+/// How far a path's numbers are moved: by its direction and where it is.
+fn turn(seed: u64, incoming: Vec3, at: Vec3) -> Vec2 {
+    let bits = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
+    let key = [bits(incoming.x, incoming.y), bits(incoming.z, at.x), bits(at.y, at.z)];
+    let turn = |axis: u64| random::unit(seed ^ axis, random::mix(key[0] ^ random::mix(key[1])), key[2]);
+    Vec2::new(turn(0), turn(1))
 }

@@ -71,6 +71,19 @@ impl<F: RadianceField> PathTracer<'_, F> {
         self.follow_waves(waves, sums);
     }
 
+    /// Sets the radiance that arrives along rays which stand for cones. Both are of the same length.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn radiances_of_cones(&mut self, rays: &[(Ray, RayDifferential)], sums: &mut [Vec3]) {
+        sums.fill(Vec3::ZERO);
+        let mut waves = std::mem::take(&mut self.waves);
+        for (owner, (ray, change)) in rays.iter().enumerate() {
+            let hit = self.tracer.first_hit(self.scene, ray, 0.0);
+            let start = Segment { is_cone: true, ..Segment::first(*ray, Some(*change), 0.0) };
+            self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
+        }
+        self.follow_waves(waves, sums);
+    }
+
     /// Follows all that waits, and shades where paths end.
     #[inline(always)] // for the instructions of its caller
     fn follow_waves(&mut self, mut waves: Waves, sums: &mut [Vec3]) {

@@ -128,6 +128,15 @@ pub fn medium_after<M>(kind: BounceKind, outside: bool, own: M, crossed: M, vacu
     }
 }
 
+/// A lobe that covers less than this share of a cone across is not seen beside it.
+pub const HIDDEN_LOBE: f32 = 0.3;
+
+/// The angle across a lobe of mirrored directions where it is half as bright as in its middle: the distribution falls
+/// to a half at a tangent of 0.64 alpha, and mirrored directions turn twice as far.
+pub fn lobe_width(alpha: f32) -> f32 {
+    2.57 * alpha
+}
+
 /// What a rough mirror reflects towards one side, as a cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughLobe {
@@ -140,20 +149,20 @@ pub struct RoughLobe {
 }
 
 impl RoughLobe {
-    /// The cone of light that a mirror reflects against a ray's direction; `None` for mirrors that reflect sharply.
+    /// The cone of light that a mirror of such facets ([`Material::reflection_alpha`]) reflects against a ray's
+    /// direction; `None` for mirrors that reflect sharply.
     #[inline]
-    pub fn of(material: &Material, facing: &Facing, incoming: Vec3) -> Option<Self> {
-        let roughness = material.reflection_roughness();
-        (roughness > 0.0).then(|| Self::of_rough(roughness, facing, incoming))
+    pub fn of(alpha: f32, facing: &Facing, incoming: Vec3) -> Option<Self> {
+        (alpha > 0.0).then(|| Self::of_rough(alpha, facing, incoming))
     }
 
     #[inline(never)] // rarely needed
-    fn of_rough(roughness: f32, facing: &Facing, incoming: Vec3) -> Self {
-        let lobe = ReflectanceTable::get().reflected(roughness, -incoming.dot(facing.normal));
+    fn of_rough(alpha: f32, facing: &Facing, incoming: Vec3) -> Self {
+        let lobe = ReflectanceTable::get().reflected(alpha.sqrt(), -incoming.dot(facing.normal));
         let mirrored = reflect(incoming, facing.normal);
         let direction = facing.normal.lerp(mirrored, lobe.tilt).try_normalize().unwrap_or(mirrored);
         // Facets' slopes are about as wide as alpha to each side, and mirrored directions turn twice as far.
-        let width = 2.0 * SQRT_2 * roughness * roughness * lobe.spread;
+        let width = 2.0 * SQRT_2 * alpha * lobe.spread;
         Self { direction, share: lobe.at_normal + lobe.at_grazing, width }
     }
 }
@@ -282,12 +291,14 @@ impl LightStep {
         let is_blind = facing.outside && scene.objects[point.object as usize].inside;
         let tint = match material.role {
             Role::Reflector | Role::Lens => scene.base_color(material, point).xyz(),
-            Role::Diffuse | Role::Coated => Vec3::ZERO,
+            Role::Coated => Vec3::splat(scene.coat(material, point)),
+            Role::Diffuse => Vec3::ZERO,
         };
         Self::new(material, tint, is_blind, facing, direction)
     }
 
-    /// The step at a surface of this material and tint; a mirror `is_blind` on the back of its one side.
+    /// The step at a surface of this material and tint (of coats: the share that they cover); a mirror `is_blind` on
+    /// the back of its one side.
     #[inline(always)]
     pub fn new(material: &Material, tint: Vec3, is_blind: bool, facing: Facing, direction: Vec3) -> Self {
         let cosine = -direction.dot(facing.normal);
@@ -317,7 +328,7 @@ impl LightStep {
                 }
             }
             Role::Coated => {
-                step.reflectance = material.coat * fresnel_dielectric(cosine, 1.0 / material.ior);
+                step.reflectance = tint.x * fresnel_dielectric(cosine, 1.0 / material.ior);
                 step.reflected = Vec3::splat(step.reflectance);
                 step.scattered = 1.0 - step.reflectance;
             }

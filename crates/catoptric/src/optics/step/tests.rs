@@ -9,7 +9,8 @@ fn arriving(angle: f32) -> Vec3 {
 /// The step at a flat surface whose outer normal is +y.
 fn step(material: &Material, direction: Vec3) -> LightStep {
     let facing = Facing::new(direction, Vec3::Y, Vec3::Y);
-    LightStep::new(material, material.base_color.xyz(), false, facing, direction)
+    let tint = if material.role == Role::Coated { Vec3::splat(material.coat) } else { material.base_color.xyz() };
+    LightStep::new(material, tint, false, facing, direction)
 }
 
 #[test]

@@ -1,12 +1,27 @@
 //! Normals that a map turns, and mirrors and lenses with such maps.
 
+use super::microfacets::{variance_of_mean, variance_over_pixel, widened_alpha};
+use super::sample_patterns::SAMPLE_PATTERNS;
 use super::shade::{SurfaceInteraction, SurfacePoint};
-use crate::scene::{Material, NormalMap, Scene};
+use crate::scene::{Material, NormalMap, Scene, UvFootprint};
 use glam::{Vec2, Vec3, Vec4};
 use std::borrow::Cow;
 
 /// The step over which the change of a normal is found, in pixels.
 const STEP_PX: f32 = 0.5;
+
+/// Bumps smaller than a pixel whose variance is below this share of the facets' own do not spread highlights.
+const HARDLY_SPREAD: f32 = 0.1;
+
+/// A point of a surface with its normal turned by a map.
+#[derive(Clone, Debug)]
+pub struct TurnedEncounter<'a> {
+    /// The encounter with the mean normal over the point's footprint, and its change with the pixel's column and row.
+    pub encounter: Cow<'a, SurfaceInteraction>,
+    /// How much normals differ within the footprint, as for
+    /// [`widened_alpha`](super::microfacets::widened_alpha): what the mean does not show.
+    pub variance: f32,
+}
 
 impl NormalMap {
     /// A unit normal, turned by a mean of the map's normals. The tangent along the map's u may have any length; `side`
@@ -21,51 +36,113 @@ impl NormalMap {
     }
 }
 
+impl SurfacePoint {
+    /// The same with a part of its footprints in textures: so many pixels beside the middle, of a side in pixels, and
+    /// for one sample.
+    #[must_use]
+    fn with_part_of_textures(&self, offset_px: Vec2, side_px: f32) -> Self {
+        let mut point = *self;
+        for (uv, footprint) in point.uvs.iter_mut().zip(&mut point.footprints) {
+            *uv += footprint.dx * offset_px.x + footprint.dy * offset_px.y;
+            *footprint = UvFootprint { dx: footprint.dx * side_px, dy: footprint.dy * side_px, samples: 1 };
+        }
+        point
+    }
+}
+
+impl SurfaceInteraction {
+    /// A part of what a ray meets, to first order: so many pixels beside the middle, and of a side in pixels.
+    #[must_use]
+    pub fn part(&self, offset_px: Vec2, side_px: f32) -> Self {
+        let moved = |[dx, dy]: [Vec3; 2]| dx * offset_px.x + dy * offset_px.y;
+        let mut point = self.point.with_part_of_textures(offset_px, side_px);
+        point.position += moved(self.position_change);
+        point.normal = (point.normal + moved(self.normal_change)).normalize_or(point.normal);
+        point.normal_change2 *= side_px * side_px;
+        Self {
+            point,
+            position_change: self.position_change.map(|change| change * side_px),
+            normal_change: self.normal_change.map(|change| change * side_px),
+        }
+    }
+}
+
 impl Scene {
     /// A point's unit normal on the outer side, turned by the material's normal map where there is one: its mean over
     /// the point's footprint.
     #[inline(always)]
     pub fn turned_normal(&self, material: &Material, point: &SurfacePoint) -> Vec3 {
-        match &material.normal_map {
-            Some(map) => self.normal_of_map(map, point, point.normal, Vec2::ZERO),
+        match material.turning_map() {
+            Some(map) => self.normal_of_map(map, point, point.normal, Vec2::ZERO).0,
             None => point.normal,
         }
     }
 
-    /// An encounter with the normal of [`Self::turned_normal`], and its change with the pixel's column and row. Light
-    /// of the surface's own is that of the encounter which is given: there the map is still to turn the normal.
+    /// An encounter with the normal of [`Self::turned_normal`]. Light of the surface's own is that of the encounter
+    /// which is given: there the map is still to turn the normal.
     #[inline(always)]
-    pub fn turned_encounter<'a>(
-        &self,
-        material: &Material,
-        encounter: &'a SurfaceInteraction,
-    ) -> Cow<'a, SurfaceInteraction> {
-        match &material.normal_map {
-            Some(map) => Cow::Owned(self.encounter_of_map(map, encounter)),
-            None => Cow::Borrowed(encounter),
+    pub fn turned_encounter<'a>(&self, material: &Material, encounter: &'a SurfaceInteraction) -> TurnedEncounter<'a> {
+        match material.turning_map() {
+            Some(map) => self.encounter_of_map(map, encounter),
+            None => TurnedEncounter { encounter: Cow::Borrowed(encounter), variance: 0.0 },
         }
     }
 
     #[inline(never)] // rarely needed
-    fn encounter_of_map(&self, map: &NormalMap, encounter: &SurfaceInteraction) -> SurfaceInteraction {
+    fn encounter_of_map(&self, map: &NormalMap, encounter: &SurfaceInteraction) -> TurnedEncounter<'static> {
         let point = &encounter.point;
-        let normal = self.normal_of_map(map, point, point.normal, Vec2::ZERO);
+        let (normal, variance) = self.normal_of_map(map, point, point.normal, Vec2::ZERO);
         let change = |axis: usize, pixels: Vec2| {
             let smooth = (point.normal + encounter.normal_change[axis] * STEP_PX).normalize_or(point.normal);
-            (self.normal_of_map(map, point, smooth, pixels * STEP_PX) - normal) / STEP_PX
+            (self.normal_of_map(map, point, smooth, pixels * STEP_PX).0 - normal) / STEP_PX
         };
         let normal_change = [change(0, Vec2::X), change(1, Vec2::Y)];
-        SurfaceInteraction { point: SurfacePoint { normal, ..*point }, normal_change, ..*encounter }
+        let point = SurfacePoint { normal, ..*point };
+        let encounter = Cow::Owned(SurfaceInteraction { point, normal_change, ..*encounter });
+        TurnedEncounter { encounter, variance }
     }
 
-    /// The normal so many pixels beside a point, where the smooth one is given.
+    /// The normal so many pixels beside a point, where the smooth one is given, and how much it differs from others in
+    /// the footprint there.
     #[inline(never)] // rarely needed
-    fn normal_of_map(&self, map: &NormalMap, point: &SurfacePoint, smooth: Vec3, pixels: Vec2) -> Vec3 {
+    fn normal_of_map(&self, map: &NormalMap, point: &SurfacePoint, smooth: Vec3, pixels: Vec2) -> (Vec3, f32) {
         let channel = map.binding.uv_channel as usize & 1;
         let mut beside = *point;
         let footprint = &point.footprints[channel];
         beside.uvs[channel] += footprint.dx * pixels.x + footprint.dy * pixels.y;
         let mean = self.sample(&map.binding, &beside).truncate() * 2.0 - 1.0;
-        map.turned(smooth, point.tangent, 1.0, mean)
+        // Within a texel normals are blended, which makes them shorter, but each is that of a place.
+        let hidden = self.texels_across(&map.binding, &beside).log2().clamp(0.0, 1.0);
+        let variance = variance_of_mean(mean.length()) * (map.scale * map.scale) * hidden;
+        match point.tangent.truncate() == Vec3::ZERO {
+            true => (smooth, 0.0),
+            false => (map.turned(smooth, point.tangent, 1.0, mean), variance),
+        }
+    }
+
+    /// What mirrors lights within a point's footprint on a surface of such facets: normals, and the width of the
+    /// facets' distribution about each; how many there are comes second. Where bumps spread highlights, and the point
+    /// stands for several samples of a pixel, those at the places of four of them.
+    pub(super) fn normals_of_highlights(
+        &self,
+        material: &Material,
+        point: &SurfacePoint,
+        alpha: f32,
+    ) -> ([(Vec3, f32); 4], usize) {
+        let smooth_variance = variance_over_pixel(point.normal_change2);
+        let Some(map) = material.turning_map() else {
+            return ([(point.normal, widened_alpha(alpha, smooth_variance)); 4], 1);
+        };
+        let at = |point: &SurfacePoint| self.normal_of_map(map, point, point.normal, Vec2::ZERO);
+        let facets = |(normal, variance): (Vec3, f32)| (normal, widened_alpha(alpha, variance + smooth_variance));
+        let whole = at(point);
+        if point.footprints[0].samples <= 1 || whole.1 <= HARDLY_SPREAD * alpha * alpha {
+            return ([facets(whole); 4], 1);
+        }
+        let part = |place: usize| {
+            let offset = SAMPLE_PATTERNS[2][place].map(|sixteenths| f32::from(sixteenths) / 16.0 - 0.5);
+            facets(at(&point.with_part_of_textures(offset.into(), 0.5)))
+        };
+        ([part(0), part(1), part(2), part(3)], 4)
     }
 }

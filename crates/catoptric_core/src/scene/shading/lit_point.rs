@@ -5,9 +5,7 @@ use super::super::{Material, Role, Scene, Texture, TextureBinding};
 use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
 use super::glossy::{self, COAT_REFLECTANCE, LitPoints};
-use super::microfacets::{
-    LEAST_COSINE, LEAST_ROUGHNESS, grazing_share, lobe, variance_of_mean, variance_over_pixel, widened_alpha,
-};
+use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, grazing_share, lobe, variance_of_mean, variance_over_pixel};
 use super::shade::SurfacePoint;
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec3, Vec4};
@@ -81,27 +79,37 @@ impl Scene {
         if is_blind {
             return Vec3::ZERO;
         }
-        let (normal, start) = (point.normal * side, self.shadow_start(point, side));
-        let roughness = roughness.max(LEAST_ROUGHNESS);
-        let alpha = widened_alpha(roughness * roughness, variance_over_pixel(point.normal_change2));
-        let n_v = normal.dot(towards_viewer).max(LEAST_COSINE);
+        let start = self.shadow_start(point, side);
         let tint = self.base_color(material, point).truncate();
+        let coat = self.coat(material, point);
+        let reflectance = |grazing: f32| match material.role {
+            Role::Coated => Vec3::splat(coat * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * grazing)),
+            _ if material.schlick => tint + (Vec3::ONE - tint) * grazing,
+            _ => tint,
+        };
+        let (normals, count) = self.normals_of_highlights(material, point, roughness.max(LEAST_ROUGHNESS).powi(2));
         let mut sum = Vec3::ZERO;
         for light in &self.lights {
             let (towards, irradiance) = light.arriving(point.position);
-            let (n_l, half) = (normal.dot(towards), towards + towards_viewer);
+            let half = towards + towards_viewer;
             let length2 = half.length_squared();
-            if n_l <= 0.0 || irradiance == Vec3::ZERO || length2 < 1e-12 || !start.sees(self, light) {
+            if irradiance == Vec3::ZERO || length2 < 1e-12 {
                 continue;
             }
-            let grazing = grazing_share(0.5 * length2.sqrt());
-            let reflectance = match material.role {
-                Role::Coated => Vec3::splat(material.coat * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * grazing)),
-                _ if material.schlick => tint + (Vec3::ONE - tint) * grazing,
-                _ => tint,
-            };
-            let (cosine2, sine2) = (normal.dot(half).powi(2) / length2, normal.cross(half).length_squared() / length2);
-            sum += irradiance * reflectance * (n_l * lobe(alpha, cosine2, sine2, n_l, n_v));
+            let mut reflected = 0.0;
+            for (normal, alpha) in &normals[..count] {
+                let normal = *normal * side;
+                let (n_l, n_v) = (normal.dot(towards), normal.dot(towards_viewer).max(LEAST_COSINE));
+                if n_l > 0.0 {
+                    let (cosine2, sine2) =
+                        (normal.dot(half).powi(2) / length2, normal.cross(half).length_squared() / length2);
+                    reflected += n_l * lobe(*alpha, cosine2, sine2, n_l, n_v);
+                }
+            }
+            if reflected > 0.0 && start.sees(self, light) {
+                let share = reflectance(grazing_share(0.5 * length2.sqrt()));
+                sum += irradiance * share * (reflected / count as f32);
+            }
         }
         if sum.is_finite() { sum } else { Vec3::ZERO }
     }
@@ -167,8 +175,8 @@ impl<const N: usize> LitPoints<N> {
         }
     }
 
-    /// Sets normals: the smooth ones, turned by the map at the first `count` points. `tangents` are along the map's u,
-    /// of any length, `sides` is -1 where the normal is turned over.
+    /// Sets normals: the smooth ones, turned by the map at the first `count` points, and adds to the variance.
+    /// `tangents` are along the map's u, of any length, `sides` is -1 where the normal is turned over.
     #[inline(always)]
     pub(super) fn turn_normals(
         &mut self,
@@ -180,6 +188,7 @@ impl<const N: usize> LitPoints<N> {
         sides: &Lanes<N>,
     ) {
         self.normal = self.smooth_normal;
+        self.smooth_variance = self.variance;
         let Some(map) = material.normal_map.as_ref().filter(|_| !scene.tangents.is_empty()) else { return };
         let Some(texture) = scene.texture_of(&map.binding) else { return };
         let mut texels = [Vec4::ONE; N];

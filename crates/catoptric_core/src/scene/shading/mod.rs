@@ -2,7 +2,7 @@
 
 mod arriving_light;
 pub(super) mod batch;
-mod bumps;
+pub(super) mod bumps;
 mod drawn;
 pub(super) mod environment;
 mod filter;

@@ -195,7 +195,7 @@ impl Scene {
             coordinate_size,
             ..SurfacePoint::default()
         };
-        if material.normal_map.is_some() && !self.tangents.is_empty() {
+        if (material.normal_map.is_some() || material.coat_normal_map.is_some()) && !self.tangents.is_empty() {
             let [ta, tb, tc] = [self.tangents[a], self.tangents[b], self.tangents[c]];
             point.tangent = (ta * wa + tb * wb + tc * wc).truncate().extend(ta.w);
         }
@@ -218,15 +218,29 @@ impl Scene {
         }
     }
 
+    /// The share of the surface that a clear coat covers.
+    #[inline(always)]
+    pub fn coat(&self, material: &Material, point: &SurfacePoint) -> f32 {
+        match &material.coat_texture {
+            Some(binding) => material.coat * self.sample(binding, point).x,
+            None => material.coat,
+        }
+    }
+
     #[inline(always)]
     pub(super) fn sample(&self, binding: &TextureBinding, point: &SurfacePoint) -> Vec4 {
         let Some(texture) = self.textures.get(binding.texture as usize) else { return Vec4::ONE };
-        let channel = binding.uv_channel as usize & 1;
-        let (uv, footprint) = (point.uvs[channel], &point.footprints[channel]);
-        let matrix = binding.texture_from_uv.matrix2;
-        let footprint =
-            UvFootprint { dx: matrix * footprint.dx, dy: matrix * footprint.dy, samples: footprint.samples };
-        texture.sample(binding.texture_from_uv.transform_point2(uv), &footprint)
+        let uv = point.uvs[binding.uv_channel as usize & 1];
+        texture.sample(binding.texture_from_uv.transform_point2(uv), &footprint_in_texture(binding, point))
+    }
+
+    /// The longer axis of a point's footprint in a texture, in texels of the finest level; 0 without the texture.
+    pub(super) fn texels_across(&self, binding: &TextureBinding, point: &SurfacePoint) -> f32 {
+        let Some(texture) = self.textures.get(binding.texture as usize) else { return 0.0 };
+        let (width, height) = texture.size();
+        let size = Vec2::new(width as f32, height as f32);
+        let UvFootprint { dx, dy, .. } = footprint_in_texture(binding, point);
+        (dx * size).length().max((dy * size).length())
     }
 
     /// Returns true if the surface is there at all at a point, by its alpha.
@@ -292,6 +306,8 @@ impl Material {
         self.base_texture.is_some()
             || self.emissive_texture.is_some()
             || self.normal_map.is_some()
+            || self.coat_normal_map.is_some()
+            || self.coat_texture.is_some()
             || self.occlusion_map.is_some()
             || self.microfacets.as_ref().is_some_and(|microfacets| microfacets.texture.is_some())
     }
@@ -306,4 +322,12 @@ fn unit_or(vector: Vec3, otherwise: Vec3) -> Vec3 {
 #[inline]
 fn finite(radiance: Vec3) -> Vec3 {
     if radiance.is_finite() { radiance.max(Vec3::ZERO) } else { Vec3::ZERO }
+}
+
+/// A point's footprint in the coordinates of a texture.
+#[inline(always)]
+fn footprint_in_texture(binding: &TextureBinding, point: &SurfacePoint) -> UvFootprint {
+    let UvFootprint { dx, dy, samples } = point.footprints[binding.uv_channel as usize & 1];
+    let matrix = binding.texture_from_uv.matrix2;
+    UvFootprint { dx: matrix * dx, dy: matrix * dy, samples }
 }

@@ -41,12 +41,14 @@ struct TextureUses {
     normals: Option<TextureUse>,
     occlusion: Option<TextureUse>,
     emissive: Option<TextureUse>,
+    coat: Option<TextureUse>,
+    coat_normals: Option<TextureUse>,
 }
 
 impl TextureUses {
-    fn all_mut(&mut self) -> [&mut Option<TextureUse>; 5] {
-        let Self { base, microfacets, normals, occlusion, emissive } = self;
-        [base, microfacets, normals, occlusion, emissive]
+    fn all_mut(&mut self) -> [&mut Option<TextureUse>; 7] {
+        let Self { base, microfacets, normals, occlusion, emissive, coat, coat_normals } = self;
+        [base, microfacets, normals, occlusion, emissive, coat, coat_normals]
     }
 }
 
@@ -62,7 +64,8 @@ pub(super) struct PlannedMaterial {
 impl PlannedMaterial {
     /// What vertices must bring.
     pub(super) fn attributes(&self) -> VertexNeeds {
-        let normals = self.textures.normals.as_ref();
+        // A vertex has one tangent: along the coat's map only if the surface beneath has none.
+        let normals = self.textures.normals.as_ref().or(self.textures.coat_normals.as_ref());
         VertexNeeds { sets: self.sets, normal_map: normals.and_then(|normals| self.channel(normals)) }
     }
 
@@ -94,6 +97,7 @@ impl PlannedMaterial {
         let uses = &self.textures;
         let [base, microfacets, normals] = [&uses.base, &uses.microfacets, &uses.normals].map(binding);
         let [occlusion, emissive] = [&uses.occlusion, &uses.emissive].map(binding);
+        let [coat, coat_normals] = [&uses.coat, &uses.coat_normals].map(binding);
         let material = &mut self.material;
         let translucent_texture = base
             .as_ref()
@@ -108,8 +112,12 @@ impl PlannedMaterial {
             of_material.texture = microfacets;
         }
         // Made for the entry's textures; here are those that have pictures.
-        material.normal_map =
-            material.normal_map.take().zip(normals).map(|(map, binding)| NormalMap { binding, ..map });
+        let bound = |map: Option<NormalMap>, binding: Option<TextureBinding>| {
+            map.zip(binding).map(|(map, binding)| NormalMap { binding, ..map })
+        };
+        material.normal_map = bound(material.normal_map.take(), normals);
+        material.coat_normal_map = bound(material.coat_normal_map.take(), coat_normals);
+        material.coat_texture = coat;
         material.occlusion_map =
             material.occlusion_map.take().zip(occlusion).map(|(map, binding)| OcclusionMap { binding, ..map });
         self.material
@@ -176,12 +184,20 @@ impl PlannedMaterial {
         let pbr = &entry.pbr_metallic_roughness;
         let is_lit = !self.material.unlit;
         let glows = self.material.emissive != Vec3::ZERO;
+        let is_coated = self.material.role == Role::Coated;
+        let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
+        let coat = coat.unwrap_or_default();
+        if is_lit && coat.clearcoat_roughness_texture.is_some() {
+            source.warn(format!("{}: clearcoatRoughnessTexture is not read, only the factor", owner()));
+        }
         let wanted = [
             ("pbrMetallicRoughness.baseColorTexture", &pbr.base_color_texture, Content::Color, true),
             ("pbrMetallicRoughness.metallicRoughnessTexture", &pbr.metallic_roughness_texture, Content::Data, is_lit),
             ("normalTexture", &entry.normal_texture, Content::Normals, is_lit),
             ("occlusionTexture", &entry.occlusion_texture, Content::Data, is_lit),
             ("emissiveTexture", &entry.emissive_texture, Content::Color, glows),
+            ("clearcoatTexture", &coat.clearcoat_texture, Content::Data, is_coated),
+            ("clearcoatNormalTexture", &coat.clearcoat_normal_texture, Content::Normals, is_coated),
         ];
         for ((field, info, content, is_used), texture) in wanted.into_iter().zip(self.textures.all_mut()) {
             if let Some(info) = info.as_ref().filter(|_| is_used) {
@@ -191,7 +207,10 @@ impl PlannedMaterial {
         let number = |value: Option<f32>| value.filter(|value| value.is_finite()).unwrap_or(1.0);
         let binding = || TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
         let info = entry.normal_texture.as_ref().filter(|_| self.textures.normals.is_some());
-        self.material.normal_map = info.map(|info| NormalMap { binding: binding(), scale: number(info.scale) });
+        let of_info = |info: &schema::TextureInfo| NormalMap { binding: binding(), scale: number(info.scale) };
+        self.material.normal_map = info.map(of_info);
+        let info = coat.clearcoat_normal_texture.as_ref().filter(|_| self.textures.coat_normals.is_some());
+        self.material.coat_normal_map = info.map(of_info);
         let info = entry.occlusion_texture.as_ref().filter(|_| self.textures.occlusion.is_some());
         self.material.occlusion_map =
             info.map(|info| OcclusionMap { binding: binding(), strength: number(info.strength).clamp(0.0, 1.0) });

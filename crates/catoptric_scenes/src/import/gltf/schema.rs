@@ -155,7 +155,13 @@ schema! {
     EmissiveStrength { emissive_strength: Option<f32>, }
     Transmission { transmission_factor: f32, transmission_texture: Option<TextureInfo>, }
     Volume { attenuation_distance: Option<f32>, attenuation_color: Option<[f32; 3]>, }
-    Clearcoat { clearcoat_factor: f32, clearcoat_roughness_factor: f32, clearcoat_texture: Option<TextureInfo>, }
+    Clearcoat {
+        clearcoat_factor: f32,
+        clearcoat_roughness_factor: f32,
+        clearcoat_texture: Option<TextureInfo>,
+        clearcoat_roughness_texture: Option<TextureInfo>,
+        clearcoat_normal_texture: Option<TextureInfo>,
+    }
     Specular {
         specular_factor: Option<f32>,
         specular_color_factor: Option<[f32; 3]>,

@@ -87,7 +87,7 @@ impl PreparedChoice {
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
         // Those with normal maps are as good as curved.
-        let mirrors = Mirrors::find_among(scene, |object| scene.material_of(object).normal_map.is_none());
+        let mirrors = Mirrors::find_among(scene, |object| scene.material_of(object).turning_map().is_none());
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
         let tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
         report.choices = choices(scene, &mirrors);
@@ -109,7 +109,7 @@ fn choices(scene: &Scene, mirrors: &Mirrors) -> Vec<Choice> {
     let choose = |object: u32| {
         let (method, reason) = match (scene.role_of(object), planes[object as usize]) {
             (Role::Lens, _) => ("multiperspective", "glass".to_owned()),
-            (_, 0) if scene.material_of(object).normal_map.is_some() => ("multiperspective", "bumpy".to_owned()),
+            (_, 0) if scene.material_of(object).turning_map().is_some() => ("multiperspective", "bumpy".to_owned()),
             (_, 0) => ("multiperspective", "curved".to_owned()),
             (_, _) if max_copies(scene) == 0 => {
                 let reason = format!("flat, but a copy of the scene has {} triangles", scene.triangles.len());

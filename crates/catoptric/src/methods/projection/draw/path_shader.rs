@@ -77,7 +77,9 @@ impl RoughWalk {
         self.sum += factor * reflected * light.radiance;
         let rest = 1.0 - light.weight;
         self.throughput = factor * rest;
-        self.blurred = Some((self.sum, self.throughput * reflected * light.sharp));
+        // What bumps spread is traced where it meets a rough mirror.
+        let sharp = self.throughput * reflected * light.sharp;
+        self.blurred = rough.is_rough(object).then_some((self.sum, sharp));
         // Textures are blurred by the lobe; what has edges is not.
         self.widening *= (1.0 + light.width_px * light.width_px).sqrt();
         rest > 0.0
@@ -243,7 +245,7 @@ impl<'a> PathShader<'a> {
             let encounter = scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
             let material = scene.material_of(encounter.point.object);
             let encounter = match self.turns_normals {
-                true => scene.turned_encounter(material, &encounter),
+                true => scene.turned_encounter(material, &encounter).encounter,
                 false => Cow::Borrowed(&encounter),
             };
             let step = LightStep::at(scene, material, &encounter.point, ray.direction);
@@ -326,12 +328,15 @@ impl<'a> PathShader<'a> {
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
             }
-            if let Some(rough) = self.rough.filter(|_| !ends && material.reflection_roughness() > 0.0) {
+            // What bumps within a pixel blur is known of mirrors that are seen directly.
+            let is_rough = material.reflection_roughness() > 0.0;
+            let may_be_rough = is_rough || bounce == 0 && material.may_reflect_roughly();
+            if let Some(rough) = self.rough.filter(|_| !ends && may_be_rough) {
                 let mut walked = RoughWalk { sum, throughput, deferred, widening, blurred };
                 if !walked.meet(rough, (object, bounce), position, step.reflected) {
                     return ShadingRequest::Color(walked.sum);
                 }
-                if walked.blurred.is_none() {
+                if is_rough && walked.blurred.is_none() {
                     return ShadingRequest::Color(before + shown * self.traced(rough, surface, &ray, bounce));
                 }
                 RoughWalk { sum, throughput, deferred, widening, blurred } = walked;

@@ -25,8 +25,11 @@ pub(super) struct LitPoints<const N: usize> {
     pub(super) metallic: Lanes<N>,
     /// Perceptual.
     pub(super) roughness: Lanes<N>,
-    /// Mean square of the distances of unit normals, within what a point stands for, to their mean.
+    /// Mean square of the distances of unit normals, within what a point stands for, to their mean: of smooth ones
+    /// until the map turns them.
     pub(super) variance: Lanes<N>,
+    /// The same of smooth normals.
+    pub(super) smooth_variance: Lanes<N>,
     /// The share of light from the environment that arrives.
     pub(super) occlusion: Lanes<N>,
     /// Where light is sought from, if anything casts shadows.
@@ -43,6 +46,7 @@ impl<const N: usize> LitPoints<N> {
         metallic: Lanes::ZERO,
         roughness: Lanes::ZERO,
         variance: Lanes::ZERO,
+        smooth_variance: Lanes::ZERO,
         occlusion: Lanes::ZERO,
         shadow_starts: [ShadowStart::NONE; N],
     };
@@ -129,7 +133,7 @@ impl<const N: usize> Facets<N> {
             let roughness = points.roughness[i];
             let roughness = if roughness > LEAST_ROUGHNESS { roughness } else { LEAST_ROUGHNESS };
             facets.alpha[i] = widened_alpha(roughness * roughness, points.variance[i]);
-            facets.coat_alpha[i] = widened_alpha(coat_roughness * coat_roughness, points.variance[i]);
+            facets.coat_alpha[i] = widened_alpha(coat_roughness * coat_roughness, points.smooth_variance[i]);
         }
         for i in 0..N {
             let metallic = points.metallic[i];

@@ -80,6 +80,35 @@ fn textures_of_numbers_are_linear_and_those_of_colours_are_not() {
 }
 
 #[test]
+fn coats_have_maps_of_their_own() {
+    let coated = |coat: Value| {
+        let entry = json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0 }, "normalTexture": { "index": 0 },
+            "extensions": { "KHR_materials_clearcoat": coat },
+        });
+        textured(entry, &[[230, 128, 200, 255], [128, 128, 255, 255]]).model()
+    };
+    let model = coated(json!({ "clearcoatFactor": 1 }));
+    let plain = &model.materials[0];
+    assert_eq!(plain.role, Role::Coated);
+    assert!(plain.normal_map.is_some() && plain.turning_map().is_none(), "what lies beneath is bumpy, the coat smooth");
+    let model = coated(json!({
+        "clearcoatFactor": 0.8, "clearcoatTexture": { "index": 1 },
+        "clearcoatNormalTexture": { "index": 0, "scale": 0.5 },
+    }));
+    let mapped = &model.materials[0];
+    assert_eq!(mapped.turning_map().map(|map| map.scale), Some(0.5));
+    assert!(model.warnings.is_empty(), "{:?}", model.warnings);
+    let scene = model.pose(&PoseOptions::default()).unwrap();
+    let at = Barycentrics { value: Vec2::splat(0.3), ..Barycentrics::default() };
+    let point = scene.encounter(0, &at).point;
+    assert!((scene.coat(mapped, &point) - 0.8 * 128.0 / 255.0).abs() < 1e-3);
+    assert!(scene.turned_normal(mapped, &point).x > 0.2, "the coat's map leans to the right");
+    let model = coated(json!({ "clearcoatFactor": 1, "clearcoatRoughnessTexture": { "index": 1 } }));
+    assert!(model.warnings[0].contains("clearcoatRoughnessTexture"), "{:?}", model.warnings);
+}
+
+#[test]
 fn a_third_set_of_texture_coordinates_is_left_out_with_a_warning() {
     let file = textured(
         json!({

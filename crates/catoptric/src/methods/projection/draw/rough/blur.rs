@@ -1,6 +1,6 @@
 //! Means over the lobes of rough places, of what grids of sharp rays show.
 
-use super::grid::{Place, ReflectedGrid};
+use super::grid::{Bumps, Place, ReflectedGrid};
 use super::lobe::{Directions, DiscPoints};
 use super::passage::Passage;
 use super::pyramid::Pyramid;
@@ -61,10 +61,10 @@ fn asked(grids: &[ReflectedGrid], index: usize) -> Vec<(usize, RoughLight)> {
     let is_narrow = index.checked_sub(1).map(|coarser| grids[coarser].cells_of_narrow_lobes(BLURRED_CELLS[coarser][1]));
     let is_wide = (index + 1 < grids.len()).then(|| grid.cells_of_wide_lobes(BLURRED_CELLS[index][0]));
     let is_asked = |place: &usize| {
-        let Place { column, row, is_seen, is_bumpy, .. } = grid.places[*place];
+        let Place { column, row, is_seen, bumps, .. } = grid.places[*place];
         let (column, row, width) = (column as usize, row as usize, grid.layout.width);
         let is_narrow = is_narrow.as_ref().is_none_or(|narrow| narrow[row / 2 * (width / 2) + column / 2]);
-        is_seen && !is_bumpy && is_narrow && is_wide.as_ref().is_none_or(|wide| wide[row * width + column])
+        is_seen && bumps == Bumps::None && is_narrow && is_wide.as_ref().is_none_or(|wide| wide[row * width + column])
     };
     (0..grid.places.len()).filter(is_asked).map(|place| (place, grid.light[place])).collect()
 }

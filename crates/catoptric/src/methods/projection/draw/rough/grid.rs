@@ -44,6 +44,12 @@ impl Layout {
         Self { cell_px: self.cell_px / 2, width: 2 * self.width, height: 2 * self.height, ..*self }
     }
 
+    /// Whether a lobe of a width covers too little of a finest cell to be seen beside the sharp reflection; `extent` is
+    /// the solid angle of one of this grid's cells.
+    pub(super) fn is_hidden(&self, width: f32, extent: f32) -> bool {
+        width * self.cell_px as f32 <= SHARP_CELLS[0] * extent.sqrt() * self.finest_px as f32
+    }
+
     pub(super) fn cell_count(&self) -> usize {
         self.width * self.height
     }
@@ -100,8 +106,20 @@ pub(super) struct Place {
     pub(super) distance: f32,
     /// The mirror is seen here in the picture; else something hides it, or it lies beyond the picture's edge.
     pub(super) is_seen: bool,
-    /// Bumps turn normals here: rays of neighbouring cells say little of each other.
-    pub(super) is_bumpy: bool,
+    pub(super) bumps: Bumps,
+}
+
+/// What a normal map does to a place's light: with bumps, rays of neighbouring cells say little of each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bumps {
+    /// There is no map.
+    None,
+    /// It turns the normals of a rough surface.
+    OfRough,
+    /// It turns those of a smooth one, and within a cell some so far that they spread light.
+    OfSmooth,
+    /// The same, but not so far: the sharp reflection says it all.
+    Resolved,
 }
 
 /// Where the ray from a place of an object ends, at most at a greatest distance.
@@ -121,7 +139,7 @@ pub(super) struct ReflectedGrid {
     pub(super) passages: Vec<Passage>,
     /// Of every place, where the ray ends.
     pub(super) ends: Vec<End>,
-    /// Of every place, what its sharp ray shows, and 1.
+    /// Of every place, what its sharp ray shows, and 1; 0 where that was not asked for.
     pub(super) sharp: Vec<Vec4>,
     /// Of every place, what it reflects: its own sharp ray's light is the mean where another grid says it better.
     pub(super) light: Vec<RoughLight>,
@@ -165,9 +183,10 @@ impl ReflectedGrid {
         let Layout { cell_px, finest_px, .. } = self.layout;
         let width_px = place.lobe.width / passage.cell_extent(passage.distance).sqrt() * cell_px as f32;
         let [narrow, wide] = SHARP_CELLS;
-        let weight = match place.is_bumpy {
-            true => 1.0,
-            false => ((width_px / finest_px as f32 - narrow) / (wide - narrow)).clamp(0.0, 1.0),
+        let weight = match place.bumps {
+            Bumps::OfRough => 1.0,
+            Bumps::None | Bumps::OfSmooth => ((width_px / finest_px as f32 - narrow) / (wide - narrow)).clamp(0.0, 1.0),
+            Bumps::Resolved => 0.0,
         };
         self.index[place.row as usize * self.layout.width + place.column as usize] = self.places.len() as u32;
         self.light.push(RoughLight {
@@ -177,11 +196,11 @@ impl ReflectedGrid {
             share: place.lobe.share,
             distance: place.distance,
             // Bumps are for the finest grid.
-            width_px: if place.is_bumpy { 0.0 } else { width_px },
+            width_px: if place.bumps == Bumps::None { width_px } else { 0.0 },
         });
         self.ends
             .push(End { position: passage.position + passage.direction * passage.distance, object: passage.object });
-        self.sharp.push(sharp.extend(1.0));
+        self.sharp.push(sharp.extend(if place.bumps == Bumps::Resolved { 0.0 } else { 1.0 }));
         self.places.push(*place);
         self.passages.push(*passage);
     }
@@ -214,7 +233,10 @@ impl ReflectedGrid {
     /// Cells that show places which are seen and whose lobes cover fewer than so many cells across, or lie beside such
     /// cells.
     pub(super) fn cells_of_narrow_lobes(&self, cells: f32) -> Vec<bool> {
-        self.cells_where(|place, light| place.is_seen && light.width_px < cells * self.layout.cell_px as f32)
+        self.cells_where(|place, light| {
+            let is_narrow = light.width_px < cells * self.layout.cell_px as f32;
+            place.is_seen && place.bumps != Bumps::Resolved && is_narrow
+        })
     }
 
     /// The same for those that cover at least so many.

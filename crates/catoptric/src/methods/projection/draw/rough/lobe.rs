@@ -2,13 +2,9 @@
 
 use crate::math::lanes::Lanes;
 use crate::math::random;
-use crate::optics::step::Facing;
+use crate::optics::step::{Facing, lobe_width};
 use crate::scene::microfacets::{ReflectanceTable, VisibleFacets, disc_point, extent_of_sample, unshadowed_share};
 use glam::{Vec2, Vec3};
-
-/// The width of a lobe of mirrored directions where it is half as bright as in its middle, in units of alpha: the
-/// distribution falls to a half at a tangent of 0.64 alpha, and mirrored directions turn twice as far.
-const FULL_WIDTH: f32 = 2.57;
 
 /// A place's lobe, by its facets and who sees them.
 #[derive(Clone, Copy, Debug)]
@@ -70,17 +66,16 @@ impl<const N: usize> Directions<N> {
 }
 
 impl Lobe {
-    /// The lobe of a surface of a roughness, seen from a direction.
-    pub(super) fn new(roughness: f32, facing: &Facing, towards_viewer: Vec3) -> Self {
-        let alpha = roughness * roughness;
-        let reflected = ReflectanceTable::get().reflected(roughness, towards_viewer.dot(facing.normal).max(1e-3));
+    /// The lobe of a surface's facets, whose distribution is so wide, seen from a direction.
+    pub(super) fn new(alpha: f32, facing: &Facing, towards_viewer: Vec3) -> Self {
+        let reflected = ReflectanceTable::get().reflected(alpha.sqrt(), towards_viewer.dot(facing.normal).max(1e-3));
         Self {
             alpha,
             normal: facing.normal,
             geometric: facing.geometric,
             towards_viewer,
             share: reflected.at_normal + reflected.at_grazing,
-            width: FULL_WIDTH * alpha,
+            width: lobe_width(alpha),
         }
     }
 

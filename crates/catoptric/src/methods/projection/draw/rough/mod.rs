@@ -5,6 +5,9 @@
 //! passes where it goes? Near things are found from the place's own point of view, so that what touches the mirror
 //! stays sharp and blur grows with distance. Where lobes are narrow there are grids of smaller cells; where they are
 //! narrower than the smallest ones, the sharp reflection is drawn.
+//!
+//! Where a normal map has bumps smaller than a pixel, a smooth mirror is a rough one, too; with bumps, lobes are traced
+//! by rays.
 
 mod blur;
 mod grid;
@@ -53,7 +56,7 @@ const FAR: f32 = 1e12;
 pub(in crate::methods::projection) struct RoughMirrors {
     /// For rays to and from them.
     tracer: Tracer,
-    /// Whether each object is one.
+    /// Whether each object is one, or may be by its normal map.
     is_rough: Vec<bool>,
     /// Boxes around them.
     boxes: Vec<Aabb>,
@@ -62,9 +65,8 @@ pub(in crate::methods::projection) struct RoughMirrors {
 impl RoughMirrors {
     /// Those of a scene, by those of another moment of it if these are given; `None` if there are none.
     pub(in crate::methods::projection) fn new(scene: &Scene, old: Option<&Self>) -> Option<Self> {
-        let is_rough: Vec<bool> = (0..scene.objects.len() as u32)
-            .map(|object| scene.material_of(object).reflection_roughness() > 0.0)
-            .collect();
+        let is_rough: Vec<bool> =
+            (0..scene.objects.len() as u32).map(|object| scene.material_of(object).may_reflect_roughly()).collect();
         let objects = scene.objects.iter().zip(&is_rough).filter(|(_, is_rough)| **is_rough);
         let boxes: Vec<Aabb> = objects.map(|(object, _)| object.bounds).collect();
         if boxes.is_empty() {
@@ -173,13 +175,20 @@ impl<'a> RoughReflections<'a> {
         Ok(Some(Self { mirrors, scene: job.scene, order: job.quality.order, grids, sharp }))
     }
 
+    /// Whether an object is rough itself, not only where its normal map has bumps smaller than a pixel.
+    pub(super) fn is_rough(&self, object: u32) -> bool {
+        self.scene.material_of(object).reflection_roughness() > 0.0
+    }
+
     /// Whether an object's light in a rectangle of the picture is known without what it reflects sharply.
     pub(super) fn is_all_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
         let mut grids = self.grids.iter().zip(&self.sharp);
-        self.mirrors.is_rough[object as usize] && !grids.any(|(grid, cells)| grid.has_any(cells, low_px, high_px))
+        // A smooth mirror's edge may show where no cell around it does.
+        self.is_rough(object) && !grids.any(|(grid, cells)| grid.has_any(cells, low_px, high_px))
     }
 
-    /// The light at a position of the picture, where an object is seen; `None` where the grids do not know it.
+    /// The light at a position of the picture, where an object is seen; `None` where the grids do not know it, or it
+    /// reflects sharply.
     #[inline]
     pub(super) fn at(&self, object: u32, position: Vec2) -> Option<RoughLight> {
         let mut light = None;
@@ -196,7 +205,7 @@ impl<'a> RoughReflections<'a> {
                 (coarse, fine) => fine.or(coarse),
             };
         }
-        light
+        light.filter(|light| light.weight > 0.0 || self.is_rough(object))
     }
 
     /// All the light of a rough place that is met after some bounces, by rays.

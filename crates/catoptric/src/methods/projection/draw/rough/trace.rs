@@ -1,10 +1,11 @@
 //! The tracing of a grid: which rough mirrors its rays meet, and what those would show if they were smooth.
 
 use super::RoughMirrors;
-use super::grid::{Layout, MARGIN, Part, Place, ReflectedGrid, dilated};
+use super::grid::{Bumps, Layout, MARGIN, Part, Place, ReflectedGrid, dilated};
 use super::lobe::{DiscPoints, Lobe};
 use super::passage::Passage;
 use crate::error::RenderError;
+use crate::light::bumps::BumpyMeeting;
 use crate::light::path_tracer::{NearPlane, PathModel, PathTracer};
 use crate::light::wide_hierarchy::Treelet;
 use crate::math::random;
@@ -13,8 +14,8 @@ use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::LightStep;
 use crate::parallel;
 use crate::scene::hit::Hit;
-use crate::scene::shade::SurfacePoint;
-use crate::scene::{Ray, RayDifferential};
+use crate::scene::shade::SurfaceInteraction;
+use crate::scene::{Ray, RayDifferential, TurnedEncounter};
 use glam::{Vec2, Vec3};
 
 /// Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
@@ -169,62 +170,106 @@ impl Cells<'_, '_> {
     fn follow(&self, paths: &mut PathTracer<'_>, met: &[Met], found: &mut Vec<Found>) {
         let (scene, tracer) = (self.job.scene, &self.mirrors.tracer);
         let greatest = FAR_DIAGONALS * scene.bounds.diagonal().max(f32::MIN_POSITIVE);
-        let mut leaving = Vec::with_capacity(met.len());
-        let mut places = Vec::with_capacity(met.len());
+        let (mut leaving, mut places) = (Vec::with_capacity(met.len()), Vec::with_capacity(met.len()));
         for met in met {
             let encounter = tracer.encounter(scene, &met.ray, &met.hit, Some(&met.change));
             let object = encounter.point.object;
             let material = scene.material_of(object);
-            let encounter = scene.turned_encounter(material, &encounter);
+            let TurnedEncounter { encounter: turned, variance } = scene.turned_encounter(material, &encounter);
             let incoming = met.ray.direction;
-            let step = LightStep::at(scene, material, &encounter.point, incoming);
+            let step = LightStep::at(scene, material, &turned.point, incoming);
             let direction = step.outgoing(BounceKind::Reflect, incoming).filter(|_| step.reflected != Vec3::ZERO);
             let Some(direction) = direction else { continue };
-            let change = step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &encounter);
-            let ray = Ray { origin: tracer.departure(&encounter.point, direction), direction };
-            leaving.push((ray, change));
-            let lobe = Lobe::new(material.reflection_roughness(), &step.facing, -incoming);
+            let change = step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &turned);
+            let ray = Ray { origin: tracer.departure(&turned.point, direction), direction };
+            // What bumps do from cell to cell says nothing of how lobes cover them.
+            let smooth_change = match variance > 0.0 {
+                true => step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &encounter),
+                false => change,
+            };
+            let mut lobe = Lobe::new(material.reflection_alpha(variance), &step.facing, -incoming);
+            let bumps = match (material.turning_map().is_some(), material.reflection_roughness() > 0.0) {
+                (false, _) => Bumps::None,
+                (true, true) => Bumps::OfRough,
+                // Far from what it shows, where lobes cover most.
+                (true, false) if self.layout.is_hidden(lobe.width, smooth_change.solid_angle()) => Bumps::Resolved,
+                (true, false) => Bumps::OfSmooth,
+            };
+            if matches!(bumps, Bumps::OfSmooth | Bumps::Resolved) {
+                // Bumps are known one by one: no facets are hidden.
+                lobe.share = 1.0;
+            }
             let (column, row) = (met.column as u32, met.row as u32);
-            let is_bumpy = material.normal_map.is_some();
-            let place = Place { column, row, lobe, distance: 0.0, is_seen: met.is_seen, is_bumpy };
-            places.push((object, place, encounter.point));
+            let place = Place { column, row, lobe, distance: f32::INFINITY, is_seen: met.is_seen, bumps };
+            let passage = Passage::new(object, &ray, &smooth_change, f32::INFINITY, greatest);
+            let traced = None;
+            if bumps != Bumps::Resolved {
+                leaving.push((ray, change));
+                places.push((found.len(), met, encounter));
+            }
+            found.push(Found { place, passage, sharp: Vec3::ZERO, traced });
         }
         let (mut sharp, mut distances) = (vec![Vec3::ZERO; leaving.len()], vec![0.0; leaving.len()]);
         paths.radiances_and_distances(&leaving, &mut sharp, &mut distances);
-        for (index, (object, place, point)) in places.into_iter().enumerate() {
-            let (ray, change) = &leaving[index];
-            let distance = distances[index];
-            let passage = Passage::new(object, ray, change, distance, greatest);
-            let is_asked = place.is_bumpy && place.is_seen && self.layout.cell_px == self.layout.finest_px;
-            let traced = is_asked.then(|| self.mean_by_rays(paths, &place, &point, change)).flatten();
-            found.push(Found { place: Place { distance, ..place }, passage, sharp: sharp[index], traced });
+        for (index, (number, ..)) in places.iter().enumerate() {
+            let found = &mut found[*number];
+            (found.place.distance, found.sharp) = (distances[index], sharp[index]);
+            found.passage.distance = distances[index].min(greatest);
+        }
+        if self.layout.cell_px == self.layout.finest_px {
+            self.trace_lobes(paths, &leaving, &places, found);
         }
     }
 
-    /// The mean over the lobe of a point by rays, each of a cone; `None` if none leaves the surface.
-    fn mean_by_rays(
+    /// The means over the lobes of places with bumps by rays, each of a cone. `leaving` are the sharp rays.
+    fn trace_lobes(
         &self,
         paths: &mut PathTracer<'_>,
-        place: &Place,
-        point: &SurfacePoint,
-        change: &RayDifferential,
-    ) -> Option<Vec3> {
-        // Others in every cell: what they miss is noise, not a pattern.
-        let shift = [0, 1].map(|axis| random::unit(axis, place.column.into(), place.row.into()));
-        let directions = place.lobe.directions(&DiscPoints::<BUMP_RAYS>::new(shift.into()));
-        let (mut rays, mut shares) = (Vec::with_capacity(BUMP_RAYS), Vec::with_capacity(BUMP_RAYS));
-        for lane in 0..BUMP_RAYS {
-            let (direction, share) = (directions.of(lane), directions.share[lane]);
-            if share > 0.0 {
-                let change = change.widened(direction, directions.extent[lane].sqrt());
-                rays.push((Ray { origin: self.mirrors.tracer.departure(point, direction), direction }, change));
-                shares.push(share);
+        leaving: &[(Ray, RayDifferential)],
+        places: &[(usize, &Met, SurfaceInteraction)],
+        found: &mut [Found],
+    ) {
+        let (scene, tracer) = (self.job.scene, &self.mirrors.tracer);
+        let (mut rays, mut shares, mut lobes) = (Vec::new(), Vec::new(), Vec::new());
+        for ((number, met, encounter), (_, change)) in places.iter().zip(leaving) {
+            let Found { place, passage, .. } = &found[*number];
+            let is_hidden = place.bumps == Bumps::OfSmooth
+                && self.layout.is_hidden(place.lobe.width, passage.cell_extent(passage.distance));
+            if place.bumps == Bumps::None || !place.is_seen || is_hidden {
+                continue;
             }
+            // Others in every cell: what they miss is noise, not a pattern.
+            let shifts = [[0, 1], [2, 3]]
+                .map(|axes| Vec2::from(axes.map(|axis| random::unit(axis, place.column.into(), place.row.into()))));
+            let first = rays.len();
+            let mut kept = 1.0;
+            if place.bumps == Bumps::OfSmooth {
+                let meeting = BumpyMeeting { scene, tracer, ray: &met.ray, change: &met.change, encounter };
+                let material = scene.material_of(encounter.point.object);
+                let parts = meeting.parts(material, BUMP_RAYS as u32, shifts);
+                rays.extend(parts.map(|part| (part.ray, part.change)));
+                shares.resize(rays.len(), 1.0);
+            } else {
+                let directions = place.lobe.directions(&DiscPoints::<BUMP_RAYS>::new(shifts[0]));
+                for lane in 0..BUMP_RAYS {
+                    let (direction, share) = (directions.of(lane), directions.share[lane]);
+                    if share > 0.0 {
+                        let change = change.widened(direction, directions.extent[lane].sqrt());
+                        rays.push((Ray { origin: tracer.departure(&encounter.point, direction), direction }, change));
+                        shares.push(share);
+                    }
+                }
+                kept = directions.kept;
+            }
+            lobes.push((*number, first..rays.len(), kept));
         }
-        let (mut light, mut distances) = (vec![Vec3::ZERO; rays.len()], vec![0.0; rays.len()]);
-        paths.radiances_and_distances(&rays, &mut light, &mut distances);
-        let sum: Vec3 = light.iter().zip(&shares).map(|(light, share)| *light * *share).sum();
-        let shares: f32 = shares.iter().sum();
-        (shares > 0.0).then(|| sum * (directions.kept / shares))
+        let mut light = vec![Vec3::ZERO; rays.len()];
+        paths.radiances_of_cones(&rays, &mut light);
+        for (number, of_lobe, kept) in lobes {
+            let (light, shares) = (&light[of_lobe.clone()], &shares[of_lobe]);
+            let sum: Vec3 = light.iter().zip(shares).map(|(light, share)| *light * *share).sum();
+            let all: f32 = shares.iter().sum();
+            found[number].traced = (all > 0.0).then(|| sum * (kept / all));
+        }
     }
 }

@@ -95,7 +95,7 @@ impl TilePaths {
         }
         let of_object = scene.patch_of_object(object);
         let of_mesh = || scene.triangle_parts.get(triangle as usize).copied();
-        let is_bumpy = scene.material_of(object).normal_map.is_some()
+        let is_bumpy = scene.material_of(object).turning_map().is_some()
             || parent.checked_sub(1).is_some_and(|parent| self.paths[parent as usize].is_bumpy);
         let part = of_object.or_else(of_mesh).unwrap_or(triangle);
         let path = TilePath { parent, part, object, is_bumpy };
