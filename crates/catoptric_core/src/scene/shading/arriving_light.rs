@@ -2,6 +2,7 @@
 
 use super::super::{Environment, Light, LightKind, Scene};
 use crate::math::lanes::{Lanes, Vec3Lanes};
+use glam::Vec2;
 
 /// A light as several points see it.
 pub(super) struct ArrivingLight<const N: usize> {
@@ -89,8 +90,9 @@ pub(super) fn add_environment<const N: usize>(
     count: usize,
     sum: &mut Vec3Lanes<N>,
 ) {
+    let positions = Environment::positions(normals);
     for i in 0..count.min(N) {
-        let irradiance = environment.irradiance(normals.vector(i));
+        let irradiance = environment.irradiance_at(Vec2::new(positions[0][i], positions[1][i]));
         for channel in 0..3 {
             sum[channel][i] += irradiance[channel];
         }

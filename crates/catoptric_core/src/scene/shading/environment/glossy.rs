@@ -1,10 +1,11 @@
 //! An environment seen in rough surfaces: maps of its radiance averaged over highlights.
 
 use super::{Environment, EquirectangularMap};
+use crate::math::lanes::{MANY_LANES, Vec3Lanes};
 use crate::math::random;
 use crate::parallel;
 use crate::scene::shading::microfacets;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
 /// Maps are for alpha 1, 1/2, 1/4, ...; between two of them radiance is blended linearly.
@@ -25,10 +26,9 @@ impl GlossyMaps {
         Self { levels: (0..LEVELS).map(|level| map(environment, level)).collect() }
     }
 
-    /// The mean radiance over a highlight around a direction.
+    /// The mean radiance over a highlight around a direction, by its position in the picture.
     #[inline(always)]
-    pub(super) fn radiance(&self, environment: &Environment, direction: Vec3, alpha: f32) -> Vec3 {
-        let position = Environment::position(direction);
+    pub(super) fn radiance(&self, environment: &Environment, position: Vec2, alpha: f32) -> Vec3 {
         let sharpest = alpha_of(LEVELS - 1);
         if alpha < sharpest {
             let sharp = environment.at_whole_level(position, 0);
@@ -59,9 +59,9 @@ fn map(environment: &Environment, level: usize) -> EquirectangularMap {
     let radiance = parallel::map_collect(width * height, |texel| {
         let (x, y) = (texel % width, texel / width);
         let middle = Environment::direction((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-        mean(environment, middle, &steps).to_array()
+        mean(environment, middle, &steps).extend(0.0).to_array()
     });
-    EquirectangularMap { width, height, radiance }
+    EquirectangularMap::new(width, height, &radiance)
 }
 
 /// The mean over a highlight around a direction.
@@ -69,9 +69,15 @@ fn map(environment: &Environment, level: usize) -> EquirectangularMap {
 fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -> Vec3 {
     let (across, along) = middle.any_orthonormal_pair();
     let mut sum = Vec3::ZERO;
-    for &(step, weight, reduction) in steps {
-        let direction = across * step.x + along * step.y + middle * step.z;
-        sum += environment.at_whole_level(Environment::position(direction), reduction) * weight;
+    for steps in steps.chunks(MANY_LANES) {
+        let mut directions = Vec3Lanes::<MANY_LANES>::ZERO;
+        for (lane, (step, ..)) in steps.iter().enumerate() {
+            directions.set(lane, across * step.x + along * step.y + middle * step.z);
+        }
+        let [u, v] = Environment::positions(&directions);
+        for (lane, &(_, weight, reduction)) in steps.iter().enumerate() {
+            sum += environment.at_whole_level(Vec2::new(u[lane], v[lane]), reduction) * weight;
+        }
     }
     sum
 }

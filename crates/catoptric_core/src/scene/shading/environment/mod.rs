@@ -2,7 +2,8 @@
 
 mod glossy;
 
-use glam::{Vec2, Vec3};
+use crate::math::lanes::{Lanes, Vec3Lanes};
+use glam::{Vec2, Vec3, Vec4};
 use glossy::GlossyMaps;
 use std::sync::OnceLock;
 
@@ -20,24 +21,61 @@ pub struct Environment {
     pub(in super::super) radiance: Vec<[f32; 3]>,
     /// The same at half the width and height, at a quarter, and so on.
     reduced: Vec<EquirectangularMap>,
-    irradiance: Vec<[f32; 3]>,
+    irradiance: EquirectangularMap,
     /// Made when a rough surface is first lit.
     glossy: OnceLock<GlossyMaps>,
 }
 
-/// Radiance by direction, rows from the top.
+/// Radiance by direction for fast look-ups: the fourth number is zero, so that one load reads all, and around the
+/// picture stands a border of its neighbours.
 #[derive(Clone, Debug, PartialEq)]
 struct EquirectangularMap {
     width: usize,
     height: usize,
-    radiance: Vec<[f32; 3]>,
+    /// Rows from the top, of two more than `width`; two more than `height` of them.
+    texels: Vec<[f32; 4]>,
 }
 
 impl EquirectangularMap {
+    fn new(width: usize, height: usize, radiance: &[[f32; 4]]) -> Self {
+        let mut texels = Vec::with_capacity((width + 2) * (height + 2));
+        for row in -1..=height as i32 {
+            for column in -1..=width as i32 {
+                texels.push(neighbours(radiance, width, height, column, row)[0].to_array());
+            }
+        }
+        Self { width, height, texels }
+    }
+
+    /// The value at a position, between four texels. Without closures: they would not be compiled for the instructions
+    /// of the caller.
     #[inline(always)]
     fn at(&self, position: Vec2) -> Vec3 {
-        bilinear(&self.radiance, self.width, self.height, position)
+        let (left, right_share) = from_border(position.x, self.width);
+        let (top, lower_share) = from_border(position.y, self.height);
+        let stride = self.width + 2;
+        let upper = self.between(top * stride + left, right_share);
+        let lower = self.between((top + 1) * stride + left, right_share);
+        (upper + (lower - upper) * lower_share).truncate()
     }
+
+    /// The value between a texel and its right neighbour.
+    #[inline(always)]
+    fn between(&self, texel: usize, share: f32) -> Vec4 {
+        let (left, right) = (Vec4::from_array(self.texels[texel]), Vec4::from_array(self.texels[texel + 1]));
+        left + (right - left) * share
+    }
+}
+
+/// Where a position (0 to 1) of a picture of so many texels lies, from the middle of its border's first texel: whole
+/// texels, and the rest.
+#[inline(always)]
+fn from_border(position: f32, count: usize) -> (usize, f32) {
+    let (at, last) = (position * count as f32 + 0.5, count as f32);
+    let at = if at > 0.0 { at } else { 0.0 };
+    let at = if at < last { at } else { last };
+    let whole = at as i32;
+    (whole as usize, at - whole as f32)
 }
 
 /// The most places at which the picture is read for a pixel.
@@ -64,11 +102,17 @@ impl Environment {
             *value = if value.is_finite() { value.clamp(0.0, 1e6) } else { 0.0 };
         }
         let irradiance = irradiance_map(width, height, &radiance);
-        let mut reduced: Vec<EquirectangularMap> = Vec::new();
         let (mut columns, mut rows) = (width as usize, height as usize);
+        let mut reduced = Vec::new();
+        let mut last: Option<Vec<[f32; 4]>> = None;
         while rows >= 2 * LEAST_HEIGHT && columns >= 4 * LEAST_HEIGHT {
-            reduced.push(halved(reduced.last().map_or(&radiance, |map| &map.radiance), columns, rows));
+            let next = match &last {
+                Some(last) => halved(last, columns, rows),
+                None => halved(&radiance, columns, rows),
+            };
             (columns, rows) = (columns / 2, rows / 2);
+            reduced.push(EquirectangularMap::new(columns, rows, &next));
+            last = Some(next);
         }
         Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy: OnceLock::new() }
     }
@@ -86,6 +130,19 @@ impl Environment {
         let azimuth = arc_tangent(direction.z, direction.x);
         let polar = arc_tangent((direction.x * direction.x + direction.z * direction.z).sqrt(), direction.y);
         Vec2::new(azimuth * (1.0 / std::f32::consts::TAU) + 0.5, polar * std::f32::consts::FRAC_1_PI)
+    }
+
+    /// The same of several directions, along u and v each.
+    #[inline(always)] // for the instructions of its caller
+    #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+    pub(super) fn positions<const N: usize>(directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
+        let mut positions = [Lanes::ZERO; 2];
+        for i in 0..N {
+            let [x, y, z] = [directions[0][i], directions[1][i], directions[2][i]];
+            positions[0][i] = arc_tangent(z, x) * (1.0 / std::f32::consts::TAU) + 0.5;
+            positions[1][i] = arc_tangent((x * x + z * z).sqrt(), y) * std::f32::consts::FRAC_1_PI;
+        }
+        positions
     }
 
     /// The radiance from a direction (unit length), bilinear between texels.
@@ -146,7 +203,13 @@ impl Environment {
     /// The first call makes the maps that it reads; [`Self::prepare_glossy`] does so beforehand.
     #[inline(always)] // for the instructions of its caller
     pub fn glossy(&self, direction: Vec3, alpha: f32) -> Vec3 {
-        self.glossy.get_or_init(|| GlossyMaps::new(self)).radiance(self, direction, alpha)
+        self.glossy_at(Self::position(direction), alpha)
+    }
+
+    /// The same at a position in the picture.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn glossy_at(&self, position: Vec2, alpha: f32) -> Vec3 {
+        self.glossy.get_or_init(|| GlossyMaps::new(self)).radiance(self, position, alpha)
     }
 
     /// Makes the maps of [`Self::glossy`], on all cores, if they are not there yet.
@@ -157,7 +220,13 @@ impl Environment {
     /// The irradiance on a surface with this unit normal: radiance times cosine over the hemisphere.
     #[inline(always)] // for the instructions of its caller
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
-        bilinear(&self.irradiance, IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, Self::position(normal))
+        self.irradiance_at(Self::position(normal))
+    }
+
+    /// The same at a position in the picture.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn irradiance_at(&self, position: Vec2) -> Vec3 {
+        self.irradiance.at(position)
     }
 }
 
@@ -167,40 +236,51 @@ const ARC_TANGENT: [f32; 7] = [0.99999565, -0.33316, 0.19796892, -0.13195902, 0.
 /// The angle of a point from the first axis, to 2e-6: several times faster than the library's.
 #[inline(always)]
 fn arc_tangent(y: f32, x: f32) -> f32 {
-    let (long, short) = (x.abs().max(y.abs()), x.abs().min(y.abs()));
-    let ratio = short / long.max(f32::MIN_POSITIVE);
+    // Without the library's `max` and `min`, which are no single instructions.
+    let (x_size, y_size) = (x.abs(), y.abs());
+    let is_steep = y_size > x_size;
+    let (long, short) = if is_steep { (y_size, x_size) } else { (x_size, y_size) };
+    let ratio = short / if long > f32::MIN_POSITIVE { long } else { f32::MIN_POSITIVE };
     let square = ratio * ratio;
     let mut series = 0.0;
     for coefficient in ARC_TANGENT.iter().rev() {
         series = series * square + coefficient;
     }
     let angle = ratio * series;
-    let angle = if y.abs() > x.abs() { std::f32::consts::FRAC_PI_2 - angle } else { angle };
+    let angle = if is_steep { std::f32::consts::FRAC_PI_2 - angle } else { angle };
     let angle = if x < 0.0 { std::f32::consts::PI - angle } else { angle };
     if y < 0.0 { -angle } else { angle }
 }
 
-/// The value of a map at a position, between four texels. Without closures: they would not be compiled for the
+/// The value of a picture at a position, between four texels. Without closures: they would not be compiled for the
 /// instructions of the caller.
 #[inline(always)]
 fn bilinear(texels: &[[f32; 3]], width: usize, height: usize, position: Vec2) -> Vec3 {
     let (x, y) = (position.x * width as f32 - 0.5, position.y * height as f32 - 0.5);
     let (left, top) = (floor(x), floor(y));
     let (fx, fy) = (x - left as f32, y - top as f32);
-    let upper = between_neighbours(texels, width, height, left, top, fx);
-    let lower = between_neighbours(texels, width, height, left, top + 1, fx);
-    upper * (1.0 - fy) + lower * fy
+    let [upper_left, upper_right] = neighbours(texels, width, height, left, top);
+    let [lower_left, lower_right] = neighbours(texels, width, height, left, top + 1);
+    let upper = upper_left * (1.0 - fx) + upper_right * fx;
+    let lower = lower_left * (1.0 - fx) + lower_right * fx;
+    (upper * (1.0 - fy) + lower * fy).truncate()
 }
 
-/// The value between a texel of a row and its right neighbour. Beyond a pole lies the same row, half way round.
+/// A texel of a row and its right neighbour. Beyond a pole lies the same row, half way round.
 #[inline(always)]
-fn between_neighbours(texels: &[[f32; 3]], width: usize, height: usize, left: i32, row: i32, share: f32) -> Vec3 {
+fn neighbours<const C: usize>(texels: &[[f32; C]], width: usize, height: usize, left: i32, row: i32) -> [Vec4; 2] {
     let (columns, rows) = (width as i32, height as i32);
     let is_beyond = row < 0 || row >= rows;
     let left = wrapped(if is_beyond { left + columns / 2 } else { left }, columns);
     let right = wrapped(left + 1, columns);
     let start = row.clamp(0, rows - 1) as usize * width;
-    Vec3::from(texels[start + left as usize]) * (1.0 - share) + Vec3::from(texels[start + right as usize]) * share
+    [padded(&texels[start + left as usize]), padded(&texels[start + right as usize])]
+}
+
+/// The first three numbers of a texel, and one that does not matter.
+#[inline(always)]
+fn padded<const C: usize>(texel: &[f32; C]) -> Vec4 {
+    Vec4::new(texel[0], texel[1], texel[2], texel[C - 1])
 }
 
 /// A column of a map that repeats. Positions are less than a turn beyond it, if at all: no division.
@@ -219,20 +299,21 @@ fn floor(value: f32) -> i32 {
 }
 
 /// A map of half the width and height; odd last columns and rows are left out.
-fn halved(radiance: &[[f32; 3]], width: usize, height: usize) -> EquirectangularMap {
+fn halved<const C: usize>(radiance: &[[f32; C]], width: usize, height: usize) -> Vec<[f32; 4]> {
     let (columns, rows) = (width / 2, height / 2);
     let mut halves = Vec::with_capacity(columns * rows);
     for row in 0..rows {
         for column in 0..columns {
-            let at = |x: usize, y: usize| Vec3::from(radiance[(2 * row + y) * width + 2 * column + x]);
-            halves.push(((at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1)) * 0.25).to_array());
+            let at = |x: usize, y: usize| padded(&radiance[(2 * row + y) * width + 2 * column + x]);
+            let mean = (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1)) * 0.25;
+            halves.push(mean.truncate().extend(0.0).to_array());
         }
     }
-    EquirectangularMap { width: columns, height: rows, radiance: halves }
+    halves
 }
 
 /// Irradiance for a grid of normals, by summing over the picture reduced to at most 128 x 64 cells.
-fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Vec<[f32; 3]> {
+fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> EquirectangularMap {
     let (columns, rows) = ((width as usize).min(128), (height as usize).min(64));
     // Energy (radiance times solid angle) and mean direction, weighted by energy, of each cell.
     let mut energy = vec![Vec3::ZERO; columns * rows];
@@ -252,7 +333,7 @@ fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Vec<[f32; 3
     for direction in &mut directions {
         *direction = direction.normalize_or_zero(); // without energy no direction matters
     }
-    crate::parallel::map_collect(IRRADIANCE_WIDTH * IRRADIANCE_HEIGHT, |texel| {
+    let radiance = crate::parallel::map_collect(IRRADIANCE_WIDTH * IRRADIANCE_HEIGHT, |texel| {
         let (x, y) = (texel % IRRADIANCE_WIDTH, texel / IRRADIANCE_WIDTH);
         let normal = Environment::direction(
             (x as f32 + 0.5) / IRRADIANCE_WIDTH as f32,
@@ -262,8 +343,9 @@ fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Vec<[f32; 3
         for (energy, direction) in energy.iter().zip(&directions) {
             sum += *energy * direction.dot(normal).max(0.0);
         }
-        sum.to_array()
-    })
+        sum.extend(0.0).to_array()
+    });
+    EquirectangularMap::new(IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, &radiance)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use super::super::{Environment, Light, Material, Microfacets, Scene};
 use super::arriving_light::{ArrivingLight, headlight};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};
 use crate::math::lanes::{Lanes, Vec3Lanes};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 
 /// The index of refraction of coats is 1.5.
@@ -235,6 +235,7 @@ fn add_light_of_coat<const N: usize>(
 }
 
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 fn add_environment<const N: usize>(
     environment: &Environment,
     microfacets: &Microfacets,
@@ -245,18 +246,38 @@ fn add_environment<const N: usize>(
 ) {
     let table = ReflectanceTable::get();
     let (at_normal, at_grazing) = (microfacets.specular.max_element(), microfacets.specular_at_grazing);
+    let mut shares = [Lanes::<N>::ZERO; 2];
+    let (mut tilts, mut alphas) = (Lanes::<N>::ZERO, Lanes::<N>::ZERO);
     for i in 0..count.min(N) {
-        let (normal, viewer, alpha) = (points.normal.vector(i), points.towards_viewer.vector(i), facets.alpha[i]);
-        let n_v = facets.n_v[i].max(LEAST_COSINE);
-        let surroundings = table.reflected(alpha.sqrt(), n_v);
-        let entering = 1.0 - (at_normal * surroundings.at_normal + at_grazing * surroundings.at_grazing);
-        let scattered = environment.irradiance(normal) * (FRAC_1_PI * entering);
-        let mirrored = normal * (2.0 * facets.n_v[i]) - viewer;
-        let reflected = environment.glossy(surroundings.middle(normal, mirrored), surroundings.alpha(alpha));
+        let n_v = if facets.n_v[i] > LEAST_COSINE { facets.n_v[i] } else { LEAST_COSINE };
+        let surroundings = table.reflected(facets.alpha[i].sqrt(), n_v);
+        (shares[0][i], shares[1][i]) = (surroundings.at_normal, surroundings.at_grazing);
+        tilts[i] = surroundings.tilt;
+        alphas[i] = surroundings.alpha(facets.alpha[i]);
+    }
+    // The middles of highlights: see `ReflectedSurroundings::middle`.
+    let mut middles = Vec3Lanes::<N>::ZERO;
+    for i in 0..N {
+        let [nx, ny, nz] = [points.normal[0][i], points.normal[1][i], points.normal[2][i]];
+        let (twice, tilt) = (2.0 * facets.n_v[i], tilts[i]);
+        let viewer = &points.towards_viewer;
+        let x = nx + (nx * twice - viewer[0][i] - nx) * tilt;
+        let y = ny + (ny * twice - viewer[1][i] - ny) * tilt;
+        let z = nz + (nz * twice - viewer[2][i] - nz) * tilt;
+        let length2 = x * x + y * y + z * z;
+        let inverse = 1.0 / if length2 > 1e-12 { length2 } else { 1e-12 }.sqrt();
+        (middles[0][i], middles[1][i], middles[2][i]) = (x * inverse, y * inverse, z * inverse);
+    }
+    let [of_normals, of_middles] = [Environment::positions(&points.normal), Environment::positions(&middles)];
+    for i in 0..count.min(N) {
+        let [of_normal, of_grazing] = [shares[0][i], shares[1][i]];
+        let entering = 1.0 - (at_normal * of_normal + at_grazing * of_grazing);
+        let scattered =
+            environment.irradiance_at(Vec2::new(of_normals[0][i], of_normals[1][i])) * (FRAC_1_PI * entering);
+        let reflected = environment.glossy_at(Vec2::new(of_middles[0][i], of_middles[1][i]), alphas[i]);
         let occlusion = points.occlusion[i];
         for channel in 0..3 {
-            let reflectance = facets.reflectance[channel][i] * surroundings.at_normal
-                + facets.at_grazing[i] * surroundings.at_grazing;
+            let reflectance = facets.reflectance[channel][i] * of_normal + facets.at_grazing[i] * of_grazing;
             sum[channel][i] +=
                 occlusion * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
         }
