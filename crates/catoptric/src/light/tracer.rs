@@ -3,14 +3,17 @@
 #[cfg(target_arch = "x86_64")]
 use super::wide_hierarchy::Avx2;
 use super::wide_hierarchy::{
-    ALPHA_TESTED, Portable, PrimitiveMet, PrimitiveTests, SignBits, Treelet, TriangleHit, ViewBeam, WideHierarchy, meet,
+    ALPHA_TESTED, Beam, Portable, PrimitiveMet, PrimitiveTests, SignBits, Treelet, TriangleHit, WideHierarchy, meet,
 };
 use crate::scene::hit::{Hit, PrimitiveHit};
 use crate::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
-use crate::scene::{AlphaMode, Ray, RayDifferential, Scene, ViewRays};
+use crate::scene::{AlphaMode, Light, Ray, RayDifferential, Scene, ViewRays};
 use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::{Vec2, Vec3};
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Fewer points ask for their ways to a light one by one.
+const FEW_POINTS: usize = 6;
 
 /// The scene's hierarchy. It belongs to the scene that it was built from.
 #[derive(Debug)]
@@ -82,7 +85,7 @@ impl Tracer {
 
     /// Gathers what the rays through a rectangle of a picture (two corners, in pixels) may meet.
     pub(crate) fn gather(&self, view: &ViewRays, low: Vec2, high: Vec2, treelet: &mut Treelet) {
-        gather(&self.hierarchy, &ViewBeam::new(view, low, high), treelet);
+        gather(&self.hierarchy, &Beam::through(view, low, high), treelet);
     }
 
     #[inline(always)]
@@ -110,6 +113,27 @@ impl Tracer {
     /// Returns true if anything is nearer along a ray than a distance.
     pub(crate) fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
         self.walk(scene, ray, 0.0).is_blocked(distance)
+    }
+
+    /// The same for the ways from some points to a light: whether each is blocked. They share what they may meet.
+    pub(crate) fn find_blocked(
+        &self,
+        scene: &Scene,
+        light: &Light,
+        points: &[Vec3],
+        treelet: &mut Treelet,
+        blocked: &mut [bool],
+    ) {
+        let beam = if points.len() < FEW_POINTS { None } else { Beam::to_light(light, points) };
+        if let Some(beam) = &beam {
+            gather(&self.hierarchy, beam, treelet);
+        }
+        let treelet = beam.map(|_| &*treelet);
+        for (point, blocked) in points.iter().zip(blocked) {
+            *blocked = light
+                .way_from(*point)
+                .is_some_and(|(ray, distance)| Walk { treelet, ..self.walk(scene, &ray, 0.0) }.is_blocked(distance));
+        }
     }
 
     #[inline(always)]
@@ -261,9 +285,14 @@ impl Walk<'_> {
 
     #[inline(always)]
     fn is_blocked_in<S: SignBits>(&self, distance: f32) -> bool {
-        let Self { hierarchy, ray, .. } = *self;
+        let Self { hierarchy, treelet, ray, .. } = *self;
         let passes = |hit: &TriangleHit| self.passes(hit);
         let surface = |object: u32, far: f32| self.surface(object, far);
+        if let Some(treelet) = treelet
+            && let Some(is_blocked) = treelet.meets_any::<S>(hierarchy, ray, distance, passes, surface)
+        {
+            return is_blocked;
+        }
         hierarchy.meets_any::<S>(ray, distance, passes, surface)
     }
 
@@ -282,19 +311,19 @@ impl Walk<'_> {
 }
 
 /// [`WideHierarchy::gather`], with AVX2 where the machine has it.
-fn gather(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
+fn gather<const SIDES: usize>(hierarchy: &WideHierarchy, beam: &Beam<SIDES>, treelet: &mut Treelet) {
     #[cfg(target_arch = "x86_64")]
     {
         #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn with_avx2(hierarchy: &WideHierarchy, beam: &ViewBeam, treelet: &mut Treelet) {
-            hierarchy.gather::<Avx2>(beam, treelet);
+        fn with_avx2<const SIDES: usize>(hierarchy: &WideHierarchy, beam: &Beam<SIDES>, treelet: &mut Treelet) {
+            hierarchy.gather::<Avx2, SIDES>(beam, treelet);
         }
         if Avx2::is_available() {
             #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
             return unsafe { with_avx2(hierarchy, beam, treelet) };
         }
     }
-    hierarchy.gather::<Portable>(beam, treelet);
+    hierarchy.gather::<Portable, SIDES>(beam, treelet);
 }
 
 /// One triangle, ready to be met by many rays: as [`Tracer::first_hit`] meets it, to the bit.
@@ -465,6 +494,39 @@ mod tests {
         let met = meet(corners.map(|corner| corner.to_array()), [ray.origin.to_array(), ray.direction.to_array()]);
         assert!(met.inside && (Vec2::from_array(met.weights) - Vec2::new(0.2, 0.3)).length() < 1e-5);
         assert!((origin + ray.direction * met.distance - inside).length() < 1e-5);
+    }
+
+    #[test]
+    fn points_near_each_other_see_the_lights_that_each_sees_alone() {
+        use crate::scene::LightKind;
+        use catoptric_scenes::builtin;
+        let scene = builtin::parse("workshop?tess=16").unwrap().pose(&Default::default()).unwrap();
+        let tracer = Tracer::build(&scene, |_| true);
+        let mut random = Stream::new(17);
+        let (mut treelet, mut counts) = (Treelet::default(), [0, 0]);
+        let range = f32::INFINITY;
+        for cluster in 0..400 {
+            let mut point = |size: f32| {
+                let step = Vec3::new(random.next_unit(), random.next_unit(), random.next_unit()) - 0.5;
+                scene.bounds.size() * step * size
+            };
+            let middle = scene.bounds.center() + point(0.8);
+            // Some lie among the points.
+            let size = [0.01, 0.05, 0.5][cluster % 3];
+            let position = middle + point([size, 0.5, 1.0][cluster / 3 % 3]);
+            let direction = (middle - position).normalize();
+            let kind = if cluster % 2 == 0 { LightKind::Directional } else { LightKind::Point { range } };
+            let light = Light { kind, intensity: Vec3::ONE, position, direction };
+            let points: Vec<Vec3> = (0..24).map(|_| middle + point(size)).collect();
+            let mut found = [false; 24];
+            tracer.find_blocked(&scene, &light, &points, &mut treelet, &mut found);
+            for (point, found) in points.iter().zip(found) {
+                let (ray, distance) = light.way_from(*point).unwrap();
+                assert_eq!(found, tracer.is_blocked(&scene, &ray, distance), "{light:?} from {point}");
+                counts[usize::from(found)] += 1;
+            }
+        }
+        assert!(counts.iter().all(|count| *count > 1000), "{counts:?}");
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! Shadows of lights: which surfaces cast them, and rays that tell whether a light is seen.
 
 use super::tracer::Tracer;
-use crate::scene::{LightVisibility, Material, Ray, Role, Scene};
+use super::wide_hierarchy::Treelet;
+use crate::scene::{Light, LightVisibility, Material, Ray, Role, Scene};
+use glam::Vec3;
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Gives a scene with lights shadows: from then on every method asks rays whether a light is seen from a point that it
@@ -31,5 +34,13 @@ struct Shadows {
 impl LightVisibility for Shadows {
     fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
         self.tracer.is_blocked(scene, ray, distance)
+    }
+
+    fn find_hidden(&self, scene: &Scene, light: &Light, points: &[Vec3], hidden: &mut [bool]) {
+        thread_local! {
+            /// Buffers of a thread.
+            static TREELET: RefCell<Treelet> = RefCell::default();
+        }
+        TREELET.with_borrow_mut(|treelet| self.tracer.find_blocked(scene, light, points, treelet, hidden));
     }
 }

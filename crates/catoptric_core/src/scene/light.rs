@@ -1,5 +1,6 @@
-//! Punctual lights, as in KHR_lights_punctual. They cast no shadows: every method shades a point alike.
+//! Punctual lights, as in KHR_lights_punctual.
 
+use super::Ray;
 use glam::Vec3;
 
 /// A light placed in the world.
@@ -37,6 +38,17 @@ pub enum LightKind {
 }
 
 impl Light {
+    /// The ray from a point to the light, and how far that is; `None` at the light itself.
+    #[inline]
+    pub fn way_from(&self, point: Vec3) -> Option<(Ray, f32)> {
+        if self.kind == LightKind::Directional {
+            return Some((Ray { origin: point, direction: -self.direction }, f32::INFINITY));
+        }
+        let step = self.position - point;
+        let distance = step.length();
+        (distance >= f32::MIN_POSITIVE).then(|| (Ray { origin: point, direction: step / distance }, distance))
+    }
+
     /// The direction towards the light and the irradiance on a surface that faces it, at `point`.
     #[inline]
     pub fn arriving(&self, point: Vec3) -> (Vec3, Vec3) {

@@ -1,6 +1,7 @@
 //! Shadows: whether a light is seen from where it shines on.
 
-use super::{Light, LightKind, Ray, Scene};
+use super::{Light, Ray, Scene};
+use crate::math::lanes::Lanes;
 use glam::{Vec2, Vec3};
 use std::fmt::Debug;
 
@@ -9,6 +10,14 @@ pub trait LightVisibility: Debug + Send + Sync {
     /// Returns true if a surface that casts shadows meets a ray nearer than a distance. The scene is the one that the
     /// means were made for.
     fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool;
+
+    /// Sets which of several points, above the surfaces that they belong to, do not see a light: as many as there are
+    /// points. The same as one after the other, but faster where they are near each other.
+    fn find_hidden(&self, scene: &Scene, light: &Light, points: &[Vec3], hidden: &mut [bool]) {
+        for (point, hidden) in points.iter().zip(hidden) {
+            *hidden = light.way_from(*point).is_some_and(|(ray, distance)| self.is_blocked(scene, &ray, distance));
+        }
+    }
 }
 
 /// Where light is sought from.
@@ -65,17 +74,30 @@ impl ShadowStart {
     #[inline]
     pub(super) fn sees(&self, scene: &Scene, light: &Light) -> bool {
         let Some(visibility) = &scene.light_visibility else { return true };
-        let (direction, distance) = match light.kind {
-            LightKind::Directional => (-light.direction, f32::INFINITY),
-            LightKind::Point { .. } | LightKind::Spot { .. } => {
-                let step = light.position - self.origin;
-                let distance = step.length();
-                if distance < f32::MIN_POSITIVE {
-                    return true;
-                }
-                (step / distance, distance)
-            }
-        };
-        !visibility.is_blocked(scene, &Ray { origin: self.origin, direction }, distance)
+        let way = light.way_from(self.origin);
+        way.is_none_or(|(ray, distance)| !visibility.is_blocked(scene, &ray, distance))
+    }
+}
+
+/// Takes the strength of a light away at points that do not see it: `starts` by lane, of those lanes that matter.
+#[inline(always)]
+pub(super) fn hide<const N: usize>(
+    scene: &Scene,
+    light: &Light,
+    starts: impl Iterator<Item = (usize, ShadowStart)>,
+    strength: &mut Lanes<N>,
+) {
+    let Some(visibility) = &scene.light_visibility else { return };
+    let (mut lanes, mut points, mut count) = ([0usize; N], [Vec3::ZERO; N], 0);
+    for (lane, start) in starts.take(N) {
+        (lanes[count], points[count]) = (lane, start.origin);
+        count += 1;
+    }
+    let mut hidden = [false; N];
+    visibility.find_hidden(scene, light, &points[..count], &mut hidden[..count]);
+    for (lane, hidden) in lanes[..count].iter().zip(hidden) {
+        if hidden {
+            strength[*lane] = 0.0;
+        }
     }
 }

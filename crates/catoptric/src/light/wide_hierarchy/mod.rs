@@ -11,7 +11,7 @@ mod treelet;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use rays::Avx2;
 pub(crate) use rays::{Portable, PrimitiveMet, PrimitiveTests, SignBits, meet};
-pub(crate) use treelet::{Treelet, ViewBeam};
+pub(crate) use treelet::{Beam, Treelet};
 
 use crate::math::lanes::LANES;
 use crate::scene::Scene;

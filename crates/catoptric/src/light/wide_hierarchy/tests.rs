@@ -134,7 +134,7 @@ fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
         let view = View::new(&camera, 64, 48, 1e-3).rays();
         for tile in 0..192u32 {
             let low = Vec2::new((tile % 16 * 4) as f32, (tile / 16 * 4) as f32);
-            hierarchy.gather::<Portable>(&ViewBeam::new(&view, low, low + 4.0), &mut treelet);
+            hierarchy.gather::<Portable, 4>(&Beam::through(&view, low, low + 4.0), &mut treelet);
             for place in 0..25u32 {
                 let at = low + Vec2::new((place % 5) as f32, (place / 5) as f32);
                 let ray = view.ray(at.x, at.y);

@@ -3,7 +3,7 @@
 use super::rays::{PrimitiveMet, PrimitiveTests, RaySlabs, SignBits, meet_leaf};
 use super::{LEAF, NONE, SURFACE, TriangleHit, WideHierarchy, WideNode};
 use crate::math::lanes::LANES;
-use crate::scene::{Ray, ViewRays};
+use crate::scene::{Light, LightKind, Ray, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Beams that may meet more leaves than this are left to the whole hierarchy.
@@ -12,18 +12,21 @@ const MAX_LEAVES: usize = 64;
 /// How far a beam reaches beyond the rays that it is made for, in pixels: far more than rounding.
 const MARGIN_PX: f32 = 0.01;
 
-/// The rays through a rectangle of a picture.
-pub(crate) struct ViewBeam {
-    /// Normals of the four sides, outwards, and the products with a point of each.
-    sides: [(Vec3, f32); 4],
+/// The same in units of coordinates.
+const MARGIN_OF_COORDINATES: f32 = 1e-5;
+
+/// Rays between flat sides.
+pub(crate) struct Beam<const SIDES: usize> {
+    /// Normals of the sides, outwards, and the products with a point of each.
+    sides: [(Vec3, f32); SIDES],
     /// Along the middle, and the smallest product with an origin.
     forward: Vec3,
     start: f32,
 }
 
-impl ViewBeam {
-    /// The beam through the rectangle between two corners, in pixels.
-    pub(crate) fn new(view: &ViewRays, low: Vec2, high: Vec2) -> Self {
+impl Beam<4> {
+    /// The beam through the rectangle of a picture between two corners, in pixels.
+    pub(crate) fn through(view: &ViewRays, low: Vec2, high: Vec2) -> Self {
         let (low, high) = (low - MARGIN_PX, high + MARGIN_PX);
         let corners = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)];
         let rays = corners.map(|at| view.ray(at.x, at.y));
@@ -39,7 +42,47 @@ impl ViewBeam {
         let start = rays.iter().map(|ray| ray.origin.dot(forward)).fold(f32::INFINITY, f32::min);
         Self { sides: [side(0), side(1), side(2), side(3)], forward, start }
     }
+}
 
+impl Beam<6> {
+    /// The beam from some points to a light; `None` where they lie all around it.
+    pub(crate) fn to_light(light: &Light, points: &[Vec3]) -> Option<Self> {
+        let middle = points.iter().sum::<Vec3>() / points.len() as f32;
+        let is_far = light.kind == LightKind::Directional;
+        let end = if is_far { middle - light.direction } else { light.position };
+        let forward = (end - middle).try_normalize()?;
+        let (across, along) = forward.any_orthonormal_pair();
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for point in points {
+            let step = *point - end;
+            // Points lie behind the light, or their ways to it leave the beam.
+            let depth = -step.dot(forward);
+            let scale = if is_far { 1.0 } else { 1.0 / depth };
+            if depth <= 0.0 && !is_far || !scale.is_finite() {
+                return None;
+            }
+            let place = Vec3::new(step.dot(across) * scale, step.dot(along) * scale, point.dot(forward));
+            (low, high) = (low.min(place), high.max(place));
+        }
+        let size = end.abs().max(middle.abs()).max_element() + (end - middle).length();
+        let scale = if is_far { 1.0 } else { 1.0 / (end - middle).length() };
+        let margin = MARGIN_OF_COORDINATES * (size * scale + low.abs().max(high.abs()).truncate().max_element());
+        // Seen from a near light, sides lean: they pass through it.
+        let lean = if is_far { Vec3::ZERO } else { -forward };
+        let side = |axis: Vec3, most: f32| {
+            let most = most + margin;
+            let normal = axis - lean * most;
+            (normal, normal.dot(end) + if is_far { most } else { 0.0 })
+        };
+        let behind = (-forward, -low.z);
+        let beyond = if is_far { (Vec3::ZERO, 1.0) } else { (forward, forward.dot(end)) };
+        let sides =
+            [side(across, high.x), side(-across, -low.x), side(along, high.y), side(-along, -low.y), behind, beyond];
+        Some(Self { sides, forward, start: low.z })
+    }
+}
+
+impl<const SIDES: usize> Beam<SIDES> {
     /// The children whose boxes the beam may meet, and distances that none of its rays reaches them before.
     #[inline(always)]
     fn children<S: SignBits>(&self, node: &WideNode) -> (u32, [f32; LANES]) {
@@ -122,12 +165,43 @@ impl Treelet {
         }
         Some(best)
     }
+
+    /// Whether a ray of the beam meets anything nearer than a distance: [`WideHierarchy::meets_any`]. `None`: the whole
+    /// hierarchy must be asked.
+    #[inline(always)]
+    pub(crate) fn meets_any<S: SignBits>(
+        &self,
+        hierarchy: &WideHierarchy,
+        ray: &Ray,
+        distance: f32,
+        passes: impl Fn(&TriangleHit) -> bool,
+        surface: impl Fn(u32, f32) -> Option<f32>,
+    ) -> Option<bool> {
+        if self.overflows || !(ray.origin.is_finite() && ray.direction.is_finite()) {
+            return None;
+        }
+        let slabs = RaySlabs::new(ray);
+        for (_, group) in &self.groups {
+            let (mut met, _) = slabs.children::<S>(group, distance);
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize;
+                met &= met - 1;
+                let (mut far, mut best) = (distance, None);
+                let code = group.children[lane];
+                meet_leaf::<S>(hierarchy, code, ray, 0.0, &mut far, &mut best, &passes, &surface, &mut ());
+                if best.is_some() {
+                    return Some(true);
+                }
+            }
+        }
+        Some(false)
+    }
 }
 
 impl WideHierarchy {
     /// Finds the leaves that a beam may meet.
     #[inline(always)]
-    pub(crate) fn gather<S: SignBits>(&self, beam: &ViewBeam, treelet: &mut Treelet) {
+    pub(crate) fn gather<S: SignBits, const SIDES: usize>(&self, beam: &Beam<SIDES>, treelet: &mut Treelet) {
         let Treelet { groups, waiting, leaves, overflows } = treelet;
         groups.clear();
         waiting.clear();

@@ -11,6 +11,9 @@ use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec3, Vec4};
 use std::f32::consts::FRAC_1_PI;
 
+/// Highlights of a lower radiance are not seen: a tenth of a step of eight bits where those are smallest.
+const FAINTEST_HIGHLIGHT: f32 = 3e-5;
+
 /// The places where textures are looked up for some points of one material.
 pub(super) trait LookUps<const N: usize> {
     /// Those of a texture.
@@ -79,7 +82,7 @@ impl Scene {
         if is_blind {
             return Vec3::ZERO;
         }
-        let start = self.shadow_start(point, side);
+        let mut start = None;
         let tint = self.base_color(material, point).truncate();
         let coat = self.coat(material, point);
         let reflectance = |grazing: f32| match material.role {
@@ -106,9 +109,13 @@ impl Scene {
                     reflected += n_l * lobe(*alpha, cosine2, sine2, n_l, n_v);
                 }
             }
-            if reflected > 0.0 && start.sees(self, light) {
-                let share = reflectance(grazing_share(0.5 * length2.sqrt()));
-                sum += irradiance * share * (reflected / count as f32);
+            let light_reflected =
+                irradiance * reflectance(grazing_share(0.5 * length2.sqrt())) * (reflected / count as f32);
+            // Lobes end nowhere: far from a highlight a ray would cost more than it shows.
+            if light_reflected.max_element() > FAINTEST_HIGHLIGHT
+                && start.get_or_insert_with(|| self.shadow_start(point, side)).sees(self, light)
+            {
+                sum += light_reflected;
             }
         }
         if sum.is_finite() { sum } else { Vec3::ZERO }

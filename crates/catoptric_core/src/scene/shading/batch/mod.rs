@@ -8,7 +8,7 @@ mod triangles;
 
 pub use queue::ShadingQueue;
 
-use super::super::light_visibility::ShadowStart;
+use super::super::light_visibility::{ShadowStart, hide};
 use super::super::{Light, Material, Scene};
 use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
@@ -214,15 +214,13 @@ fn shadow<const N: usize>(
     arriving: &mut ArrivingLight<N>,
 ) {
     let cosines = points.normal.dot(&arriving.towards);
-    for (i, &index) in order.iter().enumerate() {
-        if arriving.strength[i] > 0.0 && cosines[i] > 0.0 {
-            let query = &queries[index as usize];
-            let start = ShadowStart::on_triangle(scene, query.triangle, query.barycentrics.value, points.side[i]);
-            if !start.sees(scene, light) {
-                arriving.strength[i] = 0.0;
-            }
-        }
-    }
+    let strength = arriving.strength;
+    let starts = order.iter().enumerate().filter(|(lane, _)| strength[*lane] > 0.0 && cosines[*lane] > 0.0);
+    let starts = starts.map(|(lane, &index)| {
+        let query = &queries[index as usize];
+        (lane, ShadowStart::on_triangle(scene, query.triangle, query.barycentrics.value, points.side[lane]))
+    });
+    hide(scene, light, starts, &mut arriving.strength);
 }
 
 /// Shades those points that the table has in a range of its order, which are of one material.

@@ -1,7 +1,7 @@
 //! Light that lit surfaces with microfacets, normal maps and occlusion send to their viewers: glTF's metallic-roughness
 //! model (glTF 2.0, appendix B), for several points of one material at once.
 
-use super::super::light_visibility::ShadowStart;
+use super::super::light_visibility::{ShadowStart, hide};
 use super::super::{Environment, Light, Material, Microfacets, Scene};
 use super::arriving_light::{ArrivingLight, headlight};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};
@@ -158,14 +158,14 @@ fn shadow<const N: usize>(
     count: usize,
     arriving: &mut ArrivingLight<N>,
 ) {
-    for (i, start) in points.shadow_starts.iter().enumerate().take(count.min(N)) {
-        let cosine = |normals: &Vec3Lanes<N>| normals.vector(i).dot(arriving.towards.vector(i));
-        let matters =
-            arriving.strength[i] > 0.0 && (cosine(&points.normal) > 0.0 || cosine(&points.smooth_normal) > 0.0);
-        if matters && !start.sees(scene, light) {
-            arriving.strength[i] = 0.0;
-        }
-    }
+    let strength = arriving.strength;
+    let matters = |lane: &usize| {
+        let towards = arriving.towards.vector(*lane);
+        let faces = |normals: &Vec3Lanes<N>| normals.vector(*lane).dot(towards) > 0.0;
+        strength[*lane] > 0.0 && (faces(&points.normal) || faces(&points.smooth_normal))
+    };
+    let starts = (0..count.min(N)).filter(matters).map(|lane| (lane, points.shadow_starts[lane]));
+    hide(scene, light, starts, &mut arriving.strength);
 }
 
 #[inline(always)]
