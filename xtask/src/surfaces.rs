@@ -3,7 +3,7 @@
 use crate::panels::{below, beside_of_width, save_small};
 use crate::root;
 use crate::stage::{Stage, flip, print, rgb, stage_ms};
-use anyhow::{Error, Result};
+use anyhow::{Context, Error, Result};
 use catoptric::light::visibility::cast_shadows;
 use catoptric::metrics::Comparison;
 use catoptric::scene::{Environment, Microfacets, Role};
@@ -83,26 +83,31 @@ fn rough() -> Result<Option<RgbImage>> {
 
 /// Water, a wavy mirror and a pane: reference, multiperspective rasterisation, environment map.
 fn bumpy() -> Result<Option<RgbImage>> {
-    print("| picture | reflector pixels off by > 0.1 | frame ms | smooth ms | reference ms |\n|---|---|---|---|---|")?;
+    print(
+        "| scene | picture | reflector pixels off by > 0.1 | FLIP on them | frame ms | smooth ms | reference ms |\n\
+        |---|---|---|---|---|---|---|",
+    )?;
     let mut rows = Vec::new();
-    for camera in 0..2 {
+    for (specification, camera) in [("rippled", 0), ("rippled", 1), ("rippled?copies=40", 0)] {
         let seen = |specification: &str, size: [u32; 2]| -> Result<Stage> {
             let mut stage = Stage::new(specification, size, 2)?;
             stage.view = stage.scene.view(&stage.scene.cameras[camera], size[0], size[1]);
             Ok(stage)
         };
-        let stage = seen("rippled", SIZE)?.with_samples(16);
+        let stage = seen(specification, SIZE)?.with_samples(16);
         let (mask, truth) = (stage.mask(), stage.truth()?);
-        let timed = seen("rippled", TIMED)?;
+        let timed = seen(specification, TIMED)?;
         let smooth = seen("rippled?bumps=0", TIMED)?;
         let reference_ms = timed.draw("reference", "", 1)?.first_ms;
         let mut row = vec![rgb(&truth)?];
         for method in ["multiperspective", "environment_map"] {
             let picture = stage.draw(method, "", 1)?.picture;
-            let off = Comparison::new(&picture, &truth)?.masked(&mask)?.map_or(0.0, |error| error.over_0_1);
+            let error = Comparison::new(&picture, &truth)?.masked(&mask)?.context("no reflector is seen")?;
             print(&format!(
-                "| camera {camera}, {method} | {:.2} % | {:.0} | {:.0} | {reference_ms:.0} |",
-                100.0 * off,
+                "| `{specification}`, camera {camera} | {method} | {:.2} % | {:.4} | {:.0} | {:.0} \
+                | {reference_ms:.0} |",
+                100.0 * error.over_0_1,
+                error.flip_mean,
                 timed.draw(method, "", 4)?.later_ms,
                 smooth.draw(method, "", 4)?.later_ms,
             ))?;

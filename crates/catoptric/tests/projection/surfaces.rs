@@ -60,6 +60,19 @@ fn bumps_turn_rays_as_in_the_reference() {
 }
 
 #[test]
+fn ripples_smaller_than_a_pixel_blur_what_water_shows() {
+    let scene = scene("rippled?tess=16&copies=40");
+    let view = scene.default_view(240, 160);
+    let truth = picture("reference", "", &scene, &view, Quality { samples: 16, order: 2 });
+    for method in ["multiperspective", "auto"] {
+        let error = reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
+        assert!(error.flip_mean < 0.08, "{method}: {error:?}");
+    }
+    let map = reflector_error(&picture("environment_map", "", &scene, &view, QUALITY), &truth, &scene, &view);
+    assert!(map.flip_mean > 0.2, "{map:?}");
+}
+
+#[test]
 fn things_on_a_workbench_look_as_in_the_reference() {
     let mut scene = scene("workshop?tess=24");
     cast_shadows(&mut scene);

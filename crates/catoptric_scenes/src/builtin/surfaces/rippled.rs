@@ -11,10 +11,13 @@ use glam::{Vec2, Vec3};
 
 const BUMPS: ParameterInfo = number("bumps", "1", "the scale of all normal maps; 0: smooth", 0.0, 4.0);
 
+const COPIES: ParameterInfo =
+    number("copies", "1", "how many times smaller the water's ripples are; 40: smaller than pixels", 1.0, 100.0);
+
 pub(in super::super) const RIPPLED: BuiltinInfo = BuiltinInfo {
     name: "rippled",
     summary: "rippled water, a wavy mirror and a pane of bumpy glass: their normal maps turn rays",
-    parameters: &[TESS, BUMPS],
+    parameters: &[TESS, BUMPS, COPIES],
     command: "catoptric render builtin:rippled -o rippled.png",
     build: rippled,
 };
@@ -51,8 +54,9 @@ fn rippled(spec: &str, values: &Values<'_>) -> Model {
     let dimples = [wave(7, 0, 1.5e-3, 0.0), wave(0, 7, 1.5e-3, 1.0)];
     let glass = Material { role: Role::Lens, ior: 1.5, ..Material::diffuse("glass", Vec3::new(0.95, 0.99, 0.97)) };
     let glass = bumpy(glass, "dimples", &dimples);
+    let tile = 2.2 / values.number(COPIES.name);
     let pool =
-        shapes::rectangle(Vec3::new(-2.6, 0.06, 3.2), Vec3::X * 5.2, Vec3::NEG_Z * 4.4, [8, 8], Vec2::splat(2.2));
+        shapes::rectangle(Vec3::new(-2.6, 0.06, 3.2), Vec3::X * 5.2, Vec3::NEG_Z * 4.4, [8, 8], Vec2::splat(tile));
     kit.add("water", water, pool, at(0.0, 0.0, 0.0));
     let mirror = shapes::rectangle(Vec3::ZERO, Vec3::X * 2.2, Vec3::Y * 1.9, [4, 4], Vec2::splat(1.6));
     kit.add("wavy_mirror", wavy, mirror, at(-3.2, 0.9, -2.6).turned(18.0));

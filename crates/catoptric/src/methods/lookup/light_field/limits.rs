@@ -23,6 +23,6 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("highlights", [below(0.159, 0.188), below(0.159, 0.188)]),
         scene("brushed", [below(0.415, 0.271), below(0.393, 0.268)]),
         scene("rippled", [below(0.493, 0.381), below(0.502, 0.407)]),
-        scene("workshop", [below(0.049, 0.089), below(0.088, 0.101)]),
+        scene("workshop", [below(0.061, 0.094), below(0.099, 0.105)]),
     ],
 };

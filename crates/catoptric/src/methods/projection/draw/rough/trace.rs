@@ -21,8 +21,10 @@ use glam::{Vec2, Vec3};
 /// Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
 const RAYS: u32 = 4;
 
-/// Rays from each place of a rough mirror with bumps. Chosen between noise and time.
+/// Rays from each place of a rough mirror with bumps, and of a smooth one whose bumps are smaller than the place.
+/// Chosen between noise and time.
 const BUMP_RAYS: usize = 16;
+const SMALL_BUMP_RAYS: u32 = 8;
 
 /// Cells of a block along each side: they are traced together.
 const BLOCK: usize = 16;
@@ -246,7 +248,7 @@ impl Cells<'_, '_> {
             if place.bumps == Bumps::OfSmooth {
                 let meeting = BumpyMeeting { scene, tracer, ray: &met.ray, change: &met.change, encounter };
                 let material = scene.material_of(encounter.point.object);
-                let parts = meeting.parts(material, BUMP_RAYS as u32, shifts);
+                let parts = meeting.parts(material, SMALL_BUMP_RAYS, shifts);
                 rays.extend(parts.map(|part| (part.ray, part.change)));
                 shares.resize(rays.len(), 1.0);
             } else {
