@@ -4,11 +4,11 @@
 use super::tracer::Tracer;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{Facing, LightStep};
+use crate::optics::step::{Facing, LightStep, cone_width};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Scene, TurnedEncounter};
 use glam::{Vec2, Vec3};
-use std::f32::consts::{SQRT_2, TAU};
+use std::f32::consts::TAU;
 
 /// A ray that meets a mirror with bumps, and all that it stands for.
 pub(crate) struct BumpyMeeting<'a> {
@@ -30,8 +30,8 @@ pub(crate) struct ReflectedPart {
 }
 
 impl BumpyMeeting<'_> {
-    /// The reflections of `count` parts; as many of the four numbers from 0 to 1 that choose them as `turn` says. None
-    /// where nothing is reflected.
+    /// The reflections of `count` parts, fewer where some reflect nothing. `turn` moves the numbers (0 to 1) that
+    /// choose each part's place and its slope.
     pub(crate) fn parts(
         &self,
         material: &Material,
@@ -65,9 +65,8 @@ impl BumpyMeeting<'_> {
             Facing::new(incoming, turned.point.geometric_normal, normal.try_normalize()? * step.facing.sign());
         let direction = step.outgoing(BounceKind::Reflect, incoming)?;
         let change = step.outgoing_change(BounceKind::Reflect, incoming, &change.scaled(side), &part);
-        // The parts' cones cover the lobe together: slopes are about as wide as alpha to each side, and mirrored
-        // directions turn twice as far.
-        let change = change.widened(direction, 2.0 * SQRT_2 * variance.sqrt() * side);
+        // The parts' cones cover the lobe together.
+        let change = change.widened(direction, cone_width(variance.sqrt()) * side);
         let ray = Ray { origin: tracer.departure(&turned.point, direction), direction };
         Some(ReflectedPart { ray, change, reflected: step.reflected })
     }

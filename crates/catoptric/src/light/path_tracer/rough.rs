@@ -5,12 +5,11 @@ use crate::light::bumps::BumpyMeeting;
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width, reflect};
+use crate::optics::step::{HIDDEN_LOBE, LightStep, cone_width, lobe_width, reflect};
 use crate::scene::microfacets::{unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray};
 use glam::{Vec2, Vec3};
-use std::f32::consts::SQRT_2;
 
 /// How rough mirrors are sampled.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +104,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let towards_viewer = -Vec3::new(incoming.dot(across), incoming.dot(along), incoming.dot(normal));
         let turn = turn(seed, incoming, encounter.point.position);
         // A cone for every ray: together they cover the lobe, which is about so wide to each side.
-        let width = 2.0 * SQRT_2 * alpha / (count as f32).sqrt() * footprint_scale;
+        let width = cone_width(alpha) / (count as f32).sqrt() * footprint_scale;
         for index in 0..count {
             let number = (random::hammersley(index, count) + turn).fract();
             let facet = visible_facet(alpha, towards_viewer, number);

@@ -137,6 +137,13 @@ pub fn lobe_width(alpha: f32) -> f32 {
     2.57 * alpha
 }
 
+/// The angle across a cone that stands for a lobe of mirrored directions: facets' slopes are about as wide as alpha to
+/// each side, and mirrored directions turn twice as far.
+#[inline]
+pub fn cone_width(alpha: f32) -> f32 {
+    2.0 * SQRT_2 * alpha
+}
+
 /// What a rough mirror reflects towards one side, as a cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughLobe {
@@ -161,8 +168,7 @@ impl RoughLobe {
         let lobe = ReflectanceTable::get().reflected(alpha.sqrt(), -incoming.dot(facing.normal));
         let mirrored = reflect(incoming, facing.normal);
         let direction = facing.normal.lerp(mirrored, lobe.tilt).try_normalize().unwrap_or(mirrored);
-        // Facets' slopes are about as wide as alpha to each side, and mirrored directions turn twice as far.
-        let width = 2.0 * SQRT_2 * alpha * lobe.spread;
+        let width = cone_width(alpha) * lobe.spread;
         Self { direction, share: lobe.at_normal + lobe.at_grazing, width }
     }
 }

@@ -196,8 +196,13 @@ impl PlannedMaterial {
             ("normalTexture", &entry.normal_texture, Content::Normals, is_lit),
             ("occlusionTexture", &entry.occlusion_texture, Content::Data, is_lit),
             ("emissiveTexture", &entry.emissive_texture, Content::Color, glows),
-            ("clearcoatTexture", &coat.clearcoat_texture, Content::Data, is_coated),
-            ("clearcoatNormalTexture", &coat.clearcoat_normal_texture, Content::Normals, is_coated),
+            ("extensions.KHR_materials_clearcoat.clearcoatTexture", &coat.clearcoat_texture, Content::Data, is_coated),
+            (
+                "extensions.KHR_materials_clearcoat.clearcoatNormalTexture",
+                &coat.clearcoat_normal_texture,
+                Content::Normals,
+                is_coated,
+            ),
         ];
         for ((field, info, content, is_used), texture) in wanted.into_iter().zip(self.textures.all_mut()) {
             if let Some(info) = info.as_ref().filter(|_| is_used) {

@@ -4,6 +4,7 @@ use super::lobe::Lobe;
 use super::passage::Passage;
 use super::trace::Found;
 use super::{GRIDS, RoughLight};
+use crate::optics::step::HIDDEN_LOBE;
 use crate::scene::View;
 use glam::{Vec2, Vec3, Vec4};
 
@@ -15,7 +16,7 @@ const REACH: usize = 6;
 
 /// Lobes that cover less than the first number of the finest cells across are what the sharp ray shows, and from the
 /// second on blurred alone: between cells no more is known.
-const SHARP_CELLS: [f32; 2] = [0.3, 1.4];
+const SHARP_CELLS: [f32; 2] = [HIDDEN_LOBE, 1.4];
 
 /// The place of cells that show no rough mirror.
 const NOTHING: u32 = u32::MAX;
