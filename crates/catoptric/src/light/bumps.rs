@@ -1,73 +1,112 @@
-//! Smooth mirrors whose normal maps have bumps that are smaller than what a ray stands for: parts of it are reflected
-//! on their own.
+//! Smooth mirrors and lenses whose normal maps have bumps that are smaller than what a ray stands for: parts of it are
+//! reflected and refracted on their own.
 
 use super::tracer::Tracer;
+use crate::math::lanes::LANES;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{Facing, LightStep, cone_width};
+use crate::optics::step::LightStep;
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Material, Ray, RayDifferential, Scene, TurnedEncounter};
+use crate::scene::{Material, Ray, RayDifferential, Scene};
 use glam::{Vec2, Vec3};
+use std::array;
 use std::f32::consts::TAU;
 
-/// A ray that meets a mirror with bumps, and all that it stands for.
+/// A ray that meets a surface with bumps, and all that it stands for.
 pub(crate) struct BumpyMeeting<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) tracer: &'a Tracer,
     pub(crate) ray: &'a Ray,
     /// The change of the ray to its neighbours.
     pub(crate) change: &'a RayDifferential,
-    /// Where it meets the mirror, before the map turns the normal.
+    /// Where it meets the surface, before the map turns the normal.
     pub(crate) encounter: &'a SurfaceInteraction,
 }
 
-/// The reflection of a part of a ray.
-pub(crate) struct ReflectedPart {
-    pub(crate) ray: Ray,
-    pub(crate) change: RayDifferential,
-    /// The share of light that is reflected, with its tint.
-    pub(crate) reflected: Vec3,
+/// A part of a ray at a surface with bumps.
+pub(crate) struct BumpyPart<'a> {
+    tracer: &'a Tracer,
+    /// The unit direction in which it arrives, and its change to its neighbours.
+    incoming: Vec3,
+    change: RayDifferential,
+    encounter: SurfaceInteraction,
+    pub(crate) step: LightStep,
+    /// How far bumps that are smaller still turn normals to each side.
+    finer_slope: f32,
+    /// The part's side, as a share of all that the ray stands for.
+    side: f32,
 }
 
-impl BumpyMeeting<'_> {
-    /// The reflections of `count` parts, fewer where some reflect nothing. `turn` moves the numbers (0 to 1) that
-    /// choose each part's place and its slope.
-    pub(crate) fn parts(
+/// Light that leaves a surface by one event.
+pub(crate) struct LeavingPart {
+    pub(crate) ray: Ray,
+    pub(crate) change: RayDifferential,
+    /// The share of light that goes this way, with its tint.
+    pub(crate) weight: Vec3,
+}
+
+impl<'a> BumpyMeeting<'a> {
+    /// Visits the meeting's parts, of which there are `count`, fewer where a normal cannot be told. `turn` moves the
+    /// numbers (0 to 1) that choose each part's place and its slope.
+    pub(crate) fn for_each_part(
         &self,
         material: &Material,
         count: u32,
         turn: [Vec2; 2],
-    ) -> impl Iterator<Item = ReflectedPart> {
-        (0..count).filter_map(move |index| {
-            let place = (random::hammersley(index, count) + turn[0]).fract();
-            let slope = (random::spread(index) + turn[1]).fract();
-            self.part(material, count, place, slope)
-        })
+        mut visit: impl FnMut(BumpyPart<'a>),
+    ) {
+        let Some(map) = material.turning_map() else { return };
+        let side = 1.0 / (count as f32).sqrt();
+        for first in (0..count).step_by(LANES) {
+            let indices: [u32; LANES] = array::from_fn(|lane| first + lane as u32);
+            let offsets = indices.map(|index| (random::hammersley(index, count) + turn[0]).fract() - 0.5);
+            let parts = offsets.map(|offset| self.encounter.part(offset, side));
+            let known = LANES.min((count - first) as usize);
+            let mut normals = [(Vec3::ZERO, 0.0); LANES];
+            self.scene.normals_of_map(map, &parts.each_ref().map(|part| part.point)[..known], &mut normals);
+            for (lane, encounter) in parts.into_iter().enumerate().take(known) {
+                let slope = (random::spread(indices[lane]) + turn[1]).fract();
+                if let Some(part) = self.part(material, (offsets[lane], side), encounter, normals[lane], slope) {
+                    visit(part);
+                }
+            }
+        }
     }
 
-    /// The reflection of one of `count` parts, by its place in what the ray stands for. Bumps that are smaller than the
-    /// part, too, are as if their slopes were normally distributed.
-    fn part(&self, material: &Material, count: u32, place: Vec2, slope: Vec2) -> Option<ReflectedPart> {
-        let Self { scene, tracer, ray, change, encounter } = *self;
-        let (offset, side) = (place - 0.5, 1.0 / (count as f32).sqrt());
+    /// A part so far from the middle of what the ray stands for, and of a side, by its mean normal and the variance
+    /// about it. Bumps that are smaller than the part, too, are as if their slopes were normally distributed.
+    fn part(
+        &self,
+        material: &Material,
+        (offset, side): (Vec2, f32),
+        encounter: SurfaceInteraction,
+        (normal, variance): (Vec3, f32),
+        slope: Vec2,
+    ) -> Option<BumpyPart<'a>> {
+        let Self { scene, tracer, ray, change, .. } = *self;
         let incoming = ray.direction + change.direction_dx * offset.x + change.direction_dy * offset.y;
         let incoming = incoming.try_normalize()?;
-        let part = encounter.part(offset, side);
-        let TurnedEncounter { encounter: turned, variance } = scene.turned_encounter(material, &part);
-        let mut step = LightStep::at(scene, material, &turned.point, incoming);
-        let normal = step.facing.normal;
         let (across, along) = normal.any_orthonormal_pair();
         // Of two normally distributed numbers whose squares have this sum in the mean (Box and Muller).
         let (sine, cosine) = (TAU * slope.x).sin_cos();
         let length = (-variance * (1.0 - slope.y).max(f32::MIN_POSITIVE).ln()).sqrt();
-        let normal = normal + (across * cosine + along * sine) * length;
-        step.facing =
-            Facing::new(incoming, turned.point.geometric_normal, normal.try_normalize()? * step.facing.sign());
-        let direction = step.outgoing(BounceKind::Reflect, incoming)?;
-        let change = step.outgoing_change(BounceKind::Reflect, incoming, &change.scaled(side), &part);
+        let normal = (normal + (across * cosine + along * sine) * length).try_normalize()?;
+        let step = LightStep::with_normal(scene, material, &encounter.point, normal, incoming);
+        let (change, finer_slope) = (change.scaled(side), variance.sqrt());
+        Some(BumpyPart { tracer, incoming, change, encounter, step, finer_slope, side })
+    }
+}
+
+impl BumpyPart<'_> {
+    /// Its light by an event; `None` where no light goes this way.
+    pub(crate) fn leaving(&self, kind: BounceKind) -> Option<LeavingPart> {
+        let Self { tracer, incoming, change, encounter, step, .. } = self;
+        let weight = step.weight(kind);
+        let direction = step.outgoing(kind, *incoming).filter(|_| weight != Vec3::ZERO)?;
         // The parts' cones cover the lobe together.
-        let change = change.widened(direction, cone_width(variance.sqrt()) * side);
-        let ray = Ray { origin: tracer.departure(&turned.point, direction), direction };
-        Some(ReflectedPart { ray, change, reflected: step.reflected })
+        let width = step.cone_width(kind, *incoming, self.finer_slope) * self.side;
+        let change = step.outgoing_change(kind, *incoming, change, encounter).widened(direction, width);
+        let ray = Ray { origin: tracer.departure(&encounter.point, direction), direction };
+        Some(LeavingPart { ray, change, weight })
     }
 }

@@ -23,7 +23,7 @@ pub(crate) trait ReflectorShader: Sync {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstSurface {
     step: LightStep,
-    /// The cone that a rough mirror reflects.
+    /// The cone that a rough mirror reflects, or a lens with bumps that are smaller than a footprint.
     pub(crate) lobe: Option<RoughLobe>,
     /// Radiance that the surface scatters itself, with its share, and its highlights.
     pub(crate) own: Vec3,
@@ -60,7 +60,7 @@ impl FirstSurface {
             0.0 => Vec3::ZERO,
             _ => scene.own_radiance(point, -direction),
         };
-        let lobe = RoughLobe::of(material.reflection_alpha(variance), &step.facing, direction);
+        let lobe = RoughLobe::of(material.facets_alpha(variance), &step.facing, direction);
         let mut found = Self { step, lobe, own: own * step.scattered, shares: [step.reflected, step.transmitted] };
         if step.reflected != Vec3::ZERO
             && let Some(deferred) = step.deferred(own)
@@ -106,15 +106,16 @@ pub(crate) fn reflector_radiance(
             && let Some(leaving) = leaving(&step, kind)
         {
             let change = step.outgoing_change(kind, ray.direction, change, turned);
-            sum += share
-                * match lobe {
-                    Some(lobe) if kind == BounceKind::Reflect => {
-                        let leaving = Ray { direction: lobe.direction, ..leaving };
-                        let cone = change.widened(lobe.direction, lobe.width);
-                        light.radiance_of_cone(scene, &leaving, &cone)
-                    }
-                    _ => light.radiance(scene, &leaving, Some(&change)),
-                };
+            let Some(lobe) = lobe else {
+                sum += share * light.radiance(scene, &leaving, Some(&change));
+                continue;
+            };
+            let (direction, width) = match kind {
+                BounceKind::Reflect => (lobe.direction, lobe.width),
+                BounceKind::Transmit => (leaving.direction, step.cone_width(kind, ray.direction, variance.sqrt())),
+            };
+            let leaving = Ray { direction, ..leaving };
+            sum += share * light.radiance_of_cone(scene, &leaving, &change.widened(direction, width));
         }
     }
     sum

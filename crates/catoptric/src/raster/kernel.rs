@@ -63,10 +63,14 @@ pub(super) struct LayerSamples<'a> {
 }
 
 /// Draws those triangles of `setup` that `indices` names and that are not alpha tested, in order.
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
+#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+#[cfg_attr(
+    not(debug_assertions),
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+        "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+    ))
+)]
 pub(super) fn draw_triangles(
     pattern: &Pattern,
     place: &TilePlace,

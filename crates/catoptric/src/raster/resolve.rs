@@ -62,10 +62,14 @@ impl Chains {
 }
 
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
+#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+#[cfg_attr(
+    not(debug_assertions),
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+        "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+    ))
+)]
 pub(super) fn resolve<L: LayerSource>(
     known: &KnownSurfaces<'_, L>,
     pattern: &Pattern,
@@ -268,10 +272,14 @@ impl<L: LayerSource> PixelPlace<'_, L> {
 }
 
 /// The samples that show a triangle, as bits.
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
+#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+#[cfg_attr(
+    not(debug_assertions),
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+        "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+    ))
+)]
 fn samples_of(layer: &[u32], id: u32) -> u32 {
     let mut mask = 0;
     let (groups, rest) = layer.as_chunks::<LANES>();

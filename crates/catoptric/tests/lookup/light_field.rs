@@ -103,7 +103,7 @@ fn stored_transfer_needs_no_tracing_and_gets_better_with_more_rays() {
         let scene = scene(name);
         let view = scene.default_view(160, 120);
         let error = |transfer: &str| {
-            let settings = format!("st = 16\nuv = 48\n{transfer}");
+            let settings = format!("st = 12\nuv = 40\n{transfer}");
             drawing::error("light_field", &settings, &scene, &view, quality).flip_mean
         };
         let stored = |st: u32, uv: u32| error(&format!("transfer = 'stored'\ntransfer_st = {st}\ntransfer_uv = {uv}"));

@@ -77,7 +77,7 @@ fn things_on_a_workbench_look_as_in_the_reference() {
     let mut scene = scene("workshop?tess=24");
     cast_shadows(&mut scene);
     for camera in 0..2 {
-        let view = scene.view(&scene.cameras[camera], 240, 160);
+        let view = scene.view(&scene.cameras[camera], 180, 120);
         let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
         let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
         let (tiles, map) = (error("multiperspective"), error("environment_map"));

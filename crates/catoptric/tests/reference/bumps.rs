@@ -1,4 +1,4 @@
-//! Normal maps of mirrors against the law of reflection.
+//! Normal maps of mirrors and glass against the laws of reflection and refraction.
 
 use catoptric::methods::Quality;
 use catoptric::scene::model::Primitive;
@@ -8,18 +8,25 @@ use catoptric_testkit::scenes::SceneBuilder;
 use glam::{Affine2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
-/// A flat mirror at y = 0 whose normal map holds so many copies of two times two normals: x along the world's x, y
-/// along -z; under a sky of radiance by direction.
-fn mirror(normals: [Vec3; 4], copies: f32, scale: f32, handedness: f32, sky: impl Fn(Vec3) -> Vec3) -> Scene {
+/// A flat surface at y = 0 of a material to which a normal map comes, with so many copies of two times two normals: x
+/// along the world's x, y along -z; in a sky of radiance by direction.
+fn bumpy(
+    material: Material,
+    normals: [Vec3; 4],
+    copies: f32,
+    scale: f32,
+    handedness: f32,
+    sky: impl Fn(Vec3) -> Vec3,
+) -> Scene {
     let mut builder = SceneBuilder::new();
     let binding =
         TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::from_scale(Vec2::splat(copies)) };
     let texture = Texture::from_normals("tilt", 2, 2, normals.into_iter(), Sampler::default());
     builder.model_mut().textures.push(Arc::new(texture));
     let normal_map = Some(NormalMap { binding, scale });
-    let material = builder.material(Material { normal_map, ..Material::mirror("mirror", Vec3::ONE) });
+    let material = builder.material(Material { normal_map, ..material });
     builder.primitive(
-        "mirror",
+        "surface",
         Primitive {
             positions: vec![
                 Vec3::new(-9.0, 0.0, 9.0),
@@ -56,7 +63,8 @@ fn a_normal_map_turns_reflected_rays_as_a_tilted_mirror_does() {
         (Vec3::new(0.1, 0.2, 1.0), 1.0, -1.0),
     ] {
         // A sky that differs in every direction.
-        let scene = mirror([normal; 4], 1.0, scale, handedness, |direction| direction * 0.5 + 0.5);
+        let mirror = Material::mirror("mirror", Vec3::ONE);
+        let scene = bumpy(mirror, [normal; 4], 1.0, scale, handedness, |direction| direction * 0.5 + 0.5);
         let view = scene.default_view(width, height);
         // The map's y is the cross product of normal and tangent, turned over where the file says so.
         let turned = (Vec3::new(normal.x * scale, normal.z, -normal.y * scale * handedness)).normalize();
@@ -74,34 +82,56 @@ fn a_normal_map_turns_reflected_rays_as_a_tilted_mirror_does() {
     }
 }
 
+/// The share of unpolarised light that glass of an index reflects at an angle of incidence (Fresnel, by the angles'
+/// sines and tangents).
+fn fresnel(incidence: f64, index: f64) -> f64 {
+    let refraction = (incidence.sin() / index).asin();
+    let (difference, sum) = (incidence - refraction, incidence + refraction);
+    0.5 * ((difference.sin() / sum.sin()).powi(2) + (difference.tan() / sum.tan()).powi(2))
+}
+
+/// What a facet with a unit normal shows of a sky of squared directions, in glass of this index; `None`: a mirror.
+fn shown(incoming: Vec3, normal: Vec3, index: Option<f32>) -> Vec3 {
+    let cosine = -incoming.dot(normal);
+    let reflected = incoming + normal * (2.0 * cosine);
+    let Some(index) = index else { return reflected * reflected };
+    // The part along the surface shrinks by the index.
+    let along = (incoming + normal * cosine) / index;
+    let refracted = along - normal * (1.0 - along.length_squared()).sqrt();
+    let share = fresnel(f64::from(cosine).acos(), f64::from(index)) as f32;
+    reflected * reflected * share + refracted * refracted * (1.0 - share)
+}
+
 #[test]
 fn bumps_smaller_than_a_pixel_spread_light_as_all_of_them_together_do() {
-    let tilt = 0.15;
-    let tilted = [(tilt, 0.0), (0.0, tilt), (-tilt, 0.0), (0.0, -tilt)].map(|(x, y)| Vec3::new(x, y, 1.0).normalize());
-    // Means of squares depend on how far normals spread, and on nothing else.
-    let scene = mirror(tilted, 20_000.0, 1.0, 1.0, |direction| direction * direction);
     let (width, height) = (48, 32);
-    let view = scene.default_view(width, height);
-    let mean = |of_pixel: &dyn Fn(Vec2) -> Vec3| {
-        let at = |index: u32| Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
-        (0..width * height).map(|index| of_pixel(at(index))).sum::<Vec3>() / (width * height) as f32
-    };
-    let seen_in = |normal: Vec3, at: Vec2| {
-        let incoming = view.ray(at.x, at.y).direction;
-        let reflected = incoming - normal * (2.0 * incoming.dot(normal));
-        reflected * reflected
-    };
-    let bumpy = mean(&|at| {
-        tilted.iter().map(|normal| seen_in(Vec3::new(normal.x, normal.z, -normal.y), at)).sum::<Vec3>() * 0.25
-    });
-    let flat = mean(&|at| seen_in(Vec3::Y, at));
-    assert!((bumpy - flat).abs().max_element() > 0.04, "{bumpy} {flat}");
-    for method in ["reference", "multiperspective", "auto"] {
-        let drawn = picture(method, "", &scene, &view, Quality { samples: 4, order: 1 });
-        let found = mean(&|at| {
-            let pixel = drawn.pixels[(at.y as u32 * width + at.x as u32) as usize];
-            Vec3::new(pixel[0], pixel[1], pixel[2])
+    for (index, tilt, spread) in [(None, 0.15, 0.04), (Some(1.5), 0.4, 0.03)] {
+        let tilted =
+            [(tilt, 0.0), (0.0, tilt), (-tilt, 0.0), (0.0, -tilt)].map(|(x, y)| Vec3::new(x, y, 1.0).normalize());
+        let material = match index {
+            None => Material::mirror("mirror", Vec3::ONE),
+            Some(index) => Material::glass("glass", index),
+        };
+        // Means of squares depend on how far normals spread, and on nothing else.
+        let scene = bumpy(material, tilted, 20_000.0, 1.0, 1.0, |direction| direction * direction);
+        let view = scene.default_view(width, height);
+        let mean = |of_pixel: &dyn Fn(Vec2) -> Vec3| {
+            let at = |index: u32| Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5);
+            (0..width * height).map(|index| of_pixel(at(index))).sum::<Vec3>() / (width * height) as f32
+        };
+        let seen_in = |normal: Vec3, at: Vec2| shown(view.ray(at.x, at.y).direction, normal, index);
+        let bumpy = mean(&|at| {
+            tilted.iter().map(|normal| seen_in(Vec3::new(normal.x, normal.z, -normal.y), at)).sum::<Vec3>() * 0.25
         });
-        assert!((found - bumpy).abs().max_element() < 0.005, "{method}: {found} for {bumpy}, {flat} if flat");
+        let flat = mean(&|at| seen_in(Vec3::Y, at));
+        assert!((bumpy - flat).abs().max_element() > spread, "{bumpy} {flat}");
+        for method in ["reference", "multiperspective", "auto"] {
+            let drawn = picture(method, "", &scene, &view, Quality { samples: 4, order: 1 });
+            let found = mean(&|at| {
+                let pixel = drawn.pixels[(at.y as u32 * width + at.x as u32) as usize];
+                Vec3::new(pixel[0], pixel[1], pixel[2])
+            });
+            assert!((found - bumpy).abs().max_element() < 0.005, "{method}: {found} for {bumpy}, {flat} if flat");
+        }
     }
 }

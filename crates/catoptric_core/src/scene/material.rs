@@ -203,22 +203,21 @@ impl Material {
         if is_rough { self.mirror_roughness } else { 0.0 }
     }
 
-    /// The width of the facets' distribution (alpha of Trowbridge and Reitz) with which a mirror or coat reflects
+    /// The width of the facets' distribution (alpha of Trowbridge and Reitz) with which a mirror, coat or lens shows
     /// surfaces: that of its roughness, widened by what its normal map hides within a footprint, as
     /// [`TurnedEncounter::variance`](super::TurnedEncounter) says.
     #[inline]
-    pub fn reflection_alpha(&self, variance: f32) -> f32 {
+    pub fn facets_alpha(&self, variance: f32) -> f32 {
         match self.role {
-            Role::Reflector | Role::Coated => widened_alpha(self.reflection_roughness().powi(2), variance),
-            Role::Diffuse | Role::Lens => 0.0,
+            Role::Diffuse => 0.0,
+            Role::Reflector | Role::Coated | Role::Lens => widened_alpha(self.reflection_roughness().powi(2), variance),
         }
     }
 
-    /// Whether [`Self::reflection_alpha`] may be above zero somewhere.
+    /// Whether [`Self::facets_alpha`] may be above zero somewhere.
     #[inline]
-    pub fn may_reflect_roughly(&self) -> bool {
-        let is_bumpy = self.role != Role::Lens && self.turning_map().is_some();
-        is_bumpy || self.reflection_roughness() > 0.0
+    pub fn may_spread_light(&self) -> bool {
+        self.turning_map().is_some() || self.reflection_roughness() > 0.0
     }
 
     /// The map that turns the rays which a mirror, lens or coat reflects and refracts.

@@ -13,6 +13,7 @@ use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedEncounter, View, ViewRays};
 use glam::Vec3;
 use rough::RoughRays;
+pub(crate) use waves::Cone;
 use waves::Waves;
 
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
@@ -229,9 +230,6 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             }
             segment.split = true;
         }
-        if refracts {
-            self.push(&segment, BounceKind::Transmit, throughput, turned, &step, material);
-        }
         // The light that the surface scatters itself.
         let own = |share: f32| match share {
             0.0 => Vec3::ZERO,
@@ -241,13 +239,17 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if is_deferred {
             segment.deferred = step.deferred(own(1.0));
         }
-        let alpha = if reflects { material.reflection_alpha(*variance) } else { 0.0 };
+        let kinds = [(BounceKind::Transmit, refracts), (BounceKind::Reflect, reflects)];
+        let kinds = kinds.into_iter().filter_map(|(kind, is_way)| is_way.then_some(kind));
+        let alpha = if reflects || refracts { material.facets_alpha(*variance) } else { 0.0 };
         if reflects && material.reflection_roughness() > 0.0 {
             self.push_rough(&segment, throughput, turned, &step, material, alpha);
         } else if alpha > 0.0 && self.shows_lobe(&segment, alpha, encounter, &step) {
-            self.push_parts(&segment, throughput, encounter, material);
-        } else if reflects {
-            self.push(&segment, BounceKind::Reflect, throughput, turned, &step, material);
+            self.push_parts(&segment, throughput, encounter, material, kinds);
+        } else {
+            for kind in kinds {
+                self.push(&segment, kind, throughput, turned, &step, material);
+            }
         }
         let highlights = throughput * scene.highlights(point, -direction);
         if is_deferred { highlights } else { highlights + own(step.scattered) }

@@ -1,14 +1,14 @@
 //! Rays that leave rough mirrors: by facets that are seen, as the distribution of Trowbridge and Reitz has them.
 
 use super::{MIN_THROUGHPUT, PathTracer, Segment};
-use crate::light::bumps::BumpyMeeting;
+use crate::light::bumps::{BumpyMeeting, LeavingPart};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{HIDDEN_LOBE, LightStep, cone_width, lobe_width, reflect};
+use crate::optics::step::{HIDDEN_LOBE, LightStep, cone_width, lobe_width, medium_after, reflect};
 use crate::scene::microfacets::{unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Material, Ray};
+use crate::scene::{Material, Ray, RayDifferential};
 use glam::{Vec2, Vec3};
 
 /// How rough mirrors are sampled.
@@ -52,14 +52,15 @@ impl<F: RadianceField> PathTracer<'_, F> {
         lobe_width(alpha) > HIDDEN_LOBE * change.solid_angle().sqrt()
     }
 
-    /// Adds the children of a path that a smooth mirror reflects whose bumps are smaller than the path's footprint:
-    /// each of a part of it. `encounter` is that before its map turns the normal.
+    /// Adds the children of a path, by events of these kinds, at a smooth mirror or lens whose bumps are smaller than
+    /// the path's footprint: each of a part of it. `encounter` is that before its map turns the normal.
     pub(super) fn push_parts(
         &mut self,
         segment: &Segment,
         throughput: Vec3,
         encounter: &SurfaceInteraction,
         material: &Material,
+        kinds: impl Iterator<Item = BounceKind> + Clone,
     ) {
         let Some(change) = &segment.change else { return };
         let RoughRays { count, seed, .. } = self.rough;
@@ -67,22 +68,32 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let turns = [0, 1].map(|pair| turn(seed ^ pair << 32, segment.ray.direction, encounter.point.position));
         let (scene, tracer) = (self.scene, self.tracer);
         let meeting = BumpyMeeting { scene, tracer, ray: &segment.ray, change, encounter };
-        for part in meeting.parts(material, count, turns) {
-            let throughput = throughput * part.reflected / count as f32;
-            if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
-                continue;
+        meeting.for_each_part(material, count, turns, |part| {
+            for kind in kinds.clone() {
+                let Some(LeavingPart { ray, change, weight }) = part.leaving(kind) else { continue };
+                let (outside, crossed) = (part.step.facing.outside, segment.absorption);
+                let absorption = medium_after(kind, outside, material.absorption, crossed, Vec3::ZERO);
+                let segment = Segment { absorption, ..*segment };
+                self.push_cone(&segment, ray, Some(change), throughput * weight, count);
             }
-            self.waiting.push(Segment {
-                ray: part.ray,
-                change: Some(part.change),
-                near: 0.0,
-                throughput,
-                order: segment.order + 1,
-                is_cone: true,
-                deferred: segment.deferred.map(|deferred| deferred.shared_by(count)),
-                ..*segment
-            });
+        });
+    }
+
+    /// Adds one of so many children of a path, if it carries enough light.
+    fn push_cone(
+        &mut self,
+        segment: &Segment,
+        ray: Ray,
+        change: Option<RayDifferential>,
+        throughput: Vec3,
+        count: u32,
+    ) {
+        let throughput = throughput / count as f32;
+        if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
+            return;
         }
+        let (order, deferred) = (segment.order + 1, segment.deferred.map(|deferred| deferred.shared_by(count)));
+        self.waiting.push(Segment { ray, change, near: 0.0, throughput, order, is_cone: true, deferred, ..*segment });
     }
 
     /// Adds the children of a path that a mirror of such facets reflects.
@@ -116,27 +127,12 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 continue;
             }
             let reflected = LightStep::reflected_by_facet(material, step.reflected, normal, facet, incoming);
-            let throughput = throughput * reflected * (share / count as f32);
-            if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
-                continue;
-            }
             let change = segment.change.as_ref().map(|change| {
                 let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
                 step.outgoing_change(BounceKind::Reflect, incoming, change, encounter).widened(direction, width)
             });
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
-            let deferred = segment.deferred.map(|deferred| deferred.shared_by(count));
-            let order = segment.order + 1;
-            self.waiting.push(Segment {
-                ray,
-                change,
-                near: 0.0,
-                throughput,
-                order,
-                is_cone: true,
-                deferred,
-                ..*segment
-            });
+            self.push_cone(segment, ray, change, throughput * reflected * share, count);
         }
     }
 }

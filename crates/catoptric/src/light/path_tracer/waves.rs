@@ -24,6 +24,15 @@ pub(super) struct Waves {
     treelet: Treelet,
 }
 
+/// A ray that stands for a cone.
+pub(crate) struct Cone {
+    pub(crate) ray: Ray,
+    /// Its change to its neighbours: the cone's width.
+    pub(crate) change: RayDifferential,
+    /// Absorption of the medium that it crosses.
+    pub(crate) absorption: Vec3,
+}
+
 impl<F: RadianceField> PathTracer<'_, F> {
     /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding.
     /// `sums` is as long as `positions`.
@@ -60,25 +69,33 @@ impl<F: RadianceField> PathTracer<'_, F> {
         sums: &mut [Vec3],
         distances: &mut [f32],
     ) {
-        sums.fill(Vec3::ZERO);
-        let mut waves = std::mem::take(&mut self.waves);
-        for (owner, (ray, change)) in rays.iter().enumerate() {
-            let hit = self.tracer.first_hit(self.scene, ray, 0.0);
-            distances[owner] = hit.as_ref().map_or(f32::INFINITY, Hit::distance);
-            let start = Segment::first(*ray, Some(*change), 0.0);
-            self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
-        }
-        self.follow_waves(waves, sums);
+        let starts = rays.iter().map(|(ray, change)| Segment::first(*ray, Some(*change), 0.0));
+        self.radiances_from(starts, sums, |owner, hit| distances[owner] = hit.map_or(f32::INFINITY, Hit::distance));
     }
 
-    /// Sets the radiance that arrives along rays which stand for cones. Both are of the same length.
+    /// Sets the radiance that arrives along cones. Both are of the same length.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn radiances_of_cones(&mut self, rays: &[(Ray, RayDifferential)], sums: &mut [Vec3]) {
+    pub(crate) fn radiances_of_cones(&mut self, cones: &[Cone], sums: &mut [Vec3]) {
+        let starts = cones.iter().map(|Cone { ray, change, absorption }| {
+            let first = Segment::first(*ray, Some(*change), 0.0);
+            Segment { is_cone: true, absorption: *absorption, ..first }
+        });
+        self.radiances_from(starts, sums, |_, _| ());
+    }
+
+    /// Sets the radiance that arrives along first segments of paths, and tells what each meets.
+    #[inline(always)] // for the instructions of its caller
+    fn radiances_from(
+        &mut self,
+        starts: impl Iterator<Item = Segment>,
+        sums: &mut [Vec3],
+        mut tell: impl FnMut(usize, Option<&Hit>),
+    ) {
         sums.fill(Vec3::ZERO);
         let mut waves = std::mem::take(&mut self.waves);
-        for (owner, (ray, change)) in rays.iter().enumerate() {
-            let hit = self.tracer.first_hit(self.scene, ray, 0.0);
-            let start = Segment { is_cone: true, ..Segment::first(*ray, Some(*change), 0.0) };
+        for (owner, start) in starts.enumerate() {
+            let hit = self.tracer.first_hit(self.scene, &start.ray, start.near);
+            tell(owner, hit.as_ref());
             self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
         }
         self.follow_waves(waves, sums);

@@ -156,7 +156,7 @@ pub struct RoughLobe {
 }
 
 impl RoughLobe {
-    /// The cone of light that a mirror of such facets ([`Material::reflection_alpha`]) reflects against a ray's
+    /// The cone of light that a mirror of such facets ([`Material::facets_alpha`]) reflects against a ray's
     /// direction; `None` for mirrors that reflect sharply.
     #[inline]
     pub fn of(alpha: f32, facing: &Facing, incoming: Vec3) -> Option<Self> {
@@ -370,6 +370,22 @@ impl LightStep {
     #[inline(always)] // for the instructions of its caller
     pub fn outgoing(&self, kind: BounceKind, incoming: Vec3) -> Option<Vec3> {
         self.facing.outgoing(kind, incoming, self.eta)
+    }
+
+    /// The angle across a cone of light after an event, from bumps or facets whose slopes are so wide to each side, as
+    /// [`cone_width`]; refracted directions turn less far than mirrored ones.
+    pub fn cone_width(&self, kind: BounceKind, incoming: Vec3, alpha: f32) -> f32 {
+        let turning = match kind {
+            BounceKind::Reflect => 1.0,
+            BounceKind::Transmit => {
+                let cos_in = -incoming.dot(self.facing.normal);
+                let cos_out = (1.0 - self.eta * self.eta * (1.0 - cos_in * cos_in)).max(0.0).sqrt();
+                // The change of the angle of refraction with the normal's, from Snell's law; beyond, near the critical
+                // angle, it grows without bound.
+                (0.5 * (self.eta * cos_in / cos_out.max(1e-3) - 1.0).abs()).min(1.0)
+            }
+        };
+        cone_width(alpha) * turning
     }
 
     /// The change a pixel of the ray after an event, from that of the ray that arrives in a unit direction.

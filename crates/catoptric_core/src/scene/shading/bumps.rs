@@ -3,6 +3,7 @@
 use super::microfacets::{variance_of_mean, variance_over_pixel, widened_alpha};
 use super::sample_patterns::SAMPLE_PATTERNS;
 use super::shade::{SurfaceInteraction, SurfacePoint};
+use crate::math::lanes::LANES;
 use crate::scene::{Material, NormalMap, Scene, UvFootprint};
 use glam::{Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -72,9 +73,15 @@ impl Scene {
     /// the point's footprint.
     #[inline(always)]
     pub fn turned_normal(&self, material: &Material, point: &SurfacePoint) -> Vec3 {
+        self.turned_normal_and_variance(material, point).0
+    }
+
+    /// The same, and how much normals differ within the footprint ([`TurnedEncounter::variance`]).
+    #[inline(always)]
+    pub fn turned_normal_and_variance(&self, material: &Material, point: &SurfacePoint) -> (Vec3, f32) {
         match material.turning_map() {
-            Some(map) => self.normal_of_map(map, point, point.normal, Vec2::ZERO).0,
-            None => point.normal,
+            Some(map) => self.normal_of_map(map, point),
+            None => (point.normal, 0.0),
         }
     }
 
@@ -88,35 +95,50 @@ impl Scene {
         }
     }
 
+    /// [`Self::turned_normal_and_variance`] of several points, one or more of a surface with this normal map: sets as
+    /// many of `found` as there are points. Several are looked up at a time.
+    pub fn normals_of_map(&self, map: &NormalMap, points: &[SurfacePoint], found: &mut [(Vec3, f32)]) {
+        for (points, found) in points.chunks(LANES).zip(found.chunks_mut(LANES)) {
+            let mut means = [Vec4::ZERO; LANES];
+            self.sample_at(&map.binding, points, &mut means);
+            for ((point, mean), found) in points.iter().zip(&means).zip(found) {
+                *found = self.normal_by_mean(map, point, *mean);
+            }
+        }
+    }
+
     #[inline(never)] // rarely needed
     fn encounter_of_map(&self, map: &NormalMap, encounter: &SurfaceInteraction) -> TurnedEncounter<'static> {
         let point = &encounter.point;
-        let (normal, variance) = self.normal_of_map(map, point, point.normal, Vec2::ZERO);
-        let change = |axis: usize, pixels: Vec2| {
+        let beside = |axis: usize, pixels: Vec2| {
             let smooth = (point.normal + encounter.normal_change[axis] * STEP_PX).normalize_or(point.normal);
-            (self.normal_of_map(map, point, smooth, pixels * STEP_PX).0 - normal) / STEP_PX
+            let moved = point.with_part_of_textures(pixels * STEP_PX, 1.0);
+            SurfacePoint { normal: smooth, footprints: point.footprints, ..moved }
         };
-        let normal_change = [change(0, Vec2::X), change(1, Vec2::Y)];
+        let mut normals = [(Vec3::ZERO, 0.0); 3];
+        self.normals_of_map(map, &[*point, beside(0, Vec2::X), beside(1, Vec2::Y)], &mut normals);
+        let [(normal, variance), (right, _), (below, _)] = normals;
+        let normal_change = [right, below].map(|beside| (beside - normal) / STEP_PX);
         let point = SurfacePoint { normal, ..*point };
         let encounter = Cow::Owned(SurfaceInteraction { point, normal_change, ..*encounter });
         TurnedEncounter { encounter, variance }
     }
 
-    /// The normal so many pixels beside a point, where the smooth one is given, and how much it differs from others in
-    /// the footprint there.
+    /// The normal of a point, and how much it differs from others in the footprint.
     #[inline(never)] // rarely needed
-    fn normal_of_map(&self, map: &NormalMap, point: &SurfacePoint, smooth: Vec3, pixels: Vec2) -> (Vec3, f32) {
-        let channel = map.binding.uv_channel as usize & 1;
-        let mut beside = *point;
-        let footprint = &point.footprints[channel];
-        beside.uvs[channel] += footprint.dx * pixels.x + footprint.dy * pixels.y;
-        let mean = self.sample(&map.binding, &beside).truncate() * 2.0 - 1.0;
+    fn normal_of_map(&self, map: &NormalMap, point: &SurfacePoint) -> (Vec3, f32) {
+        self.normal_by_mean(map, point, self.sample(&map.binding, point))
+    }
+
+    /// The same of a point by what the map's texture says there.
+    fn normal_by_mean(&self, map: &NormalMap, point: &SurfacePoint, texture: Vec4) -> (Vec3, f32) {
+        let mean = texture.truncate() * 2.0 - 1.0;
         // Within a texel normals are blended, which makes them shorter, but each is that of a place.
-        let hidden = self.texels_across(&map.binding, &beside).log2().clamp(0.0, 1.0);
+        let hidden = self.texels_across(&map.binding, point).log2().clamp(0.0, 1.0);
         let variance = variance_of_mean(mean.length()) * (map.scale * map.scale) * hidden;
         match point.tangent.truncate() == Vec3::ZERO {
-            true => (smooth, 0.0),
-            false => (map.turned(smooth, point.tangent, 1.0, mean), variance),
+            true => (point.normal, 0.0),
+            false => (map.turned(point.normal, point.tangent, 1.0, mean), variance),
         }
     }
 
@@ -133,16 +155,17 @@ impl Scene {
         let Some(map) = material.turning_map() else {
             return ([(point.normal, widened_alpha(alpha, smooth_variance)); 4], 1);
         };
-        let at = |point: &SurfacePoint| self.normal_of_map(map, point, point.normal, Vec2::ZERO);
         let facets = |(normal, variance): (Vec3, f32)| (normal, widened_alpha(alpha, variance + smooth_variance));
-        let whole = at(point);
+        let whole = self.normal_of_map(map, point);
         if point.footprints[0].samples <= 1 || whole.1 <= HARDLY_SPREAD * alpha * alpha {
             return ([facets(whole); 4], 1);
         }
         let part = |place: usize| {
             let offset = SAMPLE_PATTERNS[2][place].map(|sixteenths| f32::from(sixteenths) / 16.0 - 0.5);
-            facets(at(&point.with_part_of_textures(offset.into(), 0.5)))
+            point.with_part_of_textures(offset.into(), 0.5)
         };
-        ([part(0), part(1), part(2), part(3)], 4)
+        let mut parts = [(Vec3::ZERO, 0.0); 4];
+        self.normals_of_map(map, &[part(0), part(1), part(2), part(3)], &mut parts);
+        (parts.map(facets), 4)
     }
 }

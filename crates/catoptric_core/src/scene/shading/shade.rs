@@ -5,7 +5,9 @@
 //! sides of a surface are lit: for views of its back the normal is turned over. Lambert's law is worked out here; what
 //! has microfacets or a normal map, in the modules `lit_point` and `glossy`.
 
-use super::super::{AlphaMode, Material, Ray, RayDifferential, Scene, TextureBinding, UvFootprint};
+use super::super::{AlphaMode, Material, Ray, RayDifferential, Scene, Texture, TextureBinding, UvFootprint};
+use super::filter::{self, TextureLookUps};
+use crate::math::lanes::LANES;
 use crate::surface::SurfaceHit;
 use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 
@@ -234,6 +236,14 @@ impl Scene {
         texture.sample(binding.texture_from_uv.transform_point2(uv), &footprint_in_texture(binding, point))
     }
 
+    /// The same of up to [`LANES`] points at a time.
+    pub(super) fn sample_at(&self, binding: &TextureBinding, points: &[SurfacePoint], values: &mut [Vec4; LANES]) {
+        match self.textures.get(binding.texture as usize) {
+            Some(texture) => sample_at(texture, binding, points, values),
+            None => *values = [Vec4::ONE; LANES],
+        }
+    }
+
     /// The longer axis of a point's footprint in a texture, in texels of the finest level; 0 without the texture.
     pub(super) fn texels_across(&self, binding: &TextureBinding, point: &SurfacePoint) -> f32 {
         let Some(texture) = self.textures.get(binding.texture as usize) else { return 0.0 };
@@ -326,6 +336,21 @@ fn finite(radiance: Vec3) -> Vec3 {
 
 /// A point's footprint in the coordinates of a texture.
 #[inline(always)]
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn sample_at(texture: &Texture, binding: &TextureBinding, points: &[SurfacePoint], values: &mut [Vec4; LANES]) {
+    let mut look_ups = TextureLookUps::<LANES>::ZERO;
+    for (lane, point) in points.iter().enumerate().take(LANES) {
+        let uv = binding.texture_from_uv.transform_point2(point.uvs[binding.uv_channel as usize & 1]);
+        let UvFootprint { dx, dy, samples } = footprint_in_texture(binding, point);
+        for axis in 0..2 {
+            look_ups.uv[axis][lane] = uv[axis];
+            (look_ups.dx[axis][lane], look_ups.dy[axis][lane]) = (dx[axis], dy[axis]);
+        }
+        look_ups.samples[lane] = samples;
+    }
+    filter::sample(texture, &look_ups, points.len().min(LANES), values);
+}
+
 fn footprint_in_texture(binding: &TextureBinding, point: &SurfacePoint) -> UvFootprint {
     let UvFootprint { dx, dy, samples } = point.footprints[binding.uv_channel as usize & 1];
     let matrix = binding.texture_from_uv.matrix2;

@@ -50,15 +50,16 @@ struct RoughWalk {
 }
 
 impl RoughWalk {
-    /// Adds the blurred light of a mirror (an object at a bounce) that has a factor for what it reflects. False if
-    /// nothing follows. Without the light of a mirror on the way nothing is added, and [`Self::blurred`] stays `None`.
+    /// Adds the blurred light of a mirror or lens (an object at a bounce) by an event, which has a factor: 0 where
+    /// another fragment of the same event adds it. False if nothing follows. Without the light of a mirror on the way
+    /// nothing is added, and [`Self::blurred`] stays `None`.
     #[inline(never)] // rarely needed: kept out of the walk
     fn meet(
         &mut self,
         rough: &RoughReflections<'_>,
         (object, bounce): (u32, usize),
         position: Vec2,
-        reflected: Vec3,
+        (kind, weight): (BounceKind, Vec3),
     ) -> bool {
         if let Some((before, sharp)) = self.blurred {
             // Seen in another rough mirror: what that one's sharp rays show there is known.
@@ -74,11 +75,12 @@ impl RoughWalk {
             self.sum += own;
         }
         let factor = self.throughput * light.share * attenuation;
-        self.sum += factor * reflected * light.radiance;
+        let mean = if kind == BounceKind::Transmit { light.refracted } else { light.radiance };
+        self.sum += factor * weight * mean;
         let rest = 1.0 - light.weight;
         self.throughput = factor * rest;
         // What bumps spread is traced where it meets a rough mirror.
-        let sharp = self.throughput * reflected * light.sharp;
+        let sharp = self.throughput * weight * light.sharp;
         self.blurred = rough.is_rough(object).then_some((self.sum, sharp));
         // Textures are blurred by the lobe; what has edges is not.
         self.widening *= (1.0 + light.width_px * light.width_px).sqrt();
@@ -99,6 +101,18 @@ impl Part {
             |x: f32, y: f32| Self { offset: self.offset + Vec2::new(x, y) * (0.25 * self.side), side: 0.5 * self.side };
         [quarter(-1.0, -1.0), quarter(1.0, -1.0), quarter(-1.0, 1.0), quarter(1.0, 1.0)]
     }
+}
+
+/// The event at a bounce of a fragment's path.
+#[inline(always)] // for the instructions of its callers
+fn event_at(fragment: &Fragment<'_>, bounce: usize) -> BounceKind {
+    if fragment.second_branches >> bounce & 1 != 0 { BounceKind::Transmit } else { BounceKind::Reflect }
+}
+
+/// The factor of blurred light by an event at a bounce, in a fragment: where light divides again later on, the fragment
+/// that takes the first ways there has all of it.
+fn blurred_weight(fragment: &Fragment<'_>, bounce: usize, step: &LightStep, kind: BounceKind) -> Vec3 {
+    if fragment.second_branches >> (bounce + 1) == 0 { step.weight(kind) } else { Vec3::ZERO }
 }
 
 /// True if a ray meets a lens from within near the angle of total reflection.
@@ -249,8 +263,7 @@ impl<'a> PathShader<'a> {
                 false => Cow::Borrowed(&encounter),
             };
             let step = LightStep::at(scene, material, &encounter.point, ray.direction);
-            let refracts = fragment.second_branches >> bounce & 1 != 0;
-            let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };
+            let kind = event_at(fragment, bounce);
             let Some(direction) = step.outgoing(kind, ray.direction) else { break };
             change = step.outgoing_change(kind, ray.direction, &change, &encounter);
             ray = Ray { origin: encounter.point.position, direction };
@@ -328,12 +341,14 @@ impl<'a> PathShader<'a> {
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
             }
-            // What bumps within a pixel blur is known of mirrors that are seen directly.
+            let kind = event_at(fragment, bounce);
+            // What bumps within a pixel blur is known of mirrors and lenses that are seen directly.
             let is_rough = material.reflection_roughness() > 0.0;
-            let may_be_rough = is_rough || bounce == 0 && material.may_reflect_roughly();
+            let may_be_rough = is_rough || bounce == 0 && material.may_spread_light();
             if let Some(rough) = self.rough.filter(|_| !ends && may_be_rough) {
                 let mut walked = RoughWalk { sum, throughput, deferred, widening, blurred };
-                if !walked.meet(rough, (object, bounce), position, step.reflected) {
+                let weight = blurred_weight(fragment, bounce, &step, kind);
+                if !walked.meet(rough, (object, bounce), position, (kind, weight)) {
                     return ShadingRequest::Color(walked.sum);
                 }
                 if is_rough && walked.blurred.is_none() {
@@ -341,8 +356,6 @@ impl<'a> PathShader<'a> {
                 }
                 RoughWalk { sum, throughput, deferred, widening, blurred } = walked;
             }
-            let refracts = fragment.second_branches >> bounce & 1 != 0;
-            let kind = if refracts { BounceKind::Transmit } else { BounceKind::Reflect };
             throughput *= step.weight(kind);
             if ends || (throughput.max_element() <= 0.0 && deferred.is_none()) {
                 return ShadingRequest::Color(sum);

@@ -22,7 +22,7 @@ pub(super) static LIMITS: ErrorLimits = ErrorLimits {
         scene("colonnade", [below(0.025, 0.031), below(0.035, 0.056)]),
         scene("highlights", [below(0.023, 0.093), below(0.023, 0.093)]),
         scene("brushed", [below(0.027, 0.058), below(0.061, 0.080)]),
-        scene("rippled", [below(0.039, 0.057), below(0.022, 0.064)]),
+        scene("rippled", [below(0.039, 0.060), below(0.015, 0.064)]),
         scene("workshop", [below(0.019, 0.055), below(0.023, 0.058)]),
     ],
 };

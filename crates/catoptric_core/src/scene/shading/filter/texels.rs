@@ -118,10 +118,14 @@ pub(super) fn corners<const N: usize, const REPEATS: bool>(
 impl<const N: usize> Texels<N> {
     /// The blend of four texels, 65535 for 1.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
     pub(super) fn blended(&self, texels: &[[u16; 4]], i: usize) -> Vec4 {
         let (upper, lower) = (pair(texels, self.rows[0][i]), pair(texels, self.rows[1][i]));
         let (x, y) = (self.share[0][i], self.share[1][i]);
-        let both: [f32; 8] = std::array::from_fn(|k| upper[k] + (lower[k] - upper[k]) * y);
+        let mut both = [0.0; 8];
+        for k in 0..8 {
+            both[k] = upper[k] + (lower[k] - upper[k]) * y;
+        }
         let left = Vec4::new(both[0], both[1], both[2], both[3]);
         let right = Vec4::new(both[4], both[5], both[6], both[7]);
         left + (right - left) * x
@@ -130,10 +134,14 @@ impl<const N: usize> Texels<N> {
 
 /// A texel and its right neighbour.
 #[inline(always)]
+#[allow(clippy::needless_range_loop)] // for the instructions of its caller, which closures would not have
 fn pair(texels: &[[u16; 4]], first: u32) -> [f32; 8] {
     let first = first as usize;
-    match texels.get(first..first + 2).and_then(|pair| pair.as_flattened().first_chunk::<8>()) {
-        Some(pair) => pair.map(f32::from),
-        None => [0.0; 8],
+    let mut values = [0.0; 8];
+    if let Some(pair) = texels.get(first..first + 2).and_then(|pair| pair.as_flattened().first_chunk::<8>()) {
+        for k in 0..8 {
+            values[k] = f32::from(pair[k]);
+        }
     }
+    values
 }

@@ -153,10 +153,14 @@ pub(crate) type Blended<'a> = [(LayersAbout<'a>, f32)];
 /// blended over
 /// viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others in their
 /// order.
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
+#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+#[cfg_attr(
+    not(debug_assertions),
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+        "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+    ))
+)]
 pub(crate) fn radiance(
     maps: &Blended<'_>,
     scene: &Scene,

@@ -180,18 +180,20 @@ impl ReflectedGrid {
     }
 
     fn push(&mut self, found: &Found) {
-        let Found { place, passage, sharp, traced } = found;
+        let Found { place, passage, sharp, traced, refracted } = found;
         let Layout { cell_px, finest_px, .. } = self.layout;
         let width_px = place.lobe.width / passage.cell_extent(passage.distance).sqrt() * cell_px as f32;
         let [narrow, wide] = SHARP_CELLS;
         let weight = match place.bumps {
             Bumps::OfRough => 1.0,
+            Bumps::OfSmooth if traced.is_none() => 0.0,
             Bumps::None | Bumps::OfSmooth => ((width_px / finest_px as f32 - narrow) / (wide - narrow)).clamp(0.0, 1.0),
             Bumps::Resolved => 0.0,
         };
         self.index[place.row as usize * self.layout.width + place.column as usize] = self.places.len() as u32;
         self.light.push(RoughLight {
             radiance: traced.unwrap_or(*sharp) * weight,
+            refracted: *refracted * weight,
             weight,
             sharp: *sharp,
             share: place.lobe.share,
@@ -252,10 +254,26 @@ impl ReflectedGrid {
 
     /// Whether a rectangle of a picture has any of some cells in it.
     pub(super) fn has_any(&self, cells: &[bool], low_px: Vec2, high_px: Vec2) -> bool {
-        let [low, high] = [low_px, high_px].map(|at| self.layout.in_cells(at).max(Vec2::ZERO));
-        let columns = low.x as usize..=(high.x as usize).min(self.layout.width - 1);
-        let mut rows = low.y as usize..=(high.y as usize).min(self.layout.height - 1);
-        rows.any(|row| columns.clone().any(|column| cells[row * self.layout.width + column]))
+        self.cells_between(self.layout.in_cells(low_px), self.layout.in_cells(high_px)).any(|cell| cells[cell])
+    }
+
+    /// Whether all cells in and about a rectangle of a picture show an object whose light is all in them.
+    pub(super) fn is_full_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
+        let is_full = |place: usize| {
+            let is_of_object = self.ends[place].object == object && self.places[place].is_seen;
+            is_of_object && self.light[place].weight >= 1.0
+        };
+        let (low, high) = (self.layout.in_cells(low_px) - 1.0, self.layout.in_cells(high_px) + 1.0);
+        self.cells_between(low, high).all(|cell| self.place_of(cell).is_some_and(is_full))
+    }
+
+    /// The cells from one position to another one, in cells.
+    fn cells_between(&self, low: Vec2, high: Vec2) -> impl Iterator<Item = usize> {
+        let Layout { width, height, .. } = self.layout;
+        let [low, high] = [low, high].map(|at| at.max(Vec2::ZERO));
+        let columns = low.x as usize..=(high.x as usize).min(width - 1);
+        let rows = low.y as usize..=(high.y as usize).min(height - 1);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
     }
 
     fn cells_where(&self, is_there: impl Fn(&Place, &RoughLight) -> bool) -> Vec<bool> {

@@ -6,8 +6,8 @@
 //! stays sharp and blur grows with distance. Where lobes are narrow there are grids of smaller cells; where they are
 //! narrower than the smallest ones, the sharp reflection is drawn.
 //!
-//! Where a normal map has bumps smaller than a pixel, a smooth mirror is a rough one, too; with bumps, lobes are traced
-//! by rays.
+//! Where a normal map has bumps smaller than a pixel, a smooth mirror is a rough one, too, and a lens spreads what it
+//! reflects and refracts; with bumps, lobes are traced by rays.
 
 mod blur;
 mod grid;
@@ -52,7 +52,7 @@ const BLURRED_CELLS: [[f32; 2]; GRIDS - 1] = [[3.0, 5.0], [1.75, 3.0]];
 /// Distances beyond are none.
 const FAR: f32 = 1e12;
 
-/// The rough mirrors of a scene.
+/// The rough mirrors of a scene, and lenses with bumps.
 pub(in crate::methods::projection) struct RoughMirrors {
     /// For rays to and from them.
     tracer: Tracer,
@@ -66,7 +66,7 @@ impl RoughMirrors {
     /// Those of a scene, by those of another moment of it if these are given; `None` if there are none.
     pub(in crate::methods::projection) fn new(scene: &Scene, old: Option<&Self>) -> Option<Self> {
         let is_rough: Vec<bool> =
-            (0..scene.objects.len() as u32).map(|object| scene.material_of(object).may_reflect_roughly()).collect();
+            (0..scene.objects.len() as u32).map(|object| scene.material_of(object).may_spread_light()).collect();
         let objects = scene.objects.iter().zip(&is_rough).filter(|(_, is_rough)| **is_rough);
         let boxes: Vec<Aabb> = objects.map(|(object, _)| object.bounds).collect();
         if boxes.is_empty() {
@@ -101,6 +101,8 @@ impl RoughMirrors {
 pub(super) struct RoughLight {
     /// The mean radiance over the lobe, times its weight.
     pub(super) radiance: Vec3,
+    /// The same of refracted light, at a lens.
+    pub(super) refracted: Vec3,
     /// The weight of the mean against what the sharp ray shows: 0 where the lobe covers no more than a pixel.
     pub(super) weight: f32,
     /// What the sharp ray of a place shows.
@@ -119,6 +121,7 @@ impl RoughLight {
     fn plus(&self, other: &Self, weight: f32) -> Self {
         Self {
             radiance: self.radiance + other.radiance * weight,
+            refracted: self.refracted + other.refracted * weight,
             weight: self.weight + other.weight * weight,
             sharp: self.sharp + other.sharp * weight,
             share: self.share + other.share * weight,
@@ -182,9 +185,11 @@ impl<'a> RoughReflections<'a> {
 
     /// Whether an object's light in a rectangle of the picture is known without what it reflects sharply.
     pub(super) fn is_all_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
-        let mut grids = self.grids.iter().zip(&self.sharp);
-        // A smooth mirror's edge may show where no cell around it does.
-        self.is_rough(object) && !grids.any(|(grid, cells)| grid.has_any(cells, low_px, high_px))
+        if self.is_rough(object) {
+            return !self.grids.iter().zip(&self.sharp).any(|(grid, cells)| grid.has_any(cells, low_px, high_px));
+        }
+        // Bumps are for the finest grid. A smooth mirror's edge may show where no cell around it does.
+        self.grids.last().is_some_and(|finest| finest.is_full_of(object, low_px, high_px))
     }
 
     /// The light at a position of the picture, where an object is seen; `None` where the grids do not know it, or it

@@ -6,17 +6,18 @@ use super::lobe::{DiscPoints, Lobe};
 use super::passage::Passage;
 use crate::error::RenderError;
 use crate::light::bumps::BumpyMeeting;
-use crate::light::path_tracer::{NearPlane, PathModel, PathTracer};
+use crate::light::path_tracer::{Cone, NearPlane, PathModel, PathTracer};
 use crate::light::wide_hierarchy::Treelet;
 use crate::math::random;
 use crate::methods::Job;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::LightStep;
+use crate::optics::step::{LightStep, crossed_medium, medium_after};
 use crate::parallel;
 use crate::scene::hit::Hit;
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Ray, RayDifferential, TurnedEncounter};
+use crate::scene::{Ray, RayDifferential, Role, TurnedEncounter};
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 /// Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
 const RAYS: u32 = 4;
@@ -47,9 +48,27 @@ pub(super) struct Found {
     pub(super) place: Place,
     pub(super) passage: Passage,
     pub(super) sharp: Vec3,
-    /// The mean over the lobe, where rays tell it.
+    /// The mean over the lobe, where rays tell it, and that of refracted light.
     pub(super) traced: Option<Vec3>,
+    pub(super) refracted: Vec3,
 }
+
+/// A place whose light rays tell.
+struct Leaving<'a> {
+    /// Its number among those found.
+    number: usize,
+    met: &'a Met,
+    /// Where it is met, before a map turns the normal.
+    encounter: SurfaceInteraction,
+    /// The change of its sharp ray from cell to cell.
+    change: RayDifferential,
+    /// The factors of light by each event.
+    weights: [Vec3; 2],
+}
+
+/// Cones that make up the light of a place by an event: of which place, by which event, which cones, and the factor of
+/// their sum.
+type TracedLobe = (usize, BounceKind, Range<usize>, f32);
 
 /// A grid that is to be traced.
 pub(super) struct Cells<'a, 'b> {
@@ -189,7 +208,7 @@ impl Cells<'_, '_> {
                 true => step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &encounter),
                 false => change,
             };
-            let mut lobe = Lobe::new(material.reflection_alpha(variance), &step.facing, -incoming);
+            let mut lobe = Lobe::new(material.facets_alpha(variance), &step.facing, -incoming);
             let bumps = match (material.turning_map().is_some(), material.reflection_roughness() > 0.0) {
                 (false, _) => Bumps::None,
                 (true, true) => Bumps::OfRough,
@@ -204,36 +223,31 @@ impl Cells<'_, '_> {
             let (column, row) = (met.column as u32, met.row as u32);
             let place = Place { column, row, lobe, distance: f32::INFINITY, is_seen: met.is_seen, bumps };
             let passage = Passage::new(object, &ray, &smooth_change, f32::INFINITY, greatest);
-            let traced = None;
             if bumps != Bumps::Resolved {
                 leaving.push((ray, change));
-                places.push((found.len(), met, encounter));
+                let (number, weights) = (found.len(), BounceKind::BOTH.map(|kind| step.weight(kind)));
+                places.push(Leaving { number, met, encounter, change, weights });
             }
-            found.push(Found { place, passage, sharp: Vec3::ZERO, traced });
+            found.push(Found { place, passage, sharp: Vec3::ZERO, traced: None, refracted: Vec3::ZERO });
         }
         let (mut sharp, mut distances) = (vec![Vec3::ZERO; leaving.len()], vec![0.0; leaving.len()]);
         paths.radiances_and_distances(&leaving, &mut sharp, &mut distances);
-        for (index, (number, ..)) in places.iter().enumerate() {
+        for (index, Leaving { number, .. }) in places.iter().enumerate() {
             let found = &mut found[*number];
             (found.place.distance, found.sharp) = (distances[index], sharp[index]);
             found.passage.distance = distances[index].min(greatest);
         }
         if self.layout.cell_px == self.layout.finest_px {
-            self.trace_lobes(paths, &leaving, &places, found);
+            self.trace_lobes(paths, &places, found);
         }
     }
 
-    /// The means over the lobes of places with bumps by rays, each of a cone. `leaving` are the sharp rays.
-    fn trace_lobes(
-        &self,
-        paths: &mut PathTracer<'_>,
-        leaving: &[(Ray, RayDifferential)],
-        places: &[(usize, &Met, SurfaceInteraction)],
-        found: &mut [Found],
-    ) {
+    /// The means over the lobes of places with bumps by rays, each of a cone.
+    fn trace_lobes(&self, paths: &mut PathTracer<'_>, places: &[Leaving<'_>], found: &mut [Found]) {
         let (scene, tracer) = (self.job.scene, &self.mirrors.tracer);
-        let (mut rays, mut shares, mut lobes) = (Vec::new(), Vec::new(), Vec::new());
-        for ((number, met, encounter), (_, change)) in places.iter().zip(leaving) {
+        let (mut cones, mut shares, mut parts) = (Vec::new(), Vec::new(), Vec::new());
+        let mut lobes: Vec<TracedLobe> = Vec::new();
+        for Leaving { number, met, encounter, change, weights } in places {
             let Found { place, passage, .. } = &found[*number];
             let is_hidden = place.bumps == Bumps::OfSmooth
                 && self.layout.is_hidden(place.lobe.width, passage.cell_extent(passage.distance));
@@ -243,35 +257,53 @@ impl Cells<'_, '_> {
             // Others in every cell: what they miss is noise, not a pattern.
             let shifts = [[0, 1], [2, 3]]
                 .map(|axes| Vec2::from(axes.map(|axis| random::unit(axis, place.column.into(), place.row.into()))));
-            let first = rays.len();
-            let mut kept = 1.0;
+            let material = scene.material_of(encounter.point.object);
             if place.bumps == Bumps::OfSmooth {
                 let meeting = BumpyMeeting { scene, tracer, ray: &met.ray, change: &met.change, encounter };
-                let material = scene.material_of(encounter.point.object);
-                let parts = meeting.parts(material, SMALL_BUMP_RAYS, shifts);
-                rays.extend(parts.map(|part| (part.ray, part.change)));
-                shares.resize(rays.len(), 1.0);
-            } else {
-                let directions = place.lobe.directions(&DiscPoints::<BUMP_RAYS>::new(shifts[0]));
-                for lane in 0..BUMP_RAYS {
-                    let (direction, share) = (directions.of(lane), directions.share[lane]);
-                    if share > 0.0 {
-                        let change = change.widened(direction, directions.extent[lane].sqrt());
-                        rays.push((Ray { origin: tracer.departure(&encounter.point, direction), direction }, change));
-                        shares.push(share);
+                parts.clear();
+                meeting.for_each_part(material, SMALL_BUMP_RAYS, shifts, |part| parts.push(part));
+                for (kind, weight) in BounceKind::BOTH.into_iter().zip(weights) {
+                    let (first, mean) = (cones.len(), weight.element_sum());
+                    if mean <= 0.0 {
+                        continue;
                     }
+                    for (part, leaving) in parts.iter().filter_map(|part| Some((part, part.leaving(kind)?))) {
+                        let (outside, own) = (part.step.facing.outside, material.absorption);
+                        let crossed = crossed_medium(material.role == Role::Lens, outside, own, Vec3::ZERO);
+                        let absorption = medium_after(kind, outside, own, crossed, Vec3::ZERO);
+                        cones.push(Cone { ray: leaving.ray, change: leaving.change, absorption });
+                        shares.push(leaving.weight.element_sum());
+                    }
+                    // What goes by this event differs from part to part, not only where it goes.
+                    lobes.push((*number, kind, first..cones.len(), 1.0 / (SMALL_BUMP_RAYS as f32 * mean)));
                 }
-                kept = directions.kept;
+                continue;
             }
-            lobes.push((*number, first..rays.len(), kept));
+            let first = cones.len();
+            let directions = place.lobe.directions(&DiscPoints::<BUMP_RAYS>::new(shifts[0]));
+            for lane in 0..BUMP_RAYS {
+                let (direction, share) = (directions.of(lane), directions.share[lane]);
+                if share > 0.0 {
+                    let change = change.widened(direction, directions.extent[lane].sqrt());
+                    let ray = Ray { origin: tracer.departure(&encounter.point, direction), direction };
+                    cones.push(Cone { ray, change, absorption: Vec3::ZERO });
+                    shares.push(share);
+                }
+            }
+            let all: f32 = shares[first..].iter().sum();
+            if all > 0.0 {
+                lobes.push((*number, BounceKind::Reflect, first..cones.len(), directions.kept / all));
+            }
         }
-        let mut light = vec![Vec3::ZERO; rays.len()];
-        paths.radiances_of_cones(&rays, &mut light);
-        for (number, of_lobe, kept) in lobes {
+        let mut light = vec![Vec3::ZERO; cones.len()];
+        paths.radiances_of_cones(&cones, &mut light);
+        for (number, kind, of_lobe, factor) in lobes {
             let (light, shares) = (&light[of_lobe.clone()], &shares[of_lobe]);
-            let sum: Vec3 = light.iter().zip(shares).map(|(light, share)| *light * *share).sum();
-            let all: f32 = shares.iter().sum();
-            found[number].traced = (all > 0.0).then(|| sum * (kept / all));
+            let mean = light.iter().zip(shares).map(|(light, share)| *light * *share).sum::<Vec3>() * factor;
+            match kind {
+                BounceKind::Reflect => found[number].traced = Some(mean),
+                BounceKind::Transmit => found[number].refracted = mean,
+            }
         }
     }
 }

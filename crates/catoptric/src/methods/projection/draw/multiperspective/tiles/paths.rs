@@ -113,10 +113,14 @@ const CACHE_LOG2: u32 = 7;
 
 /// Appends the label of each sample, by its surface's id and the label of the path to it (0 throughout without
 /// `parents`).
-#[multiversion::multiversion(targets(
-    "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
+#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+#[cfg_attr(
+    not(debug_assertions),
+    multiversion::multiversion(targets(
+        "x86_64+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+avx2+bmi1+bmi2+popcnt+lzcnt",
+        "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
+    ))
+)]
 fn label_samples(ids: &[u32], parents: Option<&[u16]>, labels: &mut Vec<u16>, mut find: impl FnMut(u32, u16) -> u16) {
     let mut cache = [(EMPTY, 0u16, 0u16); 1 << CACHE_LOG2];
     // Neighbours mostly show the same.
