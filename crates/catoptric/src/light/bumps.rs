@@ -9,7 +9,6 @@ use crate::optics::step::LightStep;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Scene};
 use glam::{Vec2, Vec3};
-use std::array;
 use std::f32::consts::TAU;
 
 /// A ray that meets a surface with bumps, and all that it stands for.
@@ -57,16 +56,21 @@ impl<'a> BumpyMeeting<'a> {
     ) {
         let Some(map) = material.turning_map() else { return };
         let side = 1.0 / (count as f32).sqrt();
+        let offset = |index: u32| (random::hammersley(index, count) + turn[0]).fract() - 0.5;
+        // Parts change as much as each other.
+        let middle = self.encounter.part(Vec2::ZERO, side);
         for first in (0..count).step_by(LANES) {
-            let indices: [u32; LANES] = array::from_fn(|lane| first + lane as u32);
-            let offsets = indices.map(|index| (random::hammersley(index, count) + turn[0]).fract() - 0.5);
-            let parts = offsets.map(|offset| self.encounter.part(offset, side));
-            let known = LANES.min((count - first) as usize);
+            let indices = first..count.min(first + LANES as u32);
+            let mut points = [middle.point; LANES];
+            for (point, index) in points.iter_mut().zip(indices.clone()) {
+                *point = self.encounter.part(offset(index), side).point;
+            }
             let mut normals = [(Vec3::ZERO, 0.0); LANES];
-            self.scene.normals_of_map(map, &parts.each_ref().map(|part| part.point)[..known], &mut normals);
-            for (lane, encounter) in parts.into_iter().enumerate().take(known) {
-                let slope = (random::spread(indices[lane]) + turn[1]).fract();
-                if let Some(part) = self.part(material, (offsets[lane], side), encounter, normals[lane], slope) {
+            self.scene.normals_of_map(map, &points[..indices.len()], &mut normals);
+            for (index, (point, normal)) in indices.zip(points.into_iter().zip(normals)) {
+                let slope = (random::spread(index) + turn[1]).fract();
+                let encounter = SurfaceInteraction { point, ..middle };
+                if let Some(part) = self.part(material, (offset(index), side), encounter, normal, slope) {
                     visit(part);
                 }
             }

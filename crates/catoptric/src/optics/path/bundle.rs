@@ -24,6 +24,12 @@ impl BounceKind {
     /// Both kinds.
     pub const BOTH: [Self; 2] = [Self::Reflect, Self::Transmit];
 
+    /// The event at a bounce of a path that takes second branches at the bounces of these bits.
+    #[inline(always)] // for the instructions of its callers
+    pub(crate) fn at(bounce: usize, second_branches: u64) -> Self {
+        if second_branches >> bounce & 1 != 0 { Self::Transmit } else { Self::Reflect }
+    }
+
     /// The letter of the kind in tables: `R` or `T`.
     pub fn letter(self) -> char {
         match self {

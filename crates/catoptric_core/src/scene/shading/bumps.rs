@@ -95,8 +95,8 @@ impl Scene {
         }
     }
 
-    /// [`Self::turned_normal_and_variance`] of several points, one or more of a surface with this normal map: sets as
-    /// many of `found` as there are points. Several are looked up at a time.
+    /// [`Self::turned_normal_and_variance`] of points of a surface with this normal map: sets as many of `found` as
+    /// there are points. Several are looked up at a time.
     pub fn normals_of_map(&self, map: &NormalMap, points: &[SurfacePoint], found: &mut [(Vec3, f32)]) {
         for (points, found) in points.chunks(LANES).zip(found.chunks_mut(LANES)) {
             let mut means = [Vec4::ZERO; LANES];

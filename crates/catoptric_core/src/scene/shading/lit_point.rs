@@ -6,7 +6,7 @@ use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headl
 use super::filter::{self, TextureLookUps};
 use super::glossy::{self, COAT_REFLECTANCE, LitPoints};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, grazing_share, lobe, variance_of_mean, variance_over_pixel};
-use super::shade::SurfacePoint;
+use super::shade::{SurfacePoint, look_ups};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec3, Vec4};
 use std::f32::consts::FRAC_1_PI;
@@ -22,12 +22,7 @@ pub(super) trait LookUps<const N: usize> {
 
 impl LookUps<1> for SurfacePoint {
     fn of(&self, binding: &TextureBinding) -> TextureLookUps<1> {
-        let channel = binding.uv_channel as usize & 1;
-        let (uv, footprint) = (self.uvs[channel], &self.footprints[channel]);
-        let matrix = binding.texture_from_uv.matrix2;
-        let [uv, dx, dy] = [binding.texture_from_uv.transform_point2(uv), matrix * footprint.dx, matrix * footprint.dy]
-            .map(|pair| pair.to_array().map(Lanes::splat));
-        TextureLookUps { uv, dx, dy, samples: [footprint.samples] }
+        look_ups(binding, std::slice::from_ref(self))
     }
 }
 

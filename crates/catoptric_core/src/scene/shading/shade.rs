@@ -334,12 +334,16 @@ fn finite(radiance: Vec3) -> Vec3 {
     if radiance.is_finite() { radiance.max(Vec3::ZERO) } else { Vec3::ZERO }
 }
 
-/// A point's footprint in the coordinates of a texture.
-#[inline(always)]
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn sample_at(texture: &Texture, binding: &TextureBinding, points: &[SurfacePoint], values: &mut [Vec4; LANES]) {
-    let mut look_ups = TextureLookUps::<LANES>::ZERO;
-    for (lane, point) in points.iter().enumerate().take(LANES) {
+    filter::sample(texture, &look_ups(binding, points), points.len().min(LANES), values);
+}
+
+/// Where the first points, one a lane, look a texture up.
+#[inline(always)] // for the instructions of its callers
+pub(super) fn look_ups<const N: usize>(binding: &TextureBinding, points: &[SurfacePoint]) -> TextureLookUps<N> {
+    let mut look_ups = TextureLookUps::ZERO;
+    for (lane, point) in points.iter().enumerate().take(N) {
         let uv = binding.texture_from_uv.transform_point2(point.uvs[binding.uv_channel as usize & 1]);
         let UvFootprint { dx, dy, samples } = footprint_in_texture(binding, point);
         for axis in 0..2 {
@@ -348,9 +352,11 @@ fn sample_at(texture: &Texture, binding: &TextureBinding, points: &[SurfacePoint
         }
         look_ups.samples[lane] = samples;
     }
-    filter::sample(texture, &look_ups, points.len().min(LANES), values);
+    look_ups
 }
 
+/// A point's footprint in the coordinates of a texture.
+#[inline(always)]
 fn footprint_in_texture(binding: &TextureBinding, point: &SurfacePoint) -> UvFootprint {
     let UvFootprint { dx, dy, samples } = point.footprints[binding.uv_channel as usize & 1];
     let matrix = binding.texture_from_uv.matrix2;

@@ -103,12 +103,6 @@ impl Part {
     }
 }
 
-/// The event at a bounce of a fragment's path.
-#[inline(always)] // for the instructions of its callers
-fn event_at(fragment: &Fragment<'_>, bounce: usize) -> BounceKind {
-    if fragment.second_branches >> bounce & 1 != 0 { BounceKind::Transmit } else { BounceKind::Reflect }
-}
-
 /// The factor of blurred light by an event at a bounce, in a fragment: where light divides again later on, the fragment
 /// that takes the first ways there has all of it.
 fn blurred_weight(fragment: &Fragment<'_>, bounce: usize, step: &LightStep, kind: BounceKind) -> Vec3 {
@@ -263,7 +257,7 @@ impl<'a> PathShader<'a> {
                 false => Cow::Borrowed(&encounter),
             };
             let step = LightStep::at(scene, material, &encounter.point, ray.direction);
-            let kind = event_at(fragment, bounce);
+            let kind = BounceKind::at(bounce, fragment.second_branches);
             let Some(direction) = step.outgoing(kind, ray.direction) else { break };
             change = step.outgoing_change(kind, ray.direction, &change, &encounter);
             ray = Ray { origin: encounter.point.position, direction };
@@ -341,7 +335,7 @@ impl<'a> PathShader<'a> {
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
             }
-            let kind = event_at(fragment, bounce);
+            let kind = BounceKind::at(bounce, fragment.second_branches);
             // What bumps within a pixel blur is known of mirrors and lenses that are seen directly.
             let is_rough = material.reflection_roughness() > 0.0;
             let may_be_rough = is_rough || bounce == 0 && material.may_spread_light();

@@ -142,9 +142,14 @@ impl Reflections<'_> {
         let path = |label: u16| &paths.paths[label as usize - 1];
         let [low, high] = [root.corner(0, 0), root.corner(ROOT, ROOT)];
         // What is behind is not asked for.
-        let is_known = |label: u16| {
-            let rough = self.rough.filter(|_| root.tile.layer() == 1);
-            rough.is_some_and(|rough| rough.is_all_of(path(label).object, low, high))
+        let rough = self.rough.filter(|_| root.tile.layer() == 1);
+        // Pixels of a path mostly follow each other.
+        let mut last = (0, false);
+        let mut is_known = |label: u16| {
+            if label != last.0 {
+                last = (label, rough.is_some_and(|rough| rough.is_all_of(path(label).object, low, high)));
+            }
+            last.1
         };
         let mut any = false;
         for (label, rows) in pixels.full.iter().filter(|(label, _)| !is_known(*label)) {

@@ -54,7 +54,7 @@ pub(in super::super) fn chain(tile: &TileBelow<'_>, sample: usize) -> Chain {
 /// The event at the surface of a layer.
 #[inline(always)]
 pub(in super::super) fn kind(tile: &TileBelow<'_>, layer: usize) -> BounceKind {
-    if tile.second_branches >> layer & 1 != 0 { BounceKind::Transmit } else { BounceKind::Reflect }
+    BounceKind::at(layer, tile.second_branches)
 }
 
 impl Reflections<'_> {
