@@ -197,6 +197,9 @@ pub(crate) struct DrawArgs {
     /// Processor that draws
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) backend: Backend,
+    /// The GPU, by a part of its name (`catoptric doctor` lists them) [default: the best]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
     /// Time a frame may take in milliseconds; what is not done by then is drawn by `auto` and counted [default: none]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3_600_000))]
     pub(crate) budget_ms: Option<u32>,

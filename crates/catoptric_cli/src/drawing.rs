@@ -1,10 +1,12 @@
 //! Draws the frames of one method and takes their times.
 
-use crate::args::{Backend, DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
+use crate::args::{DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
+use crate::backend::Gpu;
 use crate::baked::Bakes;
 use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
+use crate::stats::device;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
@@ -37,6 +39,7 @@ pub(crate) struct Shot<'a> {
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) bakes: Bakes,
+    gpu: Option<Gpu>,
     roles: Vec<RoleRule>,
     shadows: Shadows,
     time: f32,
@@ -53,6 +56,7 @@ pub(crate) struct Drawing {
     pub(crate) scene: Arc<Scene>,
     /// The method, prepared for that scene.
     pub(crate) prepared: Box<dyn Prepared>,
+    pub(crate) processor: Processor,
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) frame_ms: Vec<f64>,
     /// Times of each stage, frame by frame, in order.
@@ -70,12 +74,19 @@ pub(crate) struct Drawing {
     pub(crate) error_px: Option<f64>,
 }
 
-/// Refuses what this version cannot do at all.
-pub(crate) fn check_backend(args: &DrawArgs) -> Result<(), Failure> {
-    if args.backend == Backend::Gpu {
-        return Err(Failure::input("--backend gpu: this version has no GPU backend; use cpu or auto"));
+/// The processor that has drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct Processor {
+    /// `cpu` or `gpu`.
+    pub(crate) backend: &'static str,
+    /// Its name.
+    pub(crate) device: String,
+}
+
+impl Processor {
+    fn cpu() -> Self {
+        Self { backend: "cpu", device: device() }
     }
-    Ok(())
 }
 
 /// Refuses numbers of samples that a method cannot take.
@@ -98,6 +109,7 @@ impl<'a> Shot<'a> {
         if view.eye.is_some() && view.eye == view.target {
             return Err(Failure::usage("--eye and --target are the same point"));
         }
+        let gpu = Gpu::open(draw)?;
         let bakes = Bakes::open(&draw.baked)?;
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
@@ -112,7 +124,7 @@ impl<'a> Shot<'a> {
         let quality = Quality { samples: draw.samples, order: draw.order };
         let (motion, budget_ms, time, shadows) = (draw.motion, draw.budget_ms, args.pose.time, args.shadows);
         let shot =
-            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, roles, shadows, time, view };
+            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
         Ok(shot)
@@ -120,17 +132,41 @@ impl<'a> Shot<'a> {
 
     /// Prepares the method and draws all frames, within the budget if there is one.
     pub(crate) fn draw(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        if let Some(gpu) = &self.gpu
+            && let Some(method) = gpu.method(chosen)?
+        {
+            let on_gpu = Processor { backend: "gpu", device: gpu.name() };
+            match self.draw_with(&*method, on_gpu, chosen, progress) {
+                // What only the CPU can draw.
+                Err(Failure::Input(problem)) if !gpu.is_wanted => {
+                    let mut drawing = self.draw_on_cpu(chosen, progress)?;
+                    drawing.warnings.push(format!("drawn on the CPU: {problem}"));
+                    return Ok(drawing);
+                }
+                drawn => return drawn,
+            }
+        }
+        self.draw_on_cpu(chosen, progress)
+    }
+
+    fn draw_on_cpu(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
         let budgeted = self.budget_ms.map(|budget_ms| Budgeted::new(&*chosen.method, budget_ms.into()));
         let method = budgeted.as_ref().map_or(&*chosen.method, |budgeted| budgeted as &dyn Method);
-        self.draw_with(method, chosen, progress)
+        self.draw_with(method, Processor::cpu(), chosen, progress)
     }
 
-    /// The same without any budget.
+    /// The same on the CPU and without any budget.
     pub(crate) fn draw_whole(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
-        self.draw_with(&*chosen.method, chosen, progress)
+        self.draw_with(&*chosen.method, Processor::cpu(), chosen, progress)
     }
 
-    fn draw_with(&self, method: &dyn Method, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+    fn draw_with(
+        &self,
+        method: &dyn Method,
+        processor: Processor,
+        chosen: &Chosen,
+        progress: &dyn Progress,
+    ) -> Result<Drawing, Failure> {
         let bake = self.bakes.fitting(chosen.info, &chosen.settings, &self.scene, self.quality)?;
         let prepared = method.prepare(&self.scene, self.quality, bake, progress)?;
         let mut setup_ms = self.setup_ms.clone();
@@ -141,6 +177,7 @@ impl<'a> Shot<'a> {
             view: self.frame_view(&self.scene, 0)?,
             scene: self.scene.clone(),
             prepared,
+            processor,
             setup_ms,
             frame_ms: Vec::with_capacity(self.frames as usize),
             stages_ms: Vec::new(),

@@ -1,6 +1,7 @@
 //! The program `catoptric`: pictures of reflections by several methods, and how far each is from the ray-traced truth.
 
 mod args;
+mod backend;
 mod baked;
 mod commands;
 mod drawing;

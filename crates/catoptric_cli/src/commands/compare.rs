@@ -4,7 +4,7 @@ mod selection;
 
 use super::columns;
 use crate::args::CompareArgs;
-use crate::drawing::{Drawing, Shot, check_backend, check_samples};
+use crate::drawing::{Drawing, Shot, check_samples};
 use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
 use crate::settings::{self, Chosen};
@@ -37,7 +37,6 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     for wanted in &selected.methods {
         check_samples(&args.draw, methods::find(&wanted.id).map_err(Failure::usage)?)?;
     }
-    check_backend(&args.draw)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
     let mut methods = Vec::new();

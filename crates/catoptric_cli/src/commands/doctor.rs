@@ -2,6 +2,7 @@
 
 use super::{columns, pretty};
 use crate::args::JsonArgs;
+use crate::backend;
 use crate::failure::Failure;
 use crate::stats::device;
 
@@ -17,6 +18,7 @@ struct Machine {
     memory_bytes: Option<u64>,
     memory_available_bytes: Option<u64>,
     gpu: bool,
+    adapters: Vec<String>,
     methods: usize,
 }
 
@@ -31,7 +33,8 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         simd: simd(),
         memory_bytes: memory("MemTotal"),
         memory_available_bytes: memory("MemAvailable"),
-        gpu: false,
+        gpu: cfg!(feature = "gpu"),
+        adapters: backend::describe(),
         methods: catoptric::methods::all().len(),
     };
     if args.json {
@@ -41,7 +44,7 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         |bytes: Option<u64>| bytes.map_or("unknown".into(), |b| format!("{:.1} GiB", b as f64 / (1u64 << 30) as f64));
     let simd = if machine.simd.is_empty() { "none known".into() } else { machine.simd.join(" ") };
     let build = if machine.optimised { "" } else { " (debug build: times mean little)" };
-    Ok(columns(&[
+    let mut rows = vec![
         vec!["version".into(), format!("{}{build}", machine.version)],
         vec!["system".into(), machine.system],
         vec!["processor".into(), machine.device],
@@ -49,9 +52,12 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         vec!["threads".into(), machine.threads.to_string()],
         vec!["SIMD".into(), simd],
         vec!["memory".into(), format!("{}, {} free", gib(machine.memory_bytes), gib(machine.memory_available_bytes))],
-        vec!["GPU backend".into(), "none in this version; everything runs on the processor".into()],
         vec!["methods".into(), format!("{} (see `catoptric methods`)", machine.methods)],
-    ]))
+    ];
+    for (index, adapter) in machine.adapters.into_iter().enumerate() {
+        rows.push(vec![if index == 0 { "GPU backend".into() } else { String::new() }, adapter]);
+    }
+    Ok(columns(&rows))
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -2,7 +2,7 @@
 
 use super::{columns, pretty};
 use crate::args::RenderArgs;
-use crate::drawing::{Shot, check_backend, check_samples};
+use crate::drawing::{Shot, check_samples};
 use crate::failure::Failure;
 use crate::settings;
 use crate::stats::Stats;
@@ -17,7 +17,6 @@ use std::path::{Path, PathBuf};
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
     let method = methods::find(&args.method).map_err(Failure::usage)?;
     check_samples(&args.draw, method)?;
-    check_backend(&args.draw)?;
     let outputs = outputs(args)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();

@@ -156,7 +156,7 @@ fn wrong_usage_ends_with_2() {
 fn faults_of_the_input_and_the_machine_end_with_1() {
     let place = Workplace::new();
     let faults: [(&[&str], &str); 7] = [
-        (&["--backend", "gpu"], "no GPU backend"),
+        (&["--backend", "gpu"], "without the GPU backend"),
         (&["--baked", "a.bake"], "a.bake"),
         (&["--camera", "no_such"], "scene.toml"),
         (&["--reflector", "no_such*"], "no_such*"),

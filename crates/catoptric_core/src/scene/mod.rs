@@ -21,11 +21,11 @@ pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::bumps::TurnedEncounter;
-pub use shading::environment::Environment;
+pub use shading::environment::{Environment, LightMap};
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
-pub use shading::texture::{MipFilter, Sampler, Texture, UvFootprint, Wrap};
+pub use shading::texture::{MipFilter, MipLevel, Sampler, Texture, UvFootprint, Wrap};
 pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
 
 use crate::error::SceneError;

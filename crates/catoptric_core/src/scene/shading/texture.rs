@@ -68,13 +68,13 @@ pub struct UvFootprint {
 
 /// The place of a mip level among the texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in super::super) struct MipLevel {
+pub struct MipLevel {
     /// Width and height in texels.
-    pub(in super::super) size: [f32; 2],
+    pub size: [f32; 2],
     /// Its first texel.
-    pub(in super::super) first: u32,
+    pub first: u32,
     /// Texels from row to row. Each row is followed by one more texel: see [`Texture::texels`].
-    pub(in super::super) stride: u32,
+    pub stride: u32,
 }
 
 /// An image on its way to a mip level.
@@ -91,8 +91,7 @@ pub struct Texture {
     pub name: String,
     pub(in super::super) sampler: Sampler,
     pub(in super::super) levels: Vec<MipLevel>,
-    /// The texels of all levels, linear RGBA, 65535 for 1. At the end of each row stands its right neighbour (its
-    /// first texel where the image repeats, else its last), so that two neighbours are always read at once.
+    /// See [`Self::texels`].
     pub(in super::super) texels: Vec<[u16; 4]>,
 }
 
@@ -169,6 +168,22 @@ impl Texture {
     pub fn size(&self) -> (u32, u32) {
         let [width, height] = self.levels[0].size;
         (width as u32, height as u32)
+    }
+
+    /// The filter and the wrapping.
+    pub fn sampler(&self) -> &Sampler {
+        &self.sampler
+    }
+
+    /// The mip levels, the finest first; at least one.
+    pub fn levels(&self) -> &[MipLevel] {
+        &self.levels
+    }
+
+    /// The texels of all levels, linear RGBA, 65535 for 1. At the end of each row stands its right neighbour (its
+    /// first texel where the image repeats, else its last), so that two neighbours are always read at once.
+    pub fn texels(&self) -> &[[u16; 4]] {
+        &self.texels
     }
 
     /// The memory that the texels take.

@@ -32,7 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "this project",
     assumptions: "none beyond those of the reference; analytic surfaces are seen in reflectors by their triangles",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: AutoSettings::describe,
     effective: AutoSettings::effective,

@@ -5,6 +5,7 @@
 mod limits;
 mod settings;
 
+pub use super::draw::multiperspective::{ObjectShape, object_shapes};
 pub use settings::{ModelOfRays, MultiperspectiveSettings};
 
 use super::draw::MapsInView;
@@ -27,7 +28,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "this project; after Mei, Popescu, Sacks 2007 and Yu, Yu, McMillan 2009",
     assumptions: "none beyond those of the reference; analytic surfaces are seen in reflectors by their triangles",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: MultiperspectiveSettings::describe,
     effective: MultiperspectiveSettings::effective,

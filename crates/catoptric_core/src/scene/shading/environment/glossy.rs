@@ -26,6 +26,10 @@ impl GlossyMaps {
         Self { levels: (0..LEVELS).map(|level| map(environment, level)).collect() }
     }
 
+    pub(super) fn levels(&self) -> &[EquirectangularMap] {
+        &self.levels
+    }
+
     /// The mean radiance over a highlight around a direction, by its position in the picture.
     #[inline(always)]
     pub(super) fn radiance(&self, environment: &Environment, position: Vec2, alpha: f32) -> Vec3 {

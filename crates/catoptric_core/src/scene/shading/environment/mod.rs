@@ -36,7 +36,23 @@ struct EquirectangularMap {
     texels: Vec<[f32; 4]>,
 }
 
+/// A map of light by direction, for other look-ups than [`Environment`]'s own: an equirectangular picture with a
+/// border of its neighbours, one texel wide.
+#[derive(Clone, Copy, Debug)]
+pub struct LightMap<'a> {
+    /// Texels of a row, without the border.
+    pub width: usize,
+    /// Rows, without the border.
+    pub height: usize,
+    /// Linear radiance or irradiance, rows from the top: `height + 2` of `width + 2` texels. The fourth number is 0.
+    pub texels: &'a [[f32; 4]],
+}
+
 impl EquirectangularMap {
+    fn light_map(&self) -> LightMap<'_> {
+        LightMap { width: self.width, height: self.height, texels: &self.texels }
+    }
+
     fn new(width: usize, height: usize, radiance: &[[f32; 4]]) -> Self {
         let mut texels = Vec::with_capacity((width + 2) * (height + 2));
         for row in -1..=height as i32 {
@@ -115,6 +131,18 @@ impl Environment {
             last = Some(next);
         }
         Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy: OnceLock::new() }
+    }
+
+    /// Width, height and linear radiance of the picture, rows from the top.
+    pub fn picture(&self) -> (u32, u32, &[[f32; 3]]) {
+        (self.width, self.height, &self.radiance)
+    }
+
+    /// The maps of irradiance by normals ([`Self::irradiance`]) and of radiance over highlights ([`Self::glossy`]), for
+    /// alpha 1, 1/2, 1/4 to 1/64; these are made if they are not there yet.
+    pub fn light_maps(&self) -> Vec<LightMap<'_>> {
+        let glossy = self.glossy.get_or_init(|| GlossyMaps::new(self));
+        std::iter::once(&self.irradiance).chain(glossy.levels()).map(EquirectangularMap::light_map).collect()
     }
 
     /// The direction (unit length) that a position in the picture (0..1, v down) stands for.

@@ -114,7 +114,7 @@ pub fn extent_of_sample(alpha: f32, n_h: f32, n_v: f32, count: u32) -> f32 {
 }
 
 /// Cells of the table a side, less one.
-const CELLS: usize = 32;
+pub const CELLS: usize = 32;
 
 /// What a surface does to light that arrives from all around, by its roughness, then the cosine towards the viewer.
 pub struct ReflectanceTable([[Vec4; CELLS + 1]; CELLS + 1]);
@@ -187,6 +187,12 @@ impl ReflectanceTable {
     /// The table; the first call makes it.
     pub fn get() -> &'static Self {
         &TABLE
+    }
+
+    /// Its cells: rows by perceptual roughness, columns by the cosine towards the viewer, both from 0 to 1; the fields
+    /// of [`ReflectedSurroundings`] in their order. Between them look-ups are linear.
+    pub fn rows(&self) -> &[[Vec4; CELLS + 1]; CELLS + 1] {
+        &self.0
     }
 
     fn new() -> Self {

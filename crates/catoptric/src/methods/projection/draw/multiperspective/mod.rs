@@ -8,6 +8,8 @@ mod shapes;
 mod source;
 mod tiles;
 
+pub use shapes::{ObjectShape, object_shapes};
+
 use super::rough::{RoughMirrors, RoughReflections};
 use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;

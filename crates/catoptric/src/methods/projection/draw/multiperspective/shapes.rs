@@ -8,15 +8,20 @@ use crate::surface::mesh::adjacency::neighbours;
 use crate::surface::mesh::weld::{NormalRule, WeldedVertices, weld_distance};
 use glam::Vec3;
 
-/// An object's shape.
+/// The shape of a reflector or lens, as far as it says what rays that have left it can meet of it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ObjectShape {
+pub struct ObjectShape {
     /// Rays that leave its outer side never meet it again.
-    pub(super) is_convex: bool,
+    pub is_convex: bool,
     /// It has an inside: rays that leave its outer side meet its outer side first, if they meet it at all.
-    pub(super) is_closed: bool,
+    pub is_closed: bool,
     /// Its box's diagonal.
-    pub(super) size: f32,
+    pub size: f32,
+}
+
+/// The shapes of a scene's objects; those of other objects than reflectors and lenses are the default's.
+pub fn object_shapes(scene: &Scene) -> Vec<ObjectShape> {
+    SceneShapes::new(scene, &MeshTopologies::of(scene)).objects
 }
 
 /// The shapes of a scene's objects; valid until a mesh changes.

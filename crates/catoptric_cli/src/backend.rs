@@ -1,0 +1,128 @@
+//! The processor that draws: the CPU, or a GPU in programs that were built with the feature `gpu`.
+
+use crate::args::{Backend, DrawArgs};
+use crate::failure::Failure;
+use crate::settings::Chosen;
+use catoptric::methods::Method;
+
+/// A GPU that draws what it can.
+pub(crate) struct Gpu {
+    /// What it cannot draw is an error; else the CPU draws that.
+    pub(crate) is_wanted: bool,
+    device: device::Device,
+}
+
+impl Gpu {
+    /// The GPU that the options ask for; `None` for the CPU. Of itself a program takes real GPUs alone, not drivers
+    /// that draw on the processor.
+    pub(crate) fn open(args: &DrawArgs) -> Result<Option<Self>, Failure> {
+        let name = args.adapter.as_deref();
+        match args.backend {
+            Backend::Cpu if name.is_some() => {
+                Err(Failure::usage("--adapter names a GPU, but --backend cpu draws on the processor"))
+            }
+            Backend::Cpu => Ok(None),
+            Backend::Gpu => Ok(Some(Self { is_wanted: true, device: device::open(name)? })),
+            Backend::Auto if name.is_some() => Ok(Some(Self { is_wanted: false, device: device::open(name)? })),
+            Backend::Auto => {
+                let device = device::real();
+                Ok(device.map(|device| Self { is_wanted: false, device }))
+            }
+        }
+    }
+
+    /// The GPU's name.
+    pub(crate) fn name(&self) -> String {
+        device::name(&self.device)
+    }
+
+    /// The method on the GPU; `None` where the CPU is to draw it.
+    pub(crate) fn method(&self, chosen: &Chosen) -> Result<Option<Box<dyn Method>>, Failure> {
+        let method = device::method(&self.device, chosen)?;
+        if method.is_none() && self.is_wanted && chosen.info.id != "reference" {
+            let known: Vec<&str> =
+                catoptric::methods::all().iter().filter(|info| info.gpu).map(|info| info.id).collect();
+            let (id, known) = (chosen.info.id, known.join(", "));
+            let problem = format!("--backend gpu: method `{id}` draws on the CPU alone; on GPUs draw: {known}");
+            return Err(Failure::input(problem));
+        }
+        Ok(method)
+    }
+}
+
+/// What `doctor` says of GPUs, a line each.
+pub(crate) fn describe() -> Vec<String> {
+    device::describe()
+}
+
+#[cfg(feature = "gpu")]
+mod device {
+    use super::{Chosen, Failure, Method};
+    use catoptric_gpu::{Context, adapters, create};
+    use std::sync::Arc;
+
+    pub(super) type Device = Arc<Context>;
+
+    pub(super) fn open(name: Option<&str>) -> Result<Device, Failure> {
+        let option = if name.is_some() { "--adapter" } else { "--backend gpu" };
+        Context::new(name).map_err(|error| Failure::input(format!("{option}: {error}")))
+    }
+
+    /// A GPU that is no driver on the processor, if there is one.
+    pub(super) fn real() -> Option<Device> {
+        let first = adapters().into_iter().next().filter(|adapter| !adapter.is_software)?;
+        Context::new(Some(&first.name)).ok()
+    }
+
+    pub(super) fn name(device: &Device) -> String {
+        device.adapter().map_or_else(String::new, |adapter| format!("{} ({})", adapter.name, adapter.backend))
+    }
+
+    pub(super) fn method(device: &Device, chosen: &Chosen) -> Result<Option<Box<dyn Method>>, Failure> {
+        create(device, chosen.info.id, &chosen.settings).map_err(Failure::usage)
+    }
+
+    pub(super) fn describe() -> Vec<String> {
+        let adapters = adapters();
+        if adapters.is_empty() {
+            return vec![catoptric_gpu::GpuError::NoAdapter.to_string()];
+        }
+        let line = |adapter: catoptric_gpu::AdapterDescription| {
+            let kind = if adapter.is_software { ", draws on the processor" } else { "" };
+            format!("{} ({}, {}{kind})", adapter.name, adapter.backend, adapter.driver)
+        };
+        adapters.into_iter().map(line).collect()
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+mod device {
+    use super::{Chosen, Failure, Method};
+
+    const NOT_BUILT: &str = "this program was built without the GPU backend: build it with `cargo build --release -p \
+                             catoptric_cli --features gpu`, or use --backend cpu";
+
+    /// There is none.
+    pub(super) enum Device {}
+
+    pub(super) fn open(name: Option<&str>) -> Result<Device, Failure> {
+        let option = if name.is_some() { "--adapter" } else { "--backend gpu" };
+        Err(Failure::input(format!("{option}: {NOT_BUILT}")))
+    }
+
+    pub(super) fn real() -> Option<Device> {
+        None
+    }
+
+    pub(super) fn name(device: &Device) -> String {
+        match *device {}
+    }
+
+    pub(super) fn method(device: &Device, _: &Chosen) -> Result<Option<Box<dyn Method>>, Failure> {
+        match *device {}
+    }
+
+    pub(super) fn describe() -> Vec<String> {
+        vec![NOT_BUILT.into()]
+    }
+}

@@ -1,0 +1,87 @@
+//! A device with all pipelines.
+
+use crate::adapter::{AdapterDescription, choose};
+use crate::error::GpuError;
+use crate::pipelines::Pipelines;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A device that draws: made once, shared by all methods.
+#[derive(Debug)]
+pub struct Context {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) pipelines: Pipelines,
+    adapter: Option<AdapterDescription>,
+    /// The first failure that the device has reported since it was asked last.
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+impl Context {
+    /// A device of the best adapter, or of the best one whose name contains a text. It allows no more than WebGPU's
+    /// default limits, so that what works here works in browsers.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::UnknownAdapter`], [`GpuError::NoDevice`], and [`GpuError::Device`] if the
+    /// driver refuses the shaders.
+    pub fn new(adapter: Option<&str>) -> Result<Arc<Self>, GpuError> {
+        let adapter = choose(adapter)?;
+        let info = adapter.get_info();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("catoptric"),
+            required_limits: wgpu::Limits::default(),
+            ..Default::default()
+        };
+        let asked = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) =
+            asked.map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), problem: error.to_string() })?;
+        let failure = Arc::<Mutex<Option<String>>>::default();
+        let reported = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            let mut first = reported.lock().unwrap_or_else(PoisonError::into_inner);
+            first.get_or_insert_with(|| error.to_string());
+        }));
+        Self::with_pipelines(device, queue, Some(AdapterDescription::new(&info)), failure)
+    }
+
+    /// A context on a device of the caller's, which gives it at least WebGPU's default limits. Its failures are
+    /// reported where the caller has chosen.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the driver refuses the shaders.
+    pub fn of_device(device: wgpu::Device, queue: wgpu::Queue) -> Result<Arc<Self>, GpuError> {
+        Self::with_pipelines(device, queue, None, Arc::default())
+    }
+
+    fn with_pipelines(
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        adapter: Option<AdapterDescription>,
+        failure: Arc<Mutex<Option<String>>>,
+    ) -> Result<Arc<Self>, GpuError> {
+        let pipelines = Pipelines::new(&device);
+        let context = Self { device, queue, pipelines, adapter, failure };
+        context.check()?;
+        Ok(Arc::new(context))
+    }
+
+    /// The adapter that the device belongs to; `None` for a device of the caller's.
+    pub fn adapter(&self) -> Option<&AdapterDescription> {
+        self.adapter.as_ref()
+    }
+
+    /// An error if the device has reported a failure since the last call.
+    pub(crate) fn check(&self) -> Result<(), GpuError> {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match failure {
+            Some(problem) => Err(GpuError::Device { problem }),
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until all work is done.
+    pub(crate) fn wait(&self) -> Result<(), GpuError> {
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        waited.map_err(|error| GpuError::Device { problem: error.to_string() })?;
+        self.check()
+    }
+}

@@ -1,0 +1,334 @@
+//! Records of the scene's tables, as the shaders read them: twins of those in `wgsl/scene/records.wgsl`.
+//!
+//! A test compares their sizes and the offsets of all fields with the shaders'.
+
+use bytemuck::{Pod, Zeroable};
+
+/// An index that points to nothing.
+pub const NONE: u32 = u32::MAX;
+/// The most lights of a scene.
+pub const MAX_LIGHTS: usize = 128;
+/// The most mip levels of a texture: those of a side of 32,768 texels.
+pub const MAX_LEVELS: usize = 16;
+/// The environment's maps: of irradiance, then of highlights.
+pub const ENVIRONMENT_MAPS: usize = 8;
+/// The most specular events of a path.
+pub const MAX_ORDER: u32 = 8;
+/// The deepest hierarchy that shaders can walk.
+pub const MAX_DEPTH: usize = 64;
+
+macro_rules! flags {
+    ($($(#[$doc:meta])* $name:ident = $bit:expr;)*) => {
+        $($(#[$doc])* pub const $name: u32 = 1 << $bit;)*
+    };
+}
+
+/// Bits of [`Surface::flags`].
+pub mod surface_flags {
+    flags! {
+        /// The base colour is radiance.
+        UNLIT = 0;
+        /// The reflectance rises to 1 at grazing angles.
+        SCHLICK = 1;
+        /// The inner side alone is a mirror.
+        INSIDE = 2;
+        /// It has a metallic-roughness surface.
+        MICROFACETS = 3;
+        /// The share of reflection depends on the angle.
+        RAMP = 4;
+        /// The share of reflection depends on the distance.
+        ATTENUATION = 5;
+        /// A mirror's own light has another colour than its tint.
+        OWN_COLOR = 6;
+        /// Lights do not shine through.
+        CASTS_SHADOWS = 7;
+        /// It has holes where alpha is low.
+        ALPHA_TESTED = 8;
+        /// It reads textures.
+        TEXTURED = 9;
+        /// Rays that leave the outer side never meet it again.
+        CONVEX = 10;
+        /// It has an inside.
+        CLOSED = 11;
+        /// It is an exact surface of second degree.
+        QUADRIC = 12;
+        /// It sends light of its own, beside what it reflects and refracts.
+        OWN_LIGHT = 13;
+        /// Its reflection is blended with its own colour.
+        BLEND = 14;
+    }
+}
+
+/// Bits of [`Frame::flags`].
+pub mod frame_flags {
+    flags! {
+        /// The scene has no light: one travels with the path.
+        HEADLIGHT = 0;
+        /// There is light from infinity.
+        ENVIRONMENT = 1;
+        /// Lights cast shadows.
+        SHADOWS = 2;
+        /// All rays start at the eye.
+        PERSPECTIVE = 3;
+    }
+}
+
+/// The places of a surface's textures in [`Surface::bindings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BindingPlace {
+    /// Base colour.
+    Base,
+    /// Emitted light.
+    Emissive,
+    /// Roughness and metalness.
+    Facets,
+    /// Normals.
+    Normals,
+    /// Occlusion.
+    Occlusion,
+    /// The share of a coat.
+    Coat,
+}
+
+/// Textures of a surface.
+pub const BINDINGS: usize = 6;
+
+/// A vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Vertex {
+    /// In the world.
+    pub position: [f32; 3],
+    /// First texture coordinate of the first set.
+    pub u0: f32,
+    /// Unit normal.
+    pub normal: [f32; 3],
+    /// Second texture coordinate of the first set.
+    pub v0: f32,
+    /// Linear colour.
+    pub color: [f32; 4],
+    /// Along the normal map's u, and the sign of the bitangent.
+    pub tangent: [f32; 4],
+    /// The second set of texture coordinates.
+    pub uv1: [f32; 2],
+    /// A number that is equal in triangles of one smooth surface; 0: the vertex's triangles are none.
+    pub part: u32,
+    /// Padding.
+    pub unused: u32,
+}
+
+/// A node of the hierarchy over triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Node {
+    /// Lower corner of its box.
+    pub low: [f32; 3],
+    /// The first of two children, or of a leaf's triangles.
+    pub first: u32,
+    /// Upper corner.
+    pub high: [f32; 3],
+    /// Triangles of a leaf; 0 for others.
+    pub count: u32,
+}
+
+/// A texture of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Binding {
+    /// The columns of the matrix from the vertex's to the texture's coordinates.
+    pub matrix: [f32; 4],
+    /// Its translation.
+    pub translation: [f32; 2],
+    /// The texture, or [`NONE`].
+    pub texture: u32,
+    /// The set of texture coordinates.
+    pub channel: u32,
+}
+
+impl Default for Binding {
+    fn default() -> Self {
+        Self { matrix: [1.0, 0.0, 0.0, 1.0], translation: [0.0; 2], texture: NONE, channel: 0 }
+    }
+}
+
+/// A polynomial of second degree about a centre, within a box along its own axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Quadric {
+    /// The centre in the world.
+    pub center: [f32; 3],
+    /// Its value there.
+    pub value: f32,
+    /// Its gradient there.
+    pub gradient: [f32; 3],
+    /// The box's diagonal.
+    pub size: f32,
+    /// Second derivatives xx, yy and zz.
+    pub curved: [f32; 3],
+    /// Padding.
+    pub unused0: f32,
+    /// Second derivatives yz, zx and xy.
+    pub twisted: [f32; 3],
+    /// Padding.
+    pub unused1: f32,
+    /// The box's axes in the world, with padding.
+    pub axes: [[f32; 4]; 3],
+    /// The box's lower corner along its axes, from the centre.
+    pub low: [f32; 3],
+    /// Padding.
+    pub unused5: f32,
+    /// Its upper corner.
+    pub high: [f32; 3],
+    /// Padding.
+    pub unused6: f32,
+}
+
+/// An object with its material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Surface {
+    /// Linear, with alpha.
+    pub base_color: [f32; 4],
+    /// Emitted radiance.
+    pub emissive: [f32; 3],
+    /// 0 diffuse, 1 reflector, 2 lens, 3 coated.
+    pub role: u32,
+    /// Absorption inside a lens, a unit of length.
+    pub absorption: [f32; 3],
+    /// See [`surface_flags`].
+    pub flags: u32,
+    /// Reflectance of the dielectric at normal incidence.
+    pub specular: [f32; 3],
+    /// The same at grazing angles.
+    pub specular_at_grazing: f32,
+    /// Albedo of a mirror's own light.
+    pub own_color: [f32; 3],
+    /// Alpha below which there is a hole.
+    pub alpha_cutoff: f32,
+    /// 0 for dielectrics to 1 for metals.
+    pub metallic: f32,
+    /// Perceptual roughness.
+    pub roughness: f32,
+    /// The share of a coat whose highlights alone are drawn.
+    pub facets_coat: f32,
+    /// Its perceptual roughness.
+    pub facets_coat_roughness: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// The share of a clear coat that reflects.
+    pub coat: f32,
+    /// Perceptual roughness of highlights on a mirror; below 0: there are none.
+    pub highlight_roughness: f32,
+    /// The diagonal of the object's box.
+    pub extent: f32,
+    /// Least and greatest share of reflection by the angle.
+    pub ramp: [f32; 2],
+    /// The same by the distance.
+    pub attenuation: [f32; 2],
+    /// The distance from which on the share is the least.
+    pub attenuation_distance: f32,
+    /// The factor on the normal map's slopes.
+    pub normal_scale: f32,
+    /// How much of the occlusion map counts.
+    pub occlusion_strength: f32,
+    /// Padding.
+    pub unused: f32,
+    /// The exact surface.
+    pub quadric: Quadric,
+    /// Textures: see [`BindingPlace`].
+    pub bindings: [Binding; BINDINGS],
+}
+
+/// A mip level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Level {
+    /// Width and height in texels.
+    pub size: [f32; 2],
+    /// Its first texel among those of all textures.
+    pub first: u32,
+    /// Texels from row to row.
+    pub stride: u32,
+}
+
+/// A texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TextureRecord {
+    /// Of the finest level.
+    pub size: [f32; 2],
+    /// The index of the coarsest level; below 0 where levels are not used.
+    pub last_level: f32,
+    /// 1 where the nearest level is taken, not a blend of two.
+    pub nearest_level: f32,
+    /// Half a texel where magnified texels are blended.
+    pub magnified_half: f32,
+    /// The same for minified ones.
+    pub minified_half: f32,
+    /// 0 clamped, 1 repeated, 0.5 mirrored.
+    pub wrap: [f32; 2],
+    /// The levels.
+    pub levels: [Level; MAX_LEVELS],
+}
+
+/// A light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LightRecord {
+    /// In the world.
+    pub position: [f32; 3],
+    /// 0 directional, 1 point, 2 spot.
+    pub kind: u32,
+    /// The direction of its light.
+    pub direction: [f32; 3],
+    /// Where it ends; 0: nowhere.
+    pub range: f32,
+    /// Linear colour times intensity.
+    pub intensity: [f32; 3],
+    /// Cosine of the angle at which a spot begins to fade.
+    pub inner_cos: f32,
+    /// And at which it is gone.
+    pub outer_cos: f32,
+    /// Padding.
+    pub unused: [f32; 3],
+}
+
+/// What is the same for a whole frame.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Frame {
+    /// The columns of the matrix to clip space.
+    pub clip_from_world: [[f32; 4]; 4],
+    /// The eye, or where the ray through the picture's corner starts.
+    pub origin: [f32; 3],
+    /// See [`frame_flags`].
+    pub flags: u32,
+    /// Through the picture's corner at distance 1 along the axis, or the common direction.
+    pub direction: [f32; 3],
+    /// The near plane's distance.
+    pub near: f32,
+    /// The step to the next column.
+    pub right: [f32; 3],
+    /// Of the picture, in pixels.
+    pub width: u32,
+    /// The step to the next row.
+    pub down: [f32; 3],
+    /// Of the picture, in pixels.
+    pub height: u32,
+    /// The view's axis.
+    pub forward: [f32; 3],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The most specular events of a path.
+    pub order: u32,
+    /// Lights in use.
+    pub light_count: u32,
+    /// Nodes of the hierarchy.
+    pub node_count: u32,
+    /// The first row of the band that is drawn.
+    pub first_row: u32,
+    /// Width, height and first row of each of the environment's maps.
+    pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
+    /// The lights.
+    pub lights: [LightRecord; MAX_LIGHTS],
+}

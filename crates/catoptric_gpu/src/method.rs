@@ -1,0 +1,171 @@
+//! Methods drawn on a device.
+
+use crate::context::Context;
+use crate::error::GpuError;
+use crate::frame;
+use crate::layout::MAX_ORDER;
+use crate::pipelines::SAMPLE_COUNTS;
+use crate::upload::DeviceScene;
+use catoptric::error::RenderError;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::bake::Baked;
+use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report};
+use catoptric::progress::{Progress, Stage};
+use catoptric::scene::{Scene, View};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The method with this id and these settings on a device; `None` for methods that draw on the processor alone
+/// ([`MethodInfo::gpu`]).
+///
+/// # Errors
+/// As [`methods::create`].
+pub fn create(
+    context: &Arc<Context>,
+    id: &str,
+    settings: &toml::Table,
+) -> Result<Option<Box<dyn Method>>, RenderError> {
+    let info = methods::find(id)?;
+    // Checks the settings.
+    (info.effective)(settings)?;
+    Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info }) as Box<dyn Method>))
+}
+
+/// The method that chooses others.
+const AUTO: &str = "auto";
+
+struct DeviceMethod {
+    context: Arc<Context>,
+    info: &'static MethodInfo,
+}
+
+/// A scene on a device, ready for any view.
+struct PreparedScene {
+    context: Arc<Context>,
+    info: &'static MethodInfo,
+    scene: Arc<Scene>,
+    quality: Quality,
+    resident: DeviceScene,
+    report: Report,
+}
+
+/// One view.
+struct DeviceFrame<'a> {
+    prepared: &'a PreparedScene,
+    view: View,
+    report: Report,
+}
+
+impl Method for DeviceMethod {
+    fn info(&self) -> &'static MethodInfo {
+        self.info
+    }
+
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        if bake.is_some() {
+            return Err(RenderError::Limit {
+                method: self.info.id,
+                problem: "on the GPU it uses no baked files".into(),
+            });
+        }
+        Ok(Box::new(PreparedScene::new(&self.context, self.info, scene, quality, progress)?))
+    }
+}
+
+/// What `auto` chooses on a device.
+fn choices(scene: &Scene) -> Vec<Choice> {
+    let choice = |object: u32| Choice {
+        object: scene.objects[object as usize].name.clone(),
+        method: "multiperspective",
+        reason: "the one on the GPU".into(),
+    };
+    scene.specular_objects().into_iter().map(choice).collect()
+}
+
+/// A failure of the device as that of a method.
+fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
+    RenderError::Limit { method: info.id, problem: error.to_string() }
+}
+
+fn check_quality(info: &'static MethodInfo, quality: Quality) -> Result<(), RenderError> {
+    let refuse = |problem: String| Err(RenderError::Limit { method: info.id, problem });
+    if !SAMPLE_COUNTS.contains(&quality.samples) {
+        return refuse(format!("{} samples a pixel; the GPU backend takes 1 or 4", quality.samples));
+    }
+    if quality.order > MAX_ORDER {
+        return refuse(format!("order {}; the GPU backend takes up to {MAX_ORDER}", quality.order));
+    }
+    Ok(())
+}
+
+impl PreparedScene {
+    fn new(
+        context: &Arc<Context>,
+        info: &'static MethodInfo,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        check_quality(info, quality)?;
+        let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
+        let start = Instant::now();
+        let resident = DeviceScene::new(context, scene).map_err(|error| failed(info, &error))?;
+        let mut report = Report::default();
+        report.stages_ms.push(("upload", milliseconds(start)));
+        report.bytes.insert("gpu", resident.byte_count);
+        if info.id == AUTO {
+            report.choices = choices(scene);
+        }
+        stage.advance(1)?;
+        Ok(Self { context: context.clone(), info, scene: scene.clone(), quality, resident, report })
+    }
+}
+
+impl Prepared for PreparedScene {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        *self = Self::new(&self.context, self.info, scene, quality, progress)?;
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        Ok(Box::new(DeviceFrame { prepared: self, view: view.clone(), report: Report::default() }))
+    }
+}
+
+impl Frame for DeviceFrame<'_> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let PreparedScene { context, info, scene, quality, resident, .. } = self.prepared;
+        let view = &self.view;
+        let pixels = view.width as usize * view.height as usize;
+        if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
+            let problem = format!("the view has {} x {} pixels, the target others", view.width, view.height);
+            return Err(RenderError::Limit { method: info.id, problem });
+        }
+        let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
+        let start = Instant::now();
+        let drawn = frame::draw(context, resident, scene, view, *quality, &mut target.pixels);
+        drawn.map_err(|error| failed(info, &error))?;
+        stage.advance(1)?;
+        let mut report = Report::default();
+        report.stages_ms.push(("gpu", milliseconds(start)));
+        Ok(report)
+    }
+}
+
+fn milliseconds(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,163 @@
+//! The pipelines of all passes, made once a device.
+
+use crate::shader;
+use wgpu::{BindingType, BufferBindingType, ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension};
+
+/// Triangles' numbers, in two halves: 32 bits in one number cannot be antialiased.
+pub(crate) const ID_FORMAT: TextureFormat = TextureFormat::Rg16Uint;
+pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+/// The numbers of samples a pixel that devices can draw.
+pub(crate) const SAMPLE_COUNTS: [u32; 2] = [1, 4];
+
+/// Pipelines for one number of samples a pixel.
+#[derive(Debug)]
+pub(crate) struct SamplePipelines {
+    /// Triangles without holes.
+    pub(crate) solid: wgpu::RenderPipeline,
+    /// Those whose alpha is tested.
+    pub(crate) with_holes: wgpu::RenderPipeline,
+    pub(crate) shade: wgpu::ComputePipeline,
+}
+
+/// All pipelines.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    /// The scene's tables.
+    pub(crate) scene: wgpu::BindGroupLayout,
+    /// The hierarchy.
+    pub(crate) hierarchy: wgpu::BindGroupLayout,
+    /// The order in which triangles are drawn.
+    pub(crate) order: wgpu::BindGroupLayout,
+    /// What is seen, and the colours; for one sample a pixel, and for several.
+    pub(crate) picture: [wgpu::BindGroupLayout; 2],
+    /// For each of [`SAMPLE_COUNTS`].
+    pub(crate) samples: [SamplePipelines; 2],
+}
+
+impl Pipelines {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
+        let everywhere = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+        let shades = ShaderStages::COMPUTE;
+        let numbers = |binding| texture(binding, TextureSampleType::Float { filterable: false }, false);
+        let scene = layout(
+            device,
+            "scene",
+            everywhere,
+            &[
+                (
+                    0,
+                    BindingType::Buffer {
+                        ty: BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                ),
+                storage(1, true),
+                storage(2, true),
+                storage(3, true),
+                storage(4, true),
+                storage(5, true),
+                numbers(6),
+                numbers(7),
+                numbers(8),
+            ],
+        );
+        let hierarchy = layout(device, "hierarchy", shades, &[storage(0, true), storage(1, true)]);
+        let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0, true)]);
+        let picture = [
+            layout(device, "picture", shades, &[texture(0, TextureSampleType::Uint, false), storage(1, false)]),
+            layout(device, "picture", shades, &[storage(1, false), texture(2, TextureSampleType::Uint, true)]),
+        ];
+        let module = |path: &str| {
+            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
+            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
+        };
+        let (frame, visibility) = (module("frame.wgsl"), module("visibility.wgsl"));
+        let drawing = pipeline_layout(device, &[&scene, &order]);
+        let samples = [0, 1].map(|index| {
+            let count = SAMPLE_COUNTS[index];
+            let shading = pipeline_layout(device, &[&scene, &hierarchy, &picture[index]]);
+            let entry = ["shade_one_sample", "shade_four_samples"][index];
+            SamplePipelines {
+                solid: draws(device, &visibility, &drawing, "solid", count),
+                with_holes: draws(device, &visibility, &drawing, "with_holes", count),
+                shade: device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                    label: Some(entry),
+                    layout: Some(&shading),
+                    module: &frame,
+                    entry_point: Some(entry),
+                    compilation_options: Default::default(),
+                    cache: None,
+                }),
+            }
+        });
+        Self { scene, hierarchy, order, picture, samples }
+    }
+}
+
+fn storage(binding: u32, read_only: bool) -> (u32, BindingType) {
+    let ty = BufferBindingType::Storage { read_only };
+    (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
+}
+
+fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
+    (binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled })
+}
+
+fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    visibility: ShaderStages,
+    bindings: &[(u32, BindingType)],
+) -> wgpu::BindGroupLayout {
+    let entry =
+        |&(binding, ty): &(u32, BindingType)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
+    let entries: Vec<_> = bindings.iter().map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
+fn pipeline_layout(device: &wgpu::Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: None,
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    })
+}
+
+/// Draws triangles' numbers. Depth is reversed: 1 at the near plane, 0 infinitely far away.
+fn draws(
+    device: &wgpu::Device,
+    module: &wgpu::ShaderModule,
+    layout: &wgpu::PipelineLayout,
+    fragment: &str,
+    samples: u32,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            compilation_options: Default::default(),
+            targets: &[Some(ID_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,56 @@
+//! The shaders' sources. A line `//#include "path"` stands for another file, once in each shader.
+
+use std::collections::HashSet;
+
+macro_rules! sources {
+    ($($path:literal),* $(,)?) => {
+        /// All files by their paths.
+        const FILES: &[(&str, &str)] = &[$(($path, include_str!(concat!("../wgsl/", $path)))),*];
+    };
+}
+
+sources!(
+    "frame.wgsl",
+    "light/paths.wgsl",
+    "light/trace.wgsl",
+    "optics/step.wgsl",
+    "scene/base.wgsl",
+    "scene/environment.wgsl",
+    "scene/microfacets.wgsl",
+    "scene/point.wgsl",
+    "scene/records.wgsl",
+    "scene/shade.wgsl",
+    "scene/texture.wgsl",
+    "visibility.wgsl",
+);
+
+/// The shaders that pipelines are made of.
+pub const SHADERS: &[&str] = &["frame.wgsl", "visibility.wgsl"];
+
+/// The source of a shader with all that it includes.
+///
+/// # Panics
+/// If there is no file of this path, or an included one is missing: a test asks for all.
+pub fn source(path: &str) -> String {
+    let mut text = String::new();
+    append(path, &mut text, &mut HashSet::new());
+    text
+}
+
+fn append(path: &str, text: &mut String, done: &mut HashSet<String>) {
+    if !done.insert(path.to_owned()) {
+        return;
+    }
+    let Some((_, file)) = FILES.iter().find(|(known, _)| *known == path) else {
+        panic!("there is no shader file `{path}`");
+    };
+    for line in file.lines() {
+        match line.strip_prefix("//#include \"").and_then(|rest| rest.strip_suffix('"')) {
+            Some(included) => append(included, text, done),
+            None => {
+                text.push_str(line);
+                text.push('\n');
+            }
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! A scene as flat tables for shaders.
+
+mod light;
+mod surfaces;
+mod textures;
+
+pub use light::{EnvironmentTexels, environment_texels, light_records};
+pub use surfaces::{surface_records, unsupported};
+pub use textures::{TextureTables, texture_tables};
+
+use crate::error::GpuError;
+use crate::hierarchy::Hierarchy;
+use crate::layout::{Surface, Vertex};
+use catoptric::scene::Scene;
+
+/// What shaders read of a scene, beside lights and environment.
+#[derive(Clone, Debug, Default)]
+pub struct SceneTables {
+    /// All vertices.
+    pub vertices: Vec<Vertex>,
+    /// Three vertices and the object of every triangle.
+    pub triangles: Vec<[u32; 4]>,
+    /// Objects with their materials.
+    pub surfaces: Vec<Surface>,
+    /// Textures and their texels.
+    pub textures: TextureTables,
+    /// Over all triangles.
+    pub hierarchy: Hierarchy,
+    /// The triangles in the order in which they are drawn: those without holes first.
+    pub draw_order: Vec<u32>,
+    /// How many have no holes.
+    pub solid_count: u32,
+}
+
+impl SceneTables {
+    /// The tables of a scene.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] for what shaders do not draw, [`GpuError::Limit`] for textures that are too large.
+    pub fn new(scene: &Scene) -> Result<Self, GpuError> {
+        if let Some(what) = unsupported(scene) {
+            return Err(GpuError::Unsupported { what });
+        }
+        let tested = |triangle: &u32| scene.is_alpha_tested(scene.triangle_objects[*triangle as usize]);
+        let all = 0..scene.triangles.len() as u32;
+        let (with_holes, mut draw_order): (Vec<u32>, Vec<u32>) = all.partition(tested);
+        let solid_count = draw_order.len() as u32;
+        draw_order.extend(with_holes);
+        let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
+        Ok(Self {
+            vertices: vertices(scene),
+            triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
+            surfaces: surface_records(scene),
+            textures: texture_tables(scene)?,
+            hierarchy: Hierarchy::new(scene),
+            draw_order,
+            solid_count,
+        })
+    }
+}
+
+fn vertices(scene: &Scene) -> Vec<Vertex> {
+    let mut parts = vec![0; scene.positions.len()];
+    for (triangle, part) in scene.triangles.iter().zip(&scene.triangle_parts) {
+        triangle.iter().for_each(|vertex| parts[*vertex as usize] = *part);
+    }
+    let vertex = |index: usize| {
+        let [first, second] = scene.uvs[index];
+        Vertex {
+            position: scene.positions[index].to_array(),
+            u0: first.x,
+            normal: scene.normals[index].to_array(),
+            v0: first.y,
+            color: scene.colors.get(index).copied().unwrap_or([1.0; 4]),
+            tangent: scene.tangents.get(index).copied().unwrap_or_default().to_array(),
+            uv1: second.to_array(),
+            part: parts[index],
+            unused: 0,
+        }
+    };
+    (0..scene.positions.len()).map(vertex).collect()
+}

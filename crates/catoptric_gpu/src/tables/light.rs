@@ -1,0 +1,78 @@
+//! Lights and the environment as tables for shaders.
+
+use crate::error::GpuError;
+use crate::layout::{ENVIRONMENT_MAPS, LightRecord, MAX_LIGHTS};
+use catoptric::scene::{Environment, LightKind, Scene};
+
+/// The records of a scene's lights.
+///
+/// # Errors
+/// [`GpuError::Limit`] for more than [`MAX_LIGHTS`].
+pub fn light_records(scene: &Scene) -> Result<Vec<LightRecord>, GpuError> {
+    if scene.lights.len() > MAX_LIGHTS {
+        return Err(GpuError::Limit {
+            what: "the scene".into(),
+            needed: format!("{} lights", scene.lights.len()),
+            allowed: MAX_LIGHTS.to_string(),
+            remedy: "leave out the faintest, or use the CPU backend",
+        });
+    }
+    let records = scene.lights.iter().map(|light| {
+        let (kind, range, [inner_cos, outer_cos]) = match light.kind {
+            LightKind::Directional => (0, 0.0, [0.0; 2]),
+            LightKind::Point { range } => (1, range, [0.0; 2]),
+            LightKind::Spot { range, inner_cos, outer_cos } => (2, range, [inner_cos, outer_cos]),
+        };
+        LightRecord {
+            position: light.position.to_array(),
+            kind,
+            direction: light.direction.to_array(),
+            range: if range.is_finite() { range } else { 0.0 },
+            intensity: light.intensity.to_array(),
+            inner_cos,
+            outer_cos,
+            unused: [0.0; 3],
+        }
+    });
+    Ok(records.collect())
+}
+
+/// An environment's pictures for shaders.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnvironmentTexels {
+    /// Width and height of the picture.
+    pub size: [u32; 2],
+    /// Its radiance.
+    pub picture: Vec<[f32; 4]>,
+    /// Width and height of the picture that holds all maps, one above the other.
+    pub maps_size: [u32; 2],
+    /// Its texels.
+    pub maps: Vec<[f32; 4]>,
+    /// Width, height and first row of each map.
+    pub places: [[u32; 4]; ENVIRONMENT_MAPS],
+}
+
+/// The pictures of an environment; single black texels without one.
+pub fn environment_texels(environment: Option<&Environment>) -> EnvironmentTexels {
+    let Some(environment) = environment else {
+        let black = vec![[0.0; 4]];
+        let size = [1; 2];
+        return EnvironmentTexels { size, picture: black.clone(), maps_size: size, maps: black, ..Default::default() };
+    };
+    let (width, height, radiance) = environment.picture();
+    let picture = radiance.iter().map(|&[red, green, blue]| [red, green, blue, 0.0]).collect();
+    let all = environment.light_maps();
+    let stride = all.iter().map(|map| map.width + 2).max().unwrap_or(1);
+    let mut texels = EnvironmentTexels { size: [width, height], picture, ..EnvironmentTexels::default() };
+    let mut rows = 0;
+    for (place, map) in texels.places.iter_mut().zip(&all) {
+        *place = [map.width as u32, map.height as u32, rows, 0];
+        for row in map.texels.chunks_exact(map.width + 2) {
+            texels.maps.extend_from_slice(row);
+            texels.maps.resize(texels.maps.len() + stride - row.len(), [0.0; 4]);
+            rows += 1;
+        }
+    }
+    texels.maps_size = [stride as u32, rows];
+    texels
+}

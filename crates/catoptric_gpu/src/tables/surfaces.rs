@@ -1,0 +1,153 @@
+//! Objects with their materials, as records for shaders.
+
+use crate::layout::{Binding, BindingPlace, NONE, Quadric, Surface, surface_flags as flags};
+use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
+use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
+use catoptric::surface::{AnalyticSurface, PlacedSurface};
+use glam::{DVec3, Vec3};
+
+/// The reason why shaders cannot draw a scene as the library does; `None` if they can.
+pub fn unsupported(scene: &Scene) -> Option<String> {
+    for object in &scene.objects {
+        let material = &scene.materials[object.material as usize];
+        let name = &object.name;
+        if material.role.is_specular() && material.may_spread_light() {
+            return Some(format!("rough and bumpy mirrors and glass (object `{name}`)"));
+        }
+        if object.surface.as_ref().is_some_and(|surface| quadric(surface).is_none()) {
+            return Some(format!("exact surfaces other than those of second degree (object `{name}`)"));
+        }
+    }
+    None
+}
+
+/// The records of all objects.
+pub fn surface_records(scene: &Scene) -> Vec<Surface> {
+    let shapes = object_shapes(scene);
+    let with_shapes = scene.objects.iter().zip(&shapes);
+    with_shapes.map(|(object, shape)| surface(scene, object, shape)).collect()
+}
+
+fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
+    let material = &scene.materials[object.material as usize];
+    let facets = material.microfacets.clone().unwrap_or_default();
+    let blend = material.blend.unwrap_or_default();
+    let attenuation = blend.attenuation;
+    let quadric = object.surface.as_ref().and_then(quadric);
+    Surface {
+        base_color: material.base_color.to_array(),
+        emissive: material.emissive.to_array(),
+        role: match material.role {
+            Role::Diffuse => 0,
+            Role::Reflector => 1,
+            Role::Lens => 2,
+            Role::Coated => 3,
+        },
+        absorption: material.absorption.to_array(),
+        flags: flags_of(object, material, shape),
+        specular: facets.specular.to_array(),
+        specular_at_grazing: facets.specular_at_grazing,
+        own_color: blend.diffuse.unwrap_or(Vec3::ZERO).to_array(),
+        alpha_cutoff: match material.alpha_mode {
+            AlphaMode::Opaque => -1.0,
+            AlphaMode::Mask(cutoff) => cutoff,
+        },
+        metallic: facets.metallic,
+        roughness: facets.roughness,
+        facets_coat: facets.coat,
+        facets_coat_roughness: facets.coat_roughness,
+        ior: material.ior,
+        coat: material.coat,
+        highlight_roughness: material.highlight_roughness().unwrap_or(-1.0),
+        extent: object.bounds.diagonal(),
+        ramp: blend.fresnel.unwrap_or([1.0; 2]),
+        attenuation: attenuation.map_or([1.0; 2], |attenuation| attenuation.specularity),
+        attenuation_distance: attenuation.map_or(1.0, |attenuation| attenuation.distance),
+        normal_scale: material.normal_map.as_ref().map_or(0.0, |map| map.scale),
+        occlusion_strength: material.occlusion_map.as_ref().map_or(0.0, |map| map.strength),
+        unused: 0.0,
+        quadric: quadric.unwrap_or_default(),
+        bindings: bindings(scene, material),
+    }
+}
+
+fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
+    let blend = material.blend.unwrap_or_default();
+    let all = [
+        (flags::UNLIT, material.unlit),
+        (flags::SCHLICK, material.schlick),
+        (flags::INSIDE, object.inside),
+        (flags::MICROFACETS, material.microfacets.is_some()),
+        (flags::RAMP, blend.fresnel.is_some()),
+        (flags::ATTENUATION, blend.attenuation.is_some()),
+        (flags::OWN_COLOR, blend.diffuse.is_some()),
+        (flags::CASTS_SHADOWS, material.role != Role::Lens && !material.unlit),
+        (flags::ALPHA_TESTED, material.alpha_mode != AlphaMode::Opaque),
+        (flags::TEXTURED, material.textured()),
+        (flags::CONVEX, shape.is_convex),
+        (flags::CLOSED, shape.is_closed),
+        (flags::QUADRIC, object.surface.is_some()),
+        (flags::OWN_LIGHT, material.has_own_light()),
+        (flags::BLEND, material.blend.is_some()),
+    ];
+    all.into_iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (flag, _)| bits | flag)
+}
+
+fn bindings(scene: &Scene, material: &Material) -> [Binding; crate::layout::BINDINGS] {
+    let mut records = [Binding::default(); crate::layout::BINDINGS];
+    let facets = material.microfacets.as_ref().and_then(|facets| facets.texture.as_ref());
+    // Without tangents normal maps say nothing.
+    let normals = material.normal_map.as_ref().filter(|_| !scene.tangents.is_empty()).map(|map| &map.binding);
+    let occlusion = material.occlusion_map.as_ref().map(|map| &map.binding);
+    let places = [
+        (BindingPlace::Base, material.base_texture.as_ref()),
+        (BindingPlace::Emissive, material.emissive_texture.as_ref()),
+        (BindingPlace::Facets, facets),
+        (BindingPlace::Normals, normals),
+        (BindingPlace::Occlusion, occlusion),
+        (BindingPlace::Coat, material.coat_texture.as_ref()),
+    ];
+    for (place, binding) in places {
+        if let Some(TextureBinding { texture, uv_channel, texture_from_uv: map }) = binding {
+            let is_there = (*texture as usize) < scene.textures.len();
+            records[place as usize] = Binding {
+                matrix: map.matrix2.to_cols_array(),
+                translation: map.translation.to_array(),
+                texture: if is_there { *texture } else { NONE },
+                channel: u32::from(uv_channel & 1),
+            };
+        }
+    }
+    records
+}
+
+/// The record of an exact surface of second degree; `None` for others.
+fn quadric(placed: &PlacedSurface) -> Option<Quadric> {
+    let is_closed = match &placed.surface {
+        AnalyticSurface::Sphere { .. } | AnalyticSurface::Ellipsoid(_) => true,
+        AnalyticSurface::Plane { .. } | AnalyticSurface::Quadric(_) => false,
+        _ => return None,
+    };
+    let place = &placed.world_from_surface;
+    // Of second degree: what holds at the centre to second order holds everywhere.
+    let taylor = placed.taylor2(place.translation);
+    let bounds = placed.surface.bounds();
+    let size = bounds.diagonal();
+    let numbers = |vector: DVec3| vector.as_vec3().to_array();
+    let hessian = taylor.hessian;
+    let axis = |axis: DVec3| axis.as_vec3().extend(0.0).to_array();
+    // Rounding must not cut a surface that ends nowhere.
+    let margin = if is_closed { size } else { 1e-5 * size };
+    Some(Quadric {
+        center: numbers(place.translation),
+        value: taylor.value as f32,
+        gradient: numbers(taylor.gradient),
+        size,
+        curved: numbers(DVec3::new(hessian.x_axis.x, hessian.y_axis.y, hessian.z_axis.z)),
+        twisted: numbers(DVec3::new(hessian.y_axis.z, hessian.z_axis.x, hessian.x_axis.y)),
+        axes: [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(axis),
+        low: (bounds.min - Vec3::splat(margin)).to_array(),
+        high: (bounds.max + Vec3::splat(margin)).to_array(),
+        ..Quadric::default()
+    })
+}

@@ -1,0 +1,155 @@
+//! A scene in a device's memory.
+
+use crate::context::Context;
+use crate::error::GpuError;
+use crate::layout::{ENVIRONMENT_MAPS, LightRecord};
+use crate::tables::{SceneTables, environment_texels, light_records};
+use bytemuck::Pod;
+use catoptric::scene::Scene;
+use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
+use wgpu::util::DeviceExt;
+use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
+
+/// A scene's tables on a device.
+#[derive(Debug)]
+pub(crate) struct DeviceScene {
+    /// The frame's uniform buffer, the tables and the environment.
+    pub(crate) scene: BindGroup,
+    pub(crate) hierarchy: BindGroup,
+    pub(crate) order: BindGroup,
+    pub(crate) frame: Buffer,
+    pub(crate) solid_count: u32,
+    pub(crate) triangle_count: u32,
+    pub(crate) node_count: u32,
+    pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
+    pub(crate) lights: Vec<LightRecord>,
+    /// Memory that it takes.
+    pub(crate) byte_count: u64,
+}
+
+impl DeviceScene {
+    pub(crate) fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
+        let tables = SceneTables::new(scene)?;
+        let lights = light_records(scene)?;
+        let environment = environment_texels(scene.environment.as_deref());
+        let device = &context.device;
+        let mut upload = Upload { context, byte_count: 0 };
+        let frame = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<crate::layout::Frame>() as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let buffers = [
+            upload.table("the scene's vertices", &tables.vertices)?,
+            upload.table("the scene's triangles", &tables.triangles)?,
+            upload.table("the scene's objects", &tables.surfaces)?,
+            upload.table("the scene's textures", &tables.textures.records)?,
+            upload.table("the texels of all textures", &tables.textures.texels)?,
+        ];
+        let pictures = [
+            upload.picture("the environment", environment.size, &environment.picture)?,
+            upload.picture("the environment's maps", environment.maps_size, &environment.maps)?,
+            upload.picture("the reflectance table", [CELLS as u32 + 1; 2], &reflectances())?,
+        ];
+        let mut resources = vec![(0, frame.as_entire_binding())];
+        resources.extend((1..).zip(buffers.iter().map(Buffer::as_entire_binding)));
+        resources.extend((6..).zip(pictures.iter().map(BindingResource::TextureView)));
+        let pipelines = &context.pipelines;
+        let [nodes, leaves, order] = [
+            upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
+            upload.table("the hierarchy's triangles", &tables.hierarchy.triangles)?,
+            upload.table("the order of triangles", &tables.draw_order)?,
+        ];
+        let of_hierarchy = [(0, nodes.as_entire_binding()), (1, leaves.as_entire_binding())];
+        let byte_count = upload.byte_count;
+        context.check()?;
+        Ok(Self {
+            scene: group(device, &pipelines.scene, resources),
+            hierarchy: group(device, &pipelines.hierarchy, of_hierarchy),
+            order: group(device, &pipelines.order, [(0, order.as_entire_binding())]),
+            frame,
+            solid_count: tables.solid_count,
+            triangle_count: tables.triangles.len() as u32,
+            node_count: tables.hierarchy.nodes.len() as u32,
+            maps: environment.places,
+            lights,
+            byte_count,
+        })
+    }
+}
+
+/// A bind group of resources by their bindings.
+pub(crate) fn group<'a>(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: impl IntoIterator<Item = (u32, BindingResource<'a>)>,
+) -> BindGroup {
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    let entries: Vec<_> = resources.into_iter().map(entry).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+fn reflectances() -> Vec<[f32; 4]> {
+    ReflectanceTable::get().rows().iter().flatten().map(|cell| cell.to_array()).collect()
+}
+
+struct Upload<'a> {
+    context: &'a Context,
+    byte_count: u64,
+}
+
+impl Upload<'_> {
+    /// A table as a storage buffer; an empty one has one record of zeros, as devices allow no empty buffers.
+    fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<Buffer, GpuError> {
+        let empty = [T::zeroed()];
+        let bytes: &[u8] = bytemuck::cast_slice(if records.is_empty() { &empty } else { records });
+        let limits = self.context.device.limits();
+        let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes.len() as u64 > allowed {
+            return Err(too_large(what, bytes.len() as u64, allowed));
+        }
+        self.byte_count += bytes.len() as u64;
+        let usage = BufferUsages::STORAGE;
+        let descriptor = wgpu::util::BufferInitDescriptor { label: Some(what), contents: bytes, usage };
+        Ok(self.context.device.create_buffer_init(&descriptor))
+    }
+
+    /// A picture of single-precision numbers.
+    fn picture(&mut self, what: &str, size: [u32; 2], texels: &[[f32; 4]]) -> Result<wgpu::TextureView, GpuError> {
+        let Context { device, queue, .. } = self.context;
+        let allowed = device.limits().max_texture_dimension_2d;
+        if size.iter().any(|side| *side > allowed) {
+            return Err(GpuError::Limit {
+                what: what.into(),
+                needed: format!("{} x {} texels", size[0], size[1]),
+                allowed: format!("{allowed} a side"),
+                remedy: "make it smaller, or use the CPU backend",
+            });
+        }
+        self.byte_count += size_of_val(texels) as u64;
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(what),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::Rgba32Float,
+            usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+            view_formats: &[],
+        };
+        let order = wgpu::util::TextureDataOrder::LayerMajor;
+        let texture = device.create_texture_with_data(queue, &descriptor, order, bytemuck::cast_slice(texels));
+        Ok(texture.create_view(&Default::default()))
+    }
+}
+
+fn too_large(what: &str, needed: u64, allowed: u64) -> GpuError {
+    let mib = |bytes: u64| format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20));
+    GpuError::Limit {
+        what: what.into(),
+        needed: mib(needed),
+        allowed: mib(allowed),
+        remedy: "use a scene with fewer triangles or smaller textures, or the CPU backend",
+    }
+}

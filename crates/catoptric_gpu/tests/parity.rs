@@ -1,0 +1,116 @@
+//! The pictures of devices against the processor's: every built-in scene, order and number of samples.
+//!
+//! Devices trace each sample's own rays, where the processor's tiles may be off by half a pixel. So the reference is
+//! the judge where the two differ: pixels count where the device is off from both.
+//!
+//! Without a device the tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
+
+use libtest_mimic::{Arguments, Trial};
+
+fn main() {
+    let arguments = Arguments::from_args();
+    libtest_mimic::run(&arguments, trials()).exit();
+}
+
+/// A single test that says why there are no others.
+fn ignored(reason: &str) -> Vec<Trial> {
+    let is_required = std::env::var_os("CATOPTRIC_REQUIRE_GPU").is_some_and(|value| value == "1");
+    let message = reason.to_owned();
+    let trial = Trial::test(format!("parity ({reason})"), move || Err(message.into()));
+    vec![trial.with_ignored_flag(!is_required)]
+}
+
+#[cfg(not(feature = "wgpu"))]
+fn trials() -> Vec<Trial> {
+    ignored("built without the feature wgpu")
+}
+
+#[cfg(feature = "wgpu")]
+fn trials() -> Vec<Trial> {
+    match catoptric_gpu::Context::new(None) {
+        Ok(context) => pictures::trials(&context),
+        Err(error) => ignored(&error.to_string()),
+    }
+}
+
+#[cfg(feature = "wgpu")]
+mod pictures {
+    use catoptric::framebuffer::Framebuffer;
+    use catoptric::light::visibility::cast_shadows;
+    use catoptric::methods::{self, Method, Quality};
+    use catoptric::progress::Silent;
+    use catoptric::scene::Scene;
+    use catoptric_gpu::{Context, tables};
+    use catoptric_scenes::builtin;
+    use libtest_mimic::{Failed, Trial};
+    use std::sync::Arc;
+
+    const SIZE: [u32; 2] = [240, 160];
+    /// Pixels are wrong where a channel is off by more.
+    const WRONG: f32 = 0.1;
+    const MOST_WRONG: f64 = 0.001;
+
+    pub(crate) fn trials(context: &Arc<Context>) -> Vec<Trial> {
+        let mut trials = Vec::new();
+        for scene in builtin::all() {
+            let name = scene.name;
+            let posed = pose(name).expect("built-in scenes are valid");
+            if let Some(what) = tables::unsupported(&posed) {
+                let skipped = Trial::test(format!("{name} (not drawn yet: {what})"), || Ok(()));
+                trials.push(skipped.with_ignored_flag(true));
+                continue;
+            }
+            for (order, samples) in [(1, 1), (1, 4), (2, 1), (2, 4)] {
+                let context = context.clone();
+                let run = move || compare(&context, name, Quality { samples, order });
+                trials.push(Trial::test(format!("{name}, order {order}, {samples} samples"), run));
+            }
+        }
+        trials
+    }
+
+    fn pose(name: &str) -> Result<Scene, Failed> {
+        let mut scene = builtin::parse(name)?.pose(&Default::default())?;
+        cast_shadows(&mut scene);
+        Ok(scene)
+    }
+
+    fn compare(context: &Arc<Context>, name: &str, quality: Quality) -> Result<(), Failed> {
+        let scene = Arc::new(pose(name)?);
+        let on_device = catoptric_gpu::create(context, "multiperspective", &Default::default())?;
+        let on_device = draw(&*on_device.expect("it draws on devices"), &scene, quality)?;
+        let on_processor = draw(&*methods::create("multiperspective", &Default::default())?, &scene, quality)?;
+        let reference = draw(&*methods::create("reference", &Default::default())?, &scene, quality)?;
+        let [from_processor, from_truth] = [&on_processor, &reference].map(|other| wrong(&on_device, other));
+        let of_processor = wrong(&on_processor, &reference);
+        let share = |wrong: usize| wrong as f64 / on_device.pixels.len() as f64;
+        let count = |pixels: &[bool]| share(pixels.iter().filter(|is_wrong| **is_wrong).count());
+        let both = share(from_processor.iter().zip(&from_truth).filter(|(a, b)| **a && **b).count());
+        let (truth, processor) = (count(&from_truth), count(&of_processor));
+        if both > MOST_WRONG || truth > processor + MOST_WRONG {
+            let problem = format!(
+                "{:.3} % of pixels are off by more than {WRONG} from processor and reference, {:.3} % from the \
+                 reference, where the processor has {:.3} %",
+                both * 100.0,
+                truth * 100.0,
+                processor * 100.0
+            );
+            return Err(problem.into());
+        }
+        Ok(())
+    }
+
+    /// The pixels of which a channel is off.
+    fn wrong(picture: &Framebuffer, other: &Framebuffer) -> Vec<bool> {
+        // What is not a number is wrong, too.
+        let is_right = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).all(|channel| (a[channel] - b[channel]).abs() <= WRONG);
+        picture.pixels.iter().zip(&other.pixels).map(|pair| !is_right(pair)).collect()
+    }
+
+    fn draw(method: &dyn Method, scene: &Arc<Scene>, quality: Quality) -> Result<Framebuffer, Failed> {
+        let mut prepared = method.prepare(scene, quality, None, &Silent)?;
+        let mut picture = Framebuffer::new(SIZE[0], SIZE[1]);
+        prepared.frame(&scene.default_view(SIZE[0], SIZE[1]), &Silent)?.draw(&mut picture, &Silent)?;
+        Ok(picture)
+    }
+}

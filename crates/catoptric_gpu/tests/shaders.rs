@@ -1,0 +1,121 @@
+//! Shaders without a device: every one is valid, and reads records as they are written.
+
+use catoptric_gpu::layout::{
+    Binding, Frame, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface, TextureRecord, Vertex,
+};
+use catoptric_gpu::shader;
+use naga::front::wgsl;
+use naga::proc::Layouter;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{Module, TypeInner};
+use std::mem::offset_of;
+
+fn module(path: &str) -> Module {
+    let source = shader::source(path);
+    wgsl::parse_str(&source).unwrap_or_else(|error| panic!("{path}: {}", error.emit_to_string(&source)))
+}
+
+#[test]
+fn all_shaders_are_valid() {
+    for path in shader::SHADERS {
+        let module = module(path);
+        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
+        if let Err(error) = validator.validate(&module) {
+            panic!("{path}: {}", error.emit_to_string(&shader::source(path)));
+        }
+        assert!(!module.entry_points.is_empty(), "{path} has no entry point");
+    }
+}
+
+/// Name, size and fields of a record.
+struct Record {
+    name: &'static str,
+    size: usize,
+    fields: Vec<(&'static str, usize)>,
+}
+
+macro_rules! record {
+    ($name:literal: $record:ty { $($field:ident $(as $shader:literal)?),* $(,)? }) => {
+        Record {
+            name: $name,
+            size: size_of::<$record>(),
+            fields: vec![$((record!(@ $field $($shader)?), offset_of!($record, $field))),*],
+        }
+    };
+    (@ $field:ident) => { stringify!($field) };
+    (@ $field:ident $shader:literal) => { $shader };
+}
+
+fn records() -> Vec<Record> {
+    vec![
+        record!("Vertex": Vertex { position, u0, normal, v0, color, tangent, uv1, part }),
+        record!("Node": Node { low, first, high, count }),
+        record!("Binding": Binding { matrix, translation, texture, channel }),
+        record!("Level": Level { size, first, stride }),
+        record!("TextureRecord": TextureRecord {
+            size, last_level, nearest_level, magnified_half, minified_half, wrap, levels,
+        }),
+        record!("Light": LightRecord { position, kind, direction, range, intensity, inner_cos, outer_cos }),
+        record!("Quadric": Quadric { center, value, gradient, size, curved, twisted, axes as "axis_x", low, high }),
+        record!("Surface": Surface {
+            base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
+            metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
+            attenuation, attenuation_distance, normal_scale, occlusion_strength, quadric, bindings,
+        }),
+        record!("Frame": Frame {
+            clip_from_world, origin, flags, direction, near, right, width, down, height, forward, samples, order,
+            light_count, node_count, first_row, maps, lights,
+        }),
+    ]
+}
+
+#[test]
+fn records_are_laid_out_as_shaders_read_them() {
+    let module = module("frame.wgsl");
+    let mut layouter = Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    for record in records() {
+        let named = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(record.name);
+        let (handle, ty) = module.types.iter().find(named).unwrap_or_else(|| panic!("no record {}", record.name));
+        let TypeInner::Struct { members, .. } = &ty.inner else { panic!("{} is no record", record.name) };
+        assert_eq!(layouter[handle].size as usize, record.size, "the size of {}", record.name);
+        for (field, offset) in &record.fields {
+            let member = members.iter().find(|member| member.name.as_deref() == Some(field));
+            let member = member.unwrap_or_else(|| panic!("{} has no field {field}", record.name));
+            assert_eq!(member.offset as usize, *offset, "{}.{field}", record.name);
+        }
+        let is_known = |name: &str| {
+            record.fields.iter().any(|(field, _)| *field == name)
+                || name.starts_with("unused")
+                || name.starts_with("axis_")
+        };
+        for member in members {
+            let name = member.name.as_deref().unwrap_or_default();
+            assert!(is_known(name), "{}.{name} is not compared", record.name);
+        }
+    }
+}
+
+#[test]
+fn limits_are_the_same_on_both_sides() {
+    let source = shader::source("frame.wgsl");
+    for (name, value) in [("MAX_ORDER", MAX_ORDER as usize), ("MAX_LIGHTS", MAX_LIGHTS), ("MAX_DEPTH", MAX_DEPTH)] {
+        assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
+    }
+}
+
+#[test]
+fn no_shader_needs_more_storage_buffers_than_browsers_have() {
+    for path in shader::SHADERS {
+        let module = module(path);
+        let info = Validator::new(ValidationFlags::all(), Capabilities::default()).validate(&module).unwrap();
+        for (index, entry) in module.entry_points.iter().enumerate() {
+            let of_entry = info.get_entry_point(index);
+            let storage = module.global_variables.iter().filter(|(handle, variable)| {
+                matches!(variable.space, naga::AddressSpace::Storage { .. }) && !of_entry[*handle].is_empty()
+            });
+            let count = storage.count();
+            assert!(count <= 8, "{path}: {} reads {count} storage buffers; WebGPU's default limit is 8", entry.name);
+        }
+    }
+}

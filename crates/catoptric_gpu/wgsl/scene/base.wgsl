@@ -1,0 +1,37 @@
+// Base colours of surface points, and holes where their alpha is low.
+
+fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
+    let binding = surfaces[object].bindings[index];
+    if binding.texture == NONE {
+        return vec4f(1.0);
+    }
+    let is_second = binding.channel == 1u;
+    let matrix = mat2x2f(binding.matrix.xy, binding.matrix.zw);
+    var at: LookUp;
+    at.uv = matrix * select(point.uvs.xy, point.uvs.zw, is_second) + binding.translation;
+    at.dx = matrix * select(point.uvs_dx.xy, point.uvs_dx.zw, is_second);
+    at.dy = matrix * select(point.uvs_dy.xy, point.uvs_dy.zw, is_second);
+    at.samples = point.samples;
+    return sample_texture(binding.texture, at);
+}
+
+// All textures of a surface at a point; what is not bound is white.
+struct Texels {
+    values: array<vec4f, BINDINGS>,
+}
+
+fn texels_at(point: SurfacePoint) -> Texels {
+    var result: Texels;
+    // A loop, not one call a texture: compilers copy functions to each place that calls them.
+    for (var index = 0u; index < BINDINGS; index++) {
+        result.values[index] = sample_binding(point.object, index, point);
+    }
+    return result;
+}
+
+// True if a surface whose alpha is tested is there.
+fn is_present(triangle: u32, at: Barycentrics) -> bool {
+    let point = surface_point(triangle, at, 1u);
+    let color = surfaces[point.object].base_color * point.color * sample_binding(point.object, BASE, point);
+    return color.w >= surfaces[point.object].alpha_cutoff;
+}

@@ -1,0 +1,244 @@
+// Points of surfaces: the twin of `SurfacePoint` and `SurfaceInteraction` in `scene/shading/shade`.
+
+struct SurfacePoint {
+    object: u32,
+    // NONE on exact surfaces.
+    triangle: u32,
+    position: vec3f,
+    geometric_normal: vec3f,
+    normal: vec3f,
+    // Two sets of texture coordinates, and their change with the pixel's column and row.
+    uvs: vec4f,
+    uvs_dx: vec4f,
+    uvs_dy: vec4f,
+    samples: u32,
+    color: vec4f,
+    tangent: vec4f,
+    normal_change2: f32,
+    barycentrics: vec2f,
+    coordinate_size: f32,
+}
+
+struct SurfaceInteraction {
+    point: SurfacePoint,
+    position_dx: vec3f,
+    position_dy: vec3f,
+    normal_dx: vec3f,
+    normal_dy: vec3f,
+}
+
+struct Ray {
+    origin: vec3f,
+    direction: vec3f,
+}
+
+// The change of a ray with the pixel's column and row.
+struct RayDifferential {
+    origin_dx: vec3f,
+    origin_dy: vec3f,
+    direction_dx: vec3f,
+    direction_dy: vec3f,
+}
+
+// Weights of a triangle's second and third vertex, and their change.
+struct Barycentrics {
+    value: vec2f,
+    dx: vec2f,
+    dy: vec2f,
+}
+
+fn eye_ray(position: vec2f) -> Ray {
+    let offset = frame.right * position.x + frame.down * position.y;
+    if (frame.flags & PERSPECTIVE) != 0u {
+        return Ray(frame.origin, normalize(frame.direction + offset));
+    }
+    return Ray(frame.origin + offset, frame.direction);
+}
+
+fn eye_ray_differential(position: vec2f) -> RayDifferential {
+    if (frame.flags & PERSPECTIVE) == 0u {
+        return RayDifferential(frame.right, frame.down, vec3f(0.0), vec3f(0.0));
+    }
+    let through = frame.direction + frame.right * position.x + frame.down * position.y;
+    let inverse_length = inverseSqrt(dot(through, through));
+    let direction = through * inverse_length;
+    let dx = (frame.right - direction * dot(direction, frame.right)) * inverse_length;
+    let dy = (frame.down - direction * dot(direction, frame.down)) * inverse_length;
+    return RayDifferential(vec3f(0.0), vec3f(0.0), dx, dy);
+}
+
+// The change of the point where a ray meets a plane.
+fn transferred(change: RayDifferential, direction: vec3f, distance: f32, normal: vec3f) -> array<vec3f, 2> {
+    let cosine = dot(direction, normal);
+    let inverse = select(0.0, 1.0 / cosine, abs(cosine) > 1e-12 * length(normal));
+    let moved_x = change.origin_dx + change.direction_dx * distance;
+    let moved_y = change.origin_dy + change.direction_dy * distance;
+    return array<vec3f, 2>(
+        moved_x - direction * (dot(moved_x, normal) * inverse),
+        moved_y - direction * (dot(moved_y, normal) * inverse),
+    );
+}
+
+// The weights at which a ray meets a triangle's plane, and their change; the distance too.
+struct PlaneMet {
+    at: Barycentrics,
+    distance: f32,
+}
+
+fn plane_met(triangle: u32, ray: Ray, change: RayDifferential) -> PlaneMet {
+    let corners = triangles[triangle];
+    let a = vertices[corners.x].position;
+    let ab = vertices[corners.y].position - a;
+    let ac = vertices[corners.z].position - a;
+    let face = cross(ab, ac);
+    let distance = dot(a - ray.origin, face) / dot(ray.direction, face);
+    let relative = ray.origin + ray.direction * distance - a;
+    // The dual basis of the edges turns steps into changes of the weights.
+    let inverse = 1.0 / max(dot(face, face), 1e-37);
+    let dual_b = cross(ac, face) * inverse;
+    let dual_c = cross(face, ab) * inverse;
+    let moved = transferred(change, ray.direction, distance, face);
+    var met: PlaneMet;
+    met.distance = distance;
+    met.at.value = vec2f(dot(relative, dual_b), dot(relative, dual_c));
+    met.at.dx = vec2f(dot(moved[0], dual_b), dot(moved[0], dual_c));
+    met.at.dy = vec2f(dot(moved[1], dual_b), dot(moved[1], dual_c));
+    return met;
+}
+
+fn largest(vector: vec3f) -> f32 {
+    return max(vector.x, max(vector.y, vector.z));
+}
+
+fn surface_point(triangle: u32, at: Barycentrics, samples: u32) -> SurfacePoint {
+    let corners = triangles[triangle];
+    let a = vertices[corners.x];
+    let b = vertices[corners.y];
+    let c = vertices[corners.z];
+    let weights = vec3f(1.0 - at.value.x - at.value.y, at.value.x, at.value.y);
+    let ab = b.position - a.position;
+    let ac = c.position - a.position;
+    let sum = a.normal * weights.x + b.normal * weights.y + c.normal * weights.z;
+    var face = cross(ab, ac);
+    if dot(face, a.normal + b.normal + c.normal) < 0.0 {
+        face = -face;
+    }
+    var point: SurfacePoint;
+    point.object = corners.w;
+    point.triangle = triangle;
+    point.barycentrics = at.value;
+    point.samples = samples;
+    point.position = a.position + ab * at.value.x + ac * at.value.y;
+    point.geometric_normal = normalize_or(face, a.normal);
+    point.normal = normalize_or(sum, point.geometric_normal);
+    let uv_a = vec4f(a.u0, a.v0, a.uv1);
+    let uv_ab = vec4f(b.u0, b.v0, b.uv1) - uv_a;
+    let uv_ac = vec4f(c.u0, c.v0, c.uv1) - uv_a;
+    point.uvs = uv_a + uv_ab * at.value.x + uv_ac * at.value.y;
+    point.uvs_dx = uv_ab * at.dx.x + uv_ac * at.dx.y;
+    point.uvs_dy = uv_ab * at.dy.x + uv_ac * at.dy.y;
+    point.color = a.color * weights.x + b.color * weights.y + c.color * weights.z;
+    let along = a.tangent.xyz * weights.x + b.tangent.xyz * weights.y + c.tangent.xyz * weights.z;
+    point.tangent = vec4f(along, a.tangent.w);
+    point.coordinate_size = largest(max(abs(a.position), max(abs(b.position), abs(c.position))));
+    let change_b = b.normal - a.normal;
+    let change_c = c.normal - a.normal;
+    let dx = change_b * at.dx.x + change_c * at.dx.y;
+    let dy = change_b * at.dy.x + change_c * at.dy.y;
+    let across_x = dx - point.normal * dot(dx, point.normal);
+    let across_y = dy - point.normal * dot(dy, point.normal);
+    point.normal_change2 = (dot(across_x, across_x) + dot(across_y, across_y)) / max(dot(sum, sum), 1e-6);
+    return point;
+}
+
+// The point of a triangle and its changes a pixel.
+fn encounter(triangle: u32, at: Barycentrics, samples: u32) -> SurfaceInteraction {
+    var result: SurfaceInteraction;
+    result.point = surface_point(triangle, at, samples);
+    let corners = triangles[triangle];
+    let a = vertices[corners.x].position;
+    let ab = vertices[corners.y].position - a;
+    let ac = vertices[corners.z].position - a;
+    let na = vertices[corners.x].normal;
+    let nab = vertices[corners.y].normal - na;
+    let nac = vertices[corners.z].normal - na;
+    let inverse = 1.0 / max(length(na + nab * at.value.x + nac * at.value.y), 1e-6);
+    let dx = (nab * at.dx.x + nac * at.dx.y) * inverse;
+    let dy = (nab * at.dy.x + nac * at.dy.y) * inverse;
+    let normal = result.point.normal;
+    result.normal_dx = dx - normal * dot(normal, dx);
+    result.normal_dy = dy - normal * dot(normal, dy);
+    result.position_dx = ab * at.dx.x + ac * at.dx.y;
+    result.position_dy = ab * at.dy.x + ac * at.dy.y;
+    return result;
+}
+
+// The meeting of a ray with an exact surface near a distance; below 0: there is none. As `PlacedSurface::refine`, for
+// polynomials of second degree.
+fn refine(object: u32, ray: Ray, start: f32) -> f32 {
+    let quadric = surfaces[object].quadric;
+    // From the point drawn: distances from the eye would cost digits.
+    let relative = ray.origin + ray.direction * start - quadric.center;
+    let curved = second_derivatives(quadric, relative);
+    let value = quadric.value + dot(quadric.gradient, relative) + 0.5 * dot(relative, curved);
+    let slope = dot(quadric.gradient + curved, ray.direction);
+    let bend = dot(ray.direction, second_derivatives(quadric, ray.direction));
+    let discriminant = slope * slope - 2.0 * value * bend;
+    if discriminant < 0.0 {
+        return -1.0;
+    }
+    let step = -2.0 * value / (slope + select(-1.0, 1.0, slope >= 0.0) * sqrt(discriminant));
+    let met = relative + ray.direction * step;
+    let local = vec3f(dot(met, quadric.axis_x), dot(met, quadric.axis_y), dot(met, quadric.axis_z));
+    let distance = start + step;
+    let near = abs(step) <= 0.02 * quadric.size;
+    let within = all(local >= quadric.low) && all(local <= quadric.high);
+    return select(-1.0, distance, near && within && distance >= 0.0);
+}
+
+// The matrix of second derivatives times a vector.
+fn second_derivatives(quadric: Quadric, vector: vec3f) -> vec3f {
+    return quadric.curved * vector + quadric.twisted.zzy * vector.yxx + quadric.twisted.yxx * vector.zzy;
+}
+
+fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential) -> SurfaceInteraction {
+    let quadric = surfaces[object].quadric;
+    let position = ray.origin + ray.direction * distance;
+    let relative = position - quadric.center;
+    let gradient = quadric.gradient + second_derivatives(quadric, relative);
+    let size = length(gradient);
+    let normal = gradient / size;
+    let moved = transferred(change, ray.direction, distance, normal);
+    let bent_x = second_derivatives(quadric, moved[0]) / size;
+    let bent_y = second_derivatives(quadric, moved[1]) / size;
+    var result: SurfaceInteraction;
+    result.position_dx = moved[0];
+    result.position_dy = moved[1];
+    result.normal_dx = bent_x - normal * dot(normal, bent_x);
+    result.normal_dy = bent_y - normal * dot(normal, bent_y);
+    result.point.object = object;
+    result.point.triangle = NONE;
+    result.point.position = position;
+    result.point.geometric_normal = normal;
+    result.point.normal = normal;
+    result.point.color = vec4f(1.0);
+    result.point.coordinate_size = largest(abs(position));
+    if surfaces[object].role != DIFFUSE {
+        result.point.normal_change2 =
+            dot(result.normal_dx, result.normal_dx) + dot(result.normal_dy, result.normal_dy);
+    }
+    return result;
+}
+
+// What a ray meets at a triangle: on an exact surface the place itself.
+fn drawn_encounter(triangle: u32, ray: Ray, change: RayDifferential, samples: u32) -> SurfaceInteraction {
+    let met = plane_met(triangle, ray, change);
+    let object = triangles[triangle].w;
+    if (surfaces[object].flags & QUADRIC) != 0u {
+        let distance = refine(object, ray, met.distance);
+        if distance >= 0.0 {
+            return exact_encounter(object, ray, distance, change);
+        }
+    }
+    return encounter(triangle, met.at, samples);
+}

@@ -1,0 +1,280 @@
+// The colours of surface points: the twin of `scene/shading/shade`, `lit_point` and `glossy`.
+
+const COAT_REFLECTANCE = 0.04;
+const FAINTEST_HIGHLIGHT = 3e-5;
+// Shadow rays start so far from the surface, in sizes of its coordinates.
+const SHADOW_OFFSET = 32.0 * 1.1920929e-7;
+
+fn finite(radiance: vec3f) -> vec3f {
+    // Written so that what is not a number is black.
+    let is_finite = abs(radiance.x) < 3e38 && abs(radiance.y) < 3e38 && abs(radiance.z) < 3e38;
+    return select(vec3f(0.0), max(radiance, vec3f(0.0)), is_finite);
+}
+
+// The direction to a light, and the factor on its intensity that gives the irradiance of what faces it.
+fn arriving(light: u32, position: vec3f) -> vec4f {
+    let kind = frame.lights[light].kind;
+    if kind == 0u {
+        return vec4f(-frame.lights[light].direction, 1.0);
+    }
+    let offset = frame.lights[light].position - position;
+    let distance2 = max(dot(offset, offset), 1e-12);
+    let towards = offset * inverseSqrt(distance2);
+    let range = frame.lights[light].range;
+    let ratio2 = select(0.0, distance2 / (range * range), range > 0.0);
+    var strength = max(1.0 - ratio2 * ratio2, 0.0) / distance2;
+    if kind == 2u {
+        let outer = frame.lights[light].outer_cos;
+        let cosine = -dot(towards, frame.lights[light].direction);
+        let fade = clamp((cosine - outer) / max(frame.lights[light].inner_cos - outer, 1e-4), 0.0, 1.0);
+        strength *= fade * fade;
+    }
+    return vec4f(towards, strength);
+}
+
+// Where light is sought from: above the surface on the viewers' side, and from the bulge that corners' normals make.
+fn shadow_start(point: SurfacePoint, side: f32) -> vec3f {
+    if point.triangle == NONE {
+        let offset = SHADOW_OFFSET * max(point.coordinate_size, 1e-37);
+        return point.position + point.geometric_normal * (side * offset);
+    }
+    let corners = triangles[point.triangle];
+    var positions = array<vec3f, 3>(
+        vertices[corners.x].position, vertices[corners.y].position, vertices[corners.z].position);
+    var normals = array<vec3f, 3>(
+        vertices[corners.x].normal, vertices[corners.y].normal, vertices[corners.z].normal);
+    var at = max(point.barycentrics, vec2f(0.0));
+    at /= max(at.x + at.y, 1.0);
+    var weights = array<f32, 3>(1.0 - at.x - at.y, at.x, at.y);
+    let position = positions[0] + (positions[1] - positions[0]) * at.x + (positions[2] - positions[0]) * at.y;
+    let face = point.geometric_normal * side;
+    var bulge = vec3f(0.0);
+    for (var corner = 0u; corner < 3u; corner++) {
+        let normal = normals[corner] * side;
+        let below = dot(position - positions[corner], normal);
+        if below < 0.0 && dot(normal, face) > 0.5 {
+            bulge -= normal * (weights[corner] * below);
+        }
+    }
+    return position + bulge + face * (SHADOW_OFFSET * max(point.coordinate_size, 1e-37));
+}
+
+// True if a light is not hidden from a place.
+fn is_lit_by(light: u32, start: vec3f) -> bool {
+    if (frame.flags & SHADOWS) == 0u {
+        return true;
+    }
+    var towards = vec3f(0.0);
+    var distance = FAR;
+    if frame.lights[light].kind == 0u {
+        towards = -frame.lights[light].direction;
+    } else {
+        let step = frame.lights[light].position - start;
+        distance = length(step);
+        if distance < 1e-37 {
+            return true;
+        }
+        towards = step / distance;
+    }
+    return nearest(Ray(start, towards), 0.0, distance, NO_RULE, true).triangle == NONE;
+}
+
+// A unit normal, turned by a mean of a map's normals.
+fn turned(smooth_normal: vec3f, tangent: vec4f, side: f32, scale: f32, mean: vec3f) -> vec3f {
+    let rejected = tangent.xyz - smooth_normal * dot(tangent.xyz, smooth_normal);
+    let length2 = dot(rejected, rejected);
+    if !(length2 > 1e-36) {
+        return smooth_normal;
+    }
+    let along = rejected * inverseSqrt(length2);
+    let bitangent = cross(smooth_normal, along) * (tangent.w * side);
+    let slopes = mean.xy * (scale * side);
+    return normalize_or(along * slopes.x + bitangent * slopes.y + smooth_normal * mean.z, smooth_normal);
+}
+
+// What a point sends to its viewer by itself, and the highlights of lights on it as a mirror or coat.
+struct PointLight {
+    own: vec3f,
+    highlights: vec3f,
+}
+
+// Properties of a point that say how it scatters light.
+struct LitPoint {
+    smooth_normal: vec3f,
+    normal: vec3f,
+    base: vec3f,
+    alpha: f32,
+    coat_alpha: f32,
+    // Reflectance of the dielectric at normal incidence, its largest channel, and at grazing angles.
+    at_normal: f32,
+    grazing: f32,
+    reflectance: vec3f,
+    at_grazing: f32,
+    albedo: vec3f,
+    coat_share: f32,
+    occlusion: f32,
+}
+
+fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> LitPoint {
+    let object = point.object;
+    let smooth_variance = variance_over_pixel(point.normal_change2);
+    var result: LitPoint;
+    result.base = base;
+    result.smooth_normal = point.normal * side;
+    result.normal = result.smooth_normal;
+    var variance = smooth_variance;
+    if surfaces[object].bindings[NORMALS].texture != NONE {
+        let mean = texels.values[NORMALS].xyz * 2.0 - 1.0;
+        let scale = surfaces[object].normal_scale;
+        variance += variance_of_mean(length(mean)) * (scale * scale);
+        result.normal = turned(result.smooth_normal, point.tangent, side, scale, mean);
+    }
+    // Without facets: a surface of Lambert's law.
+    var metallic = 0.0;
+    var roughness = 1.0;
+    var specular = vec3f(0.0);
+    var coat_roughness = LEAST_ROUGHNESS;
+    if (surfaces[object].flags & MICROFACETS) != 0u {
+        metallic = surfaces[object].metallic * texels.values[FACETS].z;
+        roughness = max(surfaces[object].roughness * texels.values[FACETS].y, LEAST_ROUGHNESS);
+        specular = surfaces[object].specular;
+        result.grazing = surfaces[object].specular_at_grazing;
+        result.coat_share = surfaces[object].facets_coat;
+        coat_roughness = max(surfaces[object].facets_coat_roughness, LEAST_ROUGHNESS);
+    }
+    result.occlusion = 1.0 + (texels.values[OCCLUSION].x - 1.0) * surfaces[object].occlusion_strength;
+    result.alpha = widened_alpha(roughness * roughness, variance);
+    result.coat_alpha = widened_alpha(coat_roughness * coat_roughness, smooth_variance);
+    result.at_normal = largest(specular);
+    result.at_grazing = result.grazing + (1.0 - result.grazing) * metallic;
+    result.reflectance = specular + (base - specular) * metallic;
+    result.albedo = base * (1.0 - metallic);
+    return result;
+}
+
+// A light of unit strength in a coat or mirror of facets, before Fresnel's share.
+fn highlight(alpha: f32, normal: vec3f, towards: vec3f, viewer: vec3f) -> f32 {
+    let half_vector = towards + viewer;
+    let length2 = max(dot(half_vector, half_vector), 1e-12);
+    let cosine = dot(normal, half_vector);
+    let sine = cross(normal, half_vector);
+    let n_l = dot(normal, towards);
+    let n_v = max(dot(normal, viewer), LEAST_COSINE);
+    return select(0.0, n_l * lobe(alpha, cosine * cosine / length2, dot(sine, sine) / length2, n_l, n_v), n_l > 0.0);
+}
+
+// What a light of this direction and strength gives, per intensity: scattered and reflected, and in the coat.
+fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array<vec3f, 2> {
+    let half_vector = towards + viewer;
+    let share = grazing_share(0.5 * sqrt(max(dot(half_vector, half_vector), 1e-12)));
+    let irradiance = max(dot(at.normal, towards), 0.0) * strength;
+    let scattered = irradiance * FRAC_1_PI * (1.0 - at.at_normal - (at.grazing - at.at_normal) * share);
+    let reflected = strength * highlight(at.alpha, at.normal, towards, viewer);
+    let fresnel = at.reflectance + (at.at_grazing - at.reflectance) * share;
+    var coat = 0.0;
+    if at.coat_share > 0.0 {
+        coat = strength * highlight(at.coat_alpha, at.smooth_normal, towards, viewer);
+    }
+    return array<vec3f, 2>(at.albedo * scattered + fresnel * reflected, vec3f(coat));
+}
+
+// What the environment gives: scattered and reflected, and in the coat.
+fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
+    var alphas = array<f32, 2>(at.alpha, at.coat_alpha);
+    var normals = array<vec3f, 2>(at.normal, at.smooth_normal);
+    var shares = vec2f(0.0);
+    var reflected = array<vec3f, 2>(vec3f(0.0), vec3f(0.0));
+    for (var layer = 0u; layer < select(1u, 2u, at.coat_share > 0.0); layer++) {
+        let normal = normals[layer];
+        let n_v = dot(normal, viewer);
+        let surroundings = reflected_surroundings(sqrt(alphas[layer]), max(n_v, LEAST_COSINE));
+        let across = normal * (2.0 * n_v) - viewer;
+        let middle = normalize_or(normal + (across - normal) * surroundings.z, normal);
+        shares = select(shares, surroundings.xy, layer == 0u);
+        // Without any reflection there is nothing to look up.
+        if layer == 1u || at.grazing > 0.0 || largest(at.reflectance) > 0.0 {
+            reflected[layer] = environment_glossy(middle, min(alphas[layer] * surroundings.w, 1.0));
+        }
+    }
+    let entering = 1.0 - (at.at_normal * shares.x + at.grazing * shares.y);
+    let scattered = environment_irradiance(at.normal) * (FRAC_1_PI * entering);
+    let reflectance = at.reflectance * shares.x + at.at_grazing * shares.y;
+    return array<vec3f, 2>(
+        at.occlusion * (at.albedo * scattered + reflectance * reflected[0]),
+        at.occlusion * reflected[1],
+    );
+}
+
+// The light of a point: its own where `is_lit`, from this base colour, and the highlights of a mirror or coat of a tint
+// (of coats: the share that they cover) where it has any.
+fn point_light(
+    base: vec3f,
+    tint: vec3f,
+    point: SurfacePoint,
+    texels: Texels,
+    viewer: vec3f,
+    is_lit: bool,
+) -> PointLight {
+    let object = point.object;
+    let flags = surfaces[object].flags;
+    var result: PointLight;
+    if (flags & UNLIT) != 0u {
+        result.own = finite(base);
+        return result;
+    }
+    let side = select(1.0, -1.0, dot(point.geometric_normal, viewer) < 0.0);
+    let at = lit_point(base, point, texels, side);
+    let roughness = surfaces[object].highlight_roughness;
+    let is_blind = side > 0.0 && (flags & INSIDE) != 0u;
+    let is_mirror = roughness >= 0.0 && !is_blind;
+    let least = max(roughness, LEAST_ROUGHNESS);
+    let mirror_alpha = widened_alpha(least * least, variance_over_pixel(point.normal_change2));
+    var sum = vec3f(0.0);
+    var coat_sum = vec3f(0.0);
+    var highlights = vec3f(0.0);
+    var start = vec3f(0.0);
+    if (frame.flags & SHADOWS) != 0u {
+        start = shadow_start(point, side);
+    }
+    for (var light = 0u; light < frame.light_count; light++) {
+        let arrives = arriving(light, point.position);
+        let intensity = frame.lights[light].intensity;
+        let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
+        var of_mirror = vec3f(0.0);
+        if is_mirror {
+            let share = grazing_share(0.5 * length(arrives.xyz + viewer));
+            var reflectance = tint;
+            if surfaces[object].role == COATED {
+                reflectance = tint * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * share);
+            } else if (flags & SCHLICK) != 0u {
+                reflectance = tint + (1.0 - tint) * share;
+            }
+            let of_facets = highlight(mirror_alpha, at.smooth_normal, arrives.xyz, viewer);
+            of_mirror = intensity * arrives.w * reflectance * of_facets;
+        }
+        let shows = is_lit && faces || largest(of_mirror) > FAINTEST_HIGHLIGHT;
+        if !(arrives.w > 0.0 && shows) || !is_lit_by(light, start) {
+            continue;
+        }
+        let given = of_light(at, arrives.xyz, arrives.w, viewer);
+        sum += intensity * given[0];
+        coat_sum += intensity * given[1];
+        highlights += select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
+    }
+    if is_lit && (frame.flags & ENVIRONMENT) != 0u {
+        let given = of_environment(at, viewer);
+        sum += given[0];
+        coat_sum += given[1];
+    }
+    if at.coat_share > 0.0 {
+        let share = grazing_share(max(dot(at.smooth_normal, viewer), 0.0));
+        let fresnel = at.coat_share * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * share);
+        sum = sum * (1.0 - fresnel) + coat_sum * fresnel;
+    }
+    if (frame.flags & HEADLIGHT) != 0u {
+        sum = base * max(dot(at.normal, viewer), 0.0);
+    }
+    result.own = finite(sum + surfaces[object].emissive * texels.values[EMISSIVE].xyz);
+    result.highlights = finite(highlights);
+    return result;
+}
