@@ -29,6 +29,7 @@ pub(crate) fn draw(
         return Ok(());
     }
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
+    let shade = pipelines.shade(device, index, resident.features);
     let targets = Targets::new(context, view, quality.samples)?;
     let mut record = frame_record(scene, view, quality, resident);
     let rows = (PIXELS_AT_ONCE / view.width).clamp(1, view.height);
@@ -57,7 +58,7 @@ pub(crate) fn draw(
         }
         let band = rows.min(view.height - first_row);
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipelines.samples[index].shade);
+        pass.set_pipeline(&shade);
         pass.set_bind_group(0, &resident.scene, &[]);
         pass.set_bind_group(1, &resident.hierarchy, &[]);
         pass.set_bind_group(2, &picture, &[]);
@@ -158,18 +159,12 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         true => (view.eye(), forward + corner),
         false => (view.eye() + corner, forward.normalize()),
     };
-    let flags = [
-        (frame_flags::HEADLIGHT, scene.lights.is_empty() && scene.environment.is_none()),
-        (frame_flags::ENVIRONMENT, scene.environment.is_some()),
-        (frame_flags::SHADOWS, scene.light_visibility.is_some()),
-        (frame_flags::PERSPECTIVE, is_perspective),
-    ];
     let mut lights = [LightRecord::default(); MAX_LIGHTS];
     lights[..resident.lights.len()].copy_from_slice(&resident.lights);
     Frame {
         clip_from_world: clip_from_world(scene, view, pixel_size, is_perspective).to_cols_array_2d(),
         origin: origin.to_array(),
-        flags: flags.into_iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (flag, _)| bits | flag),
+        flags: if is_perspective { frame_flags::PERSPECTIVE } else { 0 },
         direction: direction.to_array(),
         near: view.near,
         right: right.to_array(),
@@ -180,7 +175,7 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         samples: quality.samples,
         order: quality.order,
         light_count: resident.lights.len() as u32,
-        node_count: resident.node_count,
+        root: resident.root,
         first_row: 0,
         maps: resident.maps,
         lights,

@@ -1,29 +1,39 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
-use crate::layout::{MAX_DEPTH, Node};
+use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, triangle_flags as flags};
+use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::Scene;
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb as BvhBox;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 
 /// The most triangles of a leaf.
-const LEAF: u32 = 4;
+const LARGEST_LEAF: u32 = 4;
 /// The time of a step down in those of a test of a triangle.
 const STEP_COST: f32 = 1.0;
 /// More triangles are sorted with less care: it would take seconds.
 const CAREFUL_BUILD: usize = 500_000;
 
-/// The hierarchy: nodes, the root first, and the triangles of their leaves.
-#[derive(Clone, Debug, Default)]
+/// The hierarchy: nodes, and the triangles of leaves.
+#[derive(Clone, Debug)]
 pub struct Hierarchy {
-    /// Both children of a node are neighbours.
+    /// The first node, or a leaf, or [`NONE`] without triangles.
+    pub root: u32,
+    /// Children come after their parents.
     pub nodes: Vec<Node>,
     /// The scene's triangles in the order of the leaves.
-    pub triangles: Vec<u32>,
+    pub triangles: Vec<LeafTriangle>,
+}
+
+/// A node on its own: its box, and the first of two children, or of so many triangles.
+#[derive(Clone, Copy)]
+struct Lone {
+    bounds: BvhBox,
+    first: u32,
+    count: u32,
 }
 
 impl Hierarchy {
@@ -33,12 +43,12 @@ impl Hierarchy {
         let is_there = |triangle: &u32| {
             let [a, b, c] = corners(*triangle);
             let normal = (b - a).cross(c - a);
-            normal.is_finite() && normal != glam::Vec3::ZERO
+            normal.is_finite() && normal != Vec3::ZERO
         };
         let triangles: Vec<u32> = (0..scene.triangles.len() as u32).filter(is_there).collect();
         let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(*triangle))).collect();
         if boxes.is_empty() {
-            return Self::default();
+            return Self { root: NONE, nodes: Vec::new(), triangles: Vec::new() };
         }
         let preset = match boxes.len() {
             0..=CAREFUL_BUILD => BvhBuildParams::medium_build(),
@@ -52,67 +62,104 @@ impl Hierarchy {
             preset.search_depth_threshold,
         );
         ReinsertionOptimizer::default().run(&mut tree, preset.reinsertion_batch_ratio, None);
-        collapse(&mut tree, LEAF, STEP_COST);
-        let hierarchy = Self::of_tree(&tree, &triangles);
-        if hierarchy.depth() <= MAX_DEPTH { hierarchy } else { Self::halved(&boxes, &triangles) }
-    }
-
-    fn of_tree(tree: &Bvh2, triangles: &[u32]) -> Self {
-        let nodes = tree.nodes.iter().map(|node| {
-            let bounds = node.aabb();
-            let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
-            Node { low, first: node.first_index, high, count: node.prim_count }
+        collapse(&mut tree, LARGEST_LEAF, STEP_COST);
+        let nodes = tree.nodes.iter().map(|node| Lone {
+            bounds: *node.aabb(),
+            first: node.first_index,
+            count: node.prim_count,
         });
-        let order = tree.primitive_indices.iter().map(|place| triangles[*place as usize]);
-        Self { nodes: nodes.collect(), triangles: order.collect() }
-    }
-
-    /// The number of nodes from the root to the farthest leaf.
-    pub fn depth(&self) -> usize {
-        let (mut deepest, mut waiting) = (0, vec![(0u32, 1usize)]);
-        while let Some((index, depth)) = waiting.pop() {
-            deepest = deepest.max(depth);
-            match self.nodes.get(index as usize) {
-                Some(node) if node.count == 0 => waiting.extend([(node.first, depth + 1), (node.first + 1, depth + 1)]),
-                _ => {}
-            }
-        }
-        deepest
-    }
-
-    /// The hierarchy that halves the number of triangles at every node, along the longest side of the box of their
-    /// middles: never deep, but slower to walk.
-    fn halved(boxes: &[BvhBox], triangles: &[u32]) -> Self {
-        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-        let mut nodes = vec![Node::default()];
-        let mut waiting = vec![(0usize, 0usize, order.len())];
-        while let Some((index, start, end)) = waiting.pop() {
-            let part = &mut order[start..end];
-            let (mut bounds, mut middles) = (BvhBox::empty(), BvhBox::empty());
-            for place in part.iter() {
-                bounds = bounds.union(&boxes[*place as usize]);
-                middles.extend(boxes[*place as usize].center());
-            }
-            let (low, high) = (bounds.min.to_array(), bounds.max.to_array());
-            nodes[index] = Node { low, first: start as u32, high, count: (end - start) as u32 };
-            if end - start <= LEAF as usize {
-                continue;
-            }
-            let size = middles.max - middles.min;
-            let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or_default();
-            let middle = part.len() / 2;
-            let along = |place: &u32| boxes[*place as usize].center()[axis];
-            part.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)));
-            let first = nodes.len();
-            (nodes[index].first, nodes[index].count) = (first as u32, 0);
-            nodes.extend([Node::default(); 2]);
-            waiting.extend([(first, start, start + middle), (first + 1, start + middle, end)]);
-        }
-        Self { nodes, triangles: order.iter().map(|place| triangles[*place as usize]).collect() }
+        let (nodes, order) = match nodes.collect::<Vec<_>>() {
+            nodes if depth(&nodes) <= MAX_DEPTH => (nodes, tree.primitive_indices),
+            _ => halved(&boxes),
+        };
+        let of_place = |place: &u32| leaf_triangle(scene, triangles[*place as usize]);
+        let (root, nodes) = joined(&nodes);
+        Self { root, nodes, triangles: order.iter().map(of_place).collect() }
     }
 }
 
-fn box_of(corners: [glam::Vec3; 3]) -> BvhBox {
+/// The number of nodes from the root to the farthest leaf.
+fn depth(nodes: &[Lone]) -> usize {
+    let (mut deepest, mut waiting) = (0, vec![(0u32, 1usize)]);
+    while let Some((index, depth)) = waiting.pop() {
+        deepest = deepest.max(depth);
+        if let Some(Lone { first, count: 0, .. }) = nodes.get(index as usize) {
+            waiting.extend([(*first, depth + 1), (*first + 1, depth + 1)]);
+        }
+    }
+    deepest
+}
+
+/// The root, and nodes that have the boxes of their children, from such that have their own.
+fn joined(nodes: &[Lone]) -> (u32, Vec<Node>) {
+    let code = |node: &Lone, number: u32| if node.count > 0 { LEAF | node.first << 3 | node.count } else { number };
+    let mut joined = vec![Node::default(); usize::from(nodes[0].count == 0)];
+    let mut waiting: Vec<(u32, u32)> = if joined.is_empty() { Vec::new() } else { vec![(0, 0)] };
+    while let Some((index, number)) = waiting.pop() {
+        let first = nodes[index as usize].first;
+        let children = [first, first + 1].map(|child| nodes[child as usize]);
+        let codes = [0, 1].map(|side: usize| {
+            let next = joined.len() as u32;
+            if children[side].count == 0 {
+                joined.push(Node::default());
+                waiting.push((first + side as u32, next));
+            }
+            code(&children[side], next)
+        });
+        let [low0, low1] = children.map(|child| child.bounds.min.to_array());
+        let [high0, high1] = children.map(|child| child.bounds.max.to_array());
+        let [child0, child1] = codes;
+        joined[number as usize] = Node { low0, child0, high0, low1, child1, high1, ..Node::default() };
+    }
+    (code(&nodes[0], 0), joined)
+}
+
+fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
+    let vertices = scene.triangles[triangle as usize].map(|vertex| vertex as usize);
+    let [a, b, c] = vertices.map(|vertex| scene.positions[vertex]);
+    let normal: Vec3 = vertices.iter().map(|vertex| scene.normals[*vertex]).sum();
+    let object = scene.triangle_objects[triangle as usize];
+    let all = [
+        (flags::HIDES_LIGHTS, casts_shadows(scene.material_of(object))),
+        (flags::MAY_HAVE_HOLES, scene.is_alpha_tested(object)),
+        (flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0),
+    ];
+    let flags = all.into_iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (flag, _)| bits | flag);
+    LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
+}
+
+/// The nodes and the order of boxes of a hierarchy that halves their number at every node, along the longest side of the
+/// box of their middles: never deep, but slower to walk.
+fn halved(boxes: &[BvhBox]) -> (Vec<Lone>, Vec<u32>) {
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let empty = Lone { bounds: BvhBox::empty(), first: 0, count: 0 };
+    let mut nodes = vec![empty];
+    let mut waiting = vec![(0usize, 0usize, order.len())];
+    while let Some((index, start, end)) = waiting.pop() {
+        let part = &mut order[start..end];
+        let (mut bounds, mut middles) = (BvhBox::empty(), BvhBox::empty());
+        for place in part.iter() {
+            bounds = bounds.union(&boxes[*place as usize]);
+            middles.extend(boxes[*place as usize].center());
+        }
+        nodes[index] = Lone { bounds, first: start as u32, count: (end - start) as u32 };
+        if end - start <= LARGEST_LEAF as usize {
+            continue;
+        }
+        let size = middles.max - middles.min;
+        let axis = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or_default();
+        let middle = part.len() / 2;
+        let along = |place: &u32| boxes[*place as usize].center()[axis];
+        part.select_nth_unstable_by(middle, |a, b| along(a).total_cmp(&along(b)));
+        let first = nodes.len();
+        (nodes[index].first, nodes[index].count) = (first as u32, 0);
+        nodes.extend([empty; 2]);
+        waiting.extend([(first, start, start + middle), (first + 1, start + middle, end)]);
+    }
+    (nodes, order)
+}
+
+fn box_of(corners: [Vec3; 3]) -> BvhBox {
     let mut bounds = BvhBox::empty();
     for corner in corners {
         bounds.extend(Vec3A::from(corner));
@@ -126,25 +173,23 @@ mod tests {
     use catoptric_scenes::builtin;
 
     /// Every triangle is in one leaf, within the boxes of all nodes above.
-    fn check(hierarchy: &Hierarchy, scene: &Scene) {
+    fn check(scene: &Scene, root: u32, nodes: &[Node], triangles: &[u32]) {
         let mut seen = vec![0; scene.triangles.len()];
-        let mut waiting = vec![(0u32, Vec::<usize>::new())];
-        while let Some((index, mut above)) = waiting.pop() {
-            above.push(index as usize);
-            let node = hierarchy.nodes[index as usize];
-            if node.count == 0 {
-                waiting.extend([(node.first, above.clone()), (node.first + 1, above)]);
+        let mut waiting = vec![(root, Vec::new())];
+        while let Some((code, above)) = waiting.pop() {
+            if code & LEAF == 0 {
+                let node = nodes[code as usize];
+                for (child, low, high) in [(node.child0, node.low0, node.high0), (node.child1, node.low1, node.high1)] {
+                    waiting.push((child, [above.as_slice(), &[(low, high)]].concat()));
+                }
                 continue;
             }
-            for place in node.first..node.first + node.count {
-                let triangle = hierarchy.triangles[place as usize];
+            let (start, count) = (((code & !LEAF) >> 3) as usize, (code & 7) as usize);
+            for &triangle in &triangles[start..start + count] {
                 seen[triangle as usize] += 1;
                 for vertex in scene.triangles[triangle as usize] {
-                    let position = scene.positions[vertex as usize].to_array();
-                    for &node in &above {
-                        let Node { low, high, .. } = hierarchy.nodes[node];
-                        assert!((0..3).all(|axis| (low[axis]..=high[axis]).contains(&position[axis])));
-                    }
+                    let at = scene.positions[vertex as usize].to_array();
+                    assert!(above.iter().all(|(low, high)| (0..3).all(|i| low[i] <= at[i] && at[i] <= high[i])));
                 }
             }
         }
@@ -155,17 +200,22 @@ mod tests {
     fn all_triangles_lie_within_their_nodes() {
         let scene = builtin::parse("sphere_room?tess=16").unwrap().pose(&Default::default()).unwrap();
         let hierarchy = Hierarchy::new(&scene);
-        check(&hierarchy, &scene);
-        assert!(hierarchy.nodes.len() < 2 * scene.triangles.len(), "leaves hold one triangle each");
-        let boxes: Vec<BvhBox> = scene
-            .triangles
-            .iter()
-            .map(|triangle| box_of(triangle.map(|vertex| scene.positions[vertex as usize])))
-            .collect();
-        let all: Vec<u32> = (0..boxes.len() as u32).collect();
-        let halved = Hierarchy::halved(&boxes, &all);
-        check(&halved, &scene);
-        assert!(halved.depth() <= 2 + boxes.len().ilog2() as usize, "{}", halved.depth());
-        assert!(Hierarchy::new(&Scene::default()).nodes.is_empty());
+        let triangles: Vec<u32> = hierarchy.triangles.iter().map(|triangle| triangle.triangle).collect();
+        check(&scene, hierarchy.root, &hierarchy.nodes, &triangles);
+        assert!(hierarchy.nodes.len() < scene.triangles.len(), "leaves hold one triangle each");
+        let corners = |triangle: &[u32; 3]| triangle.map(|vertex| scene.positions[vertex as usize]);
+        let boxes: Vec<BvhBox> = scene.triangles.iter().map(|triangle| box_of(corners(triangle))).collect();
+        let (nodes, order) = halved(&boxes);
+        let (root, joined) = joined(&nodes);
+        check(&scene, root, &joined, &order);
+        assert!(depth(&nodes) <= 2 + boxes.len().ilog2() as usize, "{}", depth(&nodes));
+    }
+
+    #[test]
+    fn a_single_triangle_is_a_leaf_and_none_is_nothing() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| BvhBox::from_point(corner.into()));
+        let (nodes, _) = halved(&corners[..1]);
+        assert_eq!(joined(&nodes), (LEAF | 1, Vec::new()));
+        assert_eq!(Hierarchy::new(&Scene::default()).root, NONE);
     }
 }

@@ -20,6 +20,8 @@ pub const MAX_DEPTH: usize = 64;
 macro_rules! flags {
     ($($(#[$doc:meta])* $name:ident = $bit:expr;)*) => {
         $($(#[$doc])* pub const $name: u32 = 1 << $bit;)*
+        /// All of them with their names in shaders.
+        pub const ALL: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
     };
 }
 
@@ -40,36 +42,26 @@ pub mod surface_flags {
         ATTENUATION = 5;
         /// A mirror's own light has another colour than its tint.
         OWN_COLOR = 6;
-        /// Lights do not shine through.
-        CASTS_SHADOWS = 7;
         /// It has holes where alpha is low.
-        ALPHA_TESTED = 8;
-        /// It reads textures.
-        TEXTURED = 9;
+        ALPHA_TESTED = 7;
         /// Rays that leave the outer side never meet it again.
-        CONVEX = 10;
+        CONVEX = 8;
         /// It has an inside.
-        CLOSED = 11;
+        CLOSED = 9;
         /// It is an exact surface of second degree.
-        QUADRIC = 12;
+        QUADRIC = 10;
         /// It sends light of its own, beside what it reflects and refracts.
-        OWN_LIGHT = 13;
+        OWN_LIGHT = 11;
         /// Its reflection is blended with its own colour.
-        BLEND = 14;
+        BLEND = 12;
     }
 }
 
 /// Bits of [`Frame::flags`].
 pub mod frame_flags {
     flags! {
-        /// The scene has no light: one travels with the path.
-        HEADLIGHT = 0;
-        /// There is light from infinity.
-        ENVIRONMENT = 1;
-        /// Lights cast shadows.
-        SHADOWS = 2;
         /// All rays start at the eye.
-        PERSPECTIVE = 3;
+        PERSPECTIVE = 0;
     }
 }
 
@@ -117,18 +109,60 @@ pub struct Vertex {
     pub unused: u32,
 }
 
-/// A node of the hierarchy over triangles.
+/// A node of the hierarchy over triangles: the boxes of two children, and what they are: the number of a node, or
+/// [`LEAF`], eight times the place of the first triangle, and the number of triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Node {
-    /// Lower corner of its box.
-    pub low: [f32; 3],
-    /// The first of two children, or of a leaf's triangles.
-    pub first: u32,
-    /// Upper corner.
-    pub high: [f32; 3],
-    /// Triangles of a leaf; 0 for others.
-    pub count: u32,
+    /// Lower corner of the first child's box.
+    pub low0: [f32; 3],
+    /// The first child.
+    pub child0: u32,
+    /// Upper corner of its box.
+    pub high0: [f32; 3],
+    /// Padding.
+    pub unused0: u32,
+    /// Lower corner of the second child's box.
+    pub low1: [f32; 3],
+    /// The second child.
+    pub child1: u32,
+    /// Upper corner of its box.
+    pub high1: [f32; 3],
+    /// Padding.
+    pub unused1: u32,
+}
+
+/// Children of [`Node`]s with this bit are leaves.
+pub const LEAF: u32 = 1 << 31;
+
+/// Bits of [`LeafTriangle::flags`].
+pub mod triangle_flags {
+    flags! {
+        /// It casts shadows.
+        HIDES_LIGHTS = 0;
+        /// Its alpha is tested.
+        MAY_HAVE_HOLES = 1;
+        /// Its winding is opposite to its normals.
+        TURNED = 2;
+    }
+}
+
+/// A triangle of a leaf.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LeafTriangle {
+    /// The first corner.
+    pub a: [f32; 3],
+    /// The scene's triangle.
+    pub triangle: u32,
+    /// The second corner.
+    pub b: [f32; 3],
+    /// Its object.
+    pub object: u32,
+    /// The third corner.
+    pub c: [f32; 3],
+    /// See [`triangle_flags`].
+    pub flags: u32,
 }
 
 /// A texture of a surface.
@@ -323,8 +357,8 @@ pub struct Frame {
     pub order: u32,
     /// Lights in use.
     pub light_count: u32,
-    /// Nodes of the hierarchy.
-    pub node_count: u32,
+    /// The hierarchy's root: see [`Node`]; [`NONE`] without triangles.
+    pub root: u32,
     /// The first row of the band that is drawn.
     pub first_row: u32,
     /// Width, height and first row of each of the environment's maps.

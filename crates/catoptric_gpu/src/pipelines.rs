@@ -1,6 +1,9 @@
 //! The pipelines of all passes, made once a device.
 
 use crate::shader;
+use crate::tables::SceneFeatures;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 use wgpu::{BindingType, BufferBindingType, ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension};
 
 /// Triangles' numbers, in two halves: 32 bits in one number cannot be antialiased.
@@ -16,7 +19,7 @@ pub(crate) struct SamplePipelines {
     pub(crate) solid: wgpu::RenderPipeline,
     /// Those whose alpha is tested.
     pub(crate) with_holes: wgpu::RenderPipeline,
-    pub(crate) shade: wgpu::ComputePipeline,
+    shading: wgpu::PipelineLayout,
 }
 
 /// All pipelines.
@@ -32,6 +35,9 @@ pub(crate) struct Pipelines {
     pub(crate) picture: [wgpu::BindGroupLayout; 2],
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
+    frame: wgpu::ShaderModule,
+    /// Those that shade, by the place in [`SAMPLE_COUNTS`] and what scenes have.
+    shade: Mutex<HashMap<(usize, SceneFeatures), wgpu::ComputePipeline>>,
 }
 
 impl Pipelines {
@@ -76,22 +82,31 @@ impl Pipelines {
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
             let count = SAMPLE_COUNTS[index];
-            let shading = pipeline_layout(device, &[&scene, &hierarchy, &picture[index]]);
-            let entry = ["shade_one_sample", "shade_four_samples"][index];
             SamplePipelines {
                 solid: draws(device, &visibility, &drawing, "solid", count),
                 with_holes: draws(device, &visibility, &drawing, "with_holes", count),
-                shade: device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(entry),
-                    layout: Some(&shading),
-                    module: &frame,
-                    entry_point: Some(entry),
-                    compilation_options: Default::default(),
-                    cache: None,
-                }),
+                shading: pipeline_layout(device, &[&scene, &hierarchy, &picture[index]]),
             }
         });
-        Self { scene, hierarchy, order, picture, samples }
+        Self { scene, hierarchy, order, picture, samples, frame, shade: Mutex::default() }
+    }
+
+    /// The pipeline that shades scenes with these features, for a place in [`SAMPLE_COUNTS`].
+    pub(crate) fn shade(&self, device: &wgpu::Device, index: usize, features: SceneFeatures) -> wgpu::ComputePipeline {
+        let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
+        let pipeline = known.entry((index, features)).or_insert_with(|| {
+            let entry = ["shade_one_sample", "shade_four_samples"][index];
+            let constants = features.constants();
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&self.samples[index].shading),
+                module: &self.frame,
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                cache: None,
+            })
+        });
+        pipeline.clone()
     }
 }
 

@@ -1,9 +1,11 @@
 //! A scene as flat tables for shaders.
 
+mod features;
 mod light;
 mod surfaces;
 mod textures;
 
+pub use features::SceneFeatures;
 pub use light::{EnvironmentTexels, environment_texels, light_records};
 pub use surfaces::{surface_records, unsupported};
 pub use textures::{TextureTables, texture_tables};
@@ -14,7 +16,7 @@ use crate::layout::{Surface, Vertex};
 use catoptric::scene::Scene;
 
 /// What shaders read of a scene, beside lights and environment.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct SceneTables {
     /// All vertices.
     pub vertices: Vec<Vertex>,

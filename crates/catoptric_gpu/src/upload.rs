@@ -3,7 +3,7 @@
 use crate::context::Context;
 use crate::error::GpuError;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord};
-use crate::tables::{SceneTables, environment_texels, light_records};
+use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_records};
 use bytemuck::Pod;
 use catoptric::scene::Scene;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
@@ -20,9 +20,11 @@ pub(crate) struct DeviceScene {
     pub(crate) frame: Buffer,
     pub(crate) solid_count: u32,
     pub(crate) triangle_count: u32,
-    pub(crate) node_count: u32,
+    /// Of the hierarchy.
+    pub(crate) root: u32,
     pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
     pub(crate) lights: Vec<LightRecord>,
+    pub(crate) features: SceneFeatures,
     /// Memory that it takes.
     pub(crate) byte_count: u64,
 }
@@ -71,9 +73,10 @@ impl DeviceScene {
             frame,
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
-            node_count: tables.hierarchy.nodes.len() as u32,
+            root: tables.hierarchy.root,
             maps: environment.places,
             lights,
+            features: SceneFeatures::of(scene, &tables.surfaces),
             byte_count,
         })
     }

@@ -1,7 +1,8 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, Frame, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface, TextureRecord, Vertex,
+    Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface,
+    TextureRecord, Vertex, frame_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -49,7 +50,8 @@ macro_rules! record {
 fn records() -> Vec<Record> {
     vec![
         record!("Vertex": Vertex { position, u0, normal, v0, color, tangent, uv1, part }),
-        record!("Node": Node { low, first, high, count }),
+        record!("Node": Node { low0, child0, high0, low1, child1, high1 }),
+        record!("LeafTriangle": LeafTriangle { a, triangle, b, object, c, flags }),
         record!("Binding": Binding { matrix, translation, texture, channel }),
         record!("Level": Level { size, first, stride }),
         record!("TextureRecord": TextureRecord {
@@ -64,7 +66,7 @@ fn records() -> Vec<Record> {
         }),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, near, right, width, down, height, forward, samples, order,
-            light_count, node_count, first_row, maps, lights,
+            light_count, root, first_row, maps, lights,
         }),
     ]
 }
@@ -100,6 +102,15 @@ fn records_are_laid_out_as_shaders_read_them() {
 fn limits_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
     for (name, value) in [("MAX_ORDER", MAX_ORDER as usize), ("MAX_LIGHTS", MAX_LIGHTS), ("MAX_DEPTH", MAX_DEPTH)] {
+        assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
+    }
+}
+
+#[test]
+fn flags_are_the_same_on_both_sides() {
+    let source = shader::source("frame.wgsl");
+    let all = [surface_flags::ALL, frame_flags::ALL, triangle_flags::ALL].concat();
+    for (name, value) in all {
         assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
     }
 }

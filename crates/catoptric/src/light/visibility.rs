@@ -21,7 +21,8 @@ pub fn cast_shadows(scene: &mut Scene) {
     }
 }
 
-fn casts_shadows(material: &Material) -> bool {
+/// Returns true for the materials of objects that cast shadows.
+pub fn casts_shadows(material: &Material) -> bool {
     material.role != Role::Lens && !material.unlit
 }
 

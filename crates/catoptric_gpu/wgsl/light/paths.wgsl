@@ -19,14 +19,17 @@ struct Segment {
     deferred_reflectance: f32,
 }
 
-struct Paths {
-    waiting: array<Segment, MAX_ORDER>,
-    count: u32,
+// Where a path goes on from a surface: by reflection and by refraction.
+struct Children {
+    segments: array<Segment, 2>,
+    goes_on: array<bool, 2>,
+    // Light that ends here.
     sum: vec3f,
 }
 
-// Goes on at a triangle that a ray meets: adds light that ends the path there; children wait.
-fn arrive(paths: ptr<function, Paths>, segment: Segment, triangle: u32, samples: u32) {
+// What becomes of a path at a triangle that its ray meets.
+fn arrive(segment: Segment, triangle: u32, samples: u32) -> Children {
+    var children: Children;
     let direction = segment.ray.direction;
     let met = drawn_encounter(triangle, segment.ray, segment.change, samples);
     let object = met.point.object;
@@ -35,70 +38,69 @@ fn arrive(paths: ptr<function, Paths>, segment: Segment, triangle: u32, samples:
     let at = facing(direction, met.point.geometric_normal, met.point.normal);
     let way = distance(segment.ray.origin, met.point.position);
     var throughput = segment.throughput;
-    if segment.deferred != NONE {
-        throughput *= settled(paths, segment, way);
+    if HAS_ATTENUATION && segment.deferred != NONE {
+        let weight = attenuation_weight(segment.deferred, way);
+        children.sum += settled(segment, weight);
+        throughput *= weight;
     }
-    let crossed = select(segment.absorption, surfaces[object].absorption, role == LENS && !at.outside);
-    throughput *= transmittance(crossed, way);
+    var crossed = segment.absorption;
+    if HAS_LENSES {
+        crossed = select(segment.absorption, surfaces[object].absorption, role == LENS && !at.outside);
+        throughput *= transmittance(crossed, way);
+    }
     let last = segment.order >= frame.order;
     let texels = texels_at(met.point);
     let base = (surfaces[object].base_color * met.point.color * texels.values[BASE]).xyz;
-    let tint = select(base, vec3f(surfaces[object].coat * texels.values[COAT].x), role == COATED);
+    var tint = base;
+    if HAS_COATS && role == COATED {
+        tint = vec3f(surfaces[object].coat * texels.values[COAT].x);
+    }
     let step = light_step(object, tint, at, direction);
     var child = segment;
     child.order++;
     child.deferred = NONE;
     child.absorption = crossed;
     if role == DIFFUSE || (flags & OWN_LIGHT) != 0u {
-        let is_deferred = !last && step.is_attenuated;
+        let is_deferred = HAS_ATTENUATION && !last && step.is_attenuated;
         let own_base = select(base, surfaces[object].own_color, (flags & OWN_COLOR) != 0u);
         let is_lit = step.scattered > 0.0 || is_deferred;
         let light = point_light(own_base, tint, met.point, texels, -direction, is_lit);
-        (*paths).sum += throughput * light.highlights;
+        children.sum += throughput * light.highlights;
         if is_deferred {
             child.deferred = object;
             child.deferred_own = throughput * light.own;
             child.deferred_reflectance = step.reflectance;
         } else {
-            (*paths).sum += throughput * step.scattered * light.own;
+            children.sum += throughput * step.scattered * light.own;
         }
     }
     if last || role == DIFFUSE {
-        return;
+        return children;
     }
-    for (var kind = REFLECT; kind <= TRANSMIT; kind++) {
-        if kind == TRANSMIT && !(role == LENS && step.reflectance < 1.0) {
-            continue;
-        }
-        push(paths, child, kind, throughput * select(step.reflected, step.transmitted, kind == TRANSMIT), met, step);
+    children.segments[REFLECT] = departed(child, REFLECT, throughput * step.reflected, met, step);
+    children.goes_on[REFLECT] = carries_light(children.segments[REFLECT]);
+    if HAS_LENSES {
+        children.segments[TRANSMIT] = departed(child, TRANSMIT, throughput * step.transmitted, met, step);
+        children.goes_on[TRANSMIT] =
+            role == LENS && step.reflectance < 1.0 && carries_light(children.segments[TRANSMIT]);
     }
+    return children;
 }
 
-// Settles the light of a mirror whose reflection fades with the distance of what it shows: adds the mirror's own, and
-// returns the factor of the rest.
-fn settled(paths: ptr<function, Paths>, segment: Segment, distance: f32) -> f32 {
-    let weight = attenuation_weight(segment.deferred, distance);
-    (*paths).sum += segment.deferred_own * (1.0 - segment.deferred_reflectance * weight);
-    return weight;
+// The own light of a mirror whose reflection fades with the distance of what it shows, at this weight.
+fn settled(segment: Segment, weight: f32) -> vec3f {
+    return segment.deferred_own * (1.0 - segment.deferred_reflectance * weight);
 }
 
-// Adds the child of a path by an event.
-fn push(
-    paths: ptr<function, Paths>,
-    parent: Segment,
-    kind: u32,
-    throughput: vec3f,
-    met: SurfaceInteraction,
-    step: LightStep,
-) {
-    if largest(throughput) < MIN_THROUGHPUT && parent.deferred == NONE {
-        return;
-    }
+fn carries_light(segment: Segment) -> bool {
+    let counts = largest(segment.throughput) >= MIN_THROUGHPUT || HAS_ATTENUATION && segment.deferred != NONE;
+    return counts && any(segment.ray.direction != vec3f(0.0));
+}
+
+// The child of a path by an event; without a direction on total internal reflection.
+fn departed(parent: Segment, kind: u32, throughput: vec3f, met: SurfaceInteraction, step: LightStep) -> Segment {
     let incoming = parent.ray.direction;
     let direction = outgoing(kind, step.facing, incoming, step.eta);
-    if all(direction == vec3f(0.0)) || (*paths).count >= MAX_ORDER {
-        return;
-    }
     let object = met.point.object;
     let outside = step.facing.outside;
     var child = parent;
@@ -116,8 +118,7 @@ fn push(
     let side = select(offset, -offset, dot(direction, geometric) < 0.0);
     child.ray = Ray(met.point.position + geometric * side, direction);
     child.own = own_rule(object, kind, outside == (kind == REFLECT));
-    (*paths).waiting[(*paths).count] = child;
-    (*paths).count++;
+    return child;
 }
 
 // The radiance that arrives at a position of the picture, where a triangle (or NONE) is seen; changes are those of a
@@ -135,28 +136,42 @@ fn path_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec
     segment.throughput = vec3f(1.0);
     segment.deferred = NONE;
     segment.own = NO_RULE;
-    var paths: Paths;
-    paths.waiting[0] = segment;
-    paths.count = 1u;
+    var waiting: array<Segment, MAX_ORDER>;
+    var count = 0u;
     var shown = triangle;
     var of_samples = samples;
-    while paths.count > 0u {
-        paths.count--;
-        let next = paths.waiting[paths.count];
-        // What is seen directly is known.
-        if next.order > 0u {
-            shown = nearest(next.ray, 0.0, FAR, next.own, false).triangle;
-            of_samples = 1u;
-        }
+    var sum = vec3f(0.0);
+    loop {
+        var children: Children;
         if shown != NONE {
-            arrive(&paths, next, shown, of_samples);
-            continue;
+            children = arrive(segment, shown, of_samples);
+            sum += children.sum;
+        } else {
+            var throughput = segment.throughput;
+            if HAS_ATTENUATION && segment.deferred != NONE {
+                let weight = attenuation_weight(segment.deferred, FAR);
+                sum += settled(segment, weight);
+                throughput *= weight;
+            }
+            sum += throughput * background(segment.ray.direction);
         }
-        var throughput = next.throughput;
-        if next.deferred != NONE {
-            throughput *= settled(&paths, next, FAR);
+        if children.goes_on[REFLECT] {
+            segment = children.segments[REFLECT];
+            // Each event on the way has left one at most.
+            if HAS_LENSES && children.goes_on[TRANSMIT] && count < MAX_ORDER {
+                waiting[count] = children.segments[TRANSMIT];
+                count++;
+            }
+        } else if HAS_LENSES && children.goes_on[TRANSMIT] {
+            segment = children.segments[TRANSMIT];
+        } else if HAS_LENSES && count > 0u {
+            count--;
+            segment = waiting[count];
+        } else {
+            break;
         }
-        paths.sum += throughput * background(next.ray.direction);
+        shown = nearest(segment.ray, 0.0, FAR, segment.own, false).triangle;
+        of_samples = 1u;
     }
-    return finite(paths.sum);
+    return finite(sum);
 }

@@ -1,18 +1,37 @@
 // The first triangle along a ray: the twin of `light/wide_hierarchy/rays` over a narrow hierarchy, and of the tiles'
 // `OwnRule`.
 
+// The boxes of two children, and what these are: see `hierarchy.rs`.
 struct Node {
-    low: vec3f,
-    // The first of two children, or of the triangles of a leaf.
-    first: u32,
-    high: vec3f,
-    // The number of triangles; 0: no leaf.
-    count: u32,
+    low0: vec3f,
+    child0: u32,
+    high0: vec3f,
+    unused0: u32,
+    low1: vec3f,
+    child1: u32,
+    high1: vec3f,
+    unused1: u32,
+}
+
+struct LeafTriangle {
+    a: vec3f,
+    triangle: u32,
+    b: vec3f,
+    object: u32,
+    c: vec3f,
+    flags: u32,
 }
 
 @group(1) @binding(0) var<storage, read> nodes: array<Node>;
-// The triangles of leaves.
-@group(1) @binding(1) var<storage, read> leaf_triangles: array<u32>;
+@group(1) @binding(1) var<storage, read> leaf_triangles: array<LeafTriangle>;
+
+// Children with this bit are leaves: the place of the first triangle, times 8, and their number.
+const LEAF = 0x80000000u;
+// Flags of a leaf's triangles.
+const HIDES_LIGHTS = 1u;
+const MAY_HAVE_HOLES = 2u;
+// The winding is opposite to the normals.
+const TURNED = 4u;
 
 const MAX_DEPTH = 64u;
 // Faces of an object that is not closed count from behind only at this share of its extent.
@@ -49,10 +68,10 @@ fn edge_volume(p: vec3f, q: vec3f, direction: vec3f) -> f32 {
 }
 
 // Decided by the signed volumes that the ray spans with the edges.
-fn meet_triangle(corners: vec4u, ray: Ray) -> TriangleMet {
-    let a = vertices[corners.x].position - ray.origin;
-    let b = vertices[corners.y].position - ray.origin;
-    let c = vertices[corners.z].position - ray.origin;
+fn meet_triangle(triangle: LeafTriangle, ray: Ray) -> TriangleMet {
+    let a = triangle.a - ray.origin;
+    let b = triangle.b - ray.origin;
+    let c = triangle.c - ray.origin;
     let va = edge_volume(b, c, ray.direction);
     let vb = edge_volume(c, a, ray.direction);
     let vc = edge_volume(a, b, ray.direction);
@@ -65,13 +84,6 @@ fn meet_triangle(corners: vec4u, ray: Ray) -> TriangleMet {
     met.weights = vec2f(vb, vc) / sum;
     met.along = cosine > 0.0;
     return met;
-}
-
-fn is_there(triangle: u32, weights: vec2f) -> bool {
-    if (surfaces[triangles[triangle].w].flags & ALPHA_TESTED) == 0u {
-        return true;
-    }
-    return is_present(triangle, Barycentrics(weights, vec2f(0.0), vec2f(0.0)));
 }
 
 fn safe_inverse(direction: vec3f) -> vec3f {
@@ -96,79 +108,70 @@ struct Meeting {
     distance: f32,
 }
 
-// The nearest triangle along a ray between two distances; with `casts_shadows`, any that does.
-fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, casts_shadows: bool) -> Meeting {
+// The nearest triangle along a ray between two distances; with `hides_lights`, any that does.
+fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> Meeting {
     var best = Meeting(NONE, far);
-    if frame.node_count == 0u {
-        return best;
-    }
     let inverse = safe_inverse(ray.direction);
     var waiting: array<u32, MAX_DEPTH>;
-    var count = 1u;
-    waiting[0] = 0u;
-    while count > 0u {
-        count--;
-        var index = waiting[count];
-        // Down to the nearer child while there is one.
-        loop {
-            let node = nodes[index];
-            if node.count > 0u {
-                for (var place = node.first; place < node.first + node.count; place++) {
-                    let triangle = leaf_triangles[place];
-                    let distance = distance_to(triangle, ray, near, best.distance, own, casts_shadows);
-                    if distance < best.distance {
-                        best = Meeting(triangle, distance);
-                    }
+    var count = 0u;
+    // NONE, too, has a leaf's bit.
+    var current = frame.root;
+    loop {
+        // Down to a leaf.
+        while (current & LEAF) == 0u {
+            let node = nodes[current];
+            let first = meet_box(node.low0, node.high0, ray.origin, inverse);
+            let second = meet_box(node.low1, node.high1, ray.origin, inverse);
+            let meets_first = first.x <= first.y && first.y >= near && first.x < best.distance;
+            let meets_second = second.x <= second.y && second.y >= near && second.x < best.distance;
+            let first_is_nearer = meets_first && (!meets_second || first.x <= second.x);
+            current = select(node.child1, node.child0, first_is_nearer);
+            if meets_first && meets_second {
+                waiting[count] = select(node.child0, node.child1, first_is_nearer);
+                count = min(count + 1u, MAX_DEPTH - 1u);
+            } else if !meets_first && !meets_second {
+                current = NONE;
+                if count > 0u {
+                    count--;
+                    current = waiting[count];
                 }
-                break;
             }
-            let left = nodes[node.first];
-            let right = nodes[node.first + 1u];
-            let of_left = meet_box(left.low, left.high, ray.origin, inverse);
-            let of_right = meet_box(right.low, right.high, ray.origin, inverse);
-            let goes_left = of_left.x <= of_left.y && of_left.y >= near && of_left.x < best.distance;
-            let goes_right = of_right.x <= of_right.y && of_right.y >= near && of_right.x < best.distance;
-            if !goes_left && !goes_right {
-                break;
-            }
-            let first_is_left = goes_left && (!goes_right || of_left.x <= of_right.x);
-            if goes_left && goes_right && count < MAX_DEPTH {
-                waiting[count] = node.first + u32(first_is_left);
-                count++;
-            }
-            index = node.first + u32(!first_is_left);
         }
-        if casts_shadows && best.triangle != NONE {
+        if current == NONE {
             break;
         }
+        let start = (current & ~LEAF) >> 3u;
+        for (var place = start; place < start + (current & 7u); place++) {
+            let triangle = leaf_triangles[place];
+            let distance = distance_to(triangle, ray, near, best.distance, own, hides_lights);
+            if distance < best.distance {
+                best = Meeting(triangle.triangle, distance);
+            }
+        }
+        if count == 0u || hides_lights && best.triangle != NONE {
+            break;
+        }
+        count--;
+        current = waiting[count];
     }
     return best;
 }
 
 // The distance at which a ray meets a triangle that is there for it; FAR if it does not.
-fn distance_to(triangle: u32, ray: Ray, near: f32, far: f32, own: OwnRule, casts_shadows: bool) -> f32 {
-    let corners = triangles[triangle];
-    if casts_shadows && (surfaces[corners.w].flags & CASTS_SHADOWS) == 0u {
-        return FAR;
-    }
-    let met = meet_triangle(corners, ray);
-    if !(met.inside && met.distance >= near && met.distance <= far * 1.001) {
-        return FAR;
-    }
+fn distance_to(triangle: LeafTriangle, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> f32 {
+    let met = meet_triangle(triangle, ray);
     var distance = met.distance;
-    if corners.w == own.object {
-        let sum = vertices[corners.x].normal + vertices[corners.y].normal + vertices[corners.z].normal;
-        let a = vertices[corners.x].position;
-        let face = cross(vertices[corners.y].position - a, vertices[corners.z].position - a);
+    // Not a number: no.
+    var is_met = met.inside && distance >= near && (!hides_lights || (triangle.flags & HIDES_LIGHTS) != 0u);
+    if triangle.object == own.object {
         // Along its outer normal a ray meets a triangle from within.
-        let from_within = met.along != (dot(face, sum) < 0.0);
-        if own.none || from_within == own.outside && distance < own.from_behind {
-            return FAR;
-        }
+        let from_within = met.along != ((triangle.flags & TURNED) != 0u);
+        is_met = is_met && !own.none && (from_within != own.outside || distance >= own.from_behind);
         distance = select(distance * (1.0 - TOUCHING), distance, own.outside);
     }
-    if distance < far && is_there(triangle, met.weights) {
-        return distance;
+    is_met = is_met && distance < far;
+    if HAS_HOLES && is_met && (triangle.flags & MAY_HAVE_HOLES) != 0u {
+        is_met = is_present(triangle.triangle, Barycentrics(met.weights, vec2f(0.0), vec2f(0.0)));
     }
-    return FAR;
+    return select(FAR, distance, is_met);
 }

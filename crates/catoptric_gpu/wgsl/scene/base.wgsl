@@ -23,7 +23,9 @@ struct Texels {
 fn texels_at(point: SurfacePoint) -> Texels {
     var result: Texels;
     // A loop, not one call a texture: compilers copy functions to each place that calls them.
-    for (var index = 0u; index < BINDINGS; index++) {
+    result.values = array<vec4f, BINDINGS>(
+        vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0));
+    for (var index = 0u; index < BINDINGS_USED; index++) {
         result.values[index] = sample_binding(point.object, index, point);
     }
     return result;
@@ -31,7 +33,7 @@ fn texels_at(point: SurfacePoint) -> Texels {
 
 // True if a surface whose alpha is tested is there.
 fn is_present(triangle: u32, at: Barycentrics) -> bool {
-    let point = surface_point(triangle, at, 1u);
+    let point = surface_point(triangle_at(triangle), at, 1u);
     let color = surfaces[point.object].base_color * point.color * sample_binding(point.object, BASE, point);
     return color.w >= surfaces[point.object].alpha_cutoff;
 }

@@ -77,7 +77,7 @@ fn environment_glossy(direction: vec3f, alpha: f32) -> vec3f {
 }
 
 fn background(direction: vec3f) -> vec3f {
-    if (frame.flags & ENVIRONMENT) == 0u {
+    if !HAS_ENVIRONMENT {
         return vec3f(0.0);
     }
     return environment_at(environment_position(direction));

@@ -85,11 +85,24 @@ struct PlaneMet {
     distance: f32,
 }
 
-fn plane_met(triangle: u32, ray: Ray, change: RayDifferential) -> PlaneMet {
-    let corners = triangles[triangle];
-    let a = vertices[corners.x].position;
-    let ab = vertices[corners.y].position - a;
-    let ac = vertices[corners.z].position - a;
+// A triangle with all that its corners have.
+struct Triangle {
+    index: u32,
+    object: u32,
+    a: Vertex,
+    b: Vertex,
+    c: Vertex,
+}
+
+fn triangle_at(index: u32) -> Triangle {
+    let corners = triangles[index];
+    return Triangle(index, corners.w, vertices[corners.x], vertices[corners.y], vertices[corners.z]);
+}
+
+fn plane_met(triangle: Triangle, ray: Ray, change: RayDifferential) -> PlaneMet {
+    let a = triangle.a.position;
+    let ab = triangle.b.position - a;
+    let ac = triangle.c.position - a;
     let face = cross(ab, ac);
     let distance = dot(a - ray.origin, face) / dot(ray.direction, face);
     let relative = ray.origin + ray.direction * distance - a;
@@ -110,11 +123,10 @@ fn largest(vector: vec3f) -> f32 {
     return max(vector.x, max(vector.y, vector.z));
 }
 
-fn surface_point(triangle: u32, at: Barycentrics, samples: u32) -> SurfacePoint {
-    let corners = triangles[triangle];
-    let a = vertices[corners.x];
-    let b = vertices[corners.y];
-    let c = vertices[corners.z];
+fn surface_point(triangle: Triangle, at: Barycentrics, samples: u32) -> SurfacePoint {
+    let a = triangle.a;
+    let b = triangle.b;
+    let c = triangle.c;
     let weights = vec3f(1.0 - at.value.x - at.value.y, at.value.x, at.value.y);
     let ab = b.position - a.position;
     let ac = c.position - a.position;
@@ -124,8 +136,8 @@ fn surface_point(triangle: u32, at: Barycentrics, samples: u32) -> SurfacePoint 
         face = -face;
     }
     var point: SurfacePoint;
-    point.object = corners.w;
-    point.triangle = triangle;
+    point.object = triangle.object;
+    point.triangle = triangle.index;
     point.barycentrics = at.value;
     point.samples = samples;
     point.position = a.position + ab * at.value.x + ac * at.value.y;
@@ -137,9 +149,14 @@ fn surface_point(triangle: u32, at: Barycentrics, samples: u32) -> SurfacePoint 
     point.uvs = uv_a + uv_ab * at.value.x + uv_ac * at.value.y;
     point.uvs_dx = uv_ab * at.dx.x + uv_ac * at.dx.y;
     point.uvs_dy = uv_ab * at.dy.x + uv_ac * at.dy.y;
-    point.color = a.color * weights.x + b.color * weights.y + c.color * weights.z;
-    let along = a.tangent.xyz * weights.x + b.tangent.xyz * weights.y + c.tangent.xyz * weights.z;
-    point.tangent = vec4f(along, a.tangent.w);
+    point.color = vec4f(1.0);
+    if HAS_COLORS {
+        point.color = a.color * weights.x + b.color * weights.y + c.color * weights.z;
+    }
+    if HAS_NORMAL_MAPS {
+        let along = a.tangent.xyz * weights.x + b.tangent.xyz * weights.y + c.tangent.xyz * weights.z;
+        point.tangent = vec4f(along, a.tangent.w);
+    }
     point.coordinate_size = largest(max(abs(a.position), max(abs(b.position), abs(c.position))));
     let change_b = b.normal - a.normal;
     let change_c = c.normal - a.normal;
@@ -152,16 +169,14 @@ fn surface_point(triangle: u32, at: Barycentrics, samples: u32) -> SurfacePoint 
 }
 
 // The point of a triangle and its changes a pixel.
-fn encounter(triangle: u32, at: Barycentrics, samples: u32) -> SurfaceInteraction {
+fn encounter(triangle: Triangle, at: Barycentrics, samples: u32) -> SurfaceInteraction {
     var result: SurfaceInteraction;
     result.point = surface_point(triangle, at, samples);
-    let corners = triangles[triangle];
-    let a = vertices[corners.x].position;
-    let ab = vertices[corners.y].position - a;
-    let ac = vertices[corners.z].position - a;
-    let na = vertices[corners.x].normal;
-    let nab = vertices[corners.y].normal - na;
-    let nac = vertices[corners.z].normal - na;
+    let ab = triangle.b.position - triangle.a.position;
+    let ac = triangle.c.position - triangle.a.position;
+    let na = triangle.a.normal;
+    let nab = triangle.b.normal - na;
+    let nac = triangle.c.normal - na;
     let inverse = 1.0 / max(length(na + nab * at.value.x + nac * at.value.y), 1e-6);
     let dx = (nab * at.dx.x + nac * at.dx.y) * inverse;
     let dy = (nab * at.dy.x + nac * at.dy.y) * inverse;
@@ -231,13 +246,13 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
 }
 
 // What a ray meets at a triangle: on an exact surface the place itself.
-fn drawn_encounter(triangle: u32, ray: Ray, change: RayDifferential, samples: u32) -> SurfaceInteraction {
+fn drawn_encounter(index: u32, ray: Ray, change: RayDifferential, samples: u32) -> SurfaceInteraction {
+    let triangle = triangle_at(index);
     let met = plane_met(triangle, ray, change);
-    let object = triangles[triangle].w;
-    if (surfaces[object].flags & QUADRIC) != 0u {
-        let distance = refine(object, ray, met.distance);
+    if HAS_QUADRICS && (surfaces[triangle.object].flags & QUADRIC) != 0u {
+        let distance = refine(triangle.object, ray, met.distance);
         if distance >= 0.0 {
-            return exact_encounter(object, ray, distance, change);
+            return exact_encounter(triangle.object, ray, distance, change);
         }
     }
     return encounter(triangle, met.at, samples);

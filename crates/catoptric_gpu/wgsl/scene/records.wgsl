@@ -16,20 +16,31 @@ const MICROFACETS = 8u;
 const RAMP = 16u;
 const ATTENUATION = 32u;
 const OWN_COLOR = 64u;
-const CASTS_SHADOWS = 128u;
-const ALPHA_TESTED = 256u;
-const TEXTURED = 512u;
-const CONVEX = 1024u;
-const CLOSED = 2048u;
-const QUADRIC = 4096u;
-const OWN_LIGHT = 8192u;
-const BLEND = 16384u;
+const ALPHA_TESTED = 128u;
+const CONVEX = 256u;
+const CLOSED = 512u;
+const QUADRIC = 1024u;
+const OWN_LIGHT = 2048u;
+const BLEND = 4096u;
 
 // Flags of the frame.
-const HEADLIGHT = 1u;
-const ENVIRONMENT = 2u;
-const SHADOWS = 4u;
-const PERSPECTIVE = 8u;
+const PERSPECTIVE = 1u;
+
+// What a scene has: code for the rest is left out of its pipelines.
+override HAS_ENVIRONMENT: bool = true;
+override HAS_LIGHTS: bool = true;
+override HAS_SHADOWS: bool = true;
+override HAS_MICROFACETS: bool = true;
+override HAS_NORMAL_MAPS: bool = true;
+override HAS_HIGHLIGHTS: bool = true;
+override HAS_COATS: bool = true;
+override HAS_LENSES: bool = true;
+override HAS_ATTENUATION: bool = true;
+override HAS_QUADRICS: bool = true;
+override HAS_HOLES: bool = true;
+override HAS_COLORS: bool = true;
+// The first textures of surfaces that any of them has.
+override BINDINGS_USED: u32 = 6u;
 
 // Bindings of a surface's textures.
 const BASE = 0u;
@@ -71,7 +82,8 @@ struct Frame {
     samples: u32,
     order: u32,
     light_count: u32,
-    node_count: u32,
+    // Of the hierarchy: a node, a leaf, or NONE.
+    root: u32,
     first_row: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
     maps: array<vec4u, ENVIRONMENT_MAPS>,

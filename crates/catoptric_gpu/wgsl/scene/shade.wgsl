@@ -61,7 +61,7 @@ fn shadow_start(point: SurfacePoint, side: f32) -> vec3f {
 
 // True if a light is not hidden from a place.
 fn is_lit_by(light: u32, start: vec3f) -> bool {
-    if (frame.flags & SHADOWS) == 0u {
+    if !HAS_SHADOWS {
         return true;
     }
     var towards = vec3f(0.0);
@@ -123,7 +123,7 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
     result.smooth_normal = point.normal * side;
     result.normal = result.smooth_normal;
     var variance = smooth_variance;
-    if surfaces[object].bindings[NORMALS].texture != NONE {
+    if HAS_NORMAL_MAPS && surfaces[object].bindings[NORMALS].texture != NONE {
         let mean = texels.values[NORMALS].xyz * 2.0 - 1.0;
         let scale = surfaces[object].normal_scale;
         variance += variance_of_mean(length(mean)) * (scale * scale);
@@ -134,7 +134,7 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
     var roughness = 1.0;
     var specular = vec3f(0.0);
     var coat_roughness = LEAST_ROUGHNESS;
-    if (surfaces[object].flags & MICROFACETS) != 0u {
+    if HAS_MICROFACETS && (surfaces[object].flags & MICROFACETS) != 0u {
         metallic = surfaces[object].metallic * texels.values[FACETS].z;
         roughness = max(surfaces[object].roughness * texels.values[FACETS].y, LEAST_ROUGHNESS);
         specular = surfaces[object].specular;
@@ -169,10 +169,13 @@ fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array
     let share = grazing_share(0.5 * sqrt(max(dot(half_vector, half_vector), 1e-12)));
     let irradiance = max(dot(at.normal, towards), 0.0) * strength;
     let scattered = irradiance * FRAC_1_PI * (1.0 - at.at_normal - (at.grazing - at.at_normal) * share);
-    let reflected = strength * highlight(at.alpha, at.normal, towards, viewer);
+    var reflected = 0.0;
+    if HAS_MICROFACETS {
+        reflected = strength * highlight(at.alpha, at.normal, towards, viewer);
+    }
     let fresnel = at.reflectance + (at.at_grazing - at.reflectance) * share;
     var coat = 0.0;
-    if at.coat_share > 0.0 {
+    if HAS_MICROFACETS && at.coat_share > 0.0 {
         coat = strength * highlight(at.coat_alpha, at.smooth_normal, towards, viewer);
     }
     return array<vec3f, 2>(at.albedo * scattered + fresnel * reflected, vec3f(coat));
@@ -184,7 +187,7 @@ fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
     var normals = array<vec3f, 2>(at.normal, at.smooth_normal);
     var shares = vec2f(0.0);
     var reflected = array<vec3f, 2>(vec3f(0.0), vec3f(0.0));
-    for (var layer = 0u; layer < select(1u, 2u, at.coat_share > 0.0); layer++) {
+    for (var layer = 0u; HAS_MICROFACETS && layer < select(1u, 2u, at.coat_share > 0.0); layer++) {
         let normal = normals[layer];
         let n_v = dot(normal, viewer);
         let surroundings = reflected_surroundings(sqrt(alphas[layer]), max(n_v, LEAST_COSINE));
@@ -226,17 +229,17 @@ fn point_light(
     let at = lit_point(base, point, texels, side);
     let roughness = surfaces[object].highlight_roughness;
     let is_blind = side > 0.0 && (flags & INSIDE) != 0u;
-    let is_mirror = roughness >= 0.0 && !is_blind;
+    let is_mirror = HAS_HIGHLIGHTS && roughness >= 0.0 && !is_blind;
     let least = max(roughness, LEAST_ROUGHNESS);
     let mirror_alpha = widened_alpha(least * least, variance_over_pixel(point.normal_change2));
     var sum = vec3f(0.0);
     var coat_sum = vec3f(0.0);
     var highlights = vec3f(0.0);
     var start = vec3f(0.0);
-    if (frame.flags & SHADOWS) != 0u {
+    if HAS_SHADOWS {
         start = shadow_start(point, side);
     }
-    for (var light = 0u; light < frame.light_count; light++) {
+    for (var light = 0u; HAS_LIGHTS && light < frame.light_count; light++) {
         let arrives = arriving(light, point.position);
         let intensity = frame.lights[light].intensity;
         let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
@@ -261,17 +264,18 @@ fn point_light(
         coat_sum += intensity * given[1];
         highlights += select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
     }
-    if is_lit && (frame.flags & ENVIRONMENT) != 0u {
+    if HAS_ENVIRONMENT && is_lit {
         let given = of_environment(at, viewer);
         sum += given[0];
         coat_sum += given[1];
     }
-    if at.coat_share > 0.0 {
+    if HAS_MICROFACETS && at.coat_share > 0.0 {
         let share = grazing_share(max(dot(at.smooth_normal, viewer), 0.0));
         let fresnel = at.coat_share * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * share);
         sum = sum * (1.0 - fresnel) + coat_sum * fresnel;
     }
-    if (frame.flags & HEADLIGHT) != 0u {
+    // Without any light one travels with the path.
+    if !HAS_LIGHTS && !HAS_ENVIRONMENT {
         sum = base * max(dot(at.normal, viewer), 0.0);
     }
     result.own = finite(sum + surfaces[object].emissive * texels.values[EMISSIVE].xyz);

@@ -1,0 +1,65 @@
+//! What a scene has: the rest is left out of the code that draws it.
+
+use crate::layout::{NONE, Surface, surface_flags as flags};
+use catoptric::scene::Scene;
+
+/// The number of yes-or-no features.
+const COUNT: usize = 12;
+
+/// The shaders' names of the features.
+const NAMES: [&str; COUNT] = [
+    "HAS_ENVIRONMENT",
+    "HAS_LIGHTS",
+    "HAS_SHADOWS",
+    "HAS_MICROFACETS",
+    "HAS_NORMAL_MAPS",
+    "HAS_HIGHLIGHTS",
+    "HAS_COATS",
+    "HAS_LENSES",
+    "HAS_ATTENUATION",
+    "HAS_QUADRICS",
+    "HAS_HOLES",
+    "HAS_COLORS",
+];
+
+/// What a scene has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct SceneFeatures {
+    has: [bool; COUNT],
+    /// The first textures of surfaces that any of them has.
+    bindings_used: u32,
+}
+
+impl SceneFeatures {
+    /// The features of a scene with these records of its objects.
+    pub fn of(scene: &Scene, surfaces: &[Surface]) -> Self {
+        let any = |flag: u32| surfaces.iter().any(|surface| surface.flags & flag != 0);
+        let role = |role: u32| surfaces.iter().any(|surface| surface.role == role);
+        let uses = |place: usize| surfaces.iter().any(|surface| surface.bindings[place].texture != NONE);
+        let places = 0..crate::layout::BINDINGS;
+        Self {
+            has: [
+                scene.environment.is_some(),
+                !scene.lights.is_empty(),
+                scene.light_visibility.is_some(),
+                any(flags::MICROFACETS),
+                uses(crate::layout::BindingPlace::Normals as usize),
+                surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),
+                role(3),
+                role(2),
+                any(flags::ATTENUATION),
+                any(flags::QUADRIC),
+                any(flags::ALPHA_TESTED),
+                !scene.colors.is_empty(),
+            ],
+            bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
+        }
+    }
+
+    /// The values of the shaders' constants, by their names.
+    pub fn constants(&self) -> Vec<(&'static str, f64)> {
+        let number = |has: bool| if has { 1.0 } else { 0.0 };
+        let features = NAMES.iter().zip(self.has).map(|(name, has)| (*name, number(has)));
+        features.chain([("BINDINGS_USED", f64::from(self.bindings_used))]).collect()
+    }
+}
