@@ -69,8 +69,21 @@ impl Context {
         self.adapter.as_ref()
     }
 
+    /// The device.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// Its queue.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
     /// An error if the device has reported a failure since the last call.
-    pub(crate) fn check(&self) -> Result<(), GpuError> {
+    ///
+    /// # Errors
+    /// [`GpuError::Device`].
+    pub fn check(&self) -> Result<(), GpuError> {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
         match failure {
             Some(problem) => Err(GpuError::Device { problem }),

@@ -8,6 +8,8 @@ use bytemuck::{Pod, Zeroable};
 pub const NONE: u32 = u32::MAX;
 /// The most lights of a scene.
 pub const MAX_LIGHTS: usize = 128;
+/// Texels of a row of the picture that holds those of all textures.
+pub const TEXEL_ROW: usize = 8192;
 /// The most mip levels of a texture: those of a side of 32,768 texels.
 pub const MAX_LEVELS: usize = 16;
 /// The environment's maps: of irradiance, then of highlights.

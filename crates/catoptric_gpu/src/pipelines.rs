@@ -62,7 +62,7 @@ impl Pipelines {
                 storage(2, true),
                 storage(3, true),
                 storage(4, true),
-                storage(5, true),
+                texture(5, TextureSampleType::Uint, false),
                 numbers(6),
                 numbers(7),
                 numbers(8),

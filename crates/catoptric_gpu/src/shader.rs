@@ -21,11 +21,12 @@ sources!(
     "scene/records.wgsl",
     "scene/shade.wgsl",
     "scene/texture.wgsl",
+    "twins.wgsl",
     "visibility.wgsl",
 );
 
 /// The shaders that pipelines are made of.
-pub const SHADERS: &[&str] = &["frame.wgsl", "visibility.wgsl"];
+pub const SHADERS: &[&str] = &["frame.wgsl", "twins.wgsl", "visibility.wgsl"];
 
 /// The source of a shader with all that it includes.
 ///

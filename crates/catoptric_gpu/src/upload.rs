@@ -2,7 +2,7 @@
 
 use crate::context::Context;
 use crate::error::GpuError;
-use crate::layout::{ENVIRONMENT_MAPS, LightRecord};
+use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
 use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_records};
 use bytemuck::Pod;
 use catoptric::scene::Scene;
@@ -47,16 +47,21 @@ impl DeviceScene {
             upload.table("the scene's triangles", &tables.triangles)?,
             upload.table("the scene's objects", &tables.surfaces)?,
             upload.table("the scene's textures", &tables.textures.records)?,
-            upload.table("the texels of all textures", &tables.textures.texels)?,
         ];
+        let texels = in_rows(tables.textures.texels);
+        let numbers = TextureFormat::Rgba32Float;
+        let cells = [CELLS as u32 + 1; 2];
+        let row = texels.len().min(TEXEL_ROW);
+        let size = [row as u32, (texels.len() / row) as u32];
         let pictures = [
-            upload.picture("the environment", environment.size, &environment.picture)?,
-            upload.picture("the environment's maps", environment.maps_size, &environment.maps)?,
-            upload.picture("the reflectance table", [CELLS as u32 + 1; 2], &reflectances())?,
+            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size, &texels)?,
+            upload.picture("the environment", numbers, environment.size, &environment.picture)?,
+            upload.picture("the environment's maps", numbers, environment.maps_size, &environment.maps)?,
+            upload.picture("the reflectance table", numbers, cells, &reflectances())?,
         ];
         let mut resources = vec![(0, frame.as_entire_binding())];
         resources.extend((1..).zip(buffers.iter().map(Buffer::as_entire_binding)));
-        resources.extend((6..).zip(pictures.iter().map(BindingResource::TextureView)));
+        resources.extend((5..).zip(pictures.iter().map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
         let [nodes, leaves, order] = [
             upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
@@ -93,6 +98,14 @@ pub(crate) fn group<'a>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
+/// Texels filled up to whole rows of [`TEXEL_ROW`], if they are more than one row; at least one.
+fn in_rows(mut texels: Vec<[u16; 4]>) -> Vec<[u16; 4]> {
+    let count = texels.len();
+    let filled = if count > TEXEL_ROW { count.next_multiple_of(TEXEL_ROW) } else { count.max(1) };
+    texels.resize(filled, [0; 4]);
+    texels
+}
+
 fn reflectances() -> Vec<[f32; 4]> {
     ReflectanceTable::get().rows().iter().flatten().map(|cell| cell.to_array()).collect()
 }
@@ -118,8 +131,14 @@ impl Upload<'_> {
         Ok(self.context.device.create_buffer_init(&descriptor))
     }
 
-    /// A picture of single-precision numbers.
-    fn picture(&mut self, what: &str, size: [u32; 2], texels: &[[f32; 4]]) -> Result<wgpu::TextureView, GpuError> {
+    /// A picture of a format.
+    fn picture<T: Pod>(
+        &mut self,
+        what: &str,
+        format: TextureFormat,
+        size: [u32; 2],
+        texels: &[T],
+    ) -> Result<wgpu::TextureView, GpuError> {
         let Context { device, queue, .. } = self.context;
         let allowed = device.limits().max_texture_dimension_2d;
         if size.iter().any(|side| *side > allowed) {
@@ -137,7 +156,7 @@ impl Upload<'_> {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: TextureFormat::Rgba32Float,
+            format,
             usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
             view_formats: &[],
         };

@@ -2,7 +2,7 @@
 
 use catoptric_gpu::layout::{
     Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface,
-    TextureRecord, Vertex, frame_flags, surface_flags, triangle_flags,
+    TEXEL_ROW, TextureRecord, Vertex, frame_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -101,6 +101,8 @@ fn records_are_laid_out_as_shaders_read_them() {
 #[test]
 fn limits_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
+    assert_eq!(TEXEL_ROW, 1 << 13);
+    assert!(source.contains("const TEXEL_ROW_LOG2 = 13u;"));
     for (name, value) in [("MAX_ORDER", MAX_ORDER as usize), ("MAX_LIGHTS", MAX_LIGHTS), ("MAX_DEPTH", MAX_DEPTH)] {
         assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
     }

@@ -52,6 +52,8 @@ const COAT = 5u;
 const BINDINGS = 6u;
 
 const MAX_LEVELS = 16u;
+// 2 to the power of this texels are in a row.
+const TEXEL_ROW_LOG2 = 13u;
 const MAX_LIGHTS = 128u;
 const ENVIRONMENT_MAPS = 8u;
 
@@ -189,5 +191,5 @@ struct TextureRecord {
 @group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
 @group(0) @binding(3) var<storage, read> surfaces: array<Surface>;
 @group(0) @binding(4) var<storage, read> textures: array<TextureRecord>;
-// Of all textures: four numbers of 16 bits each.
-@group(0) @binding(5) var<storage, read> texels: array<vec2u>;
+// Of all textures, in rows of TEXEL_ROW: 65535 for 1.
+@group(0) @binding(5) var texels: texture_2d<u32>;

@@ -69,8 +69,8 @@ fn folded(coordinate: f32, wrap: f32) -> f32 {
 }
 
 fn texel(index: u32) -> vec4f {
-    let bits = texels[index];
-    return vec4f(unpack2x16unorm(bits.x), unpack2x16unorm(bits.y));
+    let place = vec2u(index & ((1u << TEXEL_ROW_LOG2) - 1u), index >> TEXEL_ROW_LOG2);
+    return vec4f(textureLoad(texels, place, 0)) * (1.0 / 65535.0);
 }
 
 // The blend of four texels of a level; each row is followed by its last texel's right neighbour.

@@ -28,10 +28,19 @@ fn trials() -> Vec<Trial> {
 #[cfg(feature = "wgpu")]
 fn trials() -> Vec<Trial> {
     match catoptric_gpu::Context::new(None) {
-        Ok(context) => pictures::trials(&context),
+        Ok(context) => {
+            let mut trials = pictures::trials(&context);
+            trials.extend([motion::trial(&context), twins::trial(&context)]);
+            trials
+        }
         Err(error) => ignored(&error.to_string()),
     }
 }
+
+#[cfg(feature = "wgpu")]
+mod motion;
+#[cfg(feature = "wgpu")]
+mod twins;
 
 #[cfg(feature = "wgpu")]
 mod pictures {

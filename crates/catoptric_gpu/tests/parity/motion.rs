@@ -1,0 +1,70 @@
+//! Everything moves: many frames without a failure of the device.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::light::visibility::cast_shadows;
+use catoptric::methods::Quality;
+use catoptric::progress::Silent;
+use catoptric::scene::Camera;
+use catoptric::scene::model::{LocalTransform, Model};
+use catoptric_gpu::Context;
+use catoptric_scenes::builtin;
+use glam::{Mat4, Vec3};
+use libtest_mimic::{Failed, Trial};
+use std::sync::Arc;
+
+const FRAMES: u32 = 200;
+const SIZE: [u32; 2] = [48, 32];
+
+pub(crate) fn trial(context: &Arc<Context>) -> Trial {
+    let context = context.clone();
+    Trial::test(format!("{FRAMES} frames with everything moving"), move || draw(&context))
+}
+
+fn draw(context: &Arc<Context>) -> Result<(), Failed> {
+    // A room with textures, a headlight and an exact mirror, and one with lights, shadows and highlights.
+    let rooms = ["two_spheres?tess=16", "highlights?tess=16"].map(builtin::parse);
+    let mut rooms: Vec<Model> = rooms.into_iter().collect::<Result<_, _>>()?;
+    let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
+    let mut prepared = None;
+    for frame in 0..FRAMES {
+        let room = (frame / 50 % 2) as usize;
+        for (index, node) in rooms[room].nodes.iter_mut().enumerate() {
+            let step = Vec3::new((index as f32).sin(), 0.0, (index as f32).cos()) * 0.002;
+            node.local = moved(&node.local, step);
+        }
+        let mut scene = rooms[room].pose(&Default::default())?;
+        cast_shadows(&mut scene);
+        let scene = Arc::new(scene);
+        let quality = Quality { samples: [1, 4][(frame / 25 % 2) as usize], order: 1 + frame % 3 };
+        let prepared = match &mut prepared {
+            None => prepared.insert(method.prepare(&scene, quality, None, &Silent)?),
+            Some(prepared) => {
+                prepared.update(&scene, quality, &Silent)?;
+                prepared
+            }
+        };
+        let angle = frame as f32 * 0.03;
+        let center = scene.bounds.center();
+        let eye = center + Vec3::new(angle.cos(), 0.3, angle.sin()) * (0.3 * scene.bounds.diagonal());
+        let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 50.0), SIZE[0], SIZE[1]);
+        let mut picture = Framebuffer::new(SIZE[0], SIZE[1]);
+        prepared.frame(&view, &Silent)?.draw(&mut picture, &Silent)?;
+        if !picture.pixels.iter().flatten().all(|value| value.is_finite()) {
+            return Err(format!("frame {frame} has pixels that are no numbers").into());
+        }
+    }
+    context.check()?;
+    Ok(())
+}
+
+fn moved(local: &LocalTransform, step: Vec3) -> LocalTransform {
+    match *local {
+        LocalTransform::Matrix(matrix) => LocalTransform::Matrix(Mat4::from_translation(step) * matrix),
+        LocalTransform::Parts { translation, rotation, scale } => {
+            LocalTransform::Parts { translation: translation + step, rotation, scale }
+        }
+        LocalTransform::Rigid { translation, rotation } => {
+            LocalTransform::Rigid { translation: translation + step.as_dvec3(), rotation }
+        }
+    }
+}
