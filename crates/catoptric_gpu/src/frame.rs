@@ -175,9 +175,9 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         samples: quality.samples,
         order: quality.order,
         light_count: resident.lights.len() as u32,
-        root: resident.root,
+        root: resident.boxes.root,
         first_row: 0,
-        maps: resident.maps,
+        maps: resident.pictures.maps,
         lights,
     }
 }

@@ -39,14 +39,9 @@ struct Lone {
 impl Hierarchy {
     /// The hierarchy over all triangles that have corners in different places; without any it has no nodes.
     pub fn new(scene: &Scene) -> Self {
-        let corners = |triangle: u32| scene.triangles[triangle as usize].map(|v| scene.positions[v as usize]);
-        let is_there = |triangle: &u32| {
-            let [a, b, c] = corners(*triangle);
-            let normal = (b - a).cross(c - a);
-            normal.is_finite() && normal != Vec3::ZERO
-        };
-        let triangles: Vec<u32> = (0..scene.triangles.len() as u32).filter(is_there).collect();
-        let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(*triangle))).collect();
+        let triangles: Vec<u32> =
+            (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).collect();
+        let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(scene, *triangle))).collect();
         if boxes.is_empty() {
             return Self { root: NONE, nodes: Vec::new(), triangles: Vec::new() };
         }
@@ -76,6 +71,57 @@ impl Hierarchy {
         let (root, nodes) = joined(&nodes);
         Self { root, nodes, triangles: order.iter().map(of_place).collect() }
     }
+
+    /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
+    /// Where much has moved, rays take longer than through a new hierarchy.
+    pub fn refitted(&self, scene: &Scene) -> Option<Self> {
+        let known = self.triangles.iter().map(|leaf| leaf.triangle);
+        let count = (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).count();
+        let is_same = |triangle: u32| (triangle as usize) < scene.triangles.len() && has_extent(scene, triangle);
+        if count != self.triangles.len() || !known.clone().all(is_same) {
+            return None;
+        }
+        let triangles: Vec<LeafTriangle> = known.map(|triangle| leaf_triangle(scene, triangle)).collect();
+        let mut nodes = self.nodes.clone();
+        for index in (0..nodes.len()).rev() {
+            let mut node = nodes[index];
+            let [first, second] = [node.child0, node.child1].map(|child| bounds_of(child, &nodes, &triangles));
+            (node.low0, node.high0) = (first.min.to_array(), first.max.to_array());
+            (node.low1, node.high1) = (second.min.to_array(), second.max.to_array());
+            nodes[index] = node;
+        }
+        Some(Self { root: self.root, nodes, triangles })
+    }
+}
+
+/// The box of a child of a node.
+fn bounds_of(child: u32, nodes: &[Node], triangles: &[LeafTriangle]) -> BvhBox {
+    let mut bounds = BvhBox::empty();
+    if child & LEAF == 0 {
+        let Node { low0, high0, low1, high1, .. } = nodes[child as usize];
+        for corner in [low0, high0, low1, high1] {
+            bounds.extend(corner.into());
+        }
+        return bounds;
+    }
+    let (start, count) = (((child & !LEAF) >> 3) as usize, (child & 7) as usize);
+    for LeafTriangle { a, b, c, .. } in &triangles[start..start + count] {
+        for corner in [a, b, c] {
+            bounds.extend((*corner).into());
+        }
+    }
+    bounds
+}
+
+fn corners(scene: &Scene, triangle: u32) -> [Vec3; 3] {
+    scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize])
+}
+
+/// True if a triangle's corners lie in different places, not on a line.
+fn has_extent(scene: &Scene, triangle: u32) -> bool {
+    let [a, b, c] = corners(scene, triangle);
+    let normal = (b - a).cross(c - a);
+    normal.is_finite() && normal != Vec3::ZERO
 }
 
 /// The number of nodes from the root to the farthest leaf.
@@ -217,5 +263,20 @@ mod tests {
         let (nodes, _) = halved(&corners[..1]);
         assert_eq!(joined(&nodes), (LEAF | 1, Vec::new()));
         assert_eq!(Hierarchy::new(&Scene::default()).root, NONE);
+    }
+
+    #[test]
+    fn triangles_that_moved_lie_within_refitted_nodes() {
+        let mut scene = builtin::parse("sphere_room?tess=16").unwrap().pose(&Default::default()).unwrap();
+        let hierarchy = Hierarchy::new(&scene);
+        for (index, position) in scene.positions.iter_mut().enumerate() {
+            *position += Vec3::new((index as f32).sin(), 0.3, (index as f32 * 0.7).cos()) * 0.2;
+        }
+        let refitted = hierarchy.refitted(&scene).expect("no triangle has become flat");
+        let triangles: Vec<u32> = refitted.triangles.iter().map(|triangle| triangle.triangle).collect();
+        check(&scene, refitted.root, &refitted.nodes, &triangles);
+        let [a, b, _] = scene.triangles[0];
+        scene.positions[a as usize] = scene.positions[b as usize];
+        assert!(hierarchy.refitted(&scene).is_none());
     }
 }

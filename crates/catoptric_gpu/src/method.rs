@@ -74,7 +74,7 @@ impl Method for DeviceMethod {
                 problem: "on the GPU it uses no baked files".into(),
             });
         }
-        Ok(Box::new(PreparedScene::new(&self.context, self.info, scene, quality, progress)?))
+        Ok(Box::new(PreparedScene::new(&self.context, self.info, scene, quality, None, progress)?))
     }
 }
 
@@ -110,12 +110,14 @@ impl PreparedScene {
         info: &'static MethodInfo,
         scene: &Arc<Scene>,
         quality: Quality,
+        old: Option<&Self>,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
         check_quality(info, quality)?;
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
         let start = Instant::now();
-        let resident = DeviceScene::new(context, scene).map_err(|error| failed(info, &error))?;
+        let resident =
+            DeviceScene::new(context, scene, old.map(|old| &old.resident)).map_err(|error| failed(info, &error))?;
         let mut report = Report::default();
         report.stages_ms.push(("upload", milliseconds(start)));
         report.bytes.insert("gpu", resident.byte_count);
@@ -133,7 +135,7 @@ impl Prepared for PreparedScene {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        *self = Self::new(&self.context, self.info, scene, quality, progress)?;
+        *self = Self::new(&self.context, self.info, scene, quality, Some(self), progress)?;
         Ok(())
     }
 

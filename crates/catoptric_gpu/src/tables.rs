@@ -1,4 +1,6 @@
 //! A scene as flat tables for shaders.
+//!
+//! What moves is in [`SceneTables`]; textures and the environment, which do not, have tables of their own.
 
 mod features;
 mod light;
@@ -15,7 +17,7 @@ use crate::hierarchy::Hierarchy;
 use crate::layout::{Surface, Vertex};
 use catoptric::scene::Scene;
 
-/// What shaders read of a scene, beside lights and environment.
+/// What shaders read of a scene, beside lights, textures and environment.
 #[derive(Clone, Debug)]
 pub struct SceneTables {
     /// All vertices.
@@ -24,8 +26,6 @@ pub struct SceneTables {
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
-    /// Textures and their texels.
-    pub textures: TextureTables,
     /// Over all triangles.
     pub hierarchy: Hierarchy,
     /// The triangles in the order in which they are drawn: those without holes first.
@@ -35,11 +35,11 @@ pub struct SceneTables {
 }
 
 impl SceneTables {
-    /// The tables of a scene.
+    /// The tables of a scene, by the hierarchy of another moment of it if that is given.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for what shaders do not draw, [`GpuError::Limit`] for textures that are too large.
-    pub fn new(scene: &Scene) -> Result<Self, GpuError> {
+    /// [`GpuError::Unsupported`] for what shaders do not draw.
+    pub fn new(scene: &Scene, old: Option<&Hierarchy>) -> Result<Self, GpuError> {
         if let Some(what) = unsupported(scene) {
             return Err(GpuError::Unsupported { what });
         }
@@ -53,8 +53,7 @@ impl SceneTables {
             vertices: vertices(scene),
             triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
             surfaces: surface_records(scene),
-            textures: texture_tables(scene)?,
-            hierarchy: Hierarchy::new(scene),
+            hierarchy: old.and_then(|old| old.refitted(scene)).unwrap_or_else(|| Hierarchy::new(scene)),
             draw_order,
             solid_count,
         })

@@ -2,11 +2,13 @@
 
 use crate::context::Context;
 use crate::error::GpuError;
+use crate::hierarchy::Hierarchy;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
-use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_records};
+use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
 use bytemuck::Pod;
-use catoptric::scene::Scene;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
+use catoptric::scene::{Environment, Scene, Texture};
+use std::sync::Arc;
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
 
@@ -20,22 +22,39 @@ pub(crate) struct DeviceScene {
     pub(crate) frame: Buffer,
     pub(crate) solid_count: u32,
     pub(crate) triangle_count: u32,
-    /// Of the hierarchy.
-    pub(crate) root: u32,
-    pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
     pub(crate) lights: Vec<LightRecord>,
     pub(crate) features: SceneFeatures,
-    /// Memory that it takes.
+    pub(crate) pictures: Arc<DevicePictures>,
+    /// On the processor, to be refitted.
+    pub(crate) boxes: Hierarchy,
+    /// Memory that it takes on the device.
     pub(crate) byte_count: u64,
 }
 
+/// A scene's textures and environment on a device.
+#[derive(Debug)]
+pub(crate) struct DevicePictures {
+    textures: Vec<Arc<Texture>>,
+    environment: Option<Arc<Environment>>,
+    records: Buffer,
+    views: [wgpu::TextureView; 4],
+    /// Of the environment's maps.
+    pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
+    byte_count: u64,
+}
+
 impl DeviceScene {
-    pub(crate) fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
-        let tables = SceneTables::new(scene)?;
+    /// The tables of a scene. Of those of another moment of it, if these are given, what holds is kept.
+    pub(crate) fn new(context: &Context, scene: &Scene, old: Option<&Self>) -> Result<Self, GpuError> {
+        let tables = SceneTables::new(scene, old.map(|old| &old.boxes))?;
         let lights = light_records(scene)?;
-        let environment = environment_texels(scene.environment.as_deref());
+        let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.are_of(scene));
+        let pictures = match kept {
+            Some(pictures) => pictures.clone(),
+            None => Arc::new(DevicePictures::new(context, scene)?),
+        };
         let device = &context.device;
-        let mut upload = Upload { context, byte_count: 0 };
+        let mut upload = Upload { context, byte_count: pictures.byte_count };
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
             size: size_of::<crate::layout::Frame>() as u64,
@@ -46,22 +65,11 @@ impl DeviceScene {
             upload.table("the scene's vertices", &tables.vertices)?,
             upload.table("the scene's triangles", &tables.triangles)?,
             upload.table("the scene's objects", &tables.surfaces)?,
-            upload.table("the scene's textures", &tables.textures.records)?,
-        ];
-        let texels = in_rows(tables.textures.texels);
-        let numbers = TextureFormat::Rgba32Float;
-        let cells = [CELLS as u32 + 1; 2];
-        let row = texels.len().min(TEXEL_ROW);
-        let size = [row as u32, (texels.len() / row) as u32];
-        let pictures = [
-            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size, &texels)?,
-            upload.picture("the environment", numbers, environment.size, &environment.picture)?,
-            upload.picture("the environment's maps", numbers, environment.maps_size, &environment.maps)?,
-            upload.picture("the reflectance table", numbers, cells, &reflectances())?,
         ];
         let mut resources = vec![(0, frame.as_entire_binding())];
         resources.extend((1..).zip(buffers.iter().map(Buffer::as_entire_binding)));
-        resources.extend((5..).zip(pictures.iter().map(BindingResource::TextureView)));
+        resources.push((4, pictures.records.as_entire_binding()));
+        resources.extend((5..).zip(pictures.views.iter().map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
         let [nodes, leaves, order] = [
             upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
@@ -78,12 +86,47 @@ impl DeviceScene {
             frame,
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
-            root: tables.hierarchy.root,
-            maps: environment.places,
             lights,
             features: SceneFeatures::of(scene, &tables.surfaces),
+            pictures,
+            boxes: tables.hierarchy,
             byte_count,
         })
+    }
+}
+
+impl DevicePictures {
+    fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
+        let environment = environment_texels(scene.environment.as_deref());
+        let textures = texture_tables(scene)?;
+        let texels = in_rows(textures.texels);
+        let numbers = TextureFormat::Rgba32Float;
+        let cells = [CELLS as u32 + 1; 2];
+        let row = texels.len().min(TEXEL_ROW);
+        let size = [row as u32, (texels.len() / row) as u32];
+        let mut upload = Upload { context, byte_count: 0 };
+        let views = [
+            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size, &texels)?,
+            upload.picture("the environment", numbers, environment.size, &environment.picture)?,
+            upload.picture("the environment's maps", numbers, environment.maps_size, &environment.maps)?,
+            upload.picture("the reflectance table", numbers, cells, &reflectances())?,
+        ];
+        let records = upload.table("the scene's textures", &textures.records)?;
+        let (textures, environment_of) = (scene.textures.clone(), scene.environment.clone());
+        let byte_count = upload.byte_count;
+        Ok(Self { textures, environment: environment_of, records, views, maps: environment.places, byte_count })
+    }
+
+    /// True if they are a scene's.
+    fn are_of(&self, scene: &Scene) -> bool {
+        let is_same = |(a, b): (&Arc<Texture>, &Arc<Texture>)| Arc::ptr_eq(a, b);
+        let of_textures =
+            self.textures.len() == scene.textures.len() && self.textures.iter().zip(&scene.textures).all(is_same);
+        let of_environment = match (&self.environment, &scene.environment) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        of_textures && of_environment
     }
 }
 

@@ -21,13 +21,13 @@ pub(crate) fn trial(context: &Arc<Context>) -> Trial {
 }
 
 fn draw(context: &Arc<Context>) -> Result<(), Failed> {
-    // A room with textures, a headlight and an exact mirror, and one with lights, shadows and highlights.
-    let rooms = ["two_spheres?tess=16", "highlights?tess=16"].map(builtin::parse);
+    // A room with flat mirrors and the headlight, and one with lights, shadows, highlights and exact mirrors.
+    let rooms = ["planar_mirror", "highlights"].map(builtin::parse);
     let mut rooms: Vec<Model> = rooms.into_iter().collect::<Result<_, _>>()?;
     let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
     let mut prepared = None;
     for frame in 0..FRAMES {
-        let room = (frame / 50 % 2) as usize;
+        let room = usize::from(frame % 100 >= 75);
         for (index, node) in rooms[room].nodes.iter_mut().enumerate() {
             let step = Vec3::new((index as f32).sin(), 0.0, (index as f32).cos()) * 0.002;
             node.local = moved(&node.local, step);
