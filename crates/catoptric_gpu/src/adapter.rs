@@ -29,12 +29,12 @@ impl AdapterDescription {
 
 /// All adapters, the best first: GPUs before others, discrete ones before those that share the processor's memory.
 pub fn adapters() -> Vec<AdapterDescription> {
-    all().iter().map(|adapter| AdapterDescription::new(&adapter.get_info())).collect()
+    pollster::block_on(all()).iter().map(|adapter| AdapterDescription::new(&adapter.get_info())).collect()
 }
 
-fn all() -> Vec<wgpu::Adapter> {
+async fn all() -> Vec<wgpu::Adapter> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
     // Without compute and storage buffers nothing can be drawn.
     adapters.retain(|adapter| adapter.limits().max_storage_buffers_per_shader_stage >= 8);
     adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
@@ -52,8 +52,8 @@ fn rank(info: &wgpu::AdapterInfo) -> u8 {
 }
 
 /// The best adapter, or the best one whose name contains a text (in any case).
-pub(crate) fn choose(name: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
-    let mut adapters = all();
+pub(crate) async fn choose(name: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
+    let mut adapters = all().await;
     let known = adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
     if let Some(name) = name {
         let wanted = name.to_lowercase();

@@ -24,14 +24,22 @@ impl Context {
     /// [`GpuError::NoAdapter`], [`GpuError::UnknownAdapter`], [`GpuError::NoDevice`], and [`GpuError::Device`] if the
     /// driver refuses the shaders.
     pub fn new(adapter: Option<&str>) -> Result<Arc<Self>, GpuError> {
-        let adapter = choose(adapter)?;
+        pollster::block_on(Self::request(adapter))
+    }
+
+    /// The same for programs that must not wait, as in browsers.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub async fn request(adapter: Option<&str>) -> Result<Arc<Self>, GpuError> {
+        let adapter = choose(adapter).await?;
         let info = adapter.get_info();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("catoptric"),
             required_limits: wgpu::Limits::default(),
             ..Default::default()
         };
-        let asked = pollster::block_on(adapter.request_device(&descriptor));
+        let asked = adapter.request_device(&descriptor).await;
         let (device, queue) =
             asked.map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), problem: error.to_string() })?;
         let failure = Arc::<Mutex<Option<String>>>::default();
