@@ -3,15 +3,18 @@
 use crate::context::Context;
 use crate::error::GpuError;
 use crate::layout::{Frame, LightRecord, MAX_LIGHTS, frame_flags};
-use crate::pipelines::{DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
-use crate::upload::{DeviceScene, group};
+use crate::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
+use crate::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use catoptric::methods::Quality;
 use catoptric::scene::{Projection, Scene, View};
 use glam::{Mat4, Vec3, Vec4};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
 
 /// The most pixels of a piece of work: longer ones would let a screen freeze.
 const PIXELS_AT_ONCE: u32 = 1 << 20;
+/// The most bytes that are read at a time.
+const BYTES_AT_ONCE: u32 = 1 << 26;
 /// Pixels along a side of a workgroup.
 const WORKGROUP: u32 = 8;
 
@@ -24,65 +27,105 @@ pub(crate) fn draw(
     quality: Quality,
     pixels: &mut [[f32; 4]],
 ) -> Result<(), GpuError> {
-    let Context { device, queue, pipelines, .. } = context;
     if view.width == 0 || view.height == 0 {
         return Ok(());
     }
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    let colors = encode(context, resident, scene, view, quality, &mut encoder)?;
+    context.queue.submit([encoder.finish()]);
+    read(context, &colors, pixels)
+}
+
+/// Adds the drawing of a view, which has pixels, to other work: the colours that it gives.
+pub(crate) fn encode(
+    context: &Context,
+    resident: &DeviceScene,
+    scene: &Scene,
+    view: &View,
+    quality: Quality,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Result<wgpu::Texture, GpuError> {
+    let Context { device, pipelines, .. } = context;
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
     let shade = pipelines.shade(device, index, resident.features);
     let targets = Targets::new(context, view, quality.samples)?;
     let mut record = frame_record(scene, view, quality, resident);
-    let rows = (PIXELS_AT_ONCE / view.width).clamp(1, view.height);
-    let band_bytes = u64::from(rows * view.width) * 16;
-    let buffer = |label, usage| {
-        device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: band_bytes,
-            usage,
-            mapped_at_creation: false,
-        })
-    };
-    let colors = buffer("colours", BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-    let read = buffer("colours to be read", BufferUsages::COPY_DST | BufferUsages::MAP_READ);
     let ids = wgpu::BindingResource::TextureView(&targets.ids);
+    let written = targets.colors.create_view(&Default::default());
+    let written = wgpu::BindingResource::TextureView(&written);
     let picture = match index {
-        0 => group(device, &pipelines.picture[0], [(0, ids), (1, colors.as_entire_binding())]),
-        _ => group(device, &pipelines.picture[1], [(1, colors.as_entire_binding()), (2, ids)]),
+        0 => group(device, &pipelines.picture[0], [(0, ids), (1, written)]),
+        _ => group(device, &pipelines.picture[1], [(1, written), (2, ids)]),
     };
+    let rows = (PIXELS_AT_ONCE / view.width).max(view.height.div_ceil(MAX_BANDS)).clamp(1, view.height);
+    let mut records = Vec::new();
     for first_row in (0..view.height).step_by(rows as usize) {
         record.first_row = first_row;
-        queue.write_buffer(&resident.frame, 0, bytemuck::bytes_of(&record));
-        let mut encoder = device.create_command_encoder(&Default::default());
-        if first_row == 0 {
-            targets.draw_ids(&mut encoder, context, resident, index);
-        }
-        let band = rows.min(view.height - first_row);
+        records.extend_from_slice(bytemuck::bytes_of(&record));
+        records.resize(records.len().next_multiple_of(FRAME_STRIDE as usize), 0);
+    }
+    // A copy in the order of the work: the caller may draw other views before all is submitted.
+    let descriptor = BufferInitDescriptor { label: Some("frames"), contents: &records, usage: BufferUsages::COPY_SRC };
+    let staged = device.create_buffer_init(&descriptor);
+    encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
+    targets.draw_ids(encoder, context, resident, index);
+    for (band, first_row) in (0..view.height).step_by(rows as usize).enumerate() {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&shade);
-        pass.set_bind_group(0, &resident.scene, &[]);
+        pass.set_bind_group(0, &resident.scene, &[band as u32 * FRAME_STRIDE as u32]);
         pass.set_bind_group(1, &resident.hierarchy, &[]);
         pass.set_bind_group(2, &picture, &[]);
-        pass.dispatch_workgroups(view.width.div_ceil(WORKGROUP), band.div_ceil(WORKGROUP), 1);
-        drop(pass);
-        let bytes = u64::from(band * view.width) * 16;
-        encoder.copy_buffer_to_buffer(&colors, 0, &read, 0, bytes);
+        let of_band = rows.min(view.height - first_row);
+        pass.dispatch_workgroups(view.width.div_ceil(WORKGROUP), of_band.div_ceil(WORKGROUP), 1);
+    }
+    context.check()?;
+    Ok(targets.colors)
+}
+
+/// Reads colours, some rows at a time.
+fn read(context: &Context, colors: &wgpu::Texture, pixels: &mut [[f32; 4]]) -> Result<(), GpuError> {
+    let Context { device, queue, .. } = context;
+    let (width, height) = (colors.width(), colors.height());
+    // Rows of buffers start at multiples of 256 bytes.
+    let stride = (width * 16).next_multiple_of(256);
+    let rows = (BYTES_AT_ONCE / stride).clamp(1, height);
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("colours to be read"),
+        size: u64::from(rows * stride),
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    for first_row in (0..height).step_by(rows as usize) {
+        let of_band = rows.min(height - first_row);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let origin = wgpu::Origin3d { x: 0, y: first_row, z: 0 };
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo { origin, ..colors.as_image_copy() },
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None },
+            },
+            wgpu::Extent3d { width, height: of_band, depth_or_array_layers: 1 },
+        );
         queue.submit([encoder.finish()]);
-        read.map_async(wgpu::MapMode::Read, ..bytes, |_| {});
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
         context.wait()?;
-        let first = (first_row * view.width) as usize;
-        let part = &mut pixels[first..first + (band * view.width) as usize];
-        let mapped = read.get_mapped_range(..bytes);
+        let mapped = buffer.get_mapped_range(..);
         let mapped = mapped.map_err(|error| GpuError::Device { problem: error.to_string() })?;
-        part.copy_from_slice(bytemuck::cast_slice(&mapped));
+        let part = &mut pixels[(first_row * width) as usize..((first_row + of_band) * width) as usize];
+        for (row, bytes) in part.chunks_exact_mut(width as usize).zip(mapped.chunks_exact(stride as usize)) {
+            row.copy_from_slice(bytemuck::cast_slice(&bytes[..width as usize * 16]));
+        }
         drop(mapped);
-        read.unmap();
+        buffer.unmap();
     }
     Ok(())
 }
 
-/// The textures that a view's triangles are drawn to.
+/// The textures that a view is drawn to.
 struct Targets {
     ids: wgpu::TextureView,
+    colors: wgpu::Texture,
     depth: wgpu::TextureView,
 }
 
@@ -97,23 +140,26 @@ impl Targets {
                 remedy: "make it smaller, or use the CPU backend",
             });
         }
-        let target = |label, format: TextureFormat, usage| {
-            let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+        let target = |label, format: TextureFormat, sample_count, usage| {
+            context.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
-                sample_count: samples,
+                sample_count,
                 dimension: wgpu::TextureDimension::D2,
                 format,
-                usage: TextureUsages::RENDER_ATTACHMENT | usage,
+                usage,
                 view_formats: &[],
-            });
-            texture.create_view(&Default::default())
+            })
         };
-        let ids = target("triangles seen", ID_FORMAT, TextureUsages::TEXTURE_BINDING);
-        let depth = target("depth", DEPTH_FORMAT, TextureUsages::empty());
+        let drawn = TextureUsages::RENDER_ATTACHMENT;
+        let ids = target("triangles seen", ID_FORMAT, samples, drawn | TextureUsages::TEXTURE_BINDING);
+        let depth = target("depth", DEPTH_FORMAT, samples, drawn);
+        let used = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
+        let colors = target("colours", COLOR_FORMAT, 1, used);
         context.check()?;
-        Ok(Self { ids, depth })
+        let [ids, depth] = [ids, depth].map(|texture| texture.create_view(&Default::default()));
+        Ok(Self { ids, colors, depth })
     }
 
     fn draw_ids(&self, encoder: &mut wgpu::CommandEncoder, context: &Context, scene: &DeviceScene, index: usize) {
@@ -133,7 +179,7 @@ impl Targets {
             }),
             ..Default::default()
         });
-        pass.set_bind_group(0, &scene.scene, &[]);
+        pass.set_bind_group(0, &scene.scene, &[0]);
         pass.set_bind_group(1, &scene.order, &[]);
         let solid = scene.solid_count * 3;
         pass.set_pipeline(&pipelines.solid);

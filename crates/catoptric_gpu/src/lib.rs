@@ -21,6 +21,8 @@ mod method;
 #[cfg(feature = "wgpu")]
 mod pipelines;
 #[cfg(feature = "wgpu")]
+mod renderer;
+#[cfg(feature = "wgpu")]
 mod upload;
 
 #[cfg(feature = "wgpu")]
@@ -30,3 +32,5 @@ pub use context::Context;
 pub use error::GpuError;
 #[cfg(feature = "wgpu")]
 pub use method::create;
+#[cfg(feature = "wgpu")]
+pub use renderer::Renderer;

@@ -8,6 +8,8 @@ use wgpu::{BindingType, BufferBindingType, ShaderStages, TextureFormat, TextureS
 
 /// Triangles' numbers, in two halves: 32 bits in one number cannot be antialiased.
 pub(crate) const ID_FORMAT: TextureFormat = TextureFormat::Rg16Uint;
+/// Linear colours.
+pub(crate) const COLOR_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 /// The numbers of samples a pixel that devices can draw.
 pub(crate) const SAMPLE_COUNTS: [u32; 2] = [1, 4];
@@ -35,7 +37,12 @@ pub(crate) struct Pipelines {
     pub(crate) picture: [wgpu::BindGroupLayout; 2],
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
+    /// Colours to be drawn to a target.
+    pub(crate) colors: wgpu::BindGroupLayout,
     frame: wgpu::ShaderModule,
+    present: wgpu::ShaderModule,
+    /// Those that draw to targets, by their formats.
+    presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
     /// Those that shade, by the place in [`SAMPLE_COUNTS`] and what scenes have.
     shade: Mutex<HashMap<(usize, SceneFeatures), wgpu::ComputePipeline>>,
 }
@@ -54,31 +61,32 @@ impl Pipelines {
                     0,
                     BindingType::Buffer {
                         ty: BufferBindingType::Uniform,
-                        has_dynamic_offset: false,
+                        has_dynamic_offset: true,
                         min_binding_size: None,
                     },
                 ),
-                storage(1, true),
-                storage(2, true),
-                storage(3, true),
-                storage(4, true),
+                storage(1),
+                storage(2),
+                storage(3),
+                storage(4),
                 texture(5, TextureSampleType::Uint, false),
                 numbers(6),
                 numbers(7),
                 numbers(8),
             ],
         );
-        let hierarchy = layout(device, "hierarchy", shades, &[storage(0, true), storage(1, true)]);
-        let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0, true)]);
+        let hierarchy = layout(device, "hierarchy", shades, &[storage(0), storage(1)]);
+        let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
         let picture = [
-            layout(device, "picture", shades, &[texture(0, TextureSampleType::Uint, false), storage(1, false)]),
-            layout(device, "picture", shades, &[storage(1, false), texture(2, TextureSampleType::Uint, true)]),
+            layout(device, "picture", shades, &[texture(0, TextureSampleType::Uint, false), written(1)]),
+            layout(device, "picture", shades, &[written(1), texture(2, TextureSampleType::Uint, true)]),
         ];
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         };
-        let (frame, visibility) = (module("frame.wgsl"), module("visibility.wgsl"));
+        let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
+        let [frame, visibility, present] = ["frame.wgsl", "visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
             let count = SAMPLE_COUNTS[index];
@@ -88,7 +96,8 @@ impl Pipelines {
                 shading: pipeline_layout(device, &[&scene, &hierarchy, &picture[index]]),
             }
         });
-        Self { scene, hierarchy, order, picture, samples, frame, shade: Mutex::default() }
+        let (shade, presenting) = (Mutex::default(), Mutex::default());
+        Self { scene, hierarchy, order, picture, samples, colors, frame, present, presenting, shade }
     }
 
     /// The pipeline that shades scenes with these features, for a place in [`SAMPLE_COUNTS`].
@@ -108,10 +117,47 @@ impl Pipelines {
         });
         pipeline.clone()
     }
+
+    /// The pipeline that draws colours to targets of a format.
+    pub(crate) fn present(&self, device: &wgpu::Device, format: TextureFormat) -> wgpu::RenderPipeline {
+        let mut known = self.presenting.lock().unwrap_or_else(PoisonError::into_inner);
+        let pipeline = known.entry(format).or_insert_with(|| {
+            let layout = pipeline_layout(device, &[&self.colors]);
+            let (module, compilation_options) = (&self.present, wgpu::PipelineCompilationOptions::default());
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some("present"),
+                layout: Some(&layout),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some("whole_target"),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: Default::default(),
+                depth_stencil: None,
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some("color"),
+                    compilation_options,
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        });
+        pipeline.clone()
+    }
 }
 
-fn storage(binding: u32, read_only: bool) -> (u32, BindingType) {
-    let ty = BufferBindingType::Storage { read_only };
+/// The colours, as they are written.
+fn written(binding: u32) -> (u32, BindingType) {
+    let access = wgpu::StorageTextureAccess::WriteOnly;
+    (binding, BindingType::StorageTexture { access, format: COLOR_FORMAT, view_dimension: TextureViewDimension::D2 })
+}
+
+fn storage(binding: u32) -> (u32, BindingType) {
+    let ty = BufferBindingType::Storage { read_only: true };
     (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
 

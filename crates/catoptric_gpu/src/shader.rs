@@ -14,6 +14,7 @@ sources!(
     "light/paths.wgsl",
     "light/trace.wgsl",
     "optics/step.wgsl",
+    "present.wgsl",
     "scene/base.wgsl",
     "scene/environment.wgsl",
     "scene/microfacets.wgsl",
@@ -26,7 +27,7 @@ sources!(
 );
 
 /// The shaders that pipelines are made of.
-pub const SHADERS: &[&str] = &["frame.wgsl", "twins.wgsl", "visibility.wgsl"];
+pub const SHADERS: &[&str] = &["frame.wgsl", "present.wgsl", "twins.wgsl", "visibility.wgsl"];
 
 /// The source of a shader with all that it includes.
 ///

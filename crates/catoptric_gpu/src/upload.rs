@@ -8,9 +8,16 @@ use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_record
 use bytemuck::Pod;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::{Environment, Scene, Texture};
+use std::num::NonZeroU64;
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
+
+/// The most bands that a picture is drawn in, each with a record of its own.
+pub(crate) const MAX_BANDS: u32 = 64;
+const FRAME_SIZE: u64 = size_of::<crate::layout::Frame>() as u64;
+/// From record to record: offsets of uniform buffers are multiples of 256.
+pub(crate) const FRAME_STRIDE: u64 = FRAME_SIZE.next_multiple_of(256);
 
 /// A scene's tables on a device.
 #[derive(Debug)]
@@ -57,7 +64,7 @@ impl DeviceScene {
         let mut upload = Upload { context, byte_count: pictures.byte_count };
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
-            size: size_of::<crate::layout::Frame>() as u64,
+            size: FRAME_STRIDE * u64::from(MAX_BANDS),
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -66,7 +73,8 @@ impl DeviceScene {
             upload.table("the scene's triangles", &tables.triangles)?,
             upload.table("the scene's objects", &tables.surfaces)?,
         ];
-        let mut resources = vec![(0, frame.as_entire_binding())];
+        let record = wgpu::BufferBinding { buffer: &frame, offset: 0, size: NonZeroU64::new(FRAME_SIZE) };
+        let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(buffers.iter().map(Buffer::as_entire_binding)));
         resources.push((4, pictures.records.as_entire_binding()));
         resources.extend((5..).zip(pictures.views.iter().map(BindingResource::TextureView)));

@@ -12,7 +12,7 @@
 //#include "light/paths.wgsl"
 
 @group(2) @binding(0) var seen: texture_2d<u32>;
-@group(2) @binding(1) var<storage, read_write> colors: array<vec4f>;
+@group(2) @binding(1) var colors: texture_storage_2d<rgba32float, write>;
 @group(2) @binding(2) var seen_samples: texture_multisampled_2d<u32>;
 
 // The places of four samples, from the corner of the pixel.
@@ -62,10 +62,6 @@ fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {
     return true;
 }
 
-fn write(pixel: vec2u, color: vec3f) {
-    colors[(pixel.y - frame.first_row) * frame.width + pixel.x] = vec4f(color, 1.0);
-}
-
 @compute @workgroup_size(8, 8)
 fn shade_one_sample(@builtin(global_invocation_id) invocation: vec3u) {
     let pixel = vec2u(invocation.x, invocation.y + frame.first_row);
@@ -74,7 +70,7 @@ fn shade_one_sample(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let id = id_of(textureLoad(seen, pixel, 0));
     // Of nothing: 0, and so no triangle.
-    write(pixel, path_radiance(vec2f(pixel) + 0.5, id - 1u, 1.0, 1u));
+    textureStore(colors, pixel, vec4f(path_radiance(vec2f(pixel) + 0.5, id - 1u, 1.0, 1u), 1.0));
 }
 
 @compute @workgroup_size(8, 8)
@@ -97,5 +93,5 @@ fn shade_four_samples(@builtin(global_invocation_id) invocation: vec3u) {
         let place = select(four_samples[sample], vec2f(0.5), is_plain);
         sum += path_radiance(vec2f(pixel) + place, ids[sample] - 1u, side, select(1u, 4u, is_plain));
     }
-    write(pixel, sum / f32(count));
+    textureStore(colors, pixel, vec4f(sum / f32(count), 1.0));
 }

@@ -26,19 +26,26 @@ fn trials() -> Vec<Trial> {
 }
 
 #[cfg(feature = "wgpu")]
+use catoptric_gpu::GpuError;
+
+#[cfg(feature = "wgpu")]
 fn trials() -> Vec<Trial> {
     match catoptric_gpu::Context::new(None) {
         Ok(context) => {
             let mut trials = pictures::trials(&context);
-            trials.extend([motion::trial(&context), twins::trial(&context)]);
+            trials.extend([motion::trial(&context), renderer::trial(&context), twins::trial(&context)]);
             trials
         }
-        Err(error) => ignored(&error.to_string()),
+        Err(error @ GpuError::NoAdapter) => ignored(&error.to_string()),
+        // There is an adapter: that it cannot be used is a fault.
+        Err(error) => vec![Trial::test("a device", move || Err(error.to_string().into()))],
     }
 }
 
 #[cfg(feature = "wgpu")]
 mod motion;
+#[cfg(feature = "wgpu")]
+mod renderer;
 #[cfg(feature = "wgpu")]
 mod twins;
 

@@ -1,0 +1,80 @@
+//! Pictures in textures of the caller's: two views drawn before any is submitted.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::Quality;
+use catoptric::progress::Silent;
+use catoptric::scene::View;
+use catoptric_gpu::{Context, Renderer};
+use catoptric_scenes::builtin;
+use libtest_mimic::{Failed, Trial};
+use std::sync::Arc;
+use wgpu::{BufferUsages, TextureFormat, TextureUsages};
+
+/// Rows of buffers are multiples of 256 bytes.
+const SIZE: [u32; 2] = [64, 40];
+const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+const QUALITY: Quality = Quality { samples: 4, order: 2 };
+
+pub(crate) fn trial(context: &Arc<Context>) -> Trial {
+    let context = context.clone();
+    Trial::test("textures of the caller's", move || draw(&context))
+}
+
+fn draw(context: &Arc<Context>) -> Result<(), Failed> {
+    let scene = Arc::new(builtin::parse("planar_mirror")?.pose(&Default::default())?);
+    let first = scene.default_view(SIZE[0], SIZE[1]);
+    let mut second = first.clone();
+    second.world_from_view.translation.y += 0.2;
+    let views = [first, second];
+    let renderer = Renderer::new(context, &scene)?;
+    let mut encoder = context.device().create_command_encoder(&Default::default());
+    let mut buffers = Vec::new();
+    for view in &views {
+        buffers.push(draw_view(context, &renderer, view, &mut encoder)?);
+    }
+    context.queue().submit([encoder.finish()]);
+    let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
+    let mut prepared = method.prepare(&scene, QUALITY, None, &Silent)?;
+    for (view, buffer) in views.iter().zip(&buffers) {
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        context.device().poll(wgpu::PollType::wait_indefinitely())?;
+        let mapped = buffer.get_mapped_range(..)?;
+        let mut picture = Framebuffer::new(SIZE[0], SIZE[1]);
+        prepared.frame(view, &Silent)?.draw(&mut picture, &Silent)?;
+        if bytemuck::cast_slice::<_, [f32; 4]>(&mapped) != picture.pixels {
+            return Err("the texture shows another picture than the method's".into());
+        }
+    }
+    context.check()?;
+    Ok(())
+}
+
+/// A buffer that will hold what a texture shows.
+fn draw_view(
+    context: &Context,
+    renderer: &Renderer,
+    view: &View,
+    encoder: &mut wgpu::CommandEncoder,
+) -> Result<wgpu::Buffer, Failed> {
+    let texture = context.device().create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: SIZE[0], height: SIZE[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    renderer.draw(encoder, view, QUALITY, &texture.create_view(&Default::default()), FORMAT)?;
+    let buffer = context.device().create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(SIZE[0] * SIZE[1] * 16),
+        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(SIZE[0] * 16), rows_per_image: None };
+    let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), destination, texture.size());
+    Ok(buffer)
+}
