@@ -39,7 +39,7 @@ pub(crate) struct Shot<'a> {
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
     pub(crate) bakes: Bakes,
-    gpu: Option<Gpu>,
+    pub(crate) gpu: Option<Gpu>,
     roles: Vec<RoleRule>,
     shadows: Shadows,
     time: f32,

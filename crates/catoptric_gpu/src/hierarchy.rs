@@ -174,8 +174,8 @@ fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
     LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
 }
 
-/// The nodes and the order of boxes of a hierarchy that halves their number at every node, along the longest side of the
-/// box of their middles: never deep, but slower to walk.
+/// The nodes and the order of boxes of a hierarchy that halves their number at every node, along the longest side of
+/// the box of their middles: never deep, but slower to walk.
 fn halved(boxes: &[BvhBox]) -> (Vec<Lone>, Vec<u32>) {
     let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
     let empty = Lone { bounds: BvhBox::empty(), first: 0, count: 0 };

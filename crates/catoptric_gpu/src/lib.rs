@@ -4,6 +4,8 @@
 //! in the shaders; the shaders' functions ([`shader`]) are twins of the library's, under the same names. Without the
 //! feature `wgpu` the crate holds these alone, and draws nothing.
 
+#[cfg(feature = "wgpu")]
+mod device;
 pub mod error;
 pub mod hierarchy;
 pub mod layout;
@@ -11,26 +13,5 @@ pub mod shader;
 pub mod tables;
 
 #[cfg(feature = "wgpu")]
-mod adapter;
-#[cfg(feature = "wgpu")]
-mod context;
-#[cfg(feature = "wgpu")]
-mod frame;
-#[cfg(feature = "wgpu")]
-mod method;
-#[cfg(feature = "wgpu")]
-mod pipelines;
-#[cfg(feature = "wgpu")]
-mod renderer;
-#[cfg(feature = "wgpu")]
-mod upload;
-
-#[cfg(feature = "wgpu")]
-pub use adapter::{AdapterDescription, adapters};
-#[cfg(feature = "wgpu")]
-pub use context::Context;
+pub use device::{AdapterDescription, Context, Renderer, adapters, create};
 pub use error::GpuError;
-#[cfg(feature = "wgpu")]
-pub use method::create;
-#[cfg(feature = "wgpu")]
-pub use renderer::Renderer;

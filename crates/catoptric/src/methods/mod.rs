@@ -64,7 +64,7 @@ pub struct MethodInfo {
     pub assumptions: &'static str,
     /// Runs on the CPU.
     pub cpu: bool,
-    /// Runs on the GPU.
+    /// Runs on GPUs, too, by the crate `catoptric_gpu`, in programs that are built with it.
     pub gpu: bool,
     /// Its long precomputation, if it has any.
     pub bake: Option<bake::MakeBakeWork>,

@@ -4,6 +4,7 @@ mod selection;
 
 use super::columns;
 use crate::args::CompareArgs;
+use crate::backend;
 use crate::drawing::{Drawing, Shot, check_samples};
 use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
@@ -44,6 +45,9 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     shot.bakes.check_methods(&ids)?;
     for wanted in &selected.methods {
         methods.push((wanted, settings::choose_baked(&wanted.id, &shot.model, &wanted.settings, &shot.bakes)?));
+    }
+    if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
+        terminal.say(remark);
     }
     let staging = Staging::new(&args.report)?;
     let folder = staging.path();

@@ -2,6 +2,7 @@
 
 use super::{columns, pretty};
 use crate::args::RenderArgs;
+use crate::backend;
 use crate::drawing::{Shot, check_samples};
 use crate::failure::Failure;
 use crate::settings;
@@ -23,6 +24,9 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     shot.bakes.check_methods(&[&args.method])?;
     let chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
     let _folders = make_writable(&outputs)?;
+    if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
+        terminal.say(remark);
+    }
     terminal.set_subject(&args.method);
     let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);

@@ -121,7 +121,7 @@ fn compare(context: &Context) -> Result<(), Failed> {
             *worst = if error <= *worst { *worst } else { error };
         }
     }
-    // Reflection, Fresnel's share, facets, refraction and its change: rounding, some times as much near critical angles.
+    // Reflection, Fresnel's share, facets, refraction and its change: rounding, more of it near critical angles.
     let limits = [2e-6, 3e-5, 1e-4, 2e-5, 1e-4];
     match worst.iter().zip(limits).all(|(worst, limit)| *worst <= limit) {
         true => Ok(()),

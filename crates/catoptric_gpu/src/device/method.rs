@@ -1,11 +1,11 @@
 //! Methods drawn on a device.
 
-use crate::context::Context;
+use super::context::Context;
+use super::frame;
+use super::pipelines::SAMPLE_COUNTS;
+use super::upload::DeviceScene;
 use crate::error::GpuError;
-use crate::frame;
 use crate::layout::MAX_ORDER;
-use crate::pipelines::SAMPLE_COUNTS;
-use crate::upload::DeviceScene;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;

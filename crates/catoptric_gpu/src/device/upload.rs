@@ -1,6 +1,6 @@
 //! A scene in a device's memory.
 
-use crate::context::Context;
+use super::context::Context;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};

@@ -1,10 +1,10 @@
 //! The drawing of a frame on a device.
 
-use crate::context::Context;
+use super::context::Context;
+use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
+use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
 use crate::layout::{Frame, LightRecord, MAX_LIGHTS, frame_flags};
-use crate::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
-use crate::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use catoptric::methods::Quality;
 use catoptric::scene::{Projection, Scene, View};
 use glam::{Mat4, Vec3, Vec4};

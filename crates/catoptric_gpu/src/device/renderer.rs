@@ -1,11 +1,11 @@
 //! Drawing into textures of the caller's, among other work: for engines and windows.
 
-use crate::context::Context;
+use super::context::Context;
+use super::frame;
+use super::pipelines::SAMPLE_COUNTS;
+use super::upload::{DeviceScene, group};
 use crate::error::GpuError;
-use crate::frame;
 use crate::layout::MAX_ORDER;
-use crate::pipelines::SAMPLE_COUNTS;
-use crate::upload::{DeviceScene, group};
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;

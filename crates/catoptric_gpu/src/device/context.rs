@@ -1,8 +1,8 @@
 //! A device with all pipelines.
 
-use crate::adapter::{AdapterDescription, choose};
+use super::adapter::{AdapterDescription, choose};
+use super::pipelines::Pipelines;
 use crate::error::GpuError;
-use crate::pipelines::Pipelines;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A device that draws: made once, shared by all methods.

@@ -1,0 +1,14 @@
+//! Drawing on devices, by wgpu.
+
+mod adapter;
+mod context;
+mod frame;
+mod method;
+mod pipelines;
+mod renderer;
+mod upload;
+
+pub use adapter::{AdapterDescription, adapters};
+pub use context::Context;
+pub use method::create;
+pub use renderer::Renderer;
