@@ -31,9 +31,8 @@ pub mod metrics;
 pub mod optics;
 pub mod raster;
 
-use catoptric_core::clock;
 #[cfg(feature = "outputs")]
 pub use catoptric_core::output;
 #[cfg(feature = "files")]
 pub use catoptric_core::picture;
-pub use catoptric_core::{framebuffer, math, parallel, progress, scene, surface};
+pub use catoptric_core::{clock, framebuffer, math, parallel, progress, scene, surface};

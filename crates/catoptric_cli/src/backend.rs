@@ -53,7 +53,7 @@ impl Gpu {
 /// The remark that a program which could draw on GPUs has found none, if the choice was left to it.
 pub(crate) fn remark(args: &DrawArgs, gpu: Option<&Gpu>) -> Option<&'static str> {
     let is_missed = cfg!(feature = "gpu") && args.backend == Backend::Auto && gpu.is_none();
-    is_missed.then_some("there is no GPU: drawn on the CPU (`catoptric doctor` lists what there is)")
+    is_missed.then_some("no GPU that can draw was found: drawn on the CPU (`catoptric doctor` lists what there is)")
 }
 
 /// What `doctor` says of GPUs, a line each.

@@ -1,6 +1,7 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
-use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, triangle_flags as flags};
+use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, bits, triangle_flags as flags};
+use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::Scene;
 use glam::{Vec3, Vec3A};
@@ -37,7 +38,7 @@ struct Lone {
 }
 
 impl Hierarchy {
-    /// The hierarchy over all triangles that have corners in different places; without any it has no nodes.
+    /// The hierarchy over all triangles that have an extent; without any it has no nodes.
     pub fn new(scene: &Scene) -> Self {
         let triangles: Vec<u32> =
             (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).collect();
@@ -117,13 +118,6 @@ fn corners(scene: &Scene, triangle: u32) -> [Vec3; 3] {
     scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize])
 }
 
-/// True if a triangle's corners lie in different places, not on a line.
-fn has_extent(scene: &Scene, triangle: u32) -> bool {
-    let [a, b, c] = corners(scene, triangle);
-    let normal = (b - a).cross(c - a);
-    normal.is_finite() && normal != Vec3::ZERO
-}
-
 /// The number of nodes from the root to the farthest leaf.
 fn depth(nodes: &[Lone]) -> usize {
     let (mut deepest, mut waiting) = (0, vec![(0u32, 1usize)]);
@@ -165,12 +159,11 @@ fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
     let [a, b, c] = vertices.map(|vertex| scene.positions[vertex]);
     let normal: Vec3 = vertices.iter().map(|vertex| scene.normals[*vertex]).sum();
     let object = scene.triangle_objects[triangle as usize];
-    let all = [
+    let flags = bits(&[
         (flags::HIDES_LIGHTS, casts_shadows(scene.material_of(object))),
         (flags::MAY_HAVE_HOLES, scene.is_alpha_tested(object)),
         (flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0),
-    ];
-    let flags = all.into_iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (flag, _)| bits | flag);
+    ]);
     LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
 }
 

@@ -27,6 +27,11 @@ macro_rules! flags {
     };
 }
 
+/// The union of those bits that are to be set.
+pub(crate) fn bits(all: &[(u32, bool)]) -> u32 {
+    all.iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (bit, _)| bits | bit)
+}
+
 /// Bits of [`Surface::flags`].
 pub mod surface_flags {
     flags! {
@@ -341,8 +346,8 @@ pub struct Frame {
     pub flags: u32,
     /// Through the picture's corner at distance 1 along the axis, or the common direction.
     pub direction: [f32; 3],
-    /// The near plane's distance.
-    pub near: f32,
+    /// The most specular events of a path.
+    pub order: u32,
     /// The step to the next column.
     pub right: [f32; 3],
     /// Of the picture, in pixels.
@@ -351,18 +356,14 @@ pub struct Frame {
     pub down: [f32; 3],
     /// Of the picture, in pixels.
     pub height: u32,
-    /// The view's axis.
-    pub forward: [f32; 3],
-    /// Samples a pixel.
-    pub samples: u32,
-    /// The most specular events of a path.
-    pub order: u32,
     /// Lights in use.
     pub light_count: u32,
     /// The hierarchy's root: see [`Node`]; [`NONE`] without triangles.
     pub root: u32,
     /// The first row of the band that is drawn.
     pub first_row: u32,
+    /// Padding.
+    pub unused: u32,
     /// Width, height and first row of each of the environment's maps.
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
     /// The lights.

@@ -1,5 +1,7 @@
 //! The first surface along a ray: triangles and analytic surfaces in one bounding volume hierarchy.
 
+pub use super::wide_hierarchy::has_extent;
+
 #[cfg(target_arch = "x86_64")]
 use super::wide_hierarchy::Avx2;
 use super::wide_hierarchy::{

@@ -175,7 +175,7 @@ impl View {
 
     /// The size of a pixel at distance 1 (perspective) or anywhere (orthographic).
     #[inline]
-    fn pixel_size(&self) -> f32 {
+    pub fn pixel_size(&self) -> f32 {
         let half = match self.projection {
             Projection::Perspective { fov_y } => (fov_y * 0.5).tan(),
             Projection::Orthographic { half_height } => half_height,
@@ -321,15 +321,16 @@ impl PreciseView {
 /// The rays of a view: see [`View::rays`].
 #[derive(Clone, Copy, Debug)]
 pub struct ViewRays {
-    perspective: bool,
+    /// All rays start at the eye; else they are parallel.
+    pub perspective: bool,
     /// The eye, or the origin of the ray through the picture's corner.
-    origin: Vec3A,
+    pub origin: Vec3A,
     /// Through the picture's corner at distance 1 along the axis, or the common direction.
-    direction: Vec3A,
+    pub direction: Vec3A,
     /// The step to the next column.
-    right: Vec3A,
+    pub right: Vec3A,
     /// The step to the next row.
-    down: Vec3A,
+    pub down: Vec3A,
 }
 
 impl ViewRays {

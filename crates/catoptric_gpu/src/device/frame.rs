@@ -4,9 +4,9 @@ use super::context::Context;
 use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, LightRecord, MAX_LIGHTS, frame_flags};
+use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, frame_flags};
 use catoptric::methods::Quality;
-use catoptric::scene::{Projection, Scene, View};
+use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
@@ -17,6 +17,21 @@ const PIXELS_AT_ONCE: u32 = 1 << 20;
 const BYTES_AT_ONCE: u32 = 1 << 26;
 /// Pixels along a side of a workgroup.
 const WORKGROUP: u32 = 8;
+
+/// Refuses what no pipeline draws.
+pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
+    let refuse = |needed: String, allowed: String| {
+        let (what, remedy) = ("the picture".into(), "use the CPU backend");
+        Err(GpuError::Limit { what, needed, allowed, remedy })
+    };
+    if !SAMPLE_COUNTS.contains(&quality.samples) {
+        return refuse(format!("{} samples a pixel", quality.samples), "1 or 4".into());
+    }
+    if quality.order > MAX_ORDER {
+        return refuse(format!("order {}", quality.order), format!("up to {MAX_ORDER}"));
+    }
+    Ok(())
+}
 
 /// Draws a view of a scene; pixels are linear colours with alpha 1, rows from the top.
 pub(crate) fn draw(
@@ -192,44 +207,31 @@ impl Targets {
 }
 
 fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceScene) -> Frame {
-    let (is_perspective, half) = match view.projection {
-        Projection::Perspective { fov_y } => (true, (fov_y * 0.5).tan()),
-        Projection::Orthographic { half_height } => (false, half_height),
-    };
-    let pixel_size = 2.0 * half / view.height as f32;
-    let axes = view.world_from_view.matrix3;
-    let [right, down] = [axes.x_axis * pixel_size, axes.y_axis * -pixel_size].map(Vec3::from);
-    let forward = -Vec3::from(axes.z_axis);
-    let corner = right * (-0.5 * view.width as f32) + down * (-0.5 * view.height as f32);
-    let (origin, direction) = match is_perspective {
-        true => (view.eye(), forward + corner),
-        false => (view.eye() + corner, forward.normalize()),
-    };
+    let rays = view.rays();
     let mut lights = [LightRecord::default(); MAX_LIGHTS];
     lights[..resident.lights.len()].copy_from_slice(&resident.lights);
     Frame {
-        clip_from_world: clip_from_world(scene, view, pixel_size, is_perspective).to_cols_array_2d(),
-        origin: origin.to_array(),
-        flags: if is_perspective { frame_flags::PERSPECTIVE } else { 0 },
-        direction: direction.to_array(),
-        near: view.near,
-        right: right.to_array(),
-        width: view.width,
-        down: down.to_array(),
-        height: view.height,
-        forward: forward.to_array(),
-        samples: quality.samples,
+        clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
+        origin: rays.origin.to_array(),
+        flags: if rays.perspective { frame_flags::PERSPECTIVE } else { 0 },
+        direction: rays.direction.to_array(),
         order: quality.order,
+        right: rays.right.to_array(),
+        width: view.width,
+        down: rays.down.to_array(),
+        height: view.height,
         light_count: resident.lights.len() as u32,
         root: resident.boxes.root,
         first_row: 0,
+        unused: 0,
         maps: resident.pictures.maps,
         lights,
     }
 }
 
 /// Depth in clip space is reversed: 1 at the near plane, and 0 infinitely far away (perspective) or behind the scene.
-fn clip_from_world(scene: &Scene, view: &View, pixel_size: f32, is_perspective: bool) -> Mat4 {
+fn clip_from_world(scene: &Scene, view: &View, is_perspective: bool) -> Mat4 {
+    let pixel_size = view.pixel_size();
     let view_from_world = Mat4::from(view.world_from_view.inverse());
     let across = 2.0 / (pixel_size * view.width as f32);
     let along = 2.0 / (pixel_size * view.height as f32);

@@ -2,10 +2,9 @@
 
 use super::context::Context;
 use super::frame;
-use super::pipelines::SAMPLE_COUNTS;
 use super::upload::DeviceScene;
 use crate::error::GpuError;
-use crate::layout::MAX_ORDER;
+use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
@@ -13,7 +12,6 @@ use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Qual
 use catoptric::progress::{Progress, Stage};
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
-use std::time::Instant;
 
 /// The method with this id and these settings on a device; `None` for methods that draw on the processor alone
 /// ([`MethodInfo::gpu`]).
@@ -93,17 +91,6 @@ fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
     RenderError::Limit { method: info.id, problem: error.to_string() }
 }
 
-fn check_quality(info: &'static MethodInfo, quality: Quality) -> Result<(), RenderError> {
-    let refuse = |problem: String| Err(RenderError::Limit { method: info.id, problem });
-    if !SAMPLE_COUNTS.contains(&quality.samples) {
-        return refuse(format!("{} samples a pixel; the GPU backend takes 1 or 4", quality.samples));
-    }
-    if quality.order > MAX_ORDER {
-        return refuse(format!("order {}; the GPU backend takes up to {MAX_ORDER}", quality.order));
-    }
-    Ok(())
-}
-
 impl PreparedScene {
     fn new(
         context: &Arc<Context>,
@@ -113,13 +100,13 @@ impl PreparedScene {
         old: Option<&Self>,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        check_quality(info, quality)?;
+        frame::check_quality(quality).map_err(|error| failed(info, &error))?;
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
-        let start = Instant::now();
+        let watch = Stopwatch::new();
         let resident =
             DeviceScene::new(context, scene, old.map(|old| &old.resident)).map_err(|error| failed(info, &error))?;
         let mut report = Report::default();
-        report.stages_ms.push(("upload", milliseconds(start)));
+        report.stages_ms.push(("upload", watch.elapsed_ms()));
         report.bytes.insert("gpu", resident.byte_count);
         if info.id == AUTO {
             report.choices = choices(scene);
@@ -158,16 +145,12 @@ impl Frame for DeviceFrame<'_> {
             return Err(RenderError::Limit { method: info.id, problem });
         }
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
-        let start = Instant::now();
+        let watch = Stopwatch::new();
         let drawn = frame::draw(context, resident, scene, view, *quality, &mut target.pixels);
         drawn.map_err(|error| failed(info, &error))?;
         stage.advance(1)?;
         let mut report = Report::default();
-        report.stages_ms.push(("gpu", milliseconds(start)));
+        report.stages_ms.push(("gpu", watch.elapsed_ms()));
         Ok(report)
     }
-}
-
-fn milliseconds(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }

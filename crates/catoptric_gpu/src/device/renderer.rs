@@ -2,10 +2,8 @@
 
 use super::context::Context;
 use super::frame;
-use super::pipelines::SAMPLE_COUNTS;
 use super::upload::{DeviceScene, group};
 use crate::error::GpuError;
-use crate::layout::MAX_ORDER;
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
@@ -46,8 +44,8 @@ impl Renderer {
     /// linear; targets of an sRGB format encode them.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for other numbers of samples than 1 and 4 and for orders above 8, [`GpuError::Limit`]
-    /// for views that are too large, [`GpuError::Device`].
+    /// [`GpuError::Limit`] for other numbers of samples than 1 and 4, for orders above 8 and for views that are too
+    /// large; [`GpuError::Device`].
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -56,10 +54,7 @@ impl Renderer {
         target: &wgpu::TextureView,
         format: TextureFormat,
     ) -> Result<(), GpuError> {
-        let Quality { samples, order } = quality;
-        if !SAMPLE_COUNTS.contains(&samples) || order > MAX_ORDER {
-            return Err(GpuError::Unsupported { what: format!("{samples} samples a pixel at order {order}") });
-        }
+        frame::check_quality(quality)?;
         if view.width == 0 || view.height == 0 {
             return Ok(());
         }

@@ -1,7 +1,7 @@
 //! What a scene has: the rest is left out of the code that draws it.
 
-use crate::layout::{NONE, Surface, surface_flags as flags};
-use catoptric::scene::Scene;
+use crate::layout::{BINDINGS, BindingPlace, NONE, Surface, surface_flags as flags};
+use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
 const COUNT: usize = 12;
@@ -34,19 +34,20 @@ impl SceneFeatures {
     /// The features of a scene with these records of its objects.
     pub fn of(scene: &Scene, surfaces: &[Surface]) -> Self {
         let any = |flag: u32| surfaces.iter().any(|surface| surface.flags & flag != 0);
-        let role = |role: u32| surfaces.iter().any(|surface| surface.role == role);
+        let has_role =
+            |role: Role| scene.objects.iter().any(|object| scene.materials[object.material as usize].role == role);
         let uses = |place: usize| surfaces.iter().any(|surface| surface.bindings[place].texture != NONE);
-        let places = 0..crate::layout::BINDINGS;
+        let places = 0..BINDINGS;
         Self {
             has: [
                 scene.environment.is_some(),
                 !scene.lights.is_empty(),
                 scene.light_visibility.is_some(),
                 any(flags::MICROFACETS),
-                uses(crate::layout::BindingPlace::Normals as usize),
+                uses(BindingPlace::Normals as usize),
                 surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),
-                role(3),
-                role(2),
+                has_role(Role::Coated),
+                has_role(Role::Lens),
                 any(flags::ATTENUATION),
                 any(flags::QUADRIC),
                 any(flags::ALPHA_TESTED),

@@ -1,6 +1,6 @@
 //! Objects with their materials, as records for shaders.
 
-use crate::layout::{Binding, BindingPlace, NONE, Quadric, Surface, surface_flags as flags};
+use crate::layout::{BINDINGS, Binding, BindingPlace, NONE, Quadric, Surface, bits, surface_flags as flags};
 use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
 use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
 use catoptric::surface::{AnalyticSurface, PlacedSurface};
@@ -73,7 +73,7 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
 
 fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
     let blend = material.blend.unwrap_or_default();
-    let all = [
+    bits(&[
         (flags::UNLIT, material.unlit),
         (flags::SCHLICK, material.schlick),
         (flags::INSIDE, object.inside),
@@ -87,12 +87,11 @@ fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
         (flags::QUADRIC, object.surface.is_some()),
         (flags::OWN_LIGHT, material.has_own_light()),
         (flags::BLEND, material.blend.is_some()),
-    ];
-    all.into_iter().filter(|(_, is_set)| *is_set).fold(0, |bits, (flag, _)| bits | flag)
+    ])
 }
 
-fn bindings(scene: &Scene, material: &Material) -> [Binding; crate::layout::BINDINGS] {
-    let mut records = [Binding::default(); crate::layout::BINDINGS];
+fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
+    let mut records = [Binding::default(); BINDINGS];
     let facets = material.microfacets.as_ref().and_then(|facets| facets.texture.as_ref());
     // Without tangents normal maps say nothing.
     let normals = material.normal_map.as_ref().filter(|_| !scene.tangents.is_empty()).map(|map| &map.binding);

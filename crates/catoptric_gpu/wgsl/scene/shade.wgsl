@@ -102,7 +102,6 @@ struct PointLight {
 struct LitPoint {
     smooth_normal: vec3f,
     normal: vec3f,
-    base: vec3f,
     alpha: f32,
     coat_alpha: f32,
     // Reflectance of the dielectric at normal incidence, its largest channel, and at grazing angles.
@@ -119,7 +118,6 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
     let object = point.object;
     let smooth_variance = variance_over_pixel(point.normal_change2);
     var result: LitPoint;
-    result.base = base;
     result.smooth_normal = point.normal * side;
     result.normal = result.smooth_normal;
     var variance = smooth_variance;

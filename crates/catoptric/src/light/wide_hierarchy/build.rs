@@ -112,7 +112,7 @@ impl WideHierarchy {
 
 /// True if a triangle is finite and higher than rounding makes one whose corners lie on a line. Rays miss others; in
 /// hierarchies heaps of them would be tested one by one.
-pub(super) fn has_extent(scene: &Scene, triangle: u32) -> bool {
+pub fn has_extent(scene: &Scene, triangle: u32) -> bool {
     let [a, b, c] = corners_of(scene, triangle).map(|corner| corner.as_dvec3());
     let twice_area = (b - a).cross(c - a).length();
     let longest = (b - a).length().max((c - a).length()).max((c - b).length());

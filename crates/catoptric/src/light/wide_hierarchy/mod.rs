@@ -8,6 +8,7 @@ mod build;
 mod rays;
 mod treelet;
 
+pub use build::has_extent;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use rays::Avx2;
 pub(crate) use rays::{Portable, PrimitiveMet, PrimitiveTests, SignBits, meet};
@@ -149,7 +150,7 @@ impl WideHierarchy {
     /// Brings boxes and corners to where triangles and surfaces are now; the scene has as many as before. Returns false
     /// if triangles are missing that had no extent before: then it has to be built anew.
     pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
-        if self.flat.iter().any(|triangle| build::has_extent(scene, *triangle)) {
+        if self.flat.iter().any(|triangle| has_extent(scene, *triangle)) {
             return false;
         }
         for block in &mut self.blocks {
