@@ -65,7 +65,8 @@ fn records() -> Vec<Record> {
             attenuation, attenuation_distance, normal_scale, occlusion_strength, quadric, bindings,
         }),
         record!("Frame": Frame {
-            clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root, first_row, maps, lights,
+            clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
+            first_row, maps, lights,
         }),
     ]
 }
