@@ -1,9 +1,9 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
-use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, bits, triangle_flags as flags};
+use crate::layout::{LEAF, LeafTriangle, MAX_CUT, MAX_DEPTH, NONE, Node, bits, triangle_flags as flags};
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
-use catoptric::scene::Scene;
+use catoptric::scene::{Role, Scene};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb as BvhBox;
@@ -71,6 +71,36 @@ impl Hierarchy {
         let of_place = |place: &u32| leaf_triangle(scene, triangles[*place as usize]);
         let (root, nodes) = joined(&nodes);
         Self { root, nodes, triangles: order.iter().map(of_place).collect() }
+    }
+
+    /// Nodes and leaves below which all triangles lie, the largest divided first: where many begin to walk at once.
+    pub fn cut(&self) -> Vec<u32> {
+        let area = |code: u32| match self.nodes.get(code as usize) {
+            Some(node) => {
+                let mut bounds = BvhBox::empty();
+                for corner in [node.low0, node.high0, node.low1, node.high1] {
+                    bounds.extend(corner.into());
+                }
+                bounds.half_area()
+            }
+            // A leaf.
+            None => -1.0,
+        };
+        let mut cut: Vec<(f32, u32)> = Vec::with_capacity(MAX_CUT);
+        if self.root != NONE {
+            cut.push((area(self.root), self.root));
+        }
+        while cut.len() < MAX_CUT {
+            let largest = (0..cut.len()).max_by(|a, b| cut[*a].0.total_cmp(&cut[*b].0));
+            let Some((place, node)) =
+                largest.and_then(|place| self.nodes.get(cut[place].1 as usize).map(|node| (place, node)))
+            else {
+                break;
+            };
+            cut[place] = (area(node.child0), node.child0);
+            cut.push((area(node.child1), node.child1));
+        }
+        cut.into_iter().map(|(_, code)| code).collect()
     }
 
     /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
@@ -159,10 +189,13 @@ fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
     let [a, b, c] = vertices.map(|vertex| scene.positions[vertex]);
     let normal: Vec3 = vertices.iter().map(|vertex| scene.normals[*vertex]).sum();
     let object = scene.triangle_objects[triangle as usize];
+    let role = scene.material_of(object).role;
     let flags = bits(&[
         (flags::HIDES_LIGHTS, casts_shadows(scene.material_of(object))),
         (flags::MAY_HAVE_HOLES, scene.is_alpha_tested(object)),
         (flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0),
+        (flags::REFLECTS, role != Role::Diffuse),
+        (flags::REFRACTS, role == Role::Lens),
     ]);
     LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
 }

@@ -16,6 +16,8 @@ pub const MAX_LEVELS: usize = 16;
 pub const ENVIRONMENT_MAPS: usize = 8;
 /// The most specular events of a path.
 pub const MAX_ORDER: u32 = 8;
+/// The most nodes and leaves from which tiles begin.
+pub const MAX_CUT: usize = 64;
 /// The deepest hierarchy that shaders can walk.
 pub const MAX_DEPTH: usize = 64;
 
@@ -142,6 +144,16 @@ pub struct Node {
 /// Children of [`Node`]s with this bit are leaves.
 pub const LEAF: u32 = 1 << 31;
 
+/// Bits of hits: numbers of triangles and 1.
+pub mod hit_flags {
+    /// Light is reflected there.
+    pub const HIT_REFLECTS: u32 = 1 << 30;
+    /// Light is refracted there.
+    pub const HIT_REFRACTS: u32 = 1 << 31;
+    /// All of them with their names in shaders.
+    pub const ALL: &[(&str, u32)] = &[("HIT_REFLECTS", HIT_REFLECTS), ("HIT_REFRACTS", HIT_REFRACTS)];
+}
+
 /// Bits of [`LeafTriangle::flags`].
 pub mod triangle_flags {
     flags! {
@@ -151,6 +163,10 @@ pub mod triangle_flags {
         MAY_HAVE_HOLES = 1;
         /// Its winding is opposite to its normals.
         TURNED = 2;
+        /// Its surface reflects.
+        REFLECTS = 3;
+        /// Its surface refracts.
+        REFRACTS = 4;
     }
 }
 
@@ -362,10 +378,44 @@ pub struct Frame {
     pub root: u32,
     /// The first row of the band that is drawn.
     pub first_row: u32,
+    /// The diagonal of the scene's box.
+    pub extent: f32,
+    /// Columns and rows of cells of four rays in the band.
+    pub cells: [u32; 2],
+    /// The most events of paths whose rays tiles have followed.
+    pub tiled_events: u32,
+    /// The place of the queue of tiles that are shaded path by path.
+    pub followed: u32,
+    /// See [`Hierarchy::cut`](crate::hierarchy::Hierarchy::cut).
+    pub cut: [u32; MAX_CUT],
+    /// How many of them there are.
+    pub cut_count: u32,
     /// Padding.
-    pub unused: u32,
+    pub unused: [u32; 3],
     /// Width, height and first row of each of the environment's maps.
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
     /// The lights.
     pub lights: [LightRecord; MAX_LIGHTS],
+}
+
+/// What a pass of tiles works on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Tiling {
+    /// Events of the path before its last ray.
+    pub events: u32,
+    /// A bit an event, set where light is refracted.
+    pub kinds: u32,
+    /// The level of its tiles: their place in the counters.
+    pub level: u32,
+    /// The place of its queue in the table of work.
+    pub queue: u32,
+    /// The place of the queue of the next level.
+    pub next_queue: u32,
+    /// The place of the queue of tiles to be shaded path by path, or [`NONE`] if they are known.
+    pub shade_queue: u32,
+    /// The place of the queue of cells whose rays are traced.
+    pub traced_queue: u32,
+    /// Padding.
+    pub unused: u32,
 }

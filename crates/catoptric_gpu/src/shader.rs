@@ -11,6 +11,8 @@ macro_rules! sources {
 
 sources!(
     "frame.wgsl",
+    "light/bounce.wgsl",
+    "light/hierarchy.wgsl",
     "light/paths.wgsl",
     "light/trace.wgsl",
     "optics/step.wgsl",
@@ -22,12 +24,28 @@ sources!(
     "scene/records.wgsl",
     "scene/shade.wgsl",
     "scene/texture.wgsl",
+    "tiles/cells.wgsl",
+    "tiles/classify.wgsl",
+    "tiles/cover.wgsl",
+    "tiles/gather.wgsl",
+    "tiles/path_ray.wgsl",
+    "tiles/trace.wgsl",
+    "tiles/work.wgsl",
     "twins.wgsl",
     "visibility.wgsl",
 );
 
 /// The shaders that pipelines are made of.
-pub const SHADERS: &[&str] = &["frame.wgsl", "present.wgsl", "twins.wgsl", "visibility.wgsl"];
+pub const SHADERS: &[&str] = &[
+    "frame.wgsl",
+    "present.wgsl",
+    "tiles/classify.wgsl",
+    "tiles/cover.wgsl",
+    "tiles/gather.wgsl",
+    "tiles/trace.wgsl",
+    "twins.wgsl",
+    "visibility.wgsl",
+];
 
 /// The source of a shader with all that it includes.
 ///

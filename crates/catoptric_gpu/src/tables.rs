@@ -14,8 +14,8 @@ pub use textures::{TextureTables, texture_tables};
 
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
-use crate::layout::{Surface, Vertex};
-use catoptric::scene::Scene;
+use crate::layout::{Surface, Vertex, bits, hit_flags};
+use catoptric::scene::{Role, Scene};
 
 /// What shaders read of a scene, beside lights, textures and environment.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub struct SceneTables {
     pub surfaces: Vec<Surface>,
     /// Over all triangles.
     pub hierarchy: Hierarchy,
-    /// The triangles in the order in which they are drawn: those without holes first.
+    /// The triangles in the order in which they are drawn, with [`hit_flags`]: those without holes first.
     pub draw_order: Vec<u32>,
     /// How many have no holes.
     pub solid_count: u32,
@@ -48,6 +48,12 @@ impl SceneTables {
         let (with_holes, mut draw_order): (Vec<u32>, Vec<u32>) = all.partition(tested);
         let solid_count = draw_order.len() as u32;
         draw_order.extend(with_holes);
+        for triangle in &mut draw_order {
+            let role = scene.material_of(scene.triangle_objects[*triangle as usize]).role;
+            let goes_on =
+                [(hit_flags::HIT_REFLECTS, role != Role::Diffuse), (hit_flags::HIT_REFRACTS, role == Role::Lens)];
+            *triangle = (*triangle + 1) | bits(&goes_on);
+        }
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
         Ok(Self {
             vertices: vertices(scene),

@@ -2,7 +2,7 @@
 
 use catoptric_gpu::layout::{
     Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface,
-    TEXEL_ROW, TextureRecord, Vertex, frame_flags, surface_flags, triangle_flags,
+    TEXEL_ROW, TextureRecord, Tiling, Vertex, frame_flags, hit_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -43,6 +43,13 @@ macro_rules! record {
             fields: vec![$((record!(@ $field $($shader)?), offset_of!($record, $field))),*],
         }
     };
+    ($name:literal: $record:ty { $($field:ident),* $(,)? } before $rest:ident) => {
+        Record {
+            name: $name,
+            size: offset_of!($record, $rest),
+            fields: vec![$((stringify!($field), offset_of!($record, $field))),*],
+        }
+    };
     (@ $field:ident) => { stringify!($field) };
     (@ $field:ident $shader:literal) => { $shader };
 }
@@ -55,28 +62,33 @@ fn records() -> Vec<Record> {
         record!("Binding": Binding { matrix, translation, texture, channel }),
         record!("Level": Level { size, first, stride }),
         record!("TextureRecord": TextureRecord {
-            size, last_level, nearest_level, magnified_half, minified_half, wrap, levels,
-        }),
+            size, last_level, nearest_level, magnified_half, minified_half, wrap,
+        } before levels),
         record!("Light": LightRecord { position, kind, direction, range, intensity, inner_cos, outer_cos }),
         record!("Quadric": Quadric { center, value, gradient, size, curved, twisted, axes as "axis_x", low, high }),
         record!("Surface": Surface {
             base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
             metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
-            attenuation, attenuation_distance, normal_scale, occlusion_strength, quadric, bindings,
-        }),
+            attenuation, attenuation_distance, normal_scale, occlusion_strength,
+        } before quadric),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
-            first_row, maps, lights,
+            first_row, extent, cells, tiled_events, followed, cut, cut_count, maps, lights,
         }),
     ]
 }
 
 #[test]
 fn records_are_laid_out_as_shaders_read_them() {
-    let module = module("frame.wgsl");
+    compare("frame.wgsl", &records());
+}
+
+/// Records on both sides.
+fn compare(path: &str, records: &[Record]) {
+    let module = module(path);
     let mut layouter = Layouter::default();
     layouter.update(module.to_ctx()).unwrap();
-    for record in records() {
+    for record in records {
         let named = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(record.name);
         let (handle, ty) = module.types.iter().find(named).unwrap_or_else(|| panic!("no record {}", record.name));
         let TypeInner::Struct { members, .. } = &ty.inner else { panic!("{} is no record", record.name) };
@@ -99,6 +111,37 @@ fn records_are_laid_out_as_shaders_read_them() {
 }
 
 #[test]
+fn tables_are_read_where_records_lie() {
+    let source = shader::source("frame.wgsl");
+    let bytes = [
+        ("VERTEX_TEXELS", size_of::<Vertex>()),
+        ("SURFACE_TEXELS", size_of::<Surface>()),
+        ("QUADRIC_AT", offset_of!(Surface, quadric)),
+        ("BINDINGS_AT", offset_of!(Surface, bindings)),
+        ("TEXTURE_TEXELS", size_of::<TextureRecord>()),
+        ("LEVELS_AT", offset_of!(TextureRecord, levels)),
+        ("NODE_TEXELS", size_of::<Node>()),
+        ("LEAF_TRIANGLE_TEXELS", size_of::<LeafTriangle>()),
+    ];
+    for (name, bytes) in bytes {
+        assert_eq!(bytes % 16, 0, "{name}");
+        let texels = bytes / 16;
+        assert!(source.contains(&format!("const {name} = {texels}u;")), "{name} is not {texels} in the shaders");
+    }
+}
+
+/// Records that passes of tiles read alone.
+#[test]
+fn tiles_are_told_what_to_do_as_they_read_it() {
+    compare(
+        "tiles/cover.wgsl",
+        &[record!("Tiling": Tiling {
+            events, kinds, level, queue, next_queue, shade_queue, traced_queue,
+        })],
+    );
+}
+
+#[test]
 fn limits_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
     assert_eq!(TEXEL_ROW, 1 << 13);
@@ -111,9 +154,10 @@ fn limits_are_the_same_on_both_sides() {
 #[test]
 fn flags_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
-    let all = [surface_flags::ALL, frame_flags::ALL, triangle_flags::ALL].concat();
+    let all = [surface_flags::ALL, frame_flags::ALL, triangle_flags::ALL, hit_flags::ALL].concat();
     for (name, value) in all {
-        assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
+        let written = [format!("const {name} = {value}u;"), format!("const {name} = {value:#x}u;")];
+        assert!(written.iter().any(|line| source.contains(line)), "{name} is not {value} in the shaders");
     }
 }
 

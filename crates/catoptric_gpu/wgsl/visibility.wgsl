@@ -1,4 +1,4 @@
-// What is seen directly: the triangles' numbers, drawn by hardware.
+// What is seen directly: hits (see `tiles/cells.wgsl`), drawn by hardware.
 
 //#include "scene/records.wgsl"
 //#include "scene/texture.wgsl"
@@ -6,35 +6,36 @@
 //#include "optics/step.wgsl"
 //#include "scene/point.wgsl"
 //#include "scene/base.wgsl"
+//#include "tiles/cells.wgsl"
 
 // Triangles without holes first: at equal depth they are seen.
 @group(1) @binding(0) var<storage, read> draw_order: array<u32>;
 
 struct Corner {
     @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) triangle: u32,
+    @location(0) @interpolate(flat, either) hit: u32,
     @location(1) @interpolate(perspective, sample) at: vec2f,
 }
 
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> Corner {
-    let triangle = draw_order[index / 3u];
+    let hit = draw_order[index / 3u];
+    let triangle = triangle_of(hit);
     let place = index % 3u;
     var result: Corner;
-    result.position = frame.clip_from_world * vec4f(vertices[triangles[triangle][place]].position, 1.0);
-    result.triangle = triangle;
+    result.position = frame.clip_from_world * vec4f(vertex_of(corners_of(triangle)[place]).position, 1.0);
+    result.hit = hit;
     result.at = vec2f(f32(place == 1u), f32(place == 2u));
     return result;
 }
 
-fn id_halves(triangle: u32) -> vec2u {
-    let id = triangle + 1u;
-    return vec2u(id & 0xffffu, id >> 16u);
+fn halves(hit: u32) -> vec2u {
+    return vec2u(hit & 0xffffu, hit >> 16u);
 }
 
 @fragment
 fn solid(seen: Corner) -> @location(0) vec2u {
-    return id_halves(seen.triangle);
+    return halves(seen.hit);
 }
 
 // Surfaces with holes where their alpha is low, decided at every sample.
@@ -42,8 +43,8 @@ fn solid(seen: Corner) -> @location(0) vec2u {
 fn with_holes(seen: Corner) -> @location(0) vec2u {
     let dx = dpdx(seen.at);
     let dy = dpdy(seen.at);
-    if !is_present(seen.triangle, Barycentrics(seen.at, dx, dy)) {
+    if !is_present(triangle_of(seen.hit), Barycentrics(seen.at, dx, dy)) {
         discard;
     }
-    return id_halves(seen.triangle);
+    return halves(seen.hit);
 }

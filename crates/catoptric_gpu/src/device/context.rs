@@ -3,7 +3,9 @@
 use super::adapter::{AdapterDescription, choose};
 use super::pipelines::Pipelines;
 use crate::error::GpuError;
+use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError};
+use wgpu::BufferUsages;
 
 /// A device that draws: made once, shared by all methods.
 #[derive(Debug)]
@@ -37,6 +39,8 @@ impl Context {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("catoptric"),
             required_limits: wgpu::Limits::default(),
+            // For the times of stages, where there is one.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             ..Default::default()
         };
         let asked = adapter.request_device(&descriptor).await;
@@ -97,6 +101,35 @@ impl Context {
             Some(problem) => Err(GpuError::Device { problem }),
             None => Ok(()),
         }
+    }
+
+    /// True if passes can be timed.
+    pub(crate) fn has_clock(&self) -> bool {
+        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// Does some work, then reads records from a buffer.
+    pub(crate) fn read_buffer<T: Pod>(
+        &self,
+        mut encoder: wgpu::CommandEncoder,
+        source: &wgpu::Buffer,
+        offset: u64,
+        count: usize,
+    ) -> Result<Vec<T>, GpuError> {
+        let size = (count * size_of::<T>()) as u64;
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("numbers to be read"),
+            size,
+            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        encoder.copy_buffer_to_buffer(source, offset, &buffer, 0, size);
+        self.queue.submit([encoder.finish()]);
+        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        self.wait()?;
+        let mapped = buffer.get_mapped_range(..);
+        let mapped = mapped.map_err(|error| GpuError::Device { problem: error.to_string() })?;
+        Ok(bytemuck::pod_collect_to_vec(&mapped))
     }
 
     /// Waits until all work is done.

@@ -2,21 +2,27 @@
 
 use super::context::Context;
 use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
+use super::tiles::{Band, Paths, TileCounts, TileTables, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
+use super::timer::Timer;
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, frame_flags};
+use crate::layout::{Frame, LightRecord, MAX_CUT, MAX_LIGHTS, MAX_ORDER, NONE, frame_flags};
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
+use std::sync::{Arc, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
 
 /// The most pixels of a piece of work: longer ones would let a screen freeze.
 const PIXELS_AT_ONCE: u32 = 1 << 20;
+/// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
+const HIT_BYTES_AT_ONCE: u64 = 1 << 26;
 /// The most bytes that are read at a time.
 const BYTES_AT_ONCE: u32 = 1 << 26;
-/// Pixels along a side of a workgroup.
-const WORKGROUP: u32 = 8;
+/// What shades pixels that show no paths, and those that do; for each of [`SAMPLE_COUNTS`].
+const ENTRIES: [(&str, &str); 2] =
+    [("shade_one_sample", "follow_one_sample"), ("shade_four_samples", "follow_four_samples")];
 
 /// Refuses what no pipeline draws.
 pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
@@ -41,17 +47,33 @@ pub(crate) fn draw(
     view: &View,
     quality: Quality,
     pixels: &mut [[f32; 4]],
-) -> Result<(), GpuError> {
+) -> Result<Drawn, GpuError> {
     if view.width == 0 || view.height == 0 {
-        return Ok(());
+        return Ok(Drawn::default());
     }
+    let mut timer = Timer::new(context);
     let mut encoder = context.device.create_command_encoder(&Default::default());
-    let colors = encode(context, resident, scene, view, quality, &mut encoder)?;
+    let Drawing { colors, tables } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
     context.queue.submit([encoder.finish()]);
-    read(context, &colors, pixels)
+    read(context, &colors, pixels)?;
+    Ok(Drawn { counts: tables.counts(context)?, stages_ms: timer.stages_ms(context)? })
 }
 
-/// Adds the drawing of a view, which has pixels, to other work: the colours that it gives.
+/// What is known of a view that has been drawn.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Drawn {
+    pub(crate) counts: TileCounts,
+    /// Times of stages in milliseconds, where the device has a clock.
+    pub(crate) stages_ms: Vec<(&'static str, f64)>,
+}
+
+/// A view that has been drawn, once the work is done.
+pub(crate) struct Drawing {
+    pub(crate) colors: wgpu::Texture,
+    tables: Arc<TileTables>,
+}
+
+/// Adds the drawing of a view, which has pixels, to other work.
 pub(crate) fn encode(
     context: &Context,
     resident: &DeviceScene,
@@ -59,23 +81,34 @@ pub(crate) fn encode(
     view: &View,
     quality: Quality,
     encoder: &mut wgpu::CommandEncoder,
-) -> Result<wgpu::Texture, GpuError> {
+    timer: &mut Timer,
+) -> Result<Drawing, GpuError> {
     let Context { device, pipelines, .. } = context;
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
-    let shade = pipelines.shade(device, index, resident.features);
     let targets = Targets::new(context, view, quality.samples)?;
-    let mut record = frame_record(scene, view, quality, resident);
-    let ids = wgpu::BindingResource::TextureView(&targets.ids);
+    let paths = Paths::of(resident, quality.order);
+    let traces = quality.order > paths.events;
+    let shade = |entry| pipelines.shade(device, entry, quality.samples, resident.features, traces);
+    let [seen, followed] = [ENTRIES[index].0, ENTRIES[index].1].map(shade);
+    let rows = rows_at_once(view, quality.samples, paths);
+    let tables = tile_tables(context, resident, cells_of(view.width, rows, quality.samples), quality.samples, paths)?;
     let written = targets.colors.create_view(&Default::default());
-    let written = wgpu::BindingResource::TextureView(&written);
-    let picture = match index {
-        0 => group(device, &pipelines.picture[0], [(0, ids), (1, written)]),
-        _ => group(device, &pipelines.picture[1], [(1, written), (2, ids)]),
-    };
-    let rows = (PIXELS_AT_ONCE / view.width).max(view.height.div_ceil(MAX_BANDS)).clamp(1, view.height);
+    let resources = [
+        (0, tables.hits.as_entire_binding()),
+        (1, wgpu::BindingResource::TextureView(&written)),
+        (2, tables.work.as_entire_binding()),
+    ];
+    let picture = group(device, &pipelines.picture, resources);
+    let mut record = frame_record(scene, view, quality, resident);
+    record.tiled_events = paths.events;
+    record.followed = tables.followed();
     let mut records = Vec::new();
+    let mut bands = Vec::new();
     for first_row in (0..view.height).step_by(rows as usize) {
-        record.first_row = first_row;
+        let rows = rows.min(view.height - first_row);
+        let cells = cells_of(view.width, rows, quality.samples);
+        (record.first_row, record.cells) = (first_row, cells);
+        bands.push(Band { record: records.len() as u32, cells, rows });
         records.extend_from_slice(bytemuck::bytes_of(&record));
         records.resize(records.len().next_multiple_of(FRAME_STRIDE as usize), 0);
     }
@@ -83,18 +116,60 @@ pub(crate) fn encode(
     let descriptor = BufferInitDescriptor { label: Some("frames"), contents: &records, usage: BufferUsages::COPY_SRC };
     let staged = device.create_buffer_init(&descriptor);
     encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
-    targets.draw_ids(encoder, context, resident, index);
-    for (band, first_row) in (0..view.height).step_by(rows as usize).enumerate() {
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&shade);
-        pass.set_bind_group(0, &resident.scene, &[band as u32 * FRAME_STRIDE as u32]);
-        pass.set_bind_group(1, &resident.hierarchy, &[]);
-        pass.set_bind_group(2, &picture, &[]);
-        let of_band = rows.min(view.height - first_row);
-        pass.dispatch_workgroups(view.width.div_ceil(WORKGROUP), of_band.div_ceil(WORKGROUP), 1);
+    targets.draw_ids(encoder, context, resident, index, timer);
+    tables.begin(encoder);
+    for band in bands {
+        tables.encode(encoder, context, resident, &targets.ids, &band, timer);
+        for (stage, pipeline) in [("shade seen", &seen), ("shade paths", &followed)] {
+            let is_followed = stage == "shade paths";
+            if is_followed && paths.events == 0 {
+                continue;
+            }
+            let mut pass = begin(encoder, timer.compute(stage));
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(0, &resident.scene, &[band.record]);
+            pass.set_bind_group(1, &resident.hierarchy, &[]);
+            pass.set_bind_group(2, &picture, &[]);
+            match is_followed {
+                true => tables.dispatch_followed(&mut pass),
+                false => pass.dispatch_workgroups(view.width.div_ceil(WORKGROUP), band.rows.div_ceil(WORKGROUP), 1),
+            }
+        }
     }
     context.check()?;
-    Ok(targets.colors)
+    Ok(Drawing { colors: targets.colors, tables })
+}
+
+/// Columns and rows of cells of so many pixels.
+fn cells_of(width: u32, rows: u32, samples: u32) -> [u32; 2] {
+    [width, rows].map(|count| count.div_ceil(cell_side(samples)))
+}
+
+/// Rows of a picture that are drawn at a time: whole tiles, whose tables fit into a binding.
+fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
+    let unit = tile_rows(samples);
+    let bytes = hit_bytes(cells_of(view.width, unit, samples), paths);
+    let of_table = (HIT_BYTES_AT_ONCE / bytes) as u32;
+    let of_pixels = PIXELS_AT_ONCE / (view.width * unit);
+    let least = view.height.div_ceil(MAX_BANDS).div_ceil(unit);
+    of_table.min(of_pixels).max(least).min(view.height.div_ceil(unit)) * unit
+}
+
+/// The tables of tiles of a size: those of the last picture if they serve.
+fn tile_tables(
+    context: &Context,
+    resident: &DeviceScene,
+    cells: [u32; 2],
+    samples: u32,
+    paths: Paths,
+) -> Result<Arc<TileTables>, GpuError> {
+    let mut last = resident.tiles.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(tables) = last.as_ref().filter(|tables| tables.serve(cells, samples, paths)) {
+        return Ok(tables.clone());
+    }
+    let tables = Arc::new(TileTables::new(context, cells, samples, paths)?);
+    *last = Some(tables.clone());
+    Ok(tables)
 }
 
 /// Reads colours, some rows at a time.
@@ -177,7 +252,14 @@ impl Targets {
         Ok(Self { ids, colors, depth })
     }
 
-    fn draw_ids(&self, encoder: &mut wgpu::CommandEncoder, context: &Context, scene: &DeviceScene, index: usize) {
+    fn draw_ids(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        context: &Context,
+        scene: &DeviceScene,
+        index: usize,
+        timer: &mut Timer,
+    ) {
         let pipelines = &context.pipelines.samples[index];
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("triangles seen"),
@@ -192,6 +274,7 @@ impl Targets {
                 depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
                 stencil_ops: None,
             }),
+            timestamp_writes: timer.render("seen"),
             ..Default::default()
         });
         pass.set_bind_group(0, &scene.scene, &[0]);
@@ -210,6 +293,8 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
     let rays = view.rays();
     let mut lights = [LightRecord::default(); MAX_LIGHTS];
     lights[..resident.lights.len()].copy_from_slice(&resident.lights);
+    let mut cut = [NONE; MAX_CUT];
+    cut[..resident.cut.len()].copy_from_slice(&resident.cut);
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
         origin: rays.origin.to_array(),
@@ -223,7 +308,13 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         light_count: resident.lights.len() as u32,
         root: resident.boxes.root,
         first_row: 0,
-        unused: 0,
+        extent: scene.bounds.diagonal(),
+        cells: [0; 2],
+        tiled_events: 0,
+        followed: 0,
+        cut,
+        cut_count: resident.cut.len() as u32,
+        unused: [0; 3],
         maps: resident.pictures.maps,
         lights,
     }

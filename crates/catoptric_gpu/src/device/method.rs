@@ -147,10 +147,19 @@ impl Frame for DeviceFrame<'_> {
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
         let watch = Stopwatch::new();
         let drawn = frame::draw(context, resident, scene, view, *quality, &mut target.pixels);
-        drawn.map_err(|error| failed(info, &error))?;
+        let drawn = drawn.map_err(|error| failed(info, &error))?;
         stage.advance(1)?;
         let mut report = Report::default();
+        let counts = drawn.counts;
+        let [large, middle, small] = counts.tiles;
+        report.counts.extend([
+            ("tiles", u64::from(large + middle + small)),
+            ("tiles_divided", u64::from((middle + small).div_ceil(4))),
+            ("candidates", u64::from(counts.candidates)),
+            ("pairs", u64::from(counts.pairs)),
+        ]);
         report.stages_ms.push(("gpu", watch.elapsed_ms()));
+        report.stages_ms.extend(drawn.stages_ms);
         Ok(report)
     }
 }

@@ -6,6 +6,8 @@ mod frame;
 mod method;
 mod pipelines;
 mod renderer;
+mod tiles;
+mod timer;
 mod upload;
 
 pub use adapter::{AdapterDescription, adapters};

@@ -1,5 +1,6 @@
 //! The pipelines of all passes, made once a device.
 
+use super::tiles::TilePipelines;
 use crate::shader;
 use crate::tables::SceneFeatures;
 use std::collections::HashMap;
@@ -21,7 +22,6 @@ pub(crate) struct SamplePipelines {
     pub(crate) solid: wgpu::RenderPipeline,
     /// Those whose alpha is tested.
     pub(crate) with_holes: wgpu::RenderPipeline,
-    shading: wgpu::PipelineLayout,
 }
 
 /// All pipelines.
@@ -33,8 +33,10 @@ pub(crate) struct Pipelines {
     pub(crate) hierarchy: wgpu::BindGroupLayout,
     /// The order in which triangles are drawn.
     pub(crate) order: wgpu::BindGroupLayout,
-    /// What is seen, and the colours; for one sample a pixel, and for several.
-    pub(crate) picture: [wgpu::BindGroupLayout; 2],
+    /// What rays hit, and the colours.
+    pub(crate) picture: wgpu::BindGroupLayout,
+    pub(crate) tiles: TilePipelines,
+    shading: wgpu::PipelineLayout,
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
     /// Colours to be drawn to a target.
@@ -43,8 +45,8 @@ pub(crate) struct Pipelines {
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
     presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
-    /// Those that shade, by the place in [`SAMPLE_COUNTS`] and what scenes have.
-    shade: Mutex<HashMap<(usize, SceneFeatures), wgpu::ComputePipeline>>,
+    /// Those that shade, by their entries, what scenes have, and whether rays are traced.
+    shade: Mutex<HashMap<(&'static str, SceneFeatures, bool), wgpu::ComputePipeline>>,
 }
 
 impl Pipelines {
@@ -65,22 +67,20 @@ impl Pipelines {
                         min_binding_size: None,
                     },
                 ),
-                storage(1),
-                storage(2),
-                storage(3),
-                storage(4),
-                texture(5, TextureSampleType::Uint, false),
+                table(1),
+                table(2),
+                table(3),
+                table(4),
+                table(5),
                 numbers(6),
                 numbers(7),
                 numbers(8),
             ],
         );
-        let hierarchy = layout(device, "hierarchy", shades, &[storage(0), storage(1)]);
+        let hierarchy = layout(device, "hierarchy", shades, &[table(0), table(1)]);
         let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
-        let picture = [
-            layout(device, "picture", shades, &[texture(0, TextureSampleType::Uint, false), written(1)]),
-            layout(device, "picture", shades, &[written(1), texture(2, TextureSampleType::Uint, true)]),
-        ];
+        let picture = layout(device, "picture", shades, &[storage(0), written(1), storage(2)]);
+        let tiles = TilePipelines::new(device, &scene, &hierarchy);
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
@@ -93,22 +93,29 @@ impl Pipelines {
             SamplePipelines {
                 solid: draws(device, &visibility, &drawing, "solid", count),
                 with_holes: draws(device, &visibility, &drawing, "with_holes", count),
-                shading: pipeline_layout(device, &[&scene, &hierarchy, &picture[index]]),
             }
         });
+        let shading = pipeline_layout(device, &[&scene, &hierarchy, &picture]);
         let (shade, presenting) = (Mutex::default(), Mutex::default());
-        Self { scene, hierarchy, order, picture, samples, colors, frame, present, presenting, shade }
+        Self { scene, hierarchy, order, picture, tiles, shading, samples, colors, frame, present, presenting, shade }
     }
 
-    /// The pipeline that shades scenes with these features, for a place in [`SAMPLE_COUNTS`].
-    pub(crate) fn shade(&self, device: &wgpu::Device, index: usize, features: SceneFeatures) -> wgpu::ComputePipeline {
+    /// The pipeline of an entry that shades scenes with these features, for a number of samples a pixel.
+    pub(crate) fn shade(
+        &self,
+        device: &wgpu::Device,
+        entry: &'static str,
+        samples: u32,
+        features: SceneFeatures,
+        traces: bool,
+    ) -> wgpu::ComputePipeline {
         let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((index, features)).or_insert_with(|| {
-            let entry = ["shade_one_sample", "shade_four_samples"][index];
-            let constants = features.constants();
+        let pipeline = known.entry((entry, features, traces)).or_insert_with(|| {
+            let mut constants = features.constants();
+            constants.extend([("SAMPLES", f64::from(samples)), ("TRACES", if traces { 1.0 } else { 0.0 })]);
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
-                layout: Some(&self.samples[index].shading),
+                layout: Some(&self.shading),
                 module: &self.frame,
                 entry_point: Some(entry),
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
@@ -150,22 +157,36 @@ impl Pipelines {
     }
 }
 
+/// A table, as it is read.
+fn table(binding: u32) -> (u32, BindingType) {
+    texture(binding, TextureSampleType::Uint, false)
+}
+
 /// The colours, as they are written.
 fn written(binding: u32) -> (u32, BindingType) {
     let access = wgpu::StorageTextureAccess::WriteOnly;
     (binding, BindingType::StorageTexture { access, format: COLOR_FORMAT, view_dimension: TextureViewDimension::D2 })
 }
 
-fn storage(binding: u32) -> (u32, BindingType) {
-    let ty = BufferBindingType::Storage { read_only: true };
+pub(crate) fn storage(binding: u32) -> (u32, BindingType) {
+    buffer(binding, true)
+}
+
+/// A storage buffer that is written, too.
+pub(crate) fn written_storage(binding: u32) -> (u32, BindingType) {
+    buffer(binding, false)
+}
+
+fn buffer(binding: u32, read_only: bool) -> (u32, BindingType) {
+    let ty = BufferBindingType::Storage { read_only };
     (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
 
-fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
+pub(crate) fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
     (binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled })
 }
 
-fn layout(
+pub(crate) fn layout(
     device: &wgpu::Device,
     label: &str,
     visibility: ShaderStages,
@@ -177,7 +198,7 @@ fn layout(
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-fn pipeline_layout(device: &wgpu::Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
+pub(crate) fn pipeline_layout(device: &wgpu::Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
     device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::frame;
+use super::timer::Timer;
 use super::upload::{DeviceScene, group};
 use crate::error::GpuError;
 use catoptric::methods::Quality;
@@ -59,8 +60,9 @@ impl Renderer {
             return Ok(());
         }
         let Context { device, pipelines, .. } = &*self.context;
-        let colors = frame::encode(&self.context, &self.resident, &self.scene, view, quality, encoder)?;
-        let colors = colors.create_view(&Default::default());
+        let drawing =
+            frame::encode(&self.context, &self.resident, &self.scene, view, quality, encoder, &mut Timer::none())?;
+        let colors = drawing.colors.create_view(&Default::default());
         let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),

@@ -1,6 +1,7 @@
 //! A scene in a device's memory.
 
 use super::context::Context;
+use super::tiles::TileTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
@@ -9,7 +10,7 @@ use bytemuck::Pod;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::{Environment, Scene, Texture};
 use std::num::NonZeroU64;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
 
@@ -32,8 +33,14 @@ pub(crate) struct DeviceScene {
     pub(crate) lights: Vec<LightRecord>,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
+    /// Where tiles begin to walk the hierarchy.
+    pub(crate) cut: Vec<u32>,
     /// On the processor, to be refitted.
     pub(crate) boxes: Hierarchy,
+    /// True if something reflects or refracts.
+    pub(crate) has_specular: bool,
+    /// Those of the size of the last picture.
+    pub(crate) tiles: Mutex<Option<Arc<TileTables>>>,
     /// Memory that it takes on the device.
     pub(crate) byte_count: u64,
 }
@@ -43,8 +50,8 @@ pub(crate) struct DeviceScene {
 pub(crate) struct DevicePictures {
     textures: Vec<Arc<Texture>>,
     environment: Option<Arc<Environment>>,
-    records: Buffer,
-    views: [wgpu::TextureView; 4],
+    /// The table of textures, the texels, and three of the environment.
+    views: [wgpu::TextureView; 5],
     /// Of the environment's maps.
     pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
     byte_count: u64,
@@ -68,25 +75,24 @@ impl DeviceScene {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let buffers = [
+        let views = [
             upload.table("the scene's vertices", &tables.vertices)?,
             upload.table("the scene's triangles", &tables.triangles)?,
             upload.table("the scene's objects", &tables.surfaces)?,
         ];
         let record = wgpu::BufferBinding { buffer: &frame, offset: 0, size: NonZeroU64::new(FRAME_SIZE) };
         let mut resources = vec![(0, BindingResource::Buffer(record))];
-        resources.extend((1..).zip(buffers.iter().map(Buffer::as_entire_binding)));
-        resources.push((4, pictures.records.as_entire_binding()));
-        resources.extend((5..).zip(pictures.views.iter().map(BindingResource::TextureView)));
+        resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
-        let [nodes, leaves, order] = [
+        let [nodes, leaves] = [
             upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
             upload.table("the hierarchy's triangles", &tables.hierarchy.triangles)?,
-            upload.table("the order of triangles", &tables.draw_order)?,
         ];
-        let of_hierarchy = [(0, nodes.as_entire_binding()), (1, leaves.as_entire_binding())];
+        let order = upload.buffer("the order of triangles", &tables.draw_order)?;
+        let of_hierarchy = [(0, BindingResource::TextureView(&nodes)), (1, BindingResource::TextureView(&leaves))];
         let byte_count = upload.byte_count;
         context.check()?;
+        let tiles = old.and_then(|old| old.tiles.lock().unwrap_or_else(PoisonError::into_inner).clone());
         Ok(Self {
             scene: group(device, &pipelines.scene, resources),
             hierarchy: group(device, &pipelines.hierarchy, of_hierarchy),
@@ -97,7 +103,10 @@ impl DeviceScene {
             lights,
             features: SceneFeatures::of(scene, &tables.surfaces),
             pictures,
+            cut: tables.hierarchy.cut(),
             boxes: tables.hierarchy,
+            has_specular: !scene.specular_objects().is_empty(),
+            tiles: Mutex::new(tiles),
             byte_count,
         })
     }
@@ -107,22 +116,20 @@ impl DevicePictures {
     fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
         let environment = environment_texels(scene.environment.as_deref());
         let textures = texture_tables(scene)?;
-        let texels = in_rows(textures.texels);
+        let texels = in_rows(textures.texels, [0; 4]);
         let numbers = TextureFormat::Rgba32Float;
         let cells = [CELLS as u32 + 1; 2];
-        let row = texels.len().min(TEXEL_ROW);
-        let size = [row as u32, (texels.len() / row) as u32];
         let mut upload = Upload { context, byte_count: 0 };
         let views = [
-            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size, &texels)?,
+            upload.table("the scene's textures", &textures.records)?,
+            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size_in_rows(&texels), &texels)?,
             upload.picture("the environment", numbers, environment.size, &environment.picture)?,
             upload.picture("the environment's maps", numbers, environment.maps_size, &environment.maps)?,
             upload.picture("the reflectance table", numbers, cells, &reflectances())?,
         ];
-        let records = upload.table("the scene's textures", &textures.records)?;
         let (textures, environment_of) = (scene.textures.clone(), scene.environment.clone());
         let byte_count = upload.byte_count;
-        Ok(Self { textures, environment: environment_of, records, views, maps: environment.places, byte_count })
+        Ok(Self { textures, environment: environment_of, views, maps: environment.places, byte_count })
     }
 
     /// True if they are a scene's.
@@ -150,11 +157,16 @@ pub(crate) fn group<'a>(
 }
 
 /// Texels filled up to whole rows of [`TEXEL_ROW`], if they are more than one row; at least one.
-fn in_rows(mut texels: Vec<[u16; 4]>) -> Vec<[u16; 4]> {
+fn in_rows<T: Copy>(mut texels: Vec<T>, empty: T) -> Vec<T> {
     let count = texels.len();
     let filled = if count > TEXEL_ROW { count.next_multiple_of(TEXEL_ROW) } else { count.max(1) };
-    texels.resize(filled, [0; 4]);
+    texels.resize(filled, empty);
     texels
+}
+
+fn size_in_rows<T>(texels: &[T]) -> [u32; 2] {
+    let row = texels.len().min(TEXEL_ROW);
+    [row as u32, (texels.len() / row) as u32]
 }
 
 fn reflectances() -> Vec<[f32; 4]> {
@@ -167,10 +179,16 @@ struct Upload<'a> {
 }
 
 impl Upload<'_> {
-    /// A table as a storage buffer; an empty one has one record of zeros, as devices allow no empty buffers.
-    fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<Buffer, GpuError> {
-        let empty = [T::zeroed()];
-        let bytes: &[u8] = bytemuck::cast_slice(if records.is_empty() { &empty } else { records });
+    /// A table as a picture of four numbers a texel.
+    fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
+        const { assert!(size_of::<T>() % size_of::<[u32; 4]>() == 0) };
+        let texels = in_rows(bytemuck::pod_collect_to_vec::<T, [u32; 4]>(records), [0; 4]);
+        self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(&texels), &texels)
+    }
+
+    /// Numbers as a storage buffer; without any it has one that is zero, as devices allow no empty buffers.
+    fn buffer(&mut self, what: &str, numbers: &[u32]) -> Result<Buffer, GpuError> {
+        let bytes: &[u8] = bytemuck::cast_slice(if numbers.is_empty() { &[0] } else { numbers });
         let limits = self.context.device.limits();
         let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         if bytes.len() as u64 > allowed {

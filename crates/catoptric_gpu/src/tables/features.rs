@@ -22,6 +22,10 @@ const NAMES: [&str; COUNT] = [
     "HAS_COLORS",
 ];
 
+const HAS_LENSES: usize = 7;
+const HAS_QUADRICS: usize = 9;
+const HAS_HOLES: usize = 10;
+
 /// What a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SceneFeatures {
@@ -55,6 +59,20 @@ impl SceneFeatures {
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }
+    }
+
+    /// True if something refracts.
+    pub fn has_lenses(&self) -> bool {
+        self.has[HAS_LENSES]
+    }
+
+    /// Those alone that decide where rays go.
+    pub fn of_rays(&self) -> Self {
+        let mut has = [false; COUNT];
+        for index in [HAS_LENSES, HAS_QUADRICS, HAS_HOLES] {
+            has[index] = self.has[index];
+        }
+        Self { has, bindings_used: 0 }
     }
 
     /// The values of the shaders' constants, by their names.

@@ -1,5 +1,10 @@
 // Specular paths, from the eye to the diffuse surfaces that they end on: the twin of `light/path_tracer`.
 
+//#include "light/bounce.wgsl"
+
+// True if there are paths longer than those that tiles have followed.
+override TRACES: bool = true;
+
 const MIN_THROUGHPUT = 1e-5;
 // Paths of more events are refused before anything is drawn.
 const MAX_ORDER = 8u;
@@ -9,8 +14,9 @@ struct Segment {
     ray: Ray,
     change: RayDifferential,
     throughput: vec3f,
-    // Specular events so far.
+    // Specular events so far, and their kinds: a bit each, set where light is refracted.
     order: u32,
+    kinds: u32,
     absorption: vec3f,
     own: OwnRule,
     // Of a mirror whose reflection fades with distance: the surface, what it scatters itself, and its reflectance.
@@ -27,14 +33,14 @@ struct Children {
     sum: vec3f,
 }
 
-// What becomes of a path at a triangle that its ray meets.
-fn arrive(segment: Segment, triangle: u32, samples: u32) -> Children {
+// What becomes of a path at a triangle that its ray meets, and where it ends if it is the last.
+fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children {
     var children: Children;
     let direction = segment.ray.direction;
     let met = drawn_encounter(triangle, segment.ray, segment.change, samples);
     let object = met.point.object;
-    let role = surfaces[object].role;
-    let flags = surfaces[object].flags;
+    let role = surface_of(object).role;
+    let flags = surface_of(object).flags;
     let at = facing(direction, met.point.geometric_normal, met.point.normal);
     let way = distance(segment.ray.origin, met.point.position);
     var throughput = segment.throughput;
@@ -45,15 +51,14 @@ fn arrive(segment: Segment, triangle: u32, samples: u32) -> Children {
     }
     var crossed = segment.absorption;
     if HAS_LENSES {
-        crossed = select(segment.absorption, surfaces[object].absorption, role == LENS && !at.outside);
+        crossed = select(segment.absorption, surface_of(object).absorption, role == LENS && !at.outside);
         throughput *= transmittance(crossed, way);
     }
-    let last = segment.order >= frame.order;
     let texels = texels_at(met.point);
-    let base = (surfaces[object].base_color * met.point.color * texels.values[BASE]).xyz;
+    let base = (surface_of(object).base_color * met.point.color * texels.values[BASE]).xyz;
     var tint = base;
     if HAS_COATS && role == COATED {
-        tint = vec3f(surfaces[object].coat * texels.values[COAT].x);
+        tint = vec3f(surface_of(object).coat * texels.values[COAT].x);
     }
     let step = light_step(object, tint, at, direction);
     var child = segment;
@@ -62,7 +67,7 @@ fn arrive(segment: Segment, triangle: u32, samples: u32) -> Children {
     child.absorption = crossed;
     if role == DIFFUSE || (flags & OWN_LIGHT) != 0u {
         let is_deferred = HAS_ATTENUATION && !last && step.is_attenuated;
-        let own_base = select(base, surfaces[object].own_color, (flags & OWN_COLOR) != 0u);
+        let own_base = select(base, surface_of(object).own_color, (flags & OWN_COLOR) != 0u);
         let is_lit = step.scattered > 0.0 || is_deferred;
         let light = point_light(own_base, tint, met.point, texels, -direction, is_lit);
         children.sum += throughput * light.highlights;
@@ -97,10 +102,9 @@ fn carries_light(segment: Segment) -> bool {
     return counts && any(segment.ray.direction != vec3f(0.0));
 }
 
-// The child of a path by an event; without a direction on total internal reflection.
+// The child of a path, which counts the event already; without a direction on total internal reflection.
 fn departed(parent: Segment, kind: u32, throughput: vec3f, met: SurfaceInteraction, step: LightStep) -> Segment {
     let incoming = parent.ray.direction;
-    let direction = outgoing(kind, step.facing, incoming, step.eta);
     let object = met.point.object;
     let outside = step.facing.outside;
     var child = parent;
@@ -109,21 +113,17 @@ fn departed(parent: Segment, kind: u32, throughput: vec3f, met: SurfaceInteracti
     child.change.origin_dy = met.position_dy;
     child.change.direction_dx = direction_change(step, kind, incoming, parent.change.direction_dx, met.normal_dx);
     child.change.direction_dy = direction_change(step, kind, incoming, parent.change.direction_dy, met.normal_dy);
+    child.kinds |= kind << (parent.order - 1u);
     if kind == TRANSMIT {
-        child.absorption = select(vec3f(0.0), surfaces[object].absorption, outside);
+        child.absorption = select(vec3f(0.0), surface_of(object).absorption, outside);
     }
-    // A little off the surface on the side that the ray leaves to.
-    let offset = 16.0 * 1.1920929e-7 * max(met.point.coordinate_size, 1e-37);
-    let geometric = met.point.geometric_normal;
-    let side = select(offset, -offset, dot(direction, geometric) < 0.0);
-    child.ray = Ray(met.point.position + geometric * side, direction);
+    child.ray = leaving_ray(kind, incoming, step.facing, step.eta, met.point);
     child.own = own_rule(object, kind, outside == (kind == REFLECT));
     return child;
 }
 
-// The radiance that arrives at a position of the picture, where a triangle (or NONE) is seen; changes are those of a
-// part of a pixel with such a side.
-fn path_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec3f {
+// A path that starts at the eye; changes are those of a part of a pixel with such a side.
+fn eye_segment(position: vec2f, side: f32) -> Segment {
     var segment: Segment;
     segment.ray = eye_ray(position);
     let change = eye_ray_differential(position);
@@ -136,15 +136,29 @@ fn path_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec
     segment.throughput = vec3f(1.0);
     segment.deferred = NONE;
     segment.own = NO_RULE;
+    return segment;
+}
+
+// The radiance of what is seen at a position of the picture, a triangle or NONE, and of nothing that it shows.
+fn seen_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec3f {
+    let segment = eye_segment(position, side);
+    if triangle == NONE {
+        return finite(background(segment.ray.direction));
+    }
+    return finite(arrive(segment, triangle, samples, true).sum);
+}
+
+// The radiance that arrives at a position of the picture along all paths of a ray of a cell, which stands for so many samples.
+fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32) -> vec3f {
+    var segment = eye_segment(position, side);
     var waiting: array<Segment, MAX_ORDER>;
     var count = 0u;
-    var shown = triangle;
-    var of_samples = samples;
+    var shown = triangle_of(hits[hit_index(cell, 0u, 0u)][ray]);
     var sum = vec3f(0.0);
     loop {
         var children: Children;
         if shown != NONE {
-            children = arrive(segment, shown, of_samples);
+            children = arrive(segment, shown, samples, segment.order >= frame.order);
             sum += children.sum;
         } else {
             var throughput = segment.throughput;
@@ -170,8 +184,13 @@ fn path_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec
         } else {
             break;
         }
-        shown = nearest(segment.ray, 0.0, FAR, segment.own, false).triangle;
-        of_samples = 1u;
+        if TRACES && segment.order > frame.tiled_events {
+            shown = nearest(segment.ray, 0.0, FAR, segment.own, false).triangle;
+        } else {
+            let hit = hits[hit_index(cell, segment.order, segment.kinds)][ray];
+            // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
+            shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
+        }
     }
     return finite(sum);
 }

@@ -1,59 +1,8 @@
-// The first triangle along a ray: the twin of `light/wide_hierarchy/rays` over a narrow hierarchy, and of the tiles'
-// `OwnRule`.
+// The first triangle along a ray: the twin of `light/wide_hierarchy/rays` over a narrow hierarchy.
 
-// The boxes of two children, and what these are: see `hierarchy.rs`.
-struct Node {
-    low0: vec3f,
-    child0: u32,
-    high0: vec3f,
-    unused0: u32,
-    low1: vec3f,
-    child1: u32,
-    high1: vec3f,
-    unused1: u32,
-}
-
-struct LeafTriangle {
-    a: vec3f,
-    triangle: u32,
-    b: vec3f,
-    object: u32,
-    c: vec3f,
-    flags: u32,
-}
-
-@group(1) @binding(0) var<storage, read> nodes: array<Node>;
-@group(1) @binding(1) var<storage, read> leaf_triangles: array<LeafTriangle>;
-
-// Children with this bit are leaves: the place of the first triangle, times 8, and their number.
-const LEAF = 0x80000000u;
-// Flags of a leaf's triangles.
-const HIDES_LIGHTS = 1u;
-const MAY_HAVE_HOLES = 2u;
-// The winding is opposite to the normals.
-const TURNED = 4u;
+//#include "light/hierarchy.wgsl"
 
 const MAX_DEPTH = 64u;
-// Faces of an object that is not closed count from behind only at this share of its extent.
-const AROUND = 0.05;
-// Within a lens its surface is met before things that touch it from without.
-const TOUCHING = 1e-4;
-const FAR = 3e38;
-
-// What of the object that a ray has left it can meet.
-struct OwnRule {
-    object: u32,
-    none: bool,
-    outside: bool,
-    from_behind: f32,
-}
-
-fn own_rule(object: u32, kind: u32, outside: bool) -> OwnRule {
-    let flags = surfaces[object].flags;
-    let none = (flags & CONVEX) != 0u && outside && kind == REFLECT;
-    let from_behind = select(AROUND * surfaces[object].extent, FAR, (flags & CLOSED) != 0u);
-    return OwnRule(object, none, outside, from_behind);
-}
 
 struct TriangleMet {
     inside: bool,
@@ -101,8 +50,6 @@ fn meet_box(low: vec3f, high: vec3f, origin: vec3f, inverse: vec3f) -> vec2f {
     return vec2f(max(nearer.x, max(nearer.y, nearer.z)), min(farther.x, min(farther.y, farther.z)) * 1.000001);
 }
 
-const NO_RULE = OwnRule(NONE, false, true, 0.0);
-
 struct Meeting {
     triangle: u32,
     distance: f32,
@@ -119,7 +66,7 @@ fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> M
     loop {
         // Down to a leaf.
         while (current & LEAF) == 0u {
-            let node = nodes[current];
+            let node = node_of(current);
             let first = meet_box(node.low0, node.high0, ray.origin, inverse);
             let second = meet_box(node.low1, node.high1, ray.origin, inverse);
             let meets_first = first.x <= first.y && first.y >= near && first.x < best.distance;
@@ -142,7 +89,7 @@ fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> M
         }
         let start = (current & ~LEAF) >> 3u;
         for (var place = start; place < start + (current & 7u); place++) {
-            let triangle = leaf_triangles[place];
+            let triangle = leaf_triangle_of(place);
             let distance = distance_to(triangle, ray, near, best.distance, own, hides_lights);
             if distance < best.distance {
                 best = Meeting(triangle.triangle, distance);

@@ -1,5 +1,7 @@
 // How light reflects and refracts: the twin of `optics/step`.
 
+//#include "scene/microfacets.wgsl"
+
 const MIN_SINE = 1e-3;
 const REFLECT = 0u;
 const TRANSMIT = 1u;
@@ -122,19 +124,19 @@ struct LightStep {
 }
 
 fn attenuation_weight(surface: u32, distance: f32) -> f32 {
-    let specularity = surfaces[surface].attenuation;
-    let share = min(distance / surfaces[surface].attenuation_distance, 1.0);
+    let specularity = surface_of(surface).attenuation;
+    let share = min(distance / surface_of(surface).attenuation_distance, 1.0);
     return specularity.y - (specularity.y - specularity.x) * (share * share);
 }
 
 // The step at a surface of a tint (of coats: the share that they cover).
 fn light_step(surface: u32, tint: vec3f, at: Facing, direction: vec3f) -> LightStep {
     let cosine = -dot(direction, at.normal);
-    let flags = surfaces[surface].flags;
+    let flags = surface_of(surface).flags;
     var step: LightStep;
     step.facing = at;
     step.eta = 1.0;
-    switch surfaces[surface].role {
+    switch surface_of(surface).role {
         case REFLECTOR: {
             let is_blind = at.outside && (flags & INSIDE) != 0u;
             if !is_blind {
@@ -146,23 +148,23 @@ fn light_step(surface: u32, tint: vec3f, at: Facing, direction: vec3f) -> LightS
                 step.reflectance = 1.0;
                 if (flags & BLEND) != 0u {
                     if ramp {
-                        let weights = surfaces[surface].ramp;
+                        let weights = surface_of(surface).ramp;
                         step.reflectance = weights.x + (weights.y - weights.x) * min(cosine * cosine, 1.0);
                     }
                     step.reflected *= step.reflectance;
                     step.is_attenuated = (flags & ATTENUATION) != 0u;
-                    let faintest = select(1.0, surfaces[surface].attenuation.x, step.is_attenuated);
+                    let faintest = select(1.0, surface_of(surface).attenuation.x, step.is_attenuated);
                     step.scattered = 1.0 - step.reflectance * faintest;
                 }
             }
         }
         case COATED: {
-            step.reflectance = tint.x * fresnel_dielectric(cosine, 1.0 / surfaces[surface].ior);
+            step.reflectance = tint.x * fresnel_dielectric(cosine, 1.0 / surface_of(surface).ior);
             step.reflected = vec3f(step.reflectance);
             step.scattered = 1.0 - step.reflectance;
         }
         case LENS: {
-            step.eta = relative_index(surfaces[surface].ior, at.outside);
+            step.eta = relative_index(surface_of(surface).ior, at.outside);
             step.reflectance = fresnel_dielectric(cosine, step.eta);
             step.reflected = vec3f(step.reflectance);
             if step.reflectance < 1.0 {

@@ -1,7 +1,7 @@
 // Base colours of surface points, and holes where their alpha is low.
 
 fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
-    let binding = surfaces[object].bindings[index];
+    let binding = binding_of(object, index);
     if binding.texture == NONE {
         return vec4f(1.0);
     }
@@ -34,6 +34,6 @@ fn texels_at(point: SurfacePoint) -> Texels {
 // True if a surface whose alpha is tested is there.
 fn is_present(triangle: u32, at: Barycentrics) -> bool {
     let point = surface_point(triangle_at(triangle), at, 1u);
-    let color = surfaces[point.object].base_color * point.color * sample_binding(point.object, BASE, point);
-    return color.w >= surfaces[point.object].alpha_cutoff;
+    let color = surface_of(point.object).base_color * point.color * sample_binding(point.object, BASE, point);
+    return color.w >= surface_of(point.object).alpha_cutoff;
 }

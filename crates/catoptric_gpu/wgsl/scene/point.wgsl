@@ -95,8 +95,8 @@ struct Triangle {
 }
 
 fn triangle_at(index: u32) -> Triangle {
-    let corners = triangles[index];
-    return Triangle(index, corners.w, vertices[corners.x], vertices[corners.y], vertices[corners.z]);
+    let corners = corners_of(index);
+    return Triangle(index, corners.w, vertex_of(corners.x), vertex_of(corners.y), vertex_of(corners.z));
 }
 
 fn plane_met(triangle: Triangle, ray: Ray, change: RayDifferential) -> PlaneMet {
@@ -191,7 +191,7 @@ fn encounter(triangle: Triangle, at: Barycentrics, samples: u32) -> SurfaceInter
 // The meeting of a ray with an exact surface near a distance; below 0: there is none. As `PlacedSurface::refine`, for
 // polynomials of second degree.
 fn refine(object: u32, ray: Ray, start: f32) -> f32 {
-    let quadric = surfaces[object].quadric;
+    let quadric = quadric_of(object);
     // From the point drawn: distances from the eye would cost digits.
     let relative = ray.origin + ray.direction * start - quadric.center;
     let curved = second_derivatives(quadric, relative);
@@ -217,7 +217,7 @@ fn second_derivatives(quadric: Quadric, vector: vec3f) -> vec3f {
 }
 
 fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential) -> SurfaceInteraction {
-    let quadric = surfaces[object].quadric;
+    let quadric = quadric_of(object);
     let position = ray.origin + ray.direction * distance;
     let relative = position - quadric.center;
     let gradient = quadric.gradient + second_derivatives(quadric, relative);
@@ -238,7 +238,7 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
     result.point.normal = normal;
     result.point.color = vec4f(1.0);
     result.point.coordinate_size = largest(abs(position));
-    if surfaces[object].role != DIFFUSE {
+    if surface_of(object).role != DIFFUSE {
         result.point.normal_change2 =
             dot(result.normal_dx, result.normal_dx) + dot(result.normal_dy, result.normal_dy);
     }
@@ -249,7 +249,7 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
 fn drawn_encounter(index: u32, ray: Ray, change: RayDifferential, samples: u32) -> SurfaceInteraction {
     let triangle = triangle_at(index);
     let met = plane_met(triangle, ray, change);
-    if HAS_QUADRICS && (surfaces[triangle.object].flags & QUADRIC) != 0u {
+    if HAS_QUADRICS && (surface_of(triangle.object).flags & QUADRIC) != 0u {
         let distance = refine(triangle.object, ray, met.distance);
         if distance >= 0.0 {
             return exact_encounter(triangle.object, ray, distance, change);

@@ -52,7 +52,7 @@ const COAT = 5u;
 const BINDINGS = 6u;
 
 const MAX_LEVELS = 16u;
-// 2 to the power of this texels are in a row.
+// 2 to the power of this texels are in a row of a table.
 const TEXEL_ROW_LOG2 = 13u;
 const MAX_LIGHTS = 128u;
 const ENVIRONMENT_MAPS = 8u;
@@ -84,7 +84,19 @@ struct Frame {
     // Of the hierarchy: a node, a leaf, or NONE.
     root: u32,
     first_row: u32,
-    unused: u32,
+    // Of the scene's box.
+    extent: f32,
+    // Of the band, and how many events of paths tiles have followed.
+    cells: vec2u,
+    tiled_events: u32,
+    // The place of the queue of tiles that are shaded path by path.
+    followed: u32,
+    // Nodes and leaves of the hierarchy, of which all triangles are below one, and how many they are.
+    cut: array<vec4u, 16>,
+    cut_count: u32,
+    unused0: u32,
+    unused1: u32,
+    unused2: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     lights: array<Light, MAX_LIGHTS>,
@@ -134,6 +146,7 @@ struct Quadric {
     unused6: f32,
 }
 
+// Its exact surface and its textures follow it in the table.
 struct Surface {
     base_color: vec4f,
     emissive: vec3f,
@@ -160,8 +173,6 @@ struct Surface {
     normal_scale: f32,
     occlusion_strength: f32,
     unused: f32,
-    quadric: Quadric,
-    bindings: array<Binding, BINDINGS>,
 }
 
 struct Level {
@@ -170,6 +181,7 @@ struct Level {
     stride: u32,
 }
 
+// Its levels follow it in the table.
 struct TextureRecord {
     size: vec2f,
     // Of the coarsest level; below 0 where levels are not used.
@@ -180,14 +192,139 @@ struct TextureRecord {
     minified_half: f32,
     // 0 clamped, 1 repeated, 0.5 mirrored.
     wrap: vec2f,
-    levels: array<Level, MAX_LEVELS>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
-@group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
-// Three vertices and the object.
-@group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
-@group(0) @binding(3) var<storage, read> surfaces: array<Surface>;
-@group(0) @binding(4) var<storage, read> textures: array<TextureRecord>;
+// Tables are pictures of four numbers a texel, a record after the other: devices (and above all drivers that draw on
+// the processor) read these faster than buffers.
+@group(0) @binding(1) var vertex_table: texture_2d<u32>;
+@group(0) @binding(2) var triangle_table: texture_2d<u32>;
+@group(0) @binding(3) var surface_table: texture_2d<u32>;
+@group(0) @binding(4) var texture_table: texture_2d<u32>;
 // Of all textures, in rows of TEXEL_ROW: 65535 for 1.
 @group(0) @binding(5) var texels: texture_2d<u32>;
+
+// The place of a texel of a table.
+fn row_of(index: u32) -> vec2u {
+    return vec2u(index & ((1u << TEXEL_ROW_LOG2) - 1u), index >> TEXEL_ROW_LOG2);
+}
+
+// Texels of a record.
+const VERTEX_TEXELS = 5u;
+const SURFACE_TEXELS = 30u;
+const QUADRIC_AT = 9u;
+const BINDINGS_AT = 18u;
+const TEXTURE_TEXELS = 18u;
+const LEVELS_AT = 2u;
+
+fn vertex_number(vertex: u32, texel: u32) -> vec4f {
+    return bitcast<vec4f>(textureLoad(vertex_table, row_of(vertex * VERTEX_TEXELS + texel), 0));
+}
+
+fn vertex_of(vertex: u32) -> Vertex {
+    let position = vertex_number(vertex, 0u);
+    let normal = vertex_number(vertex, 1u);
+    let last = vertex_number(vertex, 4u);
+    var result: Vertex;
+    result.position = position.xyz;
+    result.u0 = position.w;
+    result.normal = normal.xyz;
+    result.v0 = normal.w;
+    if HAS_COLORS {
+        result.color = vertex_number(vertex, 2u);
+    }
+    if HAS_NORMAL_MAPS {
+        result.tangent = vertex_number(vertex, 3u);
+    }
+    result.uv1 = last.xy;
+    result.part = bitcast<u32>(last.z);
+    return result;
+}
+
+// Three vertices and the object.
+fn corners_of(triangle: u32) -> vec4u {
+    return textureLoad(triangle_table, row_of(triangle), 0);
+}
+
+fn object_of(triangle: u32) -> u32 {
+    return corners_of(triangle).w;
+}
+
+fn surface_number(object: u32, texel: u32) -> vec4f {
+    return bitcast<vec4f>(textureLoad(surface_table, row_of(object * SURFACE_TEXELS + texel), 0));
+}
+
+fn surface_of(object: u32) -> Surface {
+    let emissive = surface_number(object, 1u);
+    let absorption = surface_number(object, 2u);
+    let specular = surface_number(object, 3u);
+    let own_color = surface_number(object, 4u);
+    let facets = surface_number(object, 5u);
+    let mirror = surface_number(object, 6u);
+    let shares = surface_number(object, 7u);
+    let last = surface_number(object, 8u);
+    var result: Surface;
+    result.base_color = surface_number(object, 0u);
+    result.emissive = emissive.xyz;
+    result.role = bitcast<u32>(emissive.w);
+    result.absorption = absorption.xyz;
+    result.flags = bitcast<u32>(absorption.w);
+    result.specular = specular.xyz;
+    result.specular_at_grazing = specular.w;
+    result.own_color = own_color.xyz;
+    result.alpha_cutoff = own_color.w;
+    result.metallic = facets.x;
+    result.roughness = facets.y;
+    result.facets_coat = facets.z;
+    result.facets_coat_roughness = facets.w;
+    result.ior = mirror.x;
+    result.coat = mirror.y;
+    result.highlight_roughness = mirror.z;
+    result.extent = mirror.w;
+    result.ramp = shares.xy;
+    result.attenuation = shares.zw;
+    result.attenuation_distance = last.x;
+    result.normal_scale = last.y;
+    result.occlusion_strength = last.z;
+    return result;
+}
+
+fn quadric_of(object: u32) -> Quadric {
+    let center = surface_number(object, QUADRIC_AT);
+    let gradient = surface_number(object, QUADRIC_AT + 1u);
+    var result: Quadric;
+    result.center = center.xyz;
+    result.value = center.w;
+    result.gradient = gradient.xyz;
+    result.size = gradient.w;
+    result.curved = surface_number(object, QUADRIC_AT + 2u).xyz;
+    result.twisted = surface_number(object, QUADRIC_AT + 3u).xyz;
+    result.axis_x = surface_number(object, QUADRIC_AT + 4u).xyz;
+    result.axis_y = surface_number(object, QUADRIC_AT + 5u).xyz;
+    result.axis_z = surface_number(object, QUADRIC_AT + 6u).xyz;
+    result.low = surface_number(object, QUADRIC_AT + 7u).xyz;
+    result.high = surface_number(object, QUADRIC_AT + 8u).xyz;
+    return result;
+}
+
+fn binding_of(object: u32, index: u32) -> Binding {
+    let first = BINDINGS_AT + 2u * index;
+    let last = surface_number(object, first + 1u);
+    let numbers = bitcast<vec4u>(last);
+    return Binding(surface_number(object, first), last.xy, numbers.z, numbers.w);
+}
+
+fn texture_number(texture: u32, texel: u32) -> vec4u {
+    return textureLoad(texture_table, row_of(texture * TEXTURE_TEXELS + texel), 0);
+}
+
+fn texture_of(texture: u32) -> TextureRecord {
+    let first = bitcast<vec4f>(texture_number(texture, 0u));
+    let second = bitcast<vec4f>(texture_number(texture, 1u));
+    return TextureRecord(first.xy, first.z, first.w, second.x, second.y, second.zw);
+}
+
+fn level_of(texture: u32, index: u32) -> Level {
+    let numbers = texture_number(texture, LEVELS_AT + index);
+    return Level(bitcast<vec2f>(numbers.xy), numbers.z, numbers.w);
+}

@@ -38,11 +38,11 @@ fn shadow_start(point: SurfacePoint, side: f32) -> vec3f {
         let offset = SHADOW_OFFSET * max(point.coordinate_size, 1e-37);
         return point.position + point.geometric_normal * (side * offset);
     }
-    let corners = triangles[point.triangle];
+    let corners = corners_of(point.triangle);
     var positions = array<vec3f, 3>(
-        vertices[corners.x].position, vertices[corners.y].position, vertices[corners.z].position);
+        vertex_of(corners.x).position, vertex_of(corners.y).position, vertex_of(corners.z).position);
     var normals = array<vec3f, 3>(
-        vertices[corners.x].normal, vertices[corners.y].normal, vertices[corners.z].normal);
+        vertex_of(corners.x).normal, vertex_of(corners.y).normal, vertex_of(corners.z).normal);
     var at = max(point.barycentrics, vec2f(0.0));
     at /= max(at.x + at.y, 1.0);
     var weights = array<f32, 3>(1.0 - at.x - at.y, at.x, at.y);
@@ -121,9 +121,9 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
     result.smooth_normal = point.normal * side;
     result.normal = result.smooth_normal;
     var variance = smooth_variance;
-    if HAS_NORMAL_MAPS && surfaces[object].bindings[NORMALS].texture != NONE {
+    if HAS_NORMAL_MAPS && binding_of(object, NORMALS).texture != NONE {
         let mean = texels.values[NORMALS].xyz * 2.0 - 1.0;
-        let scale = surfaces[object].normal_scale;
+        let scale = surface_of(object).normal_scale;
         variance += variance_of_mean(length(mean)) * (scale * scale);
         result.normal = turned(result.smooth_normal, point.tangent, side, scale, mean);
     }
@@ -132,15 +132,15 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
     var roughness = 1.0;
     var specular = vec3f(0.0);
     var coat_roughness = LEAST_ROUGHNESS;
-    if HAS_MICROFACETS && (surfaces[object].flags & MICROFACETS) != 0u {
-        metallic = surfaces[object].metallic * texels.values[FACETS].z;
-        roughness = max(surfaces[object].roughness * texels.values[FACETS].y, LEAST_ROUGHNESS);
-        specular = surfaces[object].specular;
-        result.grazing = surfaces[object].specular_at_grazing;
-        result.coat_share = surfaces[object].facets_coat;
-        coat_roughness = max(surfaces[object].facets_coat_roughness, LEAST_ROUGHNESS);
+    if HAS_MICROFACETS && (surface_of(object).flags & MICROFACETS) != 0u {
+        metallic = surface_of(object).metallic * texels.values[FACETS].z;
+        roughness = max(surface_of(object).roughness * texels.values[FACETS].y, LEAST_ROUGHNESS);
+        specular = surface_of(object).specular;
+        result.grazing = surface_of(object).specular_at_grazing;
+        result.coat_share = surface_of(object).facets_coat;
+        coat_roughness = max(surface_of(object).facets_coat_roughness, LEAST_ROUGHNESS);
     }
-    result.occlusion = 1.0 + (texels.values[OCCLUSION].x - 1.0) * surfaces[object].occlusion_strength;
+    result.occlusion = 1.0 + (texels.values[OCCLUSION].x - 1.0) * surface_of(object).occlusion_strength;
     result.alpha = widened_alpha(roughness * roughness, variance);
     result.coat_alpha = widened_alpha(coat_roughness * coat_roughness, smooth_variance);
     result.at_normal = largest(specular);
@@ -217,7 +217,7 @@ fn point_light(
     is_lit: bool,
 ) -> PointLight {
     let object = point.object;
-    let flags = surfaces[object].flags;
+    let flags = surface_of(object).flags;
     var result: PointLight;
     if (flags & UNLIT) != 0u {
         result.own = finite(base);
@@ -225,7 +225,7 @@ fn point_light(
     }
     let side = select(1.0, -1.0, dot(point.geometric_normal, viewer) < 0.0);
     let at = lit_point(base, point, texels, side);
-    let roughness = surfaces[object].highlight_roughness;
+    let roughness = surface_of(object).highlight_roughness;
     let is_blind = side > 0.0 && (flags & INSIDE) != 0u;
     let is_mirror = HAS_HIGHLIGHTS && roughness >= 0.0 && !is_blind;
     let least = max(roughness, LEAST_ROUGHNESS);
@@ -245,7 +245,7 @@ fn point_light(
         if is_mirror {
             let share = grazing_share(0.5 * length(arrives.xyz + viewer));
             var reflectance = tint;
-            if surfaces[object].role == COATED {
+            if surface_of(object).role == COATED {
                 reflectance = tint * (COAT_REFLECTANCE + (1.0 - COAT_REFLECTANCE) * share);
             } else if (flags & SCHLICK) != 0u {
                 reflectance = tint + (1.0 - tint) * share;
@@ -276,7 +276,7 @@ fn point_light(
     if !HAS_LIGHTS && !HAS_ENVIRONMENT {
         sum = base * max(dot(at.normal, viewer), 0.0);
     }
-    result.own = finite(sum + surfaces[object].emissive * texels.values[EMISSIVE].xyz);
+    result.own = finite(sum + surface_of(object).emissive * texels.values[EMISSIVE].xyz);
     result.highlights = finite(highlights);
     return result;
 }

@@ -28,9 +28,9 @@ struct Taps {
 }
 
 fn taps(texture: u32, dx: vec2f, dy: vec2f, side: f32) -> Taps {
-    let size = textures[texture].size;
-    let last_level = textures[texture].last_level;
-    let nearest_level = textures[texture].nearest_level;
+    let size = texture_of(texture).size;
+    let last_level = texture_of(texture).last_level;
+    let nearest_level = texture_of(texture).nearest_level;
     let x = dx * size;
     let y = dy * size;
     let x2 = dot(x, x);
@@ -54,7 +54,7 @@ fn taps(texture: u32, dx: vec2f, dy: vec2f, side: f32) -> Taps {
     result.probes = probes;
     result.level = u32(whole);
     result.blend = (level - whole) * (1.0 - nearest_level);
-    result.half = select(textures[texture].magnified_half, textures[texture].minified_half, minified);
+    result.half = select(texture_of(texture).magnified_half, texture_of(texture).minified_half, minified);
     result.step = select(vec2f(0.0), select(dy, dx, across), mipped);
     return result;
 }
@@ -69,14 +69,13 @@ fn folded(coordinate: f32, wrap: f32) -> f32 {
 }
 
 fn texel(index: u32) -> vec4f {
-    let place = vec2u(index & ((1u << TEXEL_ROW_LOG2) - 1u), index >> TEXEL_ROW_LOG2);
-    return vec4f(textureLoad(texels, place, 0)) * (1.0 / 65535.0);
+    return vec4f(textureLoad(texels, row_of(index), 0)) * (1.0 / 65535.0);
 }
 
 // The blend of four texels of a level; each row is followed by its last texel's right neighbour.
 fn corners(texture: u32, index: u32, at: vec2f, wrap: vec2f, half: f32) -> vec4f {
-    let last_level = max(u32(max(textures[texture].last_level, 0.0)), 0u);
-    let level = textures[texture].levels[min(index, last_level)];
+    let last_level = max(u32(max(texture_of(texture).last_level, 0.0)), 0u);
+    let level = level_of(texture, min(index, last_level));
     let blended = select(0.0, 1.0, half > 0.0);
     let position = at * level.size - half;
     let last = level.size - 1.0;
@@ -101,12 +100,12 @@ fn sample_texture(texture: u32, at: LookUp) -> vec4f {
     if !(abs(at.uv.x) < 1e30 && abs(at.uv.y) < 1e30) {
         return vec4f(1.0);
     }
-    let size = textures[texture].size;
-    let wrap = textures[texture].wrap;
+    let size = texture_of(texture).size;
+    let wrap = texture_of(texture).wrap;
     let x = at.dx * size;
     let y = at.dy * size;
     let extent2 = max(dot(x, x), dot(y, y));
-    let ramp = select(0.0, 0.3, textures[texture].magnified_half > 0.0);
+    let ramp = select(0.0, 0.3, texture_of(texture).magnified_half > 0.0);
     var places_log2 = u32(at.samples > 1u) + u32(at.samples > 2u) + u32(at.samples > 4u);
     places_log2 = select(places_log2, 2u, at.samples > 8u);
     places_log2 = select(places_log2, min(places_log2, 2u), extent2 < 1.0);

@@ -1,0 +1,355 @@
+//! Which triangle every ray hits, by tiles: passes and tables.
+
+use super::context::Context;
+use super::pipelines::{Pipelines, layout, pipeline_layout, texture, written_storage};
+use super::timer::Timer;
+use super::upload::{DeviceScene, group};
+use crate::error::GpuError;
+use crate::layout::{NONE, Tiling};
+use crate::shader;
+use crate::tables::SceneFeatures;
+use bytemuck::{Pod, Zeroable};
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::sync::{Mutex, PoisonError};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType, BufferUsages};
+use wgpu::{ComputePipeline, ShaderStages, TextureSampleType};
+
+/// Rays of a cell.
+const RAYS: u32 = 4;
+/// Cells along a side of the largest tiles.
+const LARGEST_TILE: u32 = 16;
+/// Pixels along a side of a workgroup that shades.
+pub(crate) const WORKGROUP: u32 = 8;
+/// Threads of a tile, a level: one a cell.
+const THREADS: [u32; LEVELS] = [256, 64, 16];
+const LEVELS: usize = 3;
+/// The names of the stages of all levels, and of rays that are traced.
+const STAGES: [&str; LEVELS + 1] = ["large tiles", "middle tiles", "small tiles", "traced rays"];
+/// Longer paths are traced.
+const MOST_EVENTS: u32 = 2;
+/// Words before the queues.
+const COUNTERS: u32 = 16;
+/// Words that are counted anew for each path.
+const COUNTED_A_PATH: u64 = 4;
+/// The word that counts tiles to be shaded path by path.
+const FOLLOWED: u64 = 12;
+/// From record to record: offsets of uniform buffers are multiples of 256.
+const TILING_STRIDE: u64 = 256;
+const TILING_SIZE: u64 = size_of::<Tiling>() as u64;
+/// Bytes of the arguments of a dispatch.
+const ARGUMENTS: u64 = 12;
+
+/// What tiles did in a picture, as `tiles/work.wgsl` counts it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct TileCounts {
+    /// Tiles a level.
+    pub(crate) tiles: [u32; LEVELS],
+    unused: u32,
+    /// Triangles in the beams of tiles.
+    pub(crate) candidates: u32,
+    /// Blocks of tiles times the triangles that they looked at.
+    pub(crate) pairs: u32,
+}
+
+/// The paths whose rays tiles follow, at an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Paths {
+    /// The most events.
+    pub(crate) events: u32,
+    has_lenses: bool,
+}
+
+impl Paths {
+    pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
+        let events = if scene.has_specular { order.min(MOST_EVENTS) } else { 0 };
+        Self { events, has_lenses: scene.features.has_lenses() }
+    }
+
+    /// Paths with their events and kinds, shorter ones first.
+    fn all(self) -> impl Iterator<Item = (u32, u32)> {
+        let kinds = move |events: u32| if self.has_lenses { 1 << events } else { 1 };
+        (1..=self.events).flat_map(move |events| (0..kinds(events)).map(move |kinds| (events, kinds)))
+    }
+
+    /// Entries of the table of hits that a cell has.
+    pub(crate) fn slots(self) -> u32 {
+        1 + self.all().count() as u32
+    }
+}
+
+/// Pixels along a side of a cell.
+pub(crate) fn cell_side(samples: u32) -> u32 {
+    if samples == 1 { 2 } else { 1 }
+}
+
+/// Rows of pixels of the largest tiles.
+pub(crate) fn tile_rows(samples: u32) -> u32 {
+    LARGEST_TILE * cell_side(samples)
+}
+
+/// Bytes of the table of hits.
+pub(crate) fn hit_bytes(cells: [u32; 2], paths: Paths) -> u64 {
+    u64::from(cells[0]) * u64::from(cells[1]) * u64::from(paths.slots() * RAYS * 4)
+}
+
+/// A pass of tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Pass {
+    Classify,
+    /// Of a level.
+    Cover(usize),
+    Trace,
+}
+
+/// The pipelines of tiles.
+#[derive(Debug)]
+pub(crate) struct TilePipelines {
+    /// Hits, and the picture of what is seen; for one sample a pixel, and for several.
+    gathering: [BindGroupLayout; 2],
+    /// Hits, work, and what a pass works on.
+    working: BindGroupLayout,
+    gather: [ComputePipeline; 2],
+    /// Of classification, tiles and traced rays.
+    modules: [wgpu::ShaderModule; 3],
+    layouts: [wgpu::PipelineLayout; 2],
+    /// By samples and what scenes have.
+    known: Mutex<HashMap<(u32, SceneFeatures, Pass), ComputePipeline>>,
+}
+
+impl TilePipelines {
+    pub(crate) fn new(device: &wgpu::Device, scene: &BindGroupLayout, hierarchy: &BindGroupLayout) -> Self {
+        let stage = ShaderStages::COMPUTE;
+        let seen = |binding, multisampled| texture(binding, TextureSampleType::Uint, multisampled);
+        let gathering =
+            [seen(1, false), seen(2, true)].map(|seen| layout(device, "gathering", stage, &[written_storage(0), seen]));
+        let record =
+            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None };
+        let working = layout(device, "tiles", stage, &[written_storage(0), written_storage(1), (2, record)]);
+        let module = |path: &str| {
+            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
+            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
+        };
+        let gather_module = module("tiles/gather.wgsl");
+        let gather = [0, 1].map(|index| {
+            let entry = ["gather_one_sample", "gather_four_samples"][index];
+            let constants = [("SAMPLES", [1.0, 4.0][index])];
+            compute(device, &pipeline_layout(device, &[scene, &gathering[index]]), &gather_module, entry, &constants)
+        });
+        let modules = [module("tiles/classify.wgsl"), module("tiles/cover.wgsl"), module("tiles/trace.wgsl")];
+        let empty = layout(device, "nothing", stage, &[]);
+        let layouts = [
+            pipeline_layout(device, &[scene, &empty, &working]),
+            pipeline_layout(device, &[scene, hierarchy, &working]),
+        ];
+        Self { gathering, working, gather, modules, layouts, known: Mutex::default() }
+    }
+
+    fn get(&self, device: &wgpu::Device, samples: u32, features: SceneFeatures, pass: Pass) -> ComputePipeline {
+        // All but tracing need to know no more of a scene than what changes rays.
+        let features = if pass == Pass::Trace { features } else { features.of_rays() };
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let pipeline = known.entry((samples, features, pass)).or_insert_with(|| {
+            let mut constants = features.constants();
+            constants.push(("SAMPLES", f64::from(samples)));
+            let (layout, module, entry) = match pass {
+                Pass::Classify => (&self.layouts[0], &self.modules[0], "classify"),
+                Pass::Cover(level) => {
+                    constants.push(("THREADS", f64::from(THREADS[level])));
+                    (&self.layouts[1], &self.modules[1], "cover")
+                }
+                Pass::Trace => (&self.layouts[1], &self.modules[2], "trace"),
+            };
+            compute(device, layout, module, entry, &constants)
+        });
+        pipeline.clone()
+    }
+}
+
+fn compute(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    entry: &str,
+    constants: &[(&str, f64)],
+) -> ComputePipeline {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(layout),
+        module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    })
+}
+
+/// The tables of tiles for bands of pictures.
+#[derive(Debug)]
+pub(crate) struct TileTables {
+    cells: [u32; 2],
+    samples: u32,
+    paths: Paths,
+    /// What the rays of each cell hit, path by path.
+    pub(crate) hits: Buffer,
+    pub(crate) work: Buffer,
+    /// The numbers of tiles of each level, of tiles of traced rays, and of those shaded path by path.
+    arguments: Buffer,
+    working: BindGroup,
+    followed: u32,
+}
+
+impl TileTables {
+    /// Tables for bands of up to so many columns and rows of cells.
+    pub(crate) fn new(context: &Context, cells: [u32; 2], samples: u32, paths: Paths) -> Result<Self, GpuError> {
+        let Context { device, pipelines, .. } = context;
+        let tiles = cells[0].div_ceil(LARGEST_TILE) * cells[1].div_ceil(LARGEST_TILE);
+        let buffer = |label, size, usage| {
+            let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+            device.create_buffer(&descriptor)
+        };
+        // A tile is divided into four, and these again; of the smallest ones, too, rays may be left to be traced.
+        let mut words = COUNTERS;
+        let queues = [1, 4, 16, 16, 1].map(|most| {
+            words += most * tiles;
+            words - most * tiles
+        });
+        let [.., traced_queue, followed] = queues;
+        let storage = BufferUsages::STORAGE;
+        let hits = buffer("hits", hit_bytes(cells, paths), storage);
+        let copied = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let work = buffer("work of tiles", u64::from(words) * 4, storage | copied);
+        // Squares of pixels of a tile that is shaded.
+        let squares = (tile_rows(samples) / WORKGROUP).pow(2);
+        let groups: Vec<u32> = [1, 1, 1, 1, squares].into_iter().flat_map(|squares| [0, squares, 1]).collect();
+        let usage = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
+        let arguments = device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("numbers of tiles"),
+            contents: bytemuck::cast_slice(&groups),
+            usage,
+        });
+        let mut records = Vec::new();
+        for (events, kinds) in paths.all() {
+            let shade_queue = if (events, kinds) == (1, 0) { followed } else { NONE };
+            for level in 0..=LEVELS {
+                let (queue, next_queue) = (queues[level], queues[level + 1]);
+                let level = level as u32;
+                let record =
+                    Tiling { events, kinds, level, queue, next_queue, shade_queue, traced_queue, ..Tiling::default() };
+                records.extend_from_slice(bytemuck::bytes_of(&record));
+                records.resize(records.len().next_multiple_of(TILING_STRIDE as usize), 0);
+            }
+        }
+        records.resize(records.len().max(TILING_STRIDE as usize), 0);
+        let tilings = device.create_buffer_init(&BufferInitDescriptor {
+            label: Some("passes of tiles"),
+            contents: &records,
+            usage: BufferUsages::UNIFORM,
+        });
+        let record = wgpu::BufferBinding { buffer: &tilings, offset: 0, size: NonZeroU64::new(TILING_SIZE) };
+        let resources =
+            [(0, hits.as_entire_binding()), (1, work.as_entire_binding()), (2, BindingResource::Buffer(record))];
+        let working = group(device, &pipelines.tiles.working, resources);
+        context.check()?;
+        Ok(Self { cells, samples, paths, hits, work, arguments, working, followed })
+    }
+
+    /// The place of the queue of tiles that are shaded path by path.
+    pub(crate) fn followed(&self) -> u32 {
+        self.followed
+    }
+
+    /// Shades the tiles of that queue.
+    pub(crate) fn dispatch_followed(&self, pass: &mut wgpu::ComputePass<'_>) {
+        pass.dispatch_workgroups_indirect(&self.arguments, (LEVELS as u64 + 1) * ARGUMENTS);
+    }
+
+    /// True if they serve bands of so many cells.
+    pub(crate) fn serve(&self, cells: [u32; 2], samples: u32, paths: Paths) -> bool {
+        self.cells == cells && self.samples == samples && self.paths == paths
+    }
+
+    /// What they did in the last picture, once its work is done.
+    pub(crate) fn counts(&self, context: &Context) -> Result<TileCounts, GpuError> {
+        let encoder = context.device.create_command_encoder(&Default::default());
+        let counts = context.read_buffer(encoder, &self.work, COUNTED_A_PATH * 4, 1)?;
+        Ok(counts.into_iter().next().unwrap_or_default())
+    }
+
+    /// Begins a picture: nothing is counted yet.
+    pub(crate) fn begin(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.clear_buffer(&self.work, 0, Some(u64::from(COUNTERS) * 4));
+    }
+
+    /// Fills the table of hits for a band, whose record lies at an offset.
+    pub(crate) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        context: &Context,
+        scene: &DeviceScene,
+        seen: &wgpu::TextureView,
+        band: &Band,
+        timer: &mut Timer,
+    ) {
+        let Context { device, pipelines, .. } = context;
+        let (Pipelines { tiles: pipelines, .. }, samples) = (pipelines, self.samples);
+        let index = usize::from(samples > 1);
+        let picture = BindingResource::TextureView(seen);
+        let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture)];
+        let gathered = group(device, &pipelines.gathering[index], resources);
+        {
+            let mut pass = begin(encoder, timer.compute("gather"));
+            pass.set_pipeline(&pipelines.gather[index]);
+            pass.set_bind_group(0, &scene.scene, &[band.record]);
+            pass.set_bind_group(1, &gathered, &[]);
+            pass.dispatch_workgroups(band.cells[0].div_ceil(8), band.cells[1].div_ceil(8), 1);
+        }
+        encoder.clear_buffer(&self.work, FOLLOWED * 4, Some(4));
+        let of_pass = |pass| pipelines.get(device, samples, scene.features, pass);
+        for path in 0..self.paths.all().count() {
+            encoder.clear_buffer(&self.work, 0, Some(COUNTED_A_PATH * 4));
+            let record = |level: usize| ((path * (LEVELS + 1) + level) as u64 * TILING_STRIDE) as u32;
+            {
+                let mut pass = begin(encoder, timer.compute("classify"));
+                pass.set_pipeline(&of_pass(Pass::Classify));
+                pass.set_bind_group(0, &scene.scene, &[band.record]);
+                pass.set_bind_group(2, &self.working, &[record(0)]);
+                let [across, down] = band.cells.map(|count| count.div_ceil(LARGEST_TILE));
+                pass.dispatch_workgroups(across, down, 1);
+            }
+            for level in 0..=LEVELS {
+                let arguments = level as u64 * ARGUMENTS;
+                encoder.copy_buffer_to_buffer(&self.work, level as u64 * 4, &self.arguments, arguments, 4);
+                let kind = if level < LEVELS { Pass::Cover(level) } else { Pass::Trace };
+                let mut pass = begin(encoder, timer.compute(STAGES[level]));
+                pass.set_pipeline(&of_pass(kind));
+                pass.set_bind_group(0, &scene.scene, &[band.record]);
+                pass.set_bind_group(1, &scene.hierarchy, &[]);
+                pass.set_bind_group(2, &self.working, &[record(level)]);
+                pass.dispatch_workgroups_indirect(&self.arguments, arguments);
+            }
+        }
+        let arguments = (LEVELS as u64 + 1) * ARGUMENTS;
+        encoder.copy_buffer_to_buffer(&self.work, FOLLOWED * 4, &self.arguments, arguments, 4);
+    }
+}
+
+/// Begins a pass whose time may be taken.
+pub(crate) fn begin<'a>(
+    encoder: &'a mut wgpu::CommandEncoder,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+) -> wgpu::ComputePass<'a> {
+    encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: None, timestamp_writes })
+}
+
+/// Rows of a picture that are drawn at a time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Band {
+    /// The place of its record.
+    pub(crate) record: u32,
+    /// Columns and rows of cells.
+    pub(crate) cells: [u32; 2],
+    /// Rows of pixels.
+    pub(crate) rows: u32,
+}

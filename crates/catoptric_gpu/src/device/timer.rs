@@ -1,0 +1,78 @@
+//! Times of the stages of a frame, by the device's own clock.
+
+use super::context::Context;
+use crate::error::GpuError;
+use wgpu::{BufferUsages, ComputePassTimestampWrites, QuerySet, RenderPassTimestampWrites};
+
+/// The most passes whose times are taken; those after them are left out.
+const MAX_PASSES: u32 = 2048;
+
+/// Takes the times of passes, where the device can.
+pub(crate) struct Timer {
+    queries: Option<QuerySet>,
+    /// The stage of each pass.
+    stages: Vec<&'static str>,
+}
+
+impl Timer {
+    /// A timer that takes no times.
+    pub(crate) fn none() -> Self {
+        Self { queries: None, stages: Vec::new() }
+    }
+
+    pub(crate) fn new(context: &Context) -> Self {
+        let descriptor =
+            wgpu::QuerySetDescriptor { label: Some("times"), ty: wgpu::QueryType::Timestamp, count: MAX_PASSES * 2 };
+        let queries = context.has_clock().then(|| context.device.create_query_set(&descriptor));
+        Self { queries, stages: Vec::new() }
+    }
+
+    /// The first query of the next pass, which belongs to a stage.
+    fn next(&mut self, stage: &'static str) -> Option<(&QuerySet, u32)> {
+        let queries = self.queries.as_ref().filter(|_| self.stages.len() < MAX_PASSES as usize)?;
+        self.stages.push(stage);
+        Some((queries, 2 * (self.stages.len() as u32 - 1)))
+    }
+
+    /// For the next pass, of a stage.
+    pub(crate) fn compute(&mut self, stage: &'static str) -> Option<ComputePassTimestampWrites<'_>> {
+        let (query_set, first) = self.next(stage)?;
+        let (beginning_of_pass_write_index, end_of_pass_write_index) = (Some(first), Some(first + 1));
+        Some(ComputePassTimestampWrites { query_set, beginning_of_pass_write_index, end_of_pass_write_index })
+    }
+
+    /// The same for passes that render.
+    pub(crate) fn render(&mut self, stage: &'static str) -> Option<RenderPassTimestampWrites<'_>> {
+        let (query_set, first) = self.next(stage)?;
+        let (beginning_of_pass_write_index, end_of_pass_write_index) = (Some(first), Some(first + 1));
+        Some(RenderPassTimestampWrites { query_set, beginning_of_pass_write_index, end_of_pass_write_index })
+    }
+
+    /// The times of all stages in milliseconds, in the order of their first passes, once the work is done.
+    pub(crate) fn stages_ms(&self, context: &Context) -> Result<Vec<(&'static str, f64)>, GpuError> {
+        let count = 2 * self.stages.len() as u32;
+        let (Some(queries), true) = (&self.queries, count > 0) else { return Ok(Vec::new()) };
+        let size = u64::from(count) * 8;
+        let buffer = |usage| {
+            let descriptor = wgpu::BufferDescriptor { label: Some("times"), size, usage, mapped_at_creation: false };
+            context.device.create_buffer(&descriptor)
+        };
+        let resolved = buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC);
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        encoder.resolve_query_set(queries, 0..count, &resolved, 0);
+        let ticks = context.read_buffer::<u64>(encoder, &resolved, 0, count as usize)?;
+        let period_ms = f64::from(context.queue.get_timestamp_period()) * 1e-6;
+        let mut times: Vec<(&'static str, f64)> = Vec::new();
+        // From end to end: some drivers begin to count once the work is done.
+        let mut last = ticks[0];
+        for (stage, pass) in self.stages.iter().zip(ticks.chunks_exact(2)) {
+            let time = pass[1].saturating_sub(last) as f64 * period_ms;
+            last = pass[1];
+            match times.iter_mut().find(|(known, _)| known == stage) {
+                Some((_, sum)) => *sum += time,
+                None => times.push((stage, time)),
+            }
+        }
+        Ok(times)
+    }
+}

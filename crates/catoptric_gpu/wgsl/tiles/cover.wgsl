@@ -1,0 +1,501 @@
+// Which triangle each ray of a tile hits: a beam about all of its rays finds the triangles that they can hit in the
+// hierarchy, and every ray is tested against those that beams about blocks of the tile let through.
+//
+// Rays and triangles are in the tile's frame: its axes are the mean direction and two across it, its origin is the mean
+// of where rays start. A ray is there (ox, oy, 0) + z (sx, sy, 1) from its start on.
+
+//#include "scene/records.wgsl"
+//#include "optics/step.wgsl"
+//#include "scene/point.wgsl"
+//#include "light/hierarchy.wgsl"
+//#include "tiles/cells.wgsl"
+//#include "tiles/work.wgsl"
+//#include "tiles/path_ray.wgsl"
+
+// Threads of a tile: one a cell.
+override THREADS: u32 = 256u;
+
+// Every tile has this many blocks, each with a beam of its own.
+const BLOCKS = 16u;
+// The most leaves of the hierarchy that a tile looks at, and how many triangles each has.
+const MAX_LEAVES = 384u;
+const LEAF_SIZE = 4u;
+// The most nodes that wait, and triangles in a tile's beam.
+const MAX_WAITING = 512u;
+const MAX_TRIANGLES = 768u;
+// Triangles that blocks look at at a time.
+const BATCH = 128u;
+const WORDS = 4u;
+// Tiles whose rays spread further from the mean are divided.
+const LEAST_COSINE_TO_MEAN = 0.25;
+// Beams are wider by this share of the scene's size, for rounding.
+const ROUNDING = 2e-6;
+
+var<workgroup> scratch: array<vec4f, 512>;
+// Of every block, and of the tile.
+var<workgroup> partial: array<vec4f, 32>;
+var<workgroup> total: array<vec4f, 2>;
+var<workgroup> leaves: array<u32, MAX_LEAVES>;
+var<workgroup> waiting: array<u32, MAX_WAITING>;
+var<workgroup> places: array<u32, MAX_TRIANGLES>;
+var<workgroup> leaf_count: atomic<u32>;
+var<workgroup> triangle_count: atomic<u32>;
+var<workgroup> waiting_count: atomic<u32>;
+var<workgroup> to_do: u32;
+var<workgroup> is_failed: u32;
+// Of each block, the triangles of a batch that it can see.
+var<workgroup> seen_by_block: array<atomic<u32>, 64>;
+// Sixteen cells each that have rays to be traced.
+var<workgroup> is_traced: array<atomic<u32>, 16>;
+var<workgroup> tile_of_group: u32;
+
+// Four rays in the tile's frame.
+struct Rays {
+    ox: vec4f,
+    oy: vec4f,
+    sx: vec4f,
+    sy: vec4f,
+    // Where they start.
+    start: vec4f,
+    // Of (sx, sy, 1).
+    length: vec4f,
+}
+
+// Sums or minima of two values over each block, into `partial`, and over the tile, into `total`.
+fn gather_over_tile(thread: u32, first: vec4f, second: vec4f, is_first_sum: bool, is_second_sum: bool) {
+    scratch[thread] = first;
+    scratch[THREADS + thread] = second;
+    workgroupBarrier();
+    let count = THREADS / BLOCKS;
+    for (var item = thread; item < 2u * BLOCKS; item += THREADS) {
+        let is_sum = select(is_second_sum, is_first_sum, item < BLOCKS);
+        var value = scratch[item * count];
+        for (var index = item * count + 1u; index < (item + 1u) * count; index++) {
+            value = select(min(value, scratch[index]), value + scratch[index], is_sum);
+        }
+        partial[item] = value;
+    }
+    workgroupBarrier();
+    if thread < 2u {
+        let is_sum = select(is_second_sum, is_first_sum, thread == 0u);
+        var value = partial[thread * BLOCKS];
+        for (var index = thread * BLOCKS + 1u; index < (thread + 1u) * BLOCKS; index++) {
+            value = select(min(value, partial[index]), value + partial[index], is_sum);
+        }
+        total[thread] = value;
+    }
+    workgroupBarrier();
+}
+
+// The tile's frame.
+struct TileFrame {
+    origin: vec3f,
+    across: vec3f,
+    along: vec3f,
+    forward: vec3f,
+}
+
+// Two unit vectors at right angles to a unit vector and to each other (Duff et al. 2017).
+fn basis(forward: vec3f) -> array<vec3f, 2> {
+    let sign = select(-1.0, 1.0, forward.z >= 0.0);
+    let a = -1.0 / (sign + forward.z);
+    let b = forward.x * forward.y * a;
+    return array<vec3f, 2>(
+        vec3f(1.0 + sign * forward.x * forward.x * a, sign * b, -sign * forward.x),
+        vec3f(b, sign + forward.y * forward.y * a, -forward.y),
+    );
+}
+
+fn in_frame(tile: TileFrame, position: vec3f) -> vec3f {
+    let relative = position - tile.origin;
+    return vec3f(dot(relative, tile.across), dot(relative, tile.along), dot(relative, tile.forward));
+}
+
+// A part of space that holds some rays: beyond a plane across them, and on the inner side of four planes. Bounds are the
+// least u and v, and the least -u and -v, at the depth where rays start and at one beyond all that they can hit; as rays
+// are straight, the planes through both hold them between.
+struct Beam {
+    near: vec4f,
+    slope: vec4f,
+    start: f32,
+}
+
+fn beam(near: vec4f, far: vec4f, start: f32, end: f32) -> Beam {
+    return Beam(near - ROUNDING * frame.extent, (far - near) / (end - start), start);
+}
+
+// How far a point in the frame is on the inner sides.
+fn inside(bounds: Beam, point: vec3f) -> vec4f {
+    return vec4f(point.xy, -point.xy) - bounds.near - bounds.slope * (point.z - bounds.start);
+}
+
+// True if a box may hold a part of a beam: its corners from the tile's origin.
+fn may_hold(low: vec3f, high: vec3f, bounds: Beam, tile: TileFrame) -> bool {
+    var axes = array<vec3f, 4>(tile.across, tile.along, -tile.across, -tile.along);
+    let forward = tile.forward;
+    let farthest = select(low, high, forward >= vec3f(0.0));
+    var is_met = dot(farthest, forward) >= bounds.start - ROUNDING * frame.extent;
+    for (var side = 0u; side < 4u; side++) {
+        let normal = axes[side] - forward * bounds.slope[side];
+        let corner = select(low, high, normal >= vec3f(0.0));
+        is_met = is_met && dot(corner, normal) >= bounds.near[side] - bounds.slope[side] * bounds.start;
+    }
+    return is_met;
+}
+
+// True if all triangles of a leaf belong to an object.
+fn is_all_of(leaf: u32, object: u32) -> bool {
+    let first = (leaf & ~LEAF) >> 3u;
+    var is_all = true;
+    for (var place = first; place < first + (leaf & 7u); place++) {
+        is_all = is_all && leaf_triangle_of(place).object == object;
+    }
+    return is_all;
+}
+
+// Finds the leaves of the hierarchy that a beam meets; none that belong to an object that all rays have left for good.
+fn walk(thread: u32, bounds: Beam, tile: TileFrame, left: u32) {
+    if thread == 0u {
+        atomicStore(&leaf_count, 0u);
+        atomicStore(&triangle_count, 0u);
+        atomicStore(&waiting_count, 0u);
+        is_failed = 0u;
+    }
+    workgroupBarrier();
+    for (var index = thread; index < frame.cut_count; index += THREADS) {
+        let code = frame.cut[index / 4u][index % 4u];
+        if (code & LEAF) == 0u {
+            waiting[atomicAdd(&waiting_count, 1u)] = code;
+        } else if !is_all_of(code, left) {
+            leaves[atomicAdd(&leaf_count, 1u)] = code;
+        }
+    }
+    workgroupBarrier();
+    if thread == 0u {
+        to_do = atomicLoad(&waiting_count);
+    }
+    loop {
+        let size = workgroupUniformLoad(&to_do);
+        if size == 0u {
+            break;
+        }
+        let taken = min(size, THREADS);
+        if thread == 0u {
+            atomicStore(&waiting_count, size - taken);
+        }
+        var index = 0u;
+        if thread < taken {
+            index = waiting[size - taken + thread];
+        }
+        workgroupBarrier();
+        if thread < taken {
+            let node = node_of(index);
+            var children = array<u32, 2>(node.child0, node.child1);
+            var are_met = array<bool, 2>(
+                may_hold(node.low0 - tile.origin, node.high0 - tile.origin, bounds, tile),
+                may_hold(node.low1 - tile.origin, node.high1 - tile.origin, bounds, tile),
+            );
+            for (var side = 0u; side < 2u; side++) {
+                let child = children[side];
+                if are_met[side] && (child & LEAF) != 0u {
+                    if is_all_of(child, left) {
+                        continue;
+                    }
+                    let place = atomicAdd(&leaf_count, 1u);
+                    if place < MAX_LEAVES {
+                        leaves[place] = child;
+                    }
+                } else if are_met[side] {
+                    let place = atomicAdd(&waiting_count, 1u);
+                    if place < MAX_WAITING {
+                        waiting[place] = child;
+                    }
+                }
+            }
+        }
+        workgroupBarrier();
+        if thread == 0u {
+            let still = atomicLoad(&waiting_count);
+            let is_too_long = still > MAX_WAITING || atomicLoad(&leaf_count) > MAX_LEAVES;
+            is_failed = select(0u, 1u, is_too_long);
+            to_do = select(still, 0u, is_too_long);
+        }
+    }
+}
+
+// True if a triangle may meet rays of a beam.
+fn is_met(place: u32, bounds: Beam, tile: TileFrame) -> bool {
+    let triangle = leaf_triangle_of(place);
+    let a = in_frame(tile, triangle.a);
+    let b = in_frame(tile, triangle.b);
+    let c = in_frame(tile, triangle.c);
+    let farthest = max(a.z, max(b.z, c.z));
+    let best = max(inside(bounds, a), max(inside(bounds, b), inside(bounds, c)));
+    return all(best >= vec4f(0.0)) && farthest >= bounds.start - ROUNDING * frame.extent;
+}
+
+// Finds the triangles of all leaves that a beam meets; none of an object that all rays have left for good.
+fn collect(thread: u32, bounds: Beam, tile: TileFrame, left: u32) {
+    let count = atomicLoad(&leaf_count) * LEAF_SIZE;
+    for (var index = thread; index < count; index += THREADS) {
+        let leaf = leaves[index / LEAF_SIZE];
+        let in_leaf = index % LEAF_SIZE;
+        let place = ((leaf & ~LEAF) >> 3u) + in_leaf;
+        if in_leaf < (leaf & 7u) && leaf_triangle_of(place).object != left && is_met(place, bounds, tile) {
+            let found = atomicAdd(&triangle_count, 1u);
+            if found < MAX_TRIANGLES {
+                places[found] = place;
+            }
+        }
+    }
+    workgroupBarrier();
+    if thread == 0u && atomicLoad(&triangle_count) > MAX_TRIANGLES {
+        is_failed = 1u;
+    }
+}
+
+// The first hits of four rays.
+struct Best {
+    id: vec4u,
+    depth: vec4f,
+}
+
+struct OwnRules {
+    object: vec4u,
+    none: vec4<bool>,
+    outside: vec4<bool>,
+    from_behind: vec4f,
+}
+
+// On which side of an edge rays pass: the volume that each spans with it. The same with opposite sign from both
+// triangles beside it, to the last bit.
+fn edge_side(p: vec3f, q: vec3f, rays: Rays, mz: vec4f) -> vec4f {
+    let moment = cross(p + q, q - p);
+    let edge = 2.0 * (q - p);
+    return moment.x * rays.sx + moment.y * rays.sy + moment.z + edge.x * rays.oy - edge.y * rays.ox + edge.z * mz;
+}
+
+// Tests four rays against a triangle that is set up.
+fn test(place: u32, tile: TileFrame, rays: Rays, mz: vec4f, own: OwnRules, best: Best) -> Best {
+    let triangle = leaf_triangle_of(place);
+    let a = in_frame(tile, triangle.a);
+    let b = in_frame(tile, triangle.b);
+    let c = in_frame(tile, triangle.c);
+    let e0 = edge_side(b, c, rays, mz);
+    let e1 = edge_side(c, a, rays, mz);
+    let e2 = edge_side(a, b, rays, mz);
+    let least = min(e0, min(e1, e2));
+    let greatest = max(e0, max(e1, e2));
+    let normal = cross(b - a, c - a);
+    let cosine = normal.x * rays.sx + normal.y * rays.sy + normal.z;
+    let depth = (dot(normal, a) - normal.x * rays.ox - normal.y * rays.oy) / cosine - rays.start;
+    let goes_on = (triangle.flags & (REFLECTS | REFRACTS)) * (HIT_REFLECTS / REFLECTS);
+    // Holes have to be looked up.
+    let has_holes = HAS_HOLES && (triangle.flags & MAY_HAVE_HOLES) != 0u;
+    let id = vec4u(select((triangle.triangle + 1u) | goes_on, UNRESOLVED, has_holes));
+    // Along its outer normal a ray meets a triangle from within.
+    let is_turned = vec4<bool>((triangle.flags & TURNED) != 0u);
+    let from_within = (cosine > vec4f(0.0)) != is_turned;
+    let is_own = vec4u(triangle.object) == own.object;
+    let allowed = select(
+        vec4<bool>(true),
+        !own.none & ((from_within != own.outside) | (depth >= own.from_behind)),
+        is_own,
+    );
+    let key = select(depth, depth * (1.0 - TOUCHING), is_own & !own.outside);
+    let covered = ((least >= vec4f(0.0)) | (greatest <= vec4f(0.0))) & (greatest != least);
+    let nearer = (key < best.depth) | ((key == best.depth) & (id < best.id));
+    let is_hit = covered & allowed & (depth >= vec4f(0.0)) & nearer;
+    return Best(select(best.id, id, is_hit), select(best.depth, key, is_hit));
+}
+
+// Passes a tile that cannot be done on: to the next level in four parts, or to be traced.
+fn pass_on(thread: u32, origin: vec2u, side: u32) {
+    if tiling.level + 1u == TRACED {
+        if thread == 0u {
+            let place = atomicAdd(&work[TRACED], 1u);
+            atomicStore(&work[tiling.next_queue + place], packed(origin));
+        }
+    } else if thread < 4u {
+        // `partial` holds the numbers of rays of blocks.
+        let first = thread * (BLOCKS / 4u);
+        let rays = partial[first].w + partial[first + 1u].w + partial[first + 2u].w + partial[first + 3u].w;
+        if rays > 0.0 {
+            let place = atomicAdd(&work[tiling.level + 1u], 1u);
+            let corner = origin + vec2u(thread & 1u, thread >> 1u) * (side / 2u);
+            atomicStore(&work[tiling.next_queue + place], packed(corner));
+        }
+    }
+}
+
+@compute @workgroup_size(THREADS)
+fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    if thread == 0u {
+        tile_of_group = atomicLoad(&work[tiling.queue + group.x]);
+    }
+    let origin = unpacked(workgroupUniformLoad(&tile_of_group));
+    let cell = origin + cell_in_tile(thread);
+    let side = cell_in_tile(THREADS - 1u).x + 1u;
+    let is_in_picture = all(cell < frame.cells);
+
+    var own: OwnRules;
+    var active_rays = vec4<bool>(false);
+    var origins: array<vec3f, RAYS>;
+    var directions: array<vec3f, RAYS>;
+    var sum_of_origins = vec4f(0.0);
+    var sum_of_directions = vec4f(0.0);
+    for (var ray = 0u; ray < RAYS && is_in_picture; ray++) {
+        let last = path_ray(cell, ray);
+        if last.is_active {
+            active_rays[ray] = true;
+            origins[ray] = last.ray.origin;
+            directions[ray] = last.ray.direction;
+            own.object[ray] = last.own.object;
+            own.none[ray] = last.own.none;
+            own.outside[ray] = last.own.outside;
+            own.from_behind[ray] = last.own.from_behind;
+            sum_of_origins += vec4f(last.ray.origin, 1.0);
+            sum_of_directions += vec4f(last.ray.direction, 0.0);
+        }
+    }
+    gather_over_tile(thread, sum_of_origins, sum_of_directions, true, true);
+    let count = total[0].w;
+    var tile: TileFrame;
+    tile.origin = total[0].xyz / max(count, 1.0);
+    tile.forward = normalize_or(total[1].xyz, vec3f(0.0, 0.0, 1.0));
+    let axes = basis(tile.forward);
+
+    // Rays in the frame, across it along any two axes.
+    var rays: Rays;
+    rays.length = vec4f(1.0);
+    var least = vec4f(FAR);
+    var moments = vec4f(0.0);
+    let end = frame.extent;
+    for (var ray = 0u; ray < RAYS; ray++) {
+        if active_rays[ray] {
+            let relative = origins[ray] - tile.origin;
+            let cosine = dot(directions[ray], tile.forward);
+            let slope = vec2f(dot(directions[ray], axes[0]), dot(directions[ray], axes[1])) / cosine;
+            let start = dot(relative, tile.forward);
+            let offset = vec2f(dot(relative, axes[0]), dot(relative, axes[1])) - slope * start;
+            rays.ox[ray] = offset.x;
+            rays.oy[ray] = offset.y;
+            rays.sx[ray] = slope.x;
+            rays.sy[ray] = slope.y;
+            rays.start[ray] = start;
+            rays.length[ray] = 1.0 / cosine;
+            // An object that rays can meet again counts as none.
+            let object = select(-1.0, f32(own.object[ray]), own.none[ray]);
+            least = min(least, vec4f(start, cosine, object, -object));
+            let third = offset + slope * (end / 3.0);
+            moments += vec4f(third.x * third.x, third.x * third.y, third.y * third.y, 0.0);
+        }
+    }
+    let counts_of_blocks = partial[min(thread, BLOCKS - 1u)].w;
+    gather_over_tile(thread, least, moments, false, true);
+    let start = total[0].x;
+    let least_cosine = total[0].y;
+    let is_one = total[0].z >= 0.0 && total[0].z == -total[0].w;
+    let left = select(NONE, u32(max(total[0].z, 0.0)), is_one);
+
+    // Across the rays the axes follow how far they spread.
+    let angle = 0.5 * atan2(2.0 * total[1].y, total[1].x - total[1].z);
+    let turn = select(vec2f(1.0, 0.0), vec2f(cos(angle), sin(angle)), abs(angle) < 4.0);
+    tile.across = axes[0] * turn.x + axes[1] * turn.y;
+    tile.along = axes[1] * turn.x - axes[0] * turn.y;
+    let turned = vec4f(rays.ox * turn.x + rays.oy * turn.y);
+    rays.oy = rays.oy * turn.x - rays.ox * turn.y;
+    rays.ox = turned;
+    let turned_slope = vec4f(rays.sx * turn.x + rays.sy * turn.y);
+    rays.sy = rays.sy * turn.x - rays.sx * turn.y;
+    rays.sx = turned_slope;
+
+    var near = vec4f(FAR);
+    var far = vec4f(FAR);
+    for (var ray = 0u; ray < RAYS; ray++) {
+        if active_rays[ray] {
+            let offset = vec2f(rays.ox[ray], rays.oy[ray]);
+            let slope = vec2f(rays.sx[ray], rays.sy[ray]);
+            let first = offset + slope * start;
+            let last = offset + slope * end;
+            near = min(near, vec4f(first, -first));
+            far = min(far, vec4f(last, -last));
+        }
+    }
+    gather_over_tile(thread, near, far, false, false);
+    let whole = beam(total[0], total[1], start, end);
+    let block = thread / (THREADS / BLOCKS);
+    let of_block = beam(partial[block], partial[BLOCKS + block], start, end);
+    workgroupBarrier();
+    if thread < BLOCKS {
+        partial[thread].w = counts_of_blocks;
+        atomicStore(&is_traced[thread], 0u);
+    }
+    if thread == 0u {
+        atomicAdd(&work[TILES + tiling.level], 1u);
+        to_do = select(0u, 1u, least_cosine >= LEAST_COSINE_TO_MEAN && count > 0.0);
+    }
+    if workgroupUniformLoad(&to_do) != 0u {
+        walk(thread, whole, tile, left);
+        if workgroupUniformLoad(&is_failed) == 0u {
+            collect(thread, whole, tile, left);
+        }
+    } else if thread == 0u {
+        is_failed = select(0u, 1u, count > 0.0);
+        atomicStore(&triangle_count, 0u);
+    }
+    let index = hit_index(cell, tiling.events, tiling.kinds);
+    if workgroupUniformLoad(&is_failed) != 0u {
+        if is_in_picture {
+            hits[index] = vec4u(UNRESOLVED);
+        }
+        pass_on(thread, origin, side);
+        return;
+    }
+    if thread == 0u {
+        to_do = atomicLoad(&triangle_count);
+        atomicAdd(&work[CANDIDATES], to_do);
+    }
+    let triangles = workgroupUniformLoad(&to_do);
+    own.from_behind /= rays.length;
+    let mz = rays.ox * rays.sy - rays.oy * rays.sx;
+    var best = Best(vec4u(0u), vec4f(FAR));
+    let in_block = THREADS / BLOCKS;
+    for (var first = 0u; first < triangles; first += BATCH) {
+        for (var word = thread; word < BLOCKS * WORDS; word += THREADS) {
+            atomicStore(&seen_by_block[word], 0u);
+        }
+        workgroupBarrier();
+        let count_of_batch = min(BATCH, triangles - first);
+        for (var item = thread % in_block; item < count_of_batch; item += in_block) {
+            if is_met(places[first + item], of_block, tile) {
+                atomicOr(&seen_by_block[block * WORDS + item / 32u], 1u << (item % 32u));
+            }
+        }
+        workgroupBarrier();
+        for (var word = 0u; word < WORDS; word++) {
+            var bits = atomicLoad(&seen_by_block[block * WORDS + word]);
+            if thread % in_block == 0u {
+                atomicAdd(&work[PAIRS], countOneBits(bits));
+            }
+            while bits != 0u {
+                let item = word * 32u + firstTrailingBit(bits);
+                bits &= bits - 1u;
+                best = test(places[first + item], tile, rays, mz, own, best);
+            }
+        }
+        workgroupBarrier();
+    }
+    let result = select(vec4u(UNRESOLVED), best.id, active_rays);
+    if is_in_picture {
+        hits[index] = result;
+        if any(active_rays & (result == vec4u(UNRESOLVED))) {
+            atomicStore(&is_traced[thread / 16u], 1u);
+        }
+    }
+    workgroupBarrier();
+    if thread < THREADS / 16u && atomicLoad(&is_traced[thread]) != 0u {
+        let place = atomicAdd(&work[TRACED], 1u);
+        atomicStore(&work[tiling.traced_queue + place], packed(origin + cell_in_tile(thread * 16u)));
+    }
+}

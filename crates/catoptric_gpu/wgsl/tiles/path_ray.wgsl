@@ -1,0 +1,37 @@
+// The last ray of a path, from what its rays have hit before.
+
+//#include "light/bounce.wgsl"
+
+struct PathRay {
+    ray: Ray,
+    own: OwnRule,
+    is_active: bool,
+}
+
+fn path_ray(cell: vec2u, ray: u32) -> PathRay {
+    var result: PathRay;
+    result.ray = eye_ray(position_of(cell, ray));
+    result.is_active = true;
+    var no_change: RayDifferential;
+    for (var event = 0u; event < tiling.events; event++) {
+        let hit = hits[hit_index(cell, event, tiling.kinds)][ray];
+        let kind = (tiling.kinds >> event) & 1u;
+        if !goes_on(hit, kind) {
+            result.is_active = false;
+            break;
+        }
+        let incoming = result.ray.direction;
+        let point = drawn_encounter(triangle_of(hit), result.ray, no_change, 1u).point;
+        let at = facing(incoming, point.geometric_normal, point.normal);
+        let object = point.object;
+        result.ray = leaving_ray(kind, incoming, at, relative_index_of(object, at.outside), point);
+        result.own = own_rule(object, kind, at.outside == (kind == REFLECT));
+        let is_blind = at.outside && (surface_of(object).flags & INSIDE) != 0u;
+        // Neither without direction nor not a number.
+        if is_blind || !(dot(result.ray.direction, result.ray.direction) > 0.5) {
+            result.is_active = false;
+            break;
+        }
+    }
+    return result;
+}

@@ -1,0 +1,37 @@
+// Traces the rays of paths that tiles could not follow.
+
+//#include "scene/records.wgsl"
+//#include "scene/texture.wgsl"
+//#include "optics/step.wgsl"
+//#include "scene/point.wgsl"
+//#include "scene/base.wgsl"
+//#include "light/trace.wgsl"
+//#include "tiles/cells.wgsl"
+//#include "tiles/work.wgsl"
+//#include "tiles/path_ray.wgsl"
+
+// A thread a ray of a tile of sixteen cells.
+@compute @workgroup_size(64)
+fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
+    let origin = unpacked(atomicLoad(&work[tiling.queue + group.x]));
+    let cell = origin + cell_in_tile(thread / RAYS);
+    let ray = thread % RAYS;
+    if any(cell >= frame.cells) {
+        return;
+    }
+    let index = hit_index(cell, tiling.events, tiling.kinds);
+    if hits[index][ray] != UNRESOLVED {
+        return;
+    }
+    let last = path_ray(cell, ray);
+    if !last.is_active {
+        return;
+    }
+    let triangle = nearest(last.ray, 0.0, FAR, last.own, false).triangle;
+    var hit = 0u;
+    if triangle != NONE {
+        let role = surface_of(object_of(triangle)).role;
+        hit = (triangle + 1u) | select(0u, HIT_REFLECTS, role != DIFFUSE) | select(0u, HIT_REFRACTS, role == LENS);
+    }
+    hits[index][ray] = hit;
+}
