@@ -1,6 +1,6 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
-use crate::layout::{LEAF, LeafTriangle, MAX_CUT, MAX_DEPTH, NONE, Node, bits, triangle_flags as flags};
+use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::{Role, Scene};
@@ -73,34 +73,44 @@ impl Hierarchy {
         Self { root, nodes, triangles: order.iter().map(of_place).collect() }
     }
 
-    /// Nodes and leaves below which all triangles lie, the largest divided first: where many begin to walk at once.
-    pub fn cut(&self) -> Vec<u32> {
-        let area = |code: u32| match self.nodes.get(code as usize) {
-            Some(node) => {
-                let mut bounds = BvhBox::empty();
-                for corner in [node.low0, node.high0, node.low1, node.high1] {
-                    bounds.extend(corner.into());
-                }
-                bounds.half_area()
+    /// The same with up to [`WIDTH`] children a node, the root first: where many threads walk together. Without triangles
+    /// it has one node without children.
+    pub fn wide(&self) -> Vec<[WideChild; WIDTH]> {
+        let mut wide = vec![[WideChild::default(); WIDTH]];
+        // Narrow nodes, and the places of the wide ones that stand for them.
+        let mut waiting = Vec::new();
+        match self.nodes.first() {
+            Some(_) => waiting.push((0u32, 0usize)),
+            None => wide[0][0] = self.child(self.root),
+        }
+        while let Some((node, place)) = waiting.pop() {
+            let mut children = [WideChild::default(); WIDTH];
+            let narrow = &self.nodes[node as usize];
+            (children[0], children[1]) = (narrow.first(), narrow.second());
+            for count in 2..WIDTH {
+                let inner = (0..count).filter(|child| children[*child].code & LEAF == 0);
+                let area = |child: &usize| children[*child].bounds().half_area();
+                let Some(largest) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else { break };
+                let divided = &self.nodes[children[largest].code as usize];
+                (children[largest], children[count]) = (divided.first(), divided.second());
             }
-            // A leaf.
-            None => -1.0,
-        };
-        let mut cut: Vec<(f32, u32)> = Vec::with_capacity(MAX_CUT);
-        if self.root != NONE {
-            cut.push((area(self.root), self.root));
+            for child in children.iter_mut().filter(|child| child.code & LEAF == 0) {
+                waiting.push((child.code, wide.len()));
+                child.code = wide.len() as u32;
+                wide.push([WideChild::default(); WIDTH]);
+            }
+            wide[place] = children;
         }
-        while cut.len() < MAX_CUT {
-            let largest = (0..cut.len()).max_by(|a, b| cut[*a].0.total_cmp(&cut[*b].0));
-            let Some((place, node)) =
-                largest.and_then(|place| self.nodes.get(cut[place].1 as usize).map(|node| (place, node)))
-            else {
-                break;
-            };
-            cut[place] = (area(node.child0), node.child0);
-            cut.push((area(node.child1), node.child1));
+        wide
+    }
+
+    /// A leaf or [`NONE`] as a child.
+    fn child(&self, code: u32) -> WideChild {
+        if code == NONE {
+            return WideChild::default();
         }
-        cut.into_iter().map(|(_, code)| code).collect()
+        let bounds = bounds_of(code, &self.nodes, &self.triangles);
+        WideChild { low: bounds.min.to_array(), code, high: bounds.max.to_array(), unused: 0 }
     }
 
     /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
@@ -122,6 +132,22 @@ impl Hierarchy {
             nodes[index] = node;
         }
         Some(Self { root: self.root, nodes, triangles })
+    }
+}
+
+impl Node {
+    fn first(&self) -> WideChild {
+        WideChild { low: self.low0, code: self.child0, high: self.high0, unused: 0 }
+    }
+
+    fn second(&self) -> WideChild {
+        WideChild { low: self.low1, code: self.child1, high: self.high1, unused: 0 }
+    }
+}
+
+impl WideChild {
+    fn bounds(&self) -> BvhBox {
+        BvhBox::new(self.low.into(), self.high.into())
     }
 }
 

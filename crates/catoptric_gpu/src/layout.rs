@@ -16,8 +16,8 @@ pub const MAX_LEVELS: usize = 16;
 pub const ENVIRONMENT_MAPS: usize = 8;
 /// The most specular events of a path.
 pub const MAX_ORDER: u32 = 8;
-/// The most nodes and leaves from which tiles begin.
-pub const MAX_CUT: usize = 64;
+/// The most children of the nodes of the hierarchy that tiles walk.
+pub const WIDTH: usize = 8;
 /// The deepest hierarchy that shaders can walk.
 pub const MAX_DEPTH: usize = 64;
 
@@ -144,6 +144,26 @@ pub struct Node {
 /// Children of [`Node`]s with this bit are leaves.
 pub const LEAF: u32 = 1 << 31;
 
+/// A child of a node of the hierarchy that tiles walk.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct WideChild {
+    /// Lower corner of its box.
+    pub low: [f32; 3],
+    /// As in [`Node`], with numbers of wide nodes; [`NONE`]: there is none.
+    pub code: u32,
+    /// Upper corner of its box.
+    pub high: [f32; 3],
+    /// Padding.
+    pub unused: u32,
+}
+
+impl Default for WideChild {
+    fn default() -> Self {
+        Self { low: [f32::MAX; 3], code: NONE, high: [-f32::MAX; 3], unused: 0 }
+    }
+}
+
 /// Bits of hits: numbers of triangles and 1.
 pub mod hit_flags {
     /// Light is reflected there.
@@ -244,16 +264,24 @@ pub struct Quadric {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Surface {
+    /// 0 diffuse, 1 reflector, 2 lens, 3 coated.
+    pub role: u32,
+    /// See [`surface_flags`].
+    pub flags: u32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// The diagonal of the object's box.
+    pub extent: f32,
     /// Linear, with alpha.
     pub base_color: [f32; 4],
     /// Emitted radiance.
     pub emissive: [f32; 3],
-    /// 0 diffuse, 1 reflector, 2 lens, 3 coated.
-    pub role: u32,
+    /// The share of a clear coat that reflects.
+    pub coat: f32,
     /// Absorption inside a lens, a unit of length.
     pub absorption: [f32; 3],
-    /// See [`surface_flags`].
-    pub flags: u32,
+    /// Perceptual roughness of highlights on a mirror; below 0: there are none.
+    pub highlight_roughness: f32,
     /// Reflectance of the dielectric at normal incidence.
     pub specular: [f32; 3],
     /// The same at grazing angles.
@@ -270,14 +298,6 @@ pub struct Surface {
     pub facets_coat: f32,
     /// Its perceptual roughness.
     pub facets_coat_roughness: f32,
-    /// Index of refraction.
-    pub ior: f32,
-    /// The share of a clear coat that reflects.
-    pub coat: f32,
-    /// Perceptual roughness of highlights on a mirror; below 0: there are none.
-    pub highlight_roughness: f32,
-    /// The diagonal of the object's box.
-    pub extent: f32,
     /// Least and greatest share of reflection by the angle.
     pub ramp: [f32; 2],
     /// The same by the distance.
@@ -386,12 +406,6 @@ pub struct Frame {
     pub tiled_events: u32,
     /// The place of the queue of tiles that are shaded path by path.
     pub followed: u32,
-    /// See [`Hierarchy::cut`](crate::hierarchy::Hierarchy::cut).
-    pub cut: [u32; MAX_CUT],
-    /// How many of them there are.
-    pub cut_count: u32,
-    /// Padding.
-    pub unused: [u32; 3],
     /// Width, height and first row of each of the environment's maps.
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
     /// The lights.

@@ -2,7 +2,7 @@
 
 use catoptric_gpu::layout::{
     Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface,
-    TEXEL_ROW, TextureRecord, Tiling, Vertex, frame_flags, hit_flags, surface_flags, triangle_flags,
+    TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -73,7 +73,7 @@ fn records() -> Vec<Record> {
         } before quadric),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
-            first_row, extent, cells, tiled_events, followed, cut, cut_count, maps, lights,
+            first_row, extent, cells, tiled_events, followed, maps, lights,
         }),
     ]
 }

@@ -31,29 +31,27 @@ fn plane_distance(triangle: u32, ray: Ray) -> f32 {
 // True if four samples of a pixel show parts of one smooth surface whose look does not depend on the triangle: of
 // meshes those that are neither mirror nor lens.
 fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {
-    if any(ids == vec4u(0u)) {
-        return false;
-    }
-    let first = corners_of(triangle_of(ids.x));
-    let is_exact = (surface_of(first.w).flags & QUADRIC) != 0u;
-    let part = vertex_of(first.x).part;
-    let is_smooth = is_exact || surface_of(first.w).role == DIFFUSE && part != 0u;
-    for (var sample = 1u; sample < 4u; sample++) {
-        if ids[sample] == ids.x {
-            continue;
-        }
-        let other = corners_of(triangle_of(ids[sample]));
-        if !is_smooth || other.w != first.w || !is_exact && vertex_of(other.x).part != part {
+    // A bit a sample that shows another triangle than the first.
+    var others = dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), ids != vec4u(ids.x)), vec4u(1u));
+    var is_one = true;
+    while others != 0u {
+        let sample = firstTrailingBit(others);
+        others &= others - 1u;
+        if ids[sample] == 0u || ids.x == 0u {
             return false;
         }
+        let first = corners_of(triangle_of(ids.x));
+        let other = corners_of(triangle_of(ids[sample]));
+        let head = surface_of(first.w);
+        let part = part_of(first.x);
+        let is_exact = (head.flags & QUADRIC) != 0u;
+        let is_part = head.role == DIFFUSE && part != 0u && part_of(other.x) == part;
         let ray = eye_ray(corner + four_samples[sample]);
         let here = plane_distance(triangle_of(ids.x), ray);
         let there = plane_distance(triangle_of(ids[sample]), ray);
-        if !(abs(here - there) <= SAME_DEPTH * abs(there)) {
-            return false;
-        }
+        is_one = is_one && other.w == first.w && (is_exact || is_part) && abs(here - there) <= SAME_DEPTH * abs(there);
     }
-    return true;
+    return is_one;
 }
 
 // True if four samples hit the same triangles on all paths.
@@ -113,7 +111,7 @@ fn shade_four_samples(@builtin(global_invocation_id) invocation: vec3u) {
         return;
     }
     // One surface is shaded once.
-    let is_one = all(ids == vec4u(0u)) || is_one_surface(ids, vec2f(pixel));
+    let is_one = is_one_surface(ids, vec2f(pixel));
     let count = select(4u, 1u, is_one);
     var sum = vec3f(0.0);
     for (var ray = 0u; ray < count; ray++) {

@@ -6,7 +6,7 @@ use super::tiles::{Band, Paths, TileCounts, TileTables, WORKGROUP, begin, cell_s
 use super::timer::Timer;
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, LightRecord, MAX_CUT, MAX_LIGHTS, MAX_ORDER, NONE, frame_flags};
+use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, frame_flags};
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
@@ -293,8 +293,6 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
     let rays = view.rays();
     let mut lights = [LightRecord::default(); MAX_LIGHTS];
     lights[..resident.lights.len()].copy_from_slice(&resident.lights);
-    let mut cut = [NONE; MAX_CUT];
-    cut[..resident.cut.len()].copy_from_slice(&resident.cut);
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
         origin: rays.origin.to_array(),
@@ -312,9 +310,6 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         cells: [0; 2],
         tiled_events: 0,
         followed: 0,
-        cut,
-        cut_count: resident.cut.len() as u32,
-        unused: [0; 3],
         maps: resident.pictures.maps,
         lights,
     }

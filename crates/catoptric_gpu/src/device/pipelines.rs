@@ -77,7 +77,7 @@ impl Pipelines {
                 numbers(8),
             ],
         );
-        let hierarchy = layout(device, "hierarchy", shades, &[table(0), table(1)]);
+        let hierarchy = layout(device, "hierarchy", shades, &[table(0), table(1), table(2)]);
         let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
         let picture = layout(device, "picture", shades, &[storage(0), written(1), storage(2)]);
         let tiles = TilePipelines::new(device, &scene, &hierarchy);

@@ -175,14 +175,17 @@ fn compute(
     entry: &str,
     constants: &[(&str, f64)],
 ) -> ComputePipeline {
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+    let t = std::time::Instant::now();
+    let r = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
         layout: Some(layout),
         module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
-    })
+    });
+    eprintln!("{entry} {:?}", t.elapsed());
+    r
 }
 
 /// The tables of tiles for bands of pictures.

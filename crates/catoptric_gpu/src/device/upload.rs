@@ -33,8 +33,6 @@ pub(crate) struct DeviceScene {
     pub(crate) lights: Vec<LightRecord>,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
-    /// Where tiles begin to walk the hierarchy.
-    pub(crate) cut: Vec<u32>,
     /// On the processor, to be refitted.
     pub(crate) boxes: Hierarchy,
     /// True if something reflects or refracts.
@@ -84,12 +82,17 @@ impl DeviceScene {
         let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
-        let [nodes, leaves] = [
+        let [nodes, leaves, wide] = [
             upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
             upload.table("the hierarchy's triangles", &tables.hierarchy.triangles)?,
+            upload.table("the hierarchy of tiles", &tables.hierarchy.wide())?,
         ];
         let order = upload.buffer("the order of triangles", &tables.draw_order)?;
-        let of_hierarchy = [(0, BindingResource::TextureView(&nodes)), (1, BindingResource::TextureView(&leaves))];
+        let of_hierarchy = [
+            (0, BindingResource::TextureView(&nodes)),
+            (1, BindingResource::TextureView(&leaves)),
+            (2, BindingResource::TextureView(&wide)),
+        ];
         let byte_count = upload.byte_count;
         context.check()?;
         let tiles = old.and_then(|old| old.tiles.lock().unwrap_or_else(PoisonError::into_inner).clone());
@@ -103,7 +106,6 @@ impl DeviceScene {
             lights,
             features: SceneFeatures::of(scene, &tables.surfaces),
             pictures,
-            cut: tables.hierarchy.cut(),
             boxes: tables.hierarchy,
             has_specular: !scene.specular_objects().is_empty(),
             tiles: Mutex::new(tiles),

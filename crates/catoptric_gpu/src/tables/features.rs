@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, NONE, Surface, surface_flags as flag
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 12;
+const COUNT: usize = 13;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -20,6 +20,7 @@ const NAMES: [&str; COUNT] = [
     "HAS_QUADRICS",
     "HAS_HOLES",
     "HAS_COLORS",
+    "HAS_SECOND_UVS",
 ];
 
 const HAS_LENSES: usize = 7;
@@ -56,6 +57,7 @@ impl SceneFeatures {
                 any(flags::QUADRIC),
                 any(flags::ALPHA_TESTED),
                 !scene.colors.is_empty(),
+                surfaces.iter().flat_map(|surface| &surface.bindings).any(|binding| binding.channel == 1),
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }

@@ -23,6 +23,8 @@ struct LeafTriangle {
 
 @group(1) @binding(0) var node_table: texture_2d<u32>;
 @group(1) @binding(1) var leaf_table: texture_2d<u32>;
+// Eight children a node: boxes, and what they are.
+@group(1) @binding(2) var wide_table: texture_2d<u32>;
 
 // Texels of a record.
 const NODE_TEXELS = 4u;

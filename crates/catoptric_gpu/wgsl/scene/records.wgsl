@@ -39,6 +39,7 @@ override HAS_ATTENUATION: bool = true;
 override HAS_QUADRICS: bool = true;
 override HAS_HOLES: bool = true;
 override HAS_COLORS: bool = true;
+override HAS_SECOND_UVS: bool = true;
 // The first textures of surfaces that any of them has.
 override BINDINGS_USED: u32 = 6u;
 
@@ -91,12 +92,6 @@ struct Frame {
     tiled_events: u32,
     // The place of the queue of tiles that are shaded path by path.
     followed: u32,
-    // Nodes and leaves of the hierarchy, of which all triangles are below one, and how many they are.
-    cut: array<vec4u, 16>,
-    cut_count: u32,
-    unused0: u32,
-    unused1: u32,
-    unused2: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     lights: array<Light, MAX_LIGHTS>,
@@ -109,8 +104,9 @@ struct Vertex {
     v0: f32,
     color: vec4f,
     tangent: vec4f,
+    // Only where it is used.
     uv1: vec2f,
-    // A number that is equal in triangles of one smooth surface; 0: the vertex's triangles are none.
+    // See `part_of`.
     part: u32,
     unused: u32,
 }
@@ -148,11 +144,17 @@ struct Quadric {
 
 // Its exact surface and its textures follow it in the table.
 struct Surface {
+    role: u32,
+    flags: u32,
+    ior: f32,
+    // Of the object's box.
+    extent: f32,
     base_color: vec4f,
     emissive: vec3f,
-    role: u32,
+    coat: f32,
     absorption: vec3f,
-    flags: u32,
+    // Below 0: lights make no highlights.
+    highlight_roughness: f32,
     specular: vec3f,
     specular_at_grazing: f32,
     own_color: vec3f,
@@ -161,12 +163,6 @@ struct Surface {
     roughness: f32,
     facets_coat: f32,
     facets_coat_roughness: f32,
-    ior: f32,
-    coat: f32,
-    // Below 0: lights make no highlights.
-    highlight_roughness: f32,
-    // Of the object's box.
-    extent: f32,
     ramp: vec2f,
     attenuation: vec2f,
     attenuation_distance: f32,
@@ -224,7 +220,6 @@ fn vertex_number(vertex: u32, texel: u32) -> vec4f {
 fn vertex_of(vertex: u32) -> Vertex {
     let position = vertex_number(vertex, 0u);
     let normal = vertex_number(vertex, 1u);
-    let last = vertex_number(vertex, 4u);
     var result: Vertex;
     result.position = position.xyz;
     result.u0 = position.w;
@@ -236,9 +231,15 @@ fn vertex_of(vertex: u32) -> Vertex {
     if HAS_NORMAL_MAPS {
         result.tangent = vertex_number(vertex, 3u);
     }
-    result.uv1 = last.xy;
-    result.part = bitcast<u32>(last.z);
+    if HAS_SECOND_UVS {
+        result.uv1 = vertex_number(vertex, 4u).xy;
+    }
     return result;
+}
+
+// A number that is equal in triangles of one smooth surface; 0: the vertex's triangles are none.
+fn part_of(vertex: u32) -> u32 {
+    return bitcast<u32>(vertex_number(vertex, 4u).z);
 }
 
 // Three vertices and the object.
@@ -255,20 +256,24 @@ fn surface_number(object: u32, texel: u32) -> vec4f {
 }
 
 fn surface_of(object: u32) -> Surface {
-    let emissive = surface_number(object, 1u);
-    let absorption = surface_number(object, 2u);
-    let specular = surface_number(object, 3u);
-    let own_color = surface_number(object, 4u);
-    let facets = surface_number(object, 5u);
-    let mirror = surface_number(object, 6u);
+    let head = surface_number(object, 0u);
+    let emissive = surface_number(object, 2u);
+    let absorption = surface_number(object, 3u);
+    let specular = surface_number(object, 4u);
+    let own_color = surface_number(object, 5u);
+    let facets = surface_number(object, 6u);
     let shares = surface_number(object, 7u);
     let last = surface_number(object, 8u);
     var result: Surface;
-    result.base_color = surface_number(object, 0u);
+    result.role = bitcast<u32>(head.x);
+    result.flags = bitcast<u32>(head.y);
+    result.ior = head.z;
+    result.extent = head.w;
+    result.base_color = surface_number(object, 1u);
     result.emissive = emissive.xyz;
-    result.role = bitcast<u32>(emissive.w);
+    result.coat = emissive.w;
     result.absorption = absorption.xyz;
-    result.flags = bitcast<u32>(absorption.w);
+    result.highlight_roughness = absorption.w;
     result.specular = specular.xyz;
     result.specular_at_grazing = specular.w;
     result.own_color = own_color.xyz;
@@ -277,10 +282,6 @@ fn surface_of(object: u32) -> Surface {
     result.roughness = facets.y;
     result.facets_coat = facets.z;
     result.facets_coat_roughness = facets.w;
-    result.ior = mirror.x;
-    result.coat = mirror.y;
-    result.highlight_roughness = mirror.z;
-    result.extent = mirror.w;
     result.ramp = shares.xy;
     result.attenuation = shares.zw;
     result.attenuation_distance = last.x;

@@ -73,9 +73,7 @@ fn texel(index: u32) -> vec4f {
 }
 
 // The blend of four texels of a level; each row is followed by its last texel's right neighbour.
-fn corners(texture: u32, index: u32, at: vec2f, wrap: vec2f, half: f32) -> vec4f {
-    let last_level = max(u32(max(texture_of(texture).last_level, 0.0)), 0u);
-    let level = level_of(texture, min(index, last_level));
+fn corners(level: Level, at: vec2f, wrap: vec2f, half: f32) -> vec4f {
     let blended = select(0.0, 1.0, half > 0.0);
     let position = at * level.size - half;
     let last = level.size - 1.0;
@@ -113,6 +111,9 @@ fn sample_texture(texture: u32, at: LookUp) -> vec4f {
     let places = 1u << places_log2;
     let side = sqrt(1.0 / f32(places));
     let tap = taps(texture, at.dx * side, at.dy * side, side);
+    let last_level = u32(max(texture_of(texture).last_level, 0.0));
+    let finer = level_of(texture, min(tap.level, last_level));
+    let coarser = level_of(texture, min(tap.level + 1u, last_level));
     var sum = vec4f(0.0);
     for (var place = 0u; place < places; place++) {
         let offset = places_of_samples[places - 1u + place] / 16.0 - 0.5;
@@ -120,9 +121,13 @@ fn sample_texture(texture: u32, at: LookUp) -> vec4f {
         for (var probe = 0.0; probe < tap.probes; probe += 1.0) {
             let along = uv + tap.step * ((probe + 0.5) / tap.probes - 0.5);
             let wrapped = vec2f(folded(along.x, wrap.x), folded(along.y, wrap.y));
-            for (var coarser = 0u; coarser < select(1u, 2u, tap.blend > 0.0); coarser++) {
-                let share = select(1.0 - tap.blend, tap.blend, coarser == 1u);
-                sum += share * corners(texture, tap.level + coarser, wrapped, wrap, tap.half);
+            for (var step = 0u; step < select(1u, 2u, tap.blend > 0.0); step++) {
+                let share = select(1.0 - tap.blend, tap.blend, step == 1u);
+                var level = finer;
+                if step == 1u {
+                    level = coarser;
+                }
+                sum += share * corners(level, wrapped, wrap, tap.half);
             }
         }
     }

@@ -129,18 +129,44 @@ fn inside(bounds: Beam, point: vec3f) -> vec4f {
     return vec4f(point.xy, -point.xy) - bounds.near - bounds.slope * (point.z - bounds.start);
 }
 
-// True if a box may hold a part of a beam: its corners from the tile's origin.
-fn may_hold(low: vec3f, high: vec3f, bounds: Beam, tile: TileFrame) -> bool {
-    var axes = array<vec3f, 4>(tile.across, tile.along, -tile.across, -tile.along);
+// A child of a node of the hierarchy.
+struct WideChild {
+    low: vec3f,
+    code: u32,
+    high: vec3f,
+    unused: u32,
+}
+
+const WIDTH = 8u;
+const WIDE_CHILD_TEXELS = 2u;
+
+fn wide_child_of(index: u32) -> WideChild {
+    let first = textureLoad(wide_table, row_of(index * WIDE_CHILD_TEXELS), 0);
+    let second = textureLoad(wide_table, row_of(index * WIDE_CHILD_TEXELS + 1u), 0);
+    return WideChild(bitcast<vec3f>(first.xyz), first.w, bitcast<vec3f>(second.xyz), 0u);
+}
+
+// True if a box may hold a part of a beam.
+fn may_hold(child: WideChild, bounds: Beam, tile: TileFrame) -> bool {
+    let low = child.low - tile.origin;
+    let high = child.high - tile.origin;
     let forward = tile.forward;
     let farthest = select(low, high, forward >= vec3f(0.0));
-    var is_met = dot(farthest, forward) >= bounds.start - ROUNDING * frame.extent;
-    for (var side = 0u; side < 4u; side++) {
-        let normal = axes[side] - forward * bounds.slope[side];
-        let corner = select(low, high, normal >= vec3f(0.0));
-        is_met = is_met && dot(corner, normal) >= bounds.near[side] - bounds.slope[side] * bounds.start;
-    }
-    return is_met;
+    let is_beyond = dot(farthest, forward) >= bounds.start - ROUNDING * frame.extent;
+    // Of each side the corner of the box that lies furthest within.
+    let normals = array<vec3f, 4>(
+        tile.across - forward * bounds.slope.x,
+        tile.along - forward * bounds.slope.y,
+        -tile.across - forward * bounds.slope.z,
+        -tile.along - forward * bounds.slope.w,
+    );
+    let furthest = vec4f(
+        dot(select(low, high, normals[0] >= vec3f(0.0)), normals[0]),
+        dot(select(low, high, normals[1] >= vec3f(0.0)), normals[1]),
+        dot(select(low, high, normals[2] >= vec3f(0.0)), normals[2]),
+        dot(select(low, high, normals[3] >= vec3f(0.0)), normals[3]),
+    );
+    return is_beyond && all(furthest >= bounds.near - bounds.slope * bounds.start);
 }
 
 // True if all triangles of a leaf belong to an object.
@@ -158,57 +184,37 @@ fn walk(thread: u32, bounds: Beam, tile: TileFrame, left: u32) {
     if thread == 0u {
         atomicStore(&leaf_count, 0u);
         atomicStore(&triangle_count, 0u);
-        atomicStore(&waiting_count, 0u);
+        waiting[0] = 0u;
+        to_do = 1u;
         is_failed = 0u;
-    }
-    workgroupBarrier();
-    for (var index = thread; index < frame.cut_count; index += THREADS) {
-        let code = frame.cut[index / 4u][index % 4u];
-        if (code & LEAF) == 0u {
-            waiting[atomicAdd(&waiting_count, 1u)] = code;
-        } else if !is_all_of(code, left) {
-            leaves[atomicAdd(&leaf_count, 1u)] = code;
-        }
-    }
-    workgroupBarrier();
-    if thread == 0u {
-        to_do = atomicLoad(&waiting_count);
     }
     loop {
         let size = workgroupUniformLoad(&to_do);
         if size == 0u {
             break;
         }
-        let taken = min(size, THREADS);
+        // A thread a child.
+        let taken = min(size, THREADS / WIDTH);
         if thread == 0u {
             atomicStore(&waiting_count, size - taken);
         }
         var index = 0u;
-        if thread < taken {
-            index = waiting[size - taken + thread];
+        if thread / WIDTH < taken {
+            index = waiting[size - taken + thread / WIDTH];
         }
         workgroupBarrier();
-        if thread < taken {
-            let node = node_of(index);
-            var children = array<u32, 2>(node.child0, node.child1);
-            var are_met = array<bool, 2>(
-                may_hold(node.low0 - tile.origin, node.high0 - tile.origin, bounds, tile),
-                may_hold(node.low1 - tile.origin, node.high1 - tile.origin, bounds, tile),
-            );
-            for (var side = 0u; side < 2u; side++) {
-                let child = children[side];
-                if are_met[side] && (child & LEAF) != 0u {
-                    if is_all_of(child, left) {
-                        continue;
-                    }
-                    let place = atomicAdd(&leaf_count, 1u);
-                    if place < MAX_LEAVES {
-                        leaves[place] = child;
-                    }
-                } else if are_met[side] {
+        if thread / WIDTH < taken {
+            let child = wide_child_of(index * WIDTH + thread % WIDTH);
+            if may_hold(child, bounds, tile) {
+                if (child.code & LEAF) == 0u {
                     let place = atomicAdd(&waiting_count, 1u);
                     if place < MAX_WAITING {
-                        waiting[place] = child;
+                        waiting[place] = child.code;
+                    }
+                } else if !is_all_of(child.code, left) {
+                    let place = atomicAdd(&leaf_count, 1u);
+                    if place < MAX_LEAVES {
+                        leaves[place] = child.code;
                     }
                 }
             }
@@ -344,8 +350,12 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     var directions: array<vec3f, RAYS>;
     var sum_of_origins = vec4f(0.0);
     var sum_of_directions = vec4f(0.0);
-    for (var ray = 0u; ray < RAYS && is_in_picture; ray++) {
-        let last = path_ray(cell, ray);
+    var chain: Chain;
+    if is_in_picture {
+        chain = chain_of(cell);
+    }
+    for (var ray = 0u; ray < RAYS; ray++) {
+        let last = path_ray(cell, ray, chain);
         if last.is_active {
             active_rays[ray] = true;
             origins[ray] = last.ray.origin;

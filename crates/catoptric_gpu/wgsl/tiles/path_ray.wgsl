@@ -8,13 +8,29 @@ struct PathRay {
     is_active: bool,
 }
 
-fn path_ray(cell: vec2u, ray: u32) -> PathRay {
+// What the rays of a cell hit after each event of a path.
+struct Chain {
+    hits: array<vec4u, MOST_EVENTS>,
+}
+
+// Tiles follow paths of no more events.
+const MOST_EVENTS = 2u;
+
+fn chain_of(cell: vec2u) -> Chain {
+    var result: Chain;
+    for (var event = 0u; event < min(tiling.events, MOST_EVENTS); event++) {
+        result.hits[event] = hits[hit_index(cell, event, tiling.kinds)];
+    }
+    return result;
+}
+
+fn path_ray(cell: vec2u, ray: u32, chain: Chain) -> PathRay {
     var result: PathRay;
     result.ray = eye_ray(position_of(cell, ray));
     result.is_active = true;
     var no_change: RayDifferential;
-    for (var event = 0u; event < tiling.events; event++) {
-        let hit = hits[hit_index(cell, event, tiling.kinds)][ray];
+    for (var event = 0u; event < min(tiling.events, MOST_EVENTS); event++) {
+        let hit = chain.hits[event][ray];
         let kind = (tiling.kinds >> event) & 1u;
         if !goes_on(hit, kind) {
             result.is_active = false;

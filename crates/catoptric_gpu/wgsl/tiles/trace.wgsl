@@ -23,7 +23,7 @@ fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     if hits[index][ray] != UNRESOLVED {
         return;
     }
-    let last = path_ray(cell, ray);
+    let last = path_ray(cell, ray, chain_of(cell));
     if !last.is_active {
         return;
     }
