@@ -420,16 +420,12 @@ pub struct Tiling {
     pub events: u32,
     /// A bit an event, set where light is refracted.
     pub kinds: u32,
-    /// The level of its tiles: their place in the counters.
-    pub level: u32,
-    /// The place of its queue in the table of work.
+    /// The place of the queue of tiles in the table of work.
     pub queue: u32,
-    /// The place of the queue of the next level.
-    pub next_queue: u32,
+    /// The place of the queue of blocks whose rays are traced.
+    pub traced_queue: u32,
     /// The place of the queue of tiles to be shaded path by path, or [`NONE`] if they are known.
     pub shade_queue: u32,
-    /// The place of the queue of cells whose rays are traced.
-    pub traced_queue: u32,
     /// Padding.
-    pub unused: u32,
+    pub unused: [u32; 3],
 }

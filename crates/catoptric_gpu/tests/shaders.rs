@@ -133,12 +133,9 @@ fn tables_are_read_where_records_lie() {
 /// Records that passes of tiles read alone.
 #[test]
 fn tiles_are_told_what_to_do_as_they_read_it() {
-    compare(
-        "tiles/cover.wgsl",
-        &[record!("Tiling": Tiling {
-            events, kinds, level, queue, next_queue, shade_queue, traced_queue,
-        })],
-    );
+    let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue });
+    compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);
+    assert!(shader::source("tiles/cover.wgsl").contains(&format!("const WIDTH = {WIDTH}u;")));
 }
 
 #[test]

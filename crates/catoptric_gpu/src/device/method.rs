@@ -151,10 +151,9 @@ impl Frame for DeviceFrame<'_> {
         stage.advance(1)?;
         let mut report = Report::default();
         let counts = drawn.counts;
-        let [large, middle, small] = counts.tiles;
         report.counts.extend([
-            ("tiles", u64::from(large + middle + small)),
-            ("tiles_divided", u64::from((middle + small).div_ceil(4))),
+            ("tiles", u64::from(counts.tiles)),
+            ("blocks_traced", u64::from(counts.traced_blocks)),
             ("candidates", u64::from(counts.candidates)),
             ("pairs", u64::from(counts.pairs)),
         ]);

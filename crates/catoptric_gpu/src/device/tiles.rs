@@ -18,23 +18,22 @@ use wgpu::{ComputePipeline, ShaderStages, TextureSampleType};
 
 /// Rays of a cell.
 const RAYS: u32 = 4;
-/// Cells along a side of the largest tiles.
-const LARGEST_TILE: u32 = 16;
+/// Cells along a side of a tile.
+const TILE: u32 = 16;
+/// Blocks of a tile.
+const BLOCKS: u32 = 16;
 /// Pixels along a side of a workgroup that shades.
 pub(crate) const WORKGROUP: u32 = 8;
-/// Threads of a tile, a level: one a cell.
-const THREADS: [u32; LEVELS] = [256, 64, 16];
-const LEVELS: usize = 3;
-/// The names of the stages of all levels, and of rays that are traced.
-const STAGES: [&str; LEVELS + 1] = ["large tiles", "middle tiles", "small tiles", "traced rays"];
 /// Longer paths are traced.
 const MOST_EVENTS: u32 = 2;
-/// Words before the queues.
+/// Words before the queues: see `tiles/work.wgsl`.
 const COUNTERS: u32 = 16;
-/// Words that are counted anew for each path.
-const COUNTED_A_PATH: u64 = 4;
+/// Words that are counted anew for each path: of tiles, and of blocks to be traced.
+const COUNTED_A_PATH: u64 = 2;
 /// The word that counts tiles to be shaded path by path.
-const FOLLOWED: u64 = 12;
+const SHADED: u64 = 4;
+/// The first of those that are counted in a picture.
+const COUNTED_A_PICTURE: u64 = 5;
 /// From record to record: offsets of uniform buffers are multiples of 256.
 const TILING_STRIDE: u64 = 256;
 const TILING_SIZE: u64 = size_of::<Tiling>() as u64;
@@ -45,9 +44,10 @@ const ARGUMENTS: u64 = 12;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct TileCounts {
-    /// Tiles a level.
-    pub(crate) tiles: [u32; LEVELS],
-    unused: u32,
+    /// Tiles.
+    pub(crate) tiles: u32,
+    /// Blocks of tiles whose rays are traced.
+    pub(crate) traced_blocks: u32,
     /// Triangles in the beams of tiles.
     pub(crate) candidates: u32,
     /// Blocks of tiles times the triangles that they looked at.
@@ -85,9 +85,9 @@ pub(crate) fn cell_side(samples: u32) -> u32 {
     if samples == 1 { 2 } else { 1 }
 }
 
-/// Rows of pixels of the largest tiles.
+/// Rows of pixels of a tile.
 pub(crate) fn tile_rows(samples: u32) -> u32 {
-    LARGEST_TILE * cell_side(samples)
+    TILE * cell_side(samples)
 }
 
 /// Bytes of the table of hits.
@@ -99,8 +99,7 @@ pub(crate) fn hit_bytes(cells: [u32; 2], paths: Paths) -> u64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Pass {
     Classify,
-    /// Of a level.
-    Cover(usize),
+    Cover,
     Trace,
 }
 
@@ -156,10 +155,7 @@ impl TilePipelines {
             constants.push(("SAMPLES", f64::from(samples)));
             let (layout, module, entry) = match pass {
                 Pass::Classify => (&self.layouts[0], &self.modules[0], "classify"),
-                Pass::Cover(level) => {
-                    constants.push(("THREADS", f64::from(THREADS[level])));
-                    (&self.layouts[1], &self.modules[1], "cover")
-                }
+                Pass::Cover => (&self.layouts[1], &self.modules[1], "cover"),
                 Pass::Trace => (&self.layouts[1], &self.modules[2], "trace"),
             };
             compute(device, layout, module, entry, &constants)
@@ -197,7 +193,7 @@ pub(crate) struct TileTables {
     /// What the rays of each cell hit, path by path.
     pub(crate) hits: Buffer,
     pub(crate) work: Buffer,
-    /// The numbers of tiles of each level, of tiles of traced rays, and of those shaded path by path.
+    /// The numbers of tiles, of blocks whose rays are traced, and of tiles that are shaded path by path.
     arguments: Buffer,
     working: BindGroup,
     followed: u32,
@@ -207,25 +203,23 @@ impl TileTables {
     /// Tables for bands of up to so many columns and rows of cells.
     pub(crate) fn new(context: &Context, cells: [u32; 2], samples: u32, paths: Paths) -> Result<Self, GpuError> {
         let Context { device, pipelines, .. } = context;
-        let tiles = cells[0].div_ceil(LARGEST_TILE) * cells[1].div_ceil(LARGEST_TILE);
+        let tiles = cells[0].div_ceil(TILE) * cells[1].div_ceil(TILE);
         let buffer = |label, size, usage| {
             let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
             device.create_buffer(&descriptor)
         };
-        // A tile is divided into four, and these again; of the smallest ones, too, rays may be left to be traced.
         let mut words = COUNTERS;
-        let queues = [1, 4, 16, 16, 1].map(|most| {
+        let [queue, traced_queue, followed] = [1, BLOCKS, 1].map(|most| {
             words += most * tiles;
             words - most * tiles
         });
-        let [.., traced_queue, followed] = queues;
         let storage = BufferUsages::STORAGE;
         let hits = buffer("hits", hit_bytes(cells, paths), storage);
         let copied = BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let work = buffer("work of tiles", u64::from(words) * 4, storage | copied);
         // Squares of pixels of a tile that is shaded.
         let squares = (tile_rows(samples) / WORKGROUP).pow(2);
-        let groups: Vec<u32> = [1, 1, 1, 1, squares].into_iter().flat_map(|squares| [0, squares, 1]).collect();
+        let groups: Vec<u32> = [1, 1, squares].into_iter().flat_map(|squares| [0, squares, 1]).collect();
         let usage = BufferUsages::INDIRECT | BufferUsages::COPY_DST;
         let arguments = device.create_buffer_init(&BufferInitDescriptor {
             label: Some("numbers of tiles"),
@@ -235,14 +229,9 @@ impl TileTables {
         let mut records = Vec::new();
         for (events, kinds) in paths.all() {
             let shade_queue = if (events, kinds) == (1, 0) { followed } else { NONE };
-            for level in 0..=LEVELS {
-                let (queue, next_queue) = (queues[level], queues[level + 1]);
-                let level = level as u32;
-                let record =
-                    Tiling { events, kinds, level, queue, next_queue, shade_queue, traced_queue, ..Tiling::default() };
-                records.extend_from_slice(bytemuck::bytes_of(&record));
-                records.resize(records.len().next_multiple_of(TILING_STRIDE as usize), 0);
-            }
+            let record = Tiling { events, kinds, queue, traced_queue, shade_queue, ..Tiling::default() };
+            records.extend_from_slice(bytemuck::bytes_of(&record));
+            records.resize(records.len().next_multiple_of(TILING_STRIDE as usize), 0);
         }
         records.resize(records.len().max(TILING_STRIDE as usize), 0);
         let tilings = device.create_buffer_init(&BufferInitDescriptor {
@@ -265,7 +254,7 @@ impl TileTables {
 
     /// Shades the tiles of that queue.
     pub(crate) fn dispatch_followed(&self, pass: &mut wgpu::ComputePass<'_>) {
-        pass.dispatch_workgroups_indirect(&self.arguments, (LEVELS as u64 + 1) * ARGUMENTS);
+        pass.dispatch_workgroups_indirect(&self.arguments, 2 * ARGUMENTS);
     }
 
     /// True if they serve bands of so many cells.
@@ -276,7 +265,7 @@ impl TileTables {
     /// What they did in the last picture, once its work is done.
     pub(crate) fn counts(&self, context: &Context) -> Result<TileCounts, GpuError> {
         let encoder = context.device.create_command_encoder(&Default::default());
-        let counts = context.read_buffer(encoder, &self.work, COUNTED_A_PATH * 4, 1)?;
+        let counts = context.read_buffer(encoder, &self.work, COUNTED_A_PICTURE * 4, 1)?;
         Ok(counts.into_iter().next().unwrap_or_default())
     }
 
@@ -308,33 +297,32 @@ impl TileTables {
             pass.set_bind_group(1, &gathered, &[]);
             pass.dispatch_workgroups(band.cells[0].div_ceil(8), band.cells[1].div_ceil(8), 1);
         }
-        encoder.clear_buffer(&self.work, FOLLOWED * 4, Some(4));
+        encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         let of_pass = |pass| pipelines.get(device, samples, scene.features, pass);
         for path in 0..self.paths.all().count() {
+            let record = (path as u64 * TILING_STRIDE) as u32;
             encoder.clear_buffer(&self.work, 0, Some(COUNTED_A_PATH * 4));
-            let record = |level: usize| ((path * (LEVELS + 1) + level) as u64 * TILING_STRIDE) as u32;
             {
                 let mut pass = begin(encoder, timer.compute("classify"));
                 pass.set_pipeline(&of_pass(Pass::Classify));
                 pass.set_bind_group(0, &scene.scene, &[band.record]);
-                pass.set_bind_group(2, &self.working, &[record(0)]);
-                let [across, down] = band.cells.map(|count| count.div_ceil(LARGEST_TILE));
+                pass.set_bind_group(2, &self.working, &[record]);
+                let [across, down] = band.cells.map(|count| count.div_ceil(TILE));
                 pass.dispatch_workgroups(across, down, 1);
             }
-            for level in 0..=LEVELS {
-                let arguments = level as u64 * ARGUMENTS;
-                encoder.copy_buffer_to_buffer(&self.work, level as u64 * 4, &self.arguments, arguments, 4);
-                let kind = if level < LEVELS { Pass::Cover(level) } else { Pass::Trace };
-                let mut pass = begin(encoder, timer.compute(STAGES[level]));
+            for (index, (stage, kind)) in [("tiles", Pass::Cover), ("traced rays", Pass::Trace)].into_iter().enumerate()
+            {
+                let (word, arguments) = (index as u64 * 4, index as u64 * ARGUMENTS);
+                encoder.copy_buffer_to_buffer(&self.work, word, &self.arguments, arguments, 4);
+                let mut pass = begin(encoder, timer.compute(stage));
                 pass.set_pipeline(&of_pass(kind));
                 pass.set_bind_group(0, &scene.scene, &[band.record]);
                 pass.set_bind_group(1, &scene.hierarchy, &[]);
-                pass.set_bind_group(2, &self.working, &[record(level)]);
+                pass.set_bind_group(2, &self.working, &[record]);
                 pass.dispatch_workgroups_indirect(&self.arguments, arguments);
             }
         }
-        let arguments = (LEVELS as u64 + 1) * ARGUMENTS;
-        encoder.copy_buffer_to_buffer(&self.work, FOLLOWED * 4, &self.arguments, arguments, 4);
+        encoder.copy_buffer_to_buffer(&self.work, SHADED * 4, &self.arguments, 2 * ARGUMENTS, 4);
     }
 }
 

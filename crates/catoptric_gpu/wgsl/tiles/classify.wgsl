@@ -25,11 +25,11 @@ fn classify(
     }
     workgroupBarrier();
     if thread == 0u && atomicLoad(&is_active) != 0u {
-        let place = atomicAdd(&work[tiling.level], 1u);
-        atomicStore(&work[tiling.queue + place], packed(tile.xy * LARGEST_TILE));
+        let place = atomicAdd(&work[WAITING_TILES], 1u);
+        atomicStore(&work[tiling.queue + place], packed(tile.xy * TILE));
         if tiling.shade_queue != NONE {
             let shaded = atomicAdd(&work[SHADED], 1u);
-            atomicStore(&work[tiling.shade_queue + shaded], packed(tile.xy * LARGEST_TILE));
+            atomicStore(&work[tiling.shade_queue + shaded], packed(tile.xy * TILE));
         }
     }
 }

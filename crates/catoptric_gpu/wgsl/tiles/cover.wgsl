@@ -13,7 +13,7 @@
 //#include "tiles/path_ray.wgsl"
 
 // Threads of a tile: one a cell.
-override THREADS: u32 = 256u;
+const THREADS = 256u;
 
 // Every tile has this many blocks, each with a beam of its own.
 const BLOCKS = 16u;
@@ -26,7 +26,7 @@ const MAX_TRIANGLES = 768u;
 // Triangles that blocks look at at a time.
 const BATCH = 128u;
 const WORDS = 4u;
-// Tiles whose rays spread further from the mean are divided.
+// Rays of tiles that spread further from the mean are traced.
 const LEAST_COSINE_TO_MEAN = 0.25;
 // Beams are wider by this share of the scene's size, for rounding.
 const ROUNDING = 2e-6;
@@ -45,7 +45,7 @@ var<workgroup> to_do: u32;
 var<workgroup> is_failed: u32;
 // Of each block, the triangles of a batch that it can see.
 var<workgroup> seen_by_block: array<atomic<u32>, 64>;
-// Sixteen cells each that have rays to be traced.
+// Blocks that have rays to be traced.
 var<workgroup> is_traced: array<atomic<u32>, 16>;
 var<workgroup> tile_of_group: u32;
 
@@ -315,23 +315,10 @@ fn test(place: u32, tile: TileFrame, rays: Rays, mz: vec4f, own: OwnRules, best:
     return Best(select(best.id, id, is_hit), select(best.depth, key, is_hit));
 }
 
-// Passes a tile that cannot be done on: to the next level in four parts, or to be traced.
-fn pass_on(thread: u32, origin: vec2u, side: u32) {
-    if tiling.level + 1u == TRACED {
-        if thread == 0u {
-            let place = atomicAdd(&work[TRACED], 1u);
-            atomicStore(&work[tiling.next_queue + place], packed(origin));
-        }
-    } else if thread < 4u {
-        // `partial` holds the numbers of rays of blocks.
-        let first = thread * (BLOCKS / 4u);
-        let rays = partial[first].w + partial[first + 1u].w + partial[first + 2u].w + partial[first + 3u].w;
-        if rays > 0.0 {
-            let place = atomicAdd(&work[tiling.level + 1u], 1u);
-            let corner = origin + vec2u(thread & 1u, thread >> 1u) * (side / 2u);
-            atomicStore(&work[tiling.next_queue + place], packed(corner));
-        }
-    }
+// The rays of a block are traced.
+fn pass_on(origin: vec2u, block: u32) {
+    let place = atomicAdd(&work[TRACED], 1u);
+    atomicStore(&work[tiling.traced_queue + place], packed(origin + cell_in_tile(block * (THREADS / BLOCKS))));
 }
 
 @compute @workgroup_size(THREADS)
@@ -341,7 +328,6 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     }
     let origin = unpacked(workgroupUniformLoad(&tile_of_group));
     let cell = origin + cell_in_tile(thread);
-    let side = cell_in_tile(THREADS - 1u).x + 1u;
     let is_in_picture = all(cell < frame.cells);
 
     var own: OwnRules;
@@ -442,7 +428,7 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         atomicStore(&is_traced[thread], 0u);
     }
     if thread == 0u {
-        atomicAdd(&work[TILES + tiling.level], 1u);
+        atomicAdd(&work[FOLLOWED_TILES], 1u);
         to_do = select(0u, 1u, least_cosine >= LEAST_COSINE_TO_MEAN && count > 0.0);
     }
     if workgroupUniformLoad(&to_do) != 0u {
@@ -459,7 +445,10 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         if is_in_picture {
             hits[index] = vec4u(UNRESOLVED);
         }
-        pass_on(thread, origin, side);
+        // `partial` holds the numbers of rays of blocks.
+        if thread < BLOCKS && partial[thread].w > 0.0 {
+            pass_on(origin, thread);
+        }
         return;
     }
     if thread == 0u {
@@ -500,12 +489,11 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     if is_in_picture {
         hits[index] = result;
         if any(active_rays & (result == vec4u(UNRESOLVED))) {
-            atomicStore(&is_traced[thread / 16u], 1u);
+            atomicStore(&is_traced[block], 1u);
         }
     }
     workgroupBarrier();
-    if thread < THREADS / 16u && atomicLoad(&is_traced[thread]) != 0u {
-        let place = atomicAdd(&work[TRACED], 1u);
-        atomicStore(&work[tiling.traced_queue + place], packed(origin + cell_in_tile(thread * 16u)));
+    if thread < BLOCKS && atomicLoad(&is_traced[thread]) != 0u {
+        pass_on(origin, thread);
     }
 }

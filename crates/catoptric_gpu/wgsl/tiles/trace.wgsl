@@ -1,4 +1,4 @@
-// Traces the rays of paths that tiles could not follow.
+// Traces the rays of paths that tiles could not follow, block by block.
 
 //#include "scene/records.wgsl"
 //#include "scene/texture.wgsl"
@@ -10,10 +10,13 @@
 //#include "tiles/work.wgsl"
 //#include "tiles/path_ray.wgsl"
 
-// A thread a ray of a tile of sixteen cells.
+// A thread a ray of a block of sixteen cells.
 @compute @workgroup_size(64)
 fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
-    let origin = unpacked(atomicLoad(&work[tiling.queue + group.x]));
+    if thread == 0u {
+        atomicAdd(&work[TRACED_BLOCKS], 1u);
+    }
+    let origin = unpacked(atomicLoad(&work[tiling.traced_queue + group.x]));
     let cell = origin + cell_in_tile(thread / RAYS);
     let ray = thread % RAYS;
     if any(cell >= frame.cells) {

@@ -5,27 +5,27 @@ struct Tiling {
     // Events of the path before its last ray, and their kinds.
     events: u32,
     kinds: u32,
-    // The place of the level of tiles in the counters; of its queue, and of that of the next level.
-    level: u32,
+    // The places of the queues: of tiles, of blocks of sixteen cells whose rays are traced, and of tiles that are shaded
+    // path by path (NONE: they are known already).
     queue: u32,
-    next_queue: u32,
-    // Of tiles that are shaded path by path; NONE: they are known already.
-    shade_queue: u32,
-    // Of sixteen cells each whose rays are traced.
     traced_queue: u32,
-    unused: u32,
+    shade_queue: u32,
+    unused0: u32,
+    unused1: u32,
+    unused2: u32,
 }
 
-// Cells along a side of the largest tiles.
-const LARGEST_TILE = 16u;
-// The level after the smallest tiles: those whose rays are traced.
-const TRACED = 3u;
-// Counters before the queues: of tiles that wait, a level; then, since the picture began, of tiles a level, of triangles
-// that tiles looked at, and of these times the blocks that looked at them; of tiles to be shaded, since the band began.
-const TILES = 4u;
-const CANDIDATES = 8u;
-const PAIRS = 9u;
-const SHADED = 12u;
+// Cells along a side of a tile.
+const TILE = 16u;
+// Counters before the queues: of tiles and of blocks to be traced, a path; of tiles to be shaded, a band; and in a picture
+// of tiles, of blocks, of triangles that beams met, and of those times the blocks that looked at them.
+const WAITING_TILES = 0u;
+const TRACED = 1u;
+const SHADED = 4u;
+const FOLLOWED_TILES = 5u;
+const TRACED_BLOCKS = 6u;
+const CANDIDATES = 7u;
+const PAIRS = 8u;
 
 @group(2) @binding(0) var<storage, read_write> hits: array<vec4u>;
 @group(2) @binding(1) var<storage, read_write> work: array<atomic<u32>>;
