@@ -429,3 +429,21 @@ pub struct Tiling {
     /// Padding.
     pub unused: [u32; 3],
 }
+
+/// The environment map of an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ReflectorMap {
+    /// Where it was captured.
+    pub center: [f32; 3],
+    /// 0: there is none; of what surrounds it: 1 infinite, 2 a box, 3 a sphere.
+    pub shape: u32,
+    /// The lower corner of the box; the radius of the sphere in its first component.
+    pub low: [f32; 3],
+    /// Texels a side of its cube; 0: the scene's background is read.
+    pub size: u32,
+    /// The upper corner of the box.
+    pub high: [f32; 3],
+    /// The first texel of its cube.
+    pub first: u32,
+}

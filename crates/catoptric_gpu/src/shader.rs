@@ -13,8 +13,10 @@ sources!(
     "frame.wgsl",
     "light/bounce.wgsl",
     "light/hierarchy.wgsl",
+    "light/maps.wgsl",
     "light/paths.wgsl",
     "light/trace.wgsl",
+    "look.wgsl",
     "optics/step.wgsl",
     "present.wgsl",
     "scene/base.wgsl",
@@ -29,6 +31,7 @@ sources!(
     "tiles/cover.wgsl",
     "tiles/gather.wgsl",
     "tiles/path_ray.wgsl",
+    "tiles/pixels.wgsl",
     "tiles/trace.wgsl",
     "tiles/work.wgsl",
     "twins.wgsl",
@@ -38,6 +41,7 @@ sources!(
 /// The shaders that pipelines are made of.
 pub const SHADERS: &[&str] = &[
     "frame.wgsl",
+    "look.wgsl",
     "present.wgsl",
     "tiles/classify.wgsl",
     "tiles/cover.wgsl",

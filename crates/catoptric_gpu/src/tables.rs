@@ -4,11 +4,13 @@
 
 mod features;
 mod light;
+mod maps;
 mod surfaces;
 mod textures;
 
 pub use features::SceneFeatures;
 pub use light::{EnvironmentTexels, environment_texels, light_records};
+pub use maps::{MapTables, map_tables};
 pub use surfaces::{surface_records, unsupported};
 pub use textures::{TextureTables, texture_tables};
 

@@ -1,8 +1,9 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, Surface,
-    TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
+    Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, ReflectorMap,
+    Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags,
+    triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -130,10 +131,14 @@ fn tables_are_read_where_records_lie() {
     }
 }
 
-/// Records that passes of tiles read alone.
+/// Those of tiles, and of environment maps.
 #[test]
-fn tiles_are_told_what_to_do_as_they_read_it() {
+fn passes_read_their_own_records_as_they_are_written() {
     let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue });
+    let map = record!("ReflectorMap": ReflectorMap { center, shape, low, size, high, first });
+    compare("look.wgsl", &[map]);
+    assert_eq!(size_of::<ReflectorMap>(), 3 * 16);
+    assert!(shader::source("look.wgsl").contains("const REFLECTOR_MAP_TEXELS = 3u;"));
     compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);
     assert!(shader::source("tiles/cover.wgsl").contains(&format!("const WIDTH = {WIDTH}u;")));
 }

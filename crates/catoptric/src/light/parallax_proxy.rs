@@ -6,9 +6,9 @@ use crate::math::Aabb;
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::Vec3;
 
-/// The shape of a surround.
+/// The shape that a surround is taken to have, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum ParallaxProxy {
+pub enum ParallaxProxy {
     /// Infinitely far.
     Infinite,
     /// A box.
@@ -16,7 +16,14 @@ pub(crate) enum ParallaxProxy {
     /// A sphere about the map's centre.
     Sphere(f32),
     /// An upright cylinder about the map's centre, with a bottom and a top that are this much higher than that.
-    Cylinder { radius: f32, bottom: f32, top: f32 },
+    Cylinder {
+        /// About the axis through the centre.
+        radius: f32,
+        /// Below 0: how much lower the bottom is.
+        bottom: f32,
+        /// How much higher the top is.
+        top: f32,
+    },
 }
 
 impl ParallaxProxy {

@@ -151,15 +151,15 @@ fn grouped(scene: &Scene, reflectors: &[u32], count: usize) -> Vec<Vec<u32>> {
     groups
 }
 
-/// The map of one reflector.
+/// The map of one reflector, or of several that share it.
 #[derive(Clone, Debug)]
-struct ReflectorCubeMap {
-    /// Centre of the reflector's bounds, in world space.
-    center: Vec3,
+pub struct ReflectorCubeMap {
+    /// Where it was captured, in world space.
+    pub center: Vec3,
     /// The captured radiance; `None` if the scene's background is read.
-    cube: Option<Arc<CubeMap>>,
-    /// Shape of the surrounding geometry, in world space.
-    proxy: ParallaxProxy,
+    pub cube: Option<Arc<CubeMap>>,
+    /// Shape of the surrounding geometry.
+    pub proxy: ParallaxProxy,
 }
 
 /// The maps of some of a scene's reflectors and lenses.
@@ -218,6 +218,11 @@ impl ReflectorMaps {
     pub(super) fn add_fallbacks(&self, report: &mut Report) {
         report.add_fallback("smaller_environment_maps", self.smaller);
         report.add_fallback("shared_environment_maps", self.shared);
+    }
+
+    /// The map of every object of the scene that has one.
+    pub(super) fn into_maps(self) -> Vec<Option<ReflectorCubeMap>> {
+        self.maps
     }
 
     /// Keeps the maps of some objects alone.

@@ -20,9 +20,12 @@ const PIXELS_AT_ONCE: u32 = 1 << 20;
 const HIT_BYTES_AT_ONCE: u64 = 1 << 26;
 /// The most bytes that are read at a time.
 const BYTES_AT_ONCE: u32 = 1 << 26;
-/// What shades pixels that show no paths, and those that do; for each of [`SAMPLE_COUNTS`].
-const ENTRIES: [(&str, &str); 2] =
-    [("shade_one_sample", "follow_one_sample"), ("shade_four_samples", "follow_four_samples")];
+/// What shades pixels without mirrors and glass, and those with them: along paths, and by look-ups; for each of
+/// [`SAMPLE_COUNTS`].
+const ENTRIES: [[&str; 3]; 2] = [
+    ["shade_one_sample", "follow_one_sample", "look_one_sample"],
+    ["shade_four_samples", "follow_four_samples", "look_four_samples"],
+];
 
 /// Refuses what no pipeline draws.
 pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
@@ -87,9 +90,12 @@ pub(crate) fn encode(
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
     let targets = Targets::new(context, view, quality.samples)?;
     let paths = Paths::of(resident, quality.order);
-    let traces = quality.order > paths.events;
-    let shade = |entry| pipelines.shade(device, entry, quality.samples, resident.features, traces);
-    let [seen, followed] = [ENTRIES[index].0, ENTRIES[index].1].map(shade);
+    let looks_up = resident.maps.is_some();
+    let traces = !looks_up && quality.order > paths.events;
+    let [seen, followed, looking] = ENTRIES[index];
+    let shade = |entry, looks_up| pipelines.shade(device, entry, quality.samples, resident.features, traces, looks_up);
+    let seen = shade(seen, false);
+    let followed = shade(if looks_up { looking } else { followed }, looks_up);
     let rows = rows_at_once(view, quality.samples, paths);
     let tables = tile_tables(context, resident, cells_of(view.width, rows, quality.samples), quality.samples, paths)?;
     let written = targets.colors.create_view(&Default::default());
@@ -130,6 +136,9 @@ pub(crate) fn encode(
             pass.set_bind_group(0, &resident.scene, &[band.record]);
             pass.set_bind_group(1, &resident.hierarchy, &[]);
             pass.set_bind_group(2, &picture, &[]);
+            if let Some(maps) = resident.maps.as_ref().filter(|_| is_followed) {
+                pass.set_bind_group(3, &maps.group, &[]);
+            }
             match is_followed {
                 true => tables.dispatch_followed(&mut pass),
                 false => pass.dispatch_workgroups(view.width.div_ceil(WORKGROUP), band.rows.div_ceil(WORKGROUP), 1),

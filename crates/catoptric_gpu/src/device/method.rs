@@ -2,13 +2,15 @@
 
 use super::context::Context;
 use super::frame;
+use super::maps::DeviceMaps;
 use super::upload::DeviceScene;
 use crate::error::GpuError;
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
-use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report};
+use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
+use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
@@ -26,8 +28,24 @@ pub fn create(
     let info = methods::find(id)?;
     // Checks the settings.
     (info.effective)(settings)?;
-    Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info }) as Box<dyn Method>))
+    let way = match id {
+        ENVIRONMENT_MAP => Way::LookUp(EnvironmentMapSettings::from_table(settings)?),
+        _ => Way::Follow,
+    };
+    Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info, way }) as Box<dyn Method>))
 }
+
+/// What becomes of light at mirrors and glass.
+#[derive(Clone, Debug)]
+enum Way {
+    /// Rays are followed.
+    Follow,
+    /// Light is looked up in environment maps.
+    LookUp(EnvironmentMapSettings),
+}
+
+/// The method that looks light up in environment maps.
+const ENVIRONMENT_MAP: &str = "environment_map";
 
 /// The method that chooses others.
 const AUTO: &str = "auto";
@@ -35,12 +53,12 @@ const AUTO: &str = "auto";
 struct DeviceMethod {
     context: Arc<Context>,
     info: &'static MethodInfo,
+    way: Way,
 }
 
 /// A scene on a device, ready for any view.
 struct PreparedScene {
-    context: Arc<Context>,
-    info: &'static MethodInfo,
+    method: DeviceMethod,
     scene: Arc<Scene>,
     quality: Quality,
     resident: DeviceScene,
@@ -72,7 +90,7 @@ impl Method for DeviceMethod {
                 problem: "on the GPU it uses no baked files".into(),
             });
         }
-        Ok(Box::new(PreparedScene::new(&self.context, self.info, scene, quality, None, progress)?))
+        Ok(Box::new(PreparedScene::new(self, scene, quality, None, progress)?))
     }
 }
 
@@ -93,26 +111,38 @@ fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
 
 impl PreparedScene {
     fn new(
-        context: &Arc<Context>,
-        info: &'static MethodInfo,
+        method: &DeviceMethod,
         scene: &Arc<Scene>,
         quality: Quality,
         old: Option<&Self>,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        frame::check_quality(quality).map_err(|error| failed(info, &error))?;
+        let DeviceMethod { context, info, way } = method;
+        let refuse = |error: GpuError| failed(info, &error);
+        frame::check_quality(quality).map_err(refuse)?;
+        let mut report = Report::default();
+        let mut maps = None;
+        // Before anything is captured, which takes longer: what cannot be drawn is refused here.
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
         let watch = Stopwatch::new();
-        let resident =
-            DeviceScene::new(context, scene, old.map(|old| &old.resident)).map_err(|error| failed(info, &error))?;
-        let mut report = Report::default();
+        let mut resident = DeviceScene::new(context, scene, old.map(|old| &old.resident)).map_err(refuse)?;
         report.stages_ms.push(("upload", watch.elapsed_ms()));
-        report.bytes.insert("gpu", resident.byte_count);
+        stage.advance(1)?;
+        if let Way::LookUp(settings) = way {
+            let (captured, of_maps) = environment_map::capture(settings, scene, quality.order, progress)?;
+            let loaded = DeviceMaps::new(context, &captured).map_err(refuse)?;
+            let upload = std::mem::replace(&mut report, of_maps);
+            report.stages_ms.extend(upload.stages_ms);
+            maps = Some(loaded);
+        }
+        let of_maps = maps.as_ref().map_or(0, |maps| maps.byte_count);
+        report.bytes.insert("gpu", resident.byte_count + of_maps);
+        resident.maps = maps;
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        stage.advance(1)?;
-        Ok(Self { context: context.clone(), info, scene: scene.clone(), quality, resident, report })
+        let method = DeviceMethod { context: context.clone(), info, way: way.clone() };
+        Ok(Self { method, scene: scene.clone(), quality, resident, report })
     }
 }
 
@@ -122,7 +152,7 @@ impl Prepared for PreparedScene {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        *self = Self::new(&self.context, self.info, scene, quality, Some(self), progress)?;
+        *self = Self::new(&self.method, scene, quality, Some(self), progress)?;
         Ok(())
     }
 
@@ -137,7 +167,8 @@ impl Frame for DeviceFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedScene { context, info, scene, quality, resident, .. } = self.prepared;
+        let PreparedScene { method, scene, quality, resident, .. } = self.prepared;
+        let DeviceMethod { context, info, .. } = method;
         let view = &self.view;
         let pixels = view.width as usize * view.height as usize;
         if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {

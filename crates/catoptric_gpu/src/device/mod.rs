@@ -3,6 +3,7 @@
 mod adapter;
 mod context;
 mod frame;
+mod maps;
 mod method;
 mod pipelines;
 mod renderer;

@@ -36,17 +36,21 @@ pub(crate) struct Pipelines {
     /// What rays hit, and the colours.
     pub(crate) picture: wgpu::BindGroupLayout,
     pub(crate) tiles: TilePipelines,
-    shading: wgpu::PipelineLayout,
+    /// Environment maps.
+    pub(crate) maps: wgpu::BindGroupLayout,
+    /// For shading without and with environment maps.
+    shading: [wgpu::PipelineLayout; 2],
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
     /// Colours to be drawn to a target.
     pub(crate) colors: wgpu::BindGroupLayout,
     frame: wgpu::ShaderModule,
+    look: wgpu::ShaderModule,
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
     presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
-    /// Those that shade, by their entries, what scenes have, and whether rays are traced.
-    shade: Mutex<HashMap<(&'static str, SceneFeatures, bool), wgpu::ComputePipeline>>,
+    /// Those that shade, by their entries, what scenes have, and whether rays are traced or light is looked up.
+    shade: Mutex<HashMap<(&'static str, SceneFeatures, bool, bool), wgpu::ComputePipeline>>,
 }
 
 impl Pipelines {
@@ -86,7 +90,8 @@ impl Pipelines {
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         };
         let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
-        let [frame, visibility, present] = ["frame.wgsl", "visibility.wgsl", "present.wgsl"].map(module);
+        let [frame, look, visibility, present] =
+            ["frame.wgsl", "look.wgsl", "visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
             let count = SAMPLE_COUNTS[index];
@@ -95,9 +100,28 @@ impl Pipelines {
                 with_holes: draws(device, &visibility, &drawing, "with_holes", count),
             }
         });
-        let shading = pipeline_layout(device, &[&scene, &hierarchy, &picture]);
+        let maps = layout(device, "maps", shades, &[table(0), numbers(1)]);
+        let shading = [
+            pipeline_layout(device, &[&scene, &hierarchy, &picture]),
+            pipeline_layout(device, &[&scene, &hierarchy, &picture, &maps]),
+        ];
         let (shade, presenting) = (Mutex::default(), Mutex::default());
-        Self { scene, hierarchy, order, picture, tiles, shading, samples, colors, frame, present, presenting, shade }
+        Self {
+            scene,
+            hierarchy,
+            order,
+            picture,
+            tiles,
+            maps,
+            shading,
+            samples,
+            colors,
+            frame,
+            look,
+            present,
+            presenting,
+            shade,
+        }
     }
 
     /// The pipeline of an entry that shades scenes with these features, for a number of samples a pixel.
@@ -108,15 +132,20 @@ impl Pipelines {
         samples: u32,
         features: SceneFeatures,
         traces: bool,
+        looks_up: bool,
     ) -> wgpu::ComputePipeline {
         let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((entry, features, traces)).or_insert_with(|| {
+        let pipeline = known.entry((entry, features, traces, looks_up)).or_insert_with(|| {
+            let (layout, module) = match looks_up {
+                true => (&self.shading[1], &self.look),
+                false => (&self.shading[0], &self.frame),
+            };
             let mut constants = features.constants();
             constants.extend([("SAMPLES", f64::from(samples)), ("TRACES", if traces { 1.0 } else { 0.0 })]);
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
-                layout: Some(&self.shading),
-                module: &self.frame,
+                layout: Some(layout),
+                module,
                 entry_point: Some(entry),
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 cache: None,

@@ -60,12 +60,16 @@ pub(crate) struct Paths {
     /// The most events.
     pub(crate) events: u32,
     has_lenses: bool,
+    /// Light is looked up at the first: tiles are found, but nothing is followed.
+    looks_up: bool,
 }
 
 impl Paths {
     pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
-        let events = if scene.has_specular { order.min(MOST_EVENTS) } else { 0 };
-        Self { events, has_lenses: scene.features.has_lenses() }
+        let looks_up = scene.maps.is_some();
+        let most = if looks_up { 1 } else { MOST_EVENTS };
+        let events = if scene.has_specular { order.min(most) } else { 0 };
+        Self { events, has_lenses: scene.features.has_lenses() && !looks_up, looks_up }
     }
 
     /// Paths with their events and kinds, shorter ones first.
@@ -76,7 +80,7 @@ impl Paths {
 
     /// Entries of the table of hits that a cell has.
     pub(crate) fn slots(self) -> u32 {
-        1 + self.all().count() as u32
+        if self.looks_up { 1 } else { 1 + self.all().count() as u32 }
     }
 }
 
@@ -171,17 +175,14 @@ fn compute(
     entry: &str,
     constants: &[(&str, f64)],
 ) -> ComputePipeline {
-    let t = std::time::Instant::now();
-    let r = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(entry),
         layout: Some(layout),
         module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
-    });
-    eprintln!("{entry} {:?}", t.elapsed());
-    r
+    })
 }
 
 /// The tables of tiles for bands of pictures.
@@ -309,6 +310,9 @@ impl TileTables {
                 pass.set_bind_group(2, &self.working, &[record]);
                 let [across, down] = band.cells.map(|count| count.div_ceil(TILE));
                 pass.dispatch_workgroups(across, down, 1);
+            }
+            if self.paths.looks_up {
+                continue;
             }
             for (index, (stage, kind)) in [("tiles", Pass::Cover), ("traced rays", Pass::Trace)].into_iter().enumerate()
             {

@@ -1,6 +1,7 @@
 //! A scene in a device's memory.
 
 use super::context::Context;
+use super::maps::DeviceMaps;
 use super::tiles::TileTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
@@ -35,6 +36,8 @@ pub(crate) struct DeviceScene {
     pub(crate) pictures: Arc<DevicePictures>,
     /// On the processor, to be refitted.
     pub(crate) boxes: Hierarchy,
+    /// Environment maps, of scenes whose reflectors and lenses look light up.
+    pub(crate) maps: Option<DeviceMaps>,
     /// True if something reflects or refracts.
     pub(crate) has_specular: bool,
     /// Those of the size of the last picture.
@@ -108,6 +111,7 @@ impl DeviceScene {
             pictures,
             boxes: tables.hierarchy,
             has_specular: !scene.specular_objects().is_empty(),
+            maps: None,
             tiles: Mutex::new(tiles),
             byte_count,
         })
@@ -175,14 +179,15 @@ fn reflectances() -> Vec<[f32; 4]> {
     ReflectanceTable::get().rows().iter().flatten().map(|cell| cell.to_array()).collect()
 }
 
-struct Upload<'a> {
-    context: &'a Context,
-    byte_count: u64,
+/// Copies tables to a device.
+pub(crate) struct Upload<'a> {
+    pub(crate) context: &'a Context,
+    pub(crate) byte_count: u64,
 }
 
 impl Upload<'_> {
     /// A table as a picture of four numbers a texel.
-    fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
+    pub(crate) fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
         const { assert!(size_of::<T>() % size_of::<[u32; 4]>() == 0) };
         let texels = in_rows(bytemuck::pod_collect_to_vec::<T, [u32; 4]>(records), [0; 4]);
         self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(&texels), &texels)
@@ -200,6 +205,12 @@ impl Upload<'_> {
         let usage = BufferUsages::STORAGE;
         let descriptor = wgpu::util::BufferInitDescriptor { label: Some(what), contents: bytes, usage };
         Ok(self.context.device.create_buffer_init(&descriptor))
+    }
+
+    /// Colours as a picture in rows of [`TEXEL_ROW`].
+    pub(crate) fn colors(&mut self, what: &str, colors: Vec<[f32; 4]>) -> Result<wgpu::TextureView, GpuError> {
+        let colors = in_rows(colors, [0.0; 4]);
+        self.picture(what, TextureFormat::Rgba32Float, size_in_rows(&colors), &colors)
     }
 
     /// A picture of a format.

@@ -21,8 +21,10 @@ struct Face {
 }
 
 /// Radiance from all directions about a point.
+///
+/// The faces are +x, -x, +y, -y, +z, -z, each with its mip levels; the finest level has a border of one texel.
 #[derive(Clone, Debug)]
-pub(crate) struct CubeMap {
+pub struct CubeMap {
     /// Texels a side of the finest level.
     size: u32,
     /// Face by face, the mip levels from the finest.
@@ -49,6 +51,16 @@ impl CubeMap {
     pub(crate) fn new(size: u32, pictures: Vec<Vec<[f32; 4]>>) -> Self {
         let faces = pictures.into_iter().map(|texels| mip_levels(Face { size, border: BORDER, texels })).collect();
         Self { size, faces }
+    }
+
+    /// Texels a side of the finest level, without its border.
+    pub fn size(&self) -> u32 {
+        self.size
+    }
+
+    /// Linear radiance and coverage, face by face, of each the levels from the finest, rows from the top.
+    pub fn texels(&self) -> impl Iterator<Item = &[f32; 4]> {
+        self.faces.iter().flatten().flat_map(|face| &face.texels)
     }
 
     /// Memory of all texels.

@@ -5,7 +5,7 @@
 mod filtered;
 
 use crate::math::lanes::{Lanes, Vec3Lanes};
-pub(crate) use filtered::CubeMap;
+pub use filtered::CubeMap;
 use glam::{Vec2, Vec3, Vec3A};
 
 /// Right, up and back (against the line of sight) of the six faces: +x, -x, +y, -y, +z, -z.

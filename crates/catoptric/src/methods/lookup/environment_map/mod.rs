@@ -5,6 +5,9 @@
 mod limits;
 mod settings;
 
+pub use crate::light::cube_map::CubeMap;
+pub use crate::light::parallax_proxy::ParallaxProxy;
+pub use crate::methods::reflector_maps::ReflectorCubeMap;
 pub use settings::{EnvironmentMapSettings, Parallax, Source};
 
 use crate::clock::Stopwatch;
@@ -27,7 +30,7 @@ pub static INFO: MethodInfo = MethodInfo {
             parallax correction: Lagarde, Zanuttini 2012",
     assumptions: "the surround is infinitely far, or lies on a box or sphere; one reflection, one refraction",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: EnvironmentMapSettings::describe,
     effective: EnvironmentMapSettings::effective,
@@ -74,6 +77,35 @@ impl Method for EnvironmentMap {
     }
 }
 
+fn capture_maps(
+    settings: &EnvironmentMapSettings,
+    scene: &Scene,
+    order: u32,
+    progress: &dyn Progress,
+) -> Result<(ReflectorMaps, Report), RenderError> {
+    let mut watch = Stopwatch::new();
+    let maps = ReflectorMaps::capture(&settings.into(), scene, &scene.specular_objects(), order, progress)?;
+    let mut report = Report { stages_ms: vec![("capture", watch.lap_ms())], ..Report::default() };
+    report.counts.insert("captured_faces", maps.captured_faces());
+    report.bytes.insert("environment_maps", maps.byte_count());
+    maps.add_fallbacks(&mut report);
+    Ok((maps, report))
+}
+
+/// The maps of a scene's objects (of those that reflect or refract, up to an order of reflections above 0), and how
+/// they were made: for other processors to look up.
+///
+/// # Errors
+/// [`RenderError::Limit`] where the rasteriser refuses a face, [`RenderError::Cancelled`].
+pub fn capture(
+    settings: &EnvironmentMapSettings,
+    scene: &Scene,
+    order: u32,
+    progress: &dyn Progress,
+) -> Result<(Vec<Option<ReflectorCubeMap>>, Report), RenderError> {
+    capture_maps(settings, scene, order, progress).map(|(maps, report)| (maps.into_maps(), report))
+}
+
 impl PreparedMaps {
     fn new(
         settings: &EnvironmentMapSettings,
@@ -81,12 +113,7 @@ impl PreparedMaps {
         quality: Quality,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        let mut watch = Stopwatch::new();
-        let maps = ReflectorMaps::capture(&settings.into(), scene, &scene.specular_objects(), quality.order, progress)?;
-        let mut report = Report { stages_ms: vec![("capture", watch.lap_ms())], ..Report::default() };
-        report.counts.insert("captured_faces", maps.captured_faces());
-        report.bytes.insert("environment_maps", maps.byte_count());
-        maps.add_fallbacks(&mut report);
+        let (maps, report) = capture_maps(settings, scene, quality.order, progress)?;
         Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, maps, report })
     }
 }

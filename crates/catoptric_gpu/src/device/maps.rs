@@ -1,0 +1,30 @@
+//! Environment maps in a device's memory.
+
+use super::context::Context;
+use super::upload::{Upload, group};
+use crate::error::GpuError;
+use crate::tables::map_tables;
+use catoptric::methods::lookup::environment_map::ReflectorCubeMap;
+use wgpu::{BindGroup, BindingResource};
+
+/// The maps of a scene's reflectors on a device.
+#[derive(Debug)]
+pub(crate) struct DeviceMaps {
+    pub(crate) group: BindGroup,
+    /// Memory that they take on the device.
+    pub(crate) byte_count: u64,
+}
+
+impl DeviceMaps {
+    pub(crate) fn new(context: &Context, maps: &[Option<ReflectorCubeMap>]) -> Result<Self, GpuError> {
+        let tables = map_tables(maps)?;
+        let mut upload = Upload { context, byte_count: 0 };
+        let records = upload.table("the environment maps' records", &tables.records)?;
+        let texels = upload.colors("the environment maps", tables.texels)?;
+        let resources = [records, texels];
+        let resources = (0..).zip(resources.iter().map(BindingResource::TextureView));
+        let group = group(&context.device, &context.pipelines.maps, resources);
+        context.check()?;
+        Ok(Self { group, byte_count: upload.byte_count })
+    }
+}
