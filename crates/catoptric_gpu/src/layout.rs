@@ -57,8 +57,8 @@ pub mod surface_flags {
         CONVEX = 8;
         /// It has an inside.
         CLOSED = 9;
-        /// It is an exact surface of second degree.
-        QUADRIC = 10;
+        /// It is given by a formula.
+        EXACT = 10;
         /// It sends light of its own, beside what it reflects and refracts.
         OWN_LIGHT = 11;
         /// Its reflection is blended with its own colour.
@@ -228,10 +228,11 @@ impl Default for Binding {
     }
 }
 
-/// A polynomial of second degree about a centre, within a box along its own axes.
+/// A surface given by a formula about a centre, within a box along its own axes: a polynomial of second degree, or one
+/// whose numbers are in `curved` and `twisted`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Quadric {
+pub struct ExactSurface {
     /// The centre in the world.
     pub center: [f32; 3],
     /// Its value there.
@@ -242,8 +243,8 @@ pub struct Quadric {
     pub size: f32,
     /// Second derivatives xx, yy and zz.
     pub curved: [f32; 3],
-    /// Padding.
-    pub unused0: f32,
+    /// 0: of second degree; a torus (1), a surface of revolution (2), a superquadric (3).
+    pub kind: u32,
     /// Second derivatives yz, zx and xy.
     pub twisted: [f32; 3],
     /// Padding.
@@ -311,7 +312,7 @@ pub struct Surface {
     /// Padding.
     pub unused: f32,
     /// The exact surface.
-    pub quadric: Quadric,
+    pub exact: ExactSurface,
     /// Textures: see [`BindingPlace`].
     pub bindings: [Binding; BINDINGS],
 }

@@ -21,6 +21,7 @@ sources!(
     "present.wgsl",
     "scene/base.wgsl",
     "scene/environment.wgsl",
+    "scene/exact.wgsl",
     "scene/microfacets.wgsl",
     "scene/point.wgsl",
     "scene/records.wgsl",

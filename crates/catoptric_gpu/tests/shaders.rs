@@ -1,9 +1,9 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node, Quadric, ReflectorMap,
-    Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags,
-    triangle_flags,
+    Binding, ExactSurface, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node,
+    ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags,
+    surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -66,12 +66,12 @@ fn records() -> Vec<Record> {
             size, last_level, nearest_level, magnified_half, minified_half, wrap,
         } before levels),
         record!("Light": LightRecord { position, kind, direction, range, intensity, inner_cos, outer_cos }),
-        record!("Quadric": Quadric { center, value, gradient, size, curved, twisted, axes as "axis_x", low, high }),
+        record!("ExactSurface": ExactSurface { center, value, gradient, size, curved, kind, twisted, axes as "axis_x", low, high }),
         record!("Surface": Surface {
             base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
             metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
             attenuation, attenuation_distance, normal_scale, occlusion_strength,
-        } before quadric),
+        } before exact),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
             first_row, extent, cells, tiled_events, followed, maps, lights,
@@ -117,7 +117,7 @@ fn tables_are_read_where_records_lie() {
     let bytes = [
         ("VERTEX_TEXELS", size_of::<Vertex>()),
         ("SURFACE_TEXELS", size_of::<Surface>()),
-        ("QUADRIC_AT", offset_of!(Surface, quadric)),
+        ("EXACT_AT", offset_of!(Surface, exact)),
         ("BINDINGS_AT", offset_of!(Surface, bindings)),
         ("TEXTURE_TEXELS", size_of::<TextureRecord>()),
         ("LEVELS_AT", offset_of!(TextureRecord, levels)),

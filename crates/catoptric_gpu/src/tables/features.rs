@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, NONE, Surface, surface_flags as flag
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 13;
+const COUNT: usize = 14;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -17,15 +17,17 @@ const NAMES: [&str; COUNT] = [
     "HAS_COATS",
     "HAS_LENSES",
     "HAS_ATTENUATION",
-    "HAS_QUADRICS",
+    "HAS_EXACT",
     "HAS_HOLES",
     "HAS_COLORS",
     "HAS_SECOND_UVS",
+    "HAS_HIGHER_DEGREES",
 ];
 
 const HAS_LENSES: usize = 7;
-const HAS_QUADRICS: usize = 9;
+const HAS_EXACT: usize = 9;
 const HAS_HOLES: usize = 10;
+const HAS_HIGHER_DEGREES: usize = 13;
 
 /// What a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,10 +56,11 @@ impl SceneFeatures {
                 has_role(Role::Coated),
                 has_role(Role::Lens),
                 any(flags::ATTENUATION),
-                any(flags::QUADRIC),
+                any(flags::EXACT),
                 any(flags::ALPHA_TESTED),
                 !scene.colors.is_empty(),
                 surfaces.iter().flat_map(|surface| &surface.bindings).any(|binding| binding.channel == 1),
+                surfaces.iter().any(|surface| surface.exact.kind != 0),
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }
@@ -71,7 +74,7 @@ impl SceneFeatures {
     /// Those alone that decide where rays go.
     pub fn of_rays(&self) -> Self {
         let mut has = [false; COUNT];
-        for index in [HAS_LENSES, HAS_QUADRICS, HAS_HOLES] {
+        for index in [HAS_LENSES, HAS_EXACT, HAS_HOLES, HAS_HIGHER_DEGREES] {
             has[index] = self.has[index];
         }
         Self { has, bindings_used: 0 }

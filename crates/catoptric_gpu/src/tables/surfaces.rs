@@ -1,9 +1,9 @@
 //! Objects with their materials, as records for shaders.
 
-use crate::layout::{BINDINGS, Binding, BindingPlace, NONE, Quadric, Surface, bits, surface_flags as flags};
+use crate::layout::{BINDINGS, Binding, BindingPlace, ExactSurface, NONE, Surface, bits, surface_flags as flags};
 use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
 use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
-use catoptric::surface::{AnalyticSurface, PlacedSurface};
+use catoptric::surface::{AnalyticSurface, PlacedSurface, Taylor2};
 use glam::{DVec3, Vec3};
 
 /// The reason why shaders cannot draw a scene as the library does; `None` if they can.
@@ -14,8 +14,8 @@ pub fn unsupported(scene: &Scene) -> Option<String> {
         if material.role.is_specular() && material.may_spread_light() {
             return Some(format!("rough and bumpy mirrors and glass (object `{name}`)"));
         }
-        if object.surface.as_ref().is_some_and(|surface| quadric(surface).is_none()) {
-            return Some(format!("exact surfaces other than those of second degree (object `{name}`)"));
+        if object.surface.as_ref().is_some_and(|surface| exact(surface).is_none()) {
+            return Some(format!("surfaces given by expressions (object `{name}`)"));
         }
     }
     None
@@ -33,7 +33,6 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
     let facets = material.microfacets.clone().unwrap_or_default();
     let blend = material.blend.unwrap_or_default();
     let attenuation = blend.attenuation;
-    let quadric = object.surface.as_ref().and_then(quadric);
     Surface {
         base_color: material.base_color.to_array(),
         emissive: material.emissive.to_array(),
@@ -66,7 +65,7 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
         normal_scale: material.normal_map.as_ref().map_or(0.0, |map| map.scale),
         occlusion_strength: material.occlusion_map.as_ref().map_or(0.0, |map| map.strength),
         unused: 0.0,
-        quadric: quadric.unwrap_or_default(),
+        exact: object.surface.as_ref().and_then(exact).unwrap_or_default(),
         bindings: bindings(scene, material),
     }
 }
@@ -84,7 +83,7 @@ fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
         (flags::ALPHA_TESTED, material.alpha_mode != AlphaMode::Opaque),
         (flags::CONVEX, shape.is_convex),
         (flags::CLOSED, shape.is_closed),
-        (flags::QUADRIC, object.surface.is_some()),
+        (flags::EXACT, object.surface.is_some()),
         (flags::OWN_LIGHT, material.has_own_light()),
         (flags::BLEND, material.blend.is_some()),
     ])
@@ -118,33 +117,57 @@ fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
     records
 }
 
-/// The record of an exact surface of second degree; `None` for others.
-fn quadric(placed: &PlacedSurface) -> Option<Quadric> {
-    let is_closed = match &placed.surface {
-        AnalyticSurface::Sphere { .. } | AnalyticSurface::Ellipsoid(_) => true,
-        AnalyticSurface::Plane { .. } | AnalyticSurface::Quadric(_) => false,
-        _ => return None,
-    };
+/// The record of a surface given by a formula; `None` for kinds that shaders do not know.
+fn exact(placed: &PlacedSurface) -> Option<ExactSurface> {
     let place = &placed.world_from_surface;
     // Of second degree: what holds at the centre to second order holds everywhere.
-    let taylor = placed.taylor2(place.translation);
+    let polynomial = || {
+        let Taylor2 { value, gradient, hessian } = placed.taylor2(place.translation);
+        ExactSurface {
+            value: value as f32,
+            gradient: numbers(gradient),
+            curved: numbers(DVec3::new(hessian.x_axis.x, hessian.y_axis.y, hessian.z_axis.z)),
+            twisted: numbers(DVec3::new(hessian.y_axis.z, hessian.z_axis.x, hessian.x_axis.y)),
+            ..ExactSurface::default()
+        }
+    };
+    let formula = |kind, curved: [f64; 3], twisted: [f64; 3]| ExactSurface {
+        kind,
+        curved: numbers(curved.into()),
+        twisted: numbers(twisted.into()),
+        ..ExactSurface::default()
+    };
+    let (is_closed, record) = match &placed.surface {
+        AnalyticSurface::Sphere { .. } | AnalyticSurface::Ellipsoid(_) => (true, polynomial()),
+        AnalyticSurface::Plane { .. } | AnalyticSurface::Quadric(_) => (false, polynomial()),
+        AnalyticSurface::Torus(torus) => {
+            (true, formula(1, [torus.major_radius(), torus.minor_radius(), 0.0], [0.0; 3]))
+        }
+        AnalyticSurface::Revolution(shape) => {
+            let [a, b, c, d] = shape.profile();
+            (false, formula(2, [a, b, c], [d, shape.height(), 0.0]))
+        }
+        AnalyticSurface::Superquadric(shape) => {
+            let [profile, section] = shape.exponents();
+            (true, formula(3, shape.radii().to_array(), [profile, section, 0.0]))
+        }
+        AnalyticSurface::Implicit(_) => return None,
+    };
     let bounds = placed.surface.bounds();
     let size = bounds.diagonal();
-    let numbers = |vector: DVec3| vector.as_vec3().to_array();
-    let hessian = taylor.hessian;
     let axis = |axis: DVec3| axis.as_vec3().extend(0.0).to_array();
     // Rounding must not cut a surface that ends nowhere.
     let margin = if is_closed { size } else { 1e-5 * size };
-    Some(Quadric {
+    Some(ExactSurface {
         center: numbers(place.translation),
-        value: taylor.value as f32,
-        gradient: numbers(taylor.gradient),
         size,
-        curved: numbers(DVec3::new(hessian.x_axis.x, hessian.y_axis.y, hessian.z_axis.z)),
-        twisted: numbers(DVec3::new(hessian.y_axis.z, hessian.z_axis.x, hessian.x_axis.y)),
         axes: [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(axis),
         low: (bounds.min - Vec3::splat(margin)).to_array(),
         high: (bounds.max + Vec3::splat(margin)).to_array(),
-        ..Quadric::default()
+        ..record
     })
+}
+
+fn numbers(vector: DVec3) -> [f32; 3] {
+    vector.as_vec3().to_array()
 }

@@ -1,5 +1,7 @@
 // Points of surfaces: the twin of `SurfacePoint` and `SurfaceInteraction` in `scene/shading/shade`.
 
+//#include "scene/exact.wgsl"
+
 struct SurfacePoint {
     object: u32,
     // NONE on exact surfaces.
@@ -188,44 +190,15 @@ fn encounter(triangle: Triangle, at: Barycentrics, samples: u32) -> SurfaceInter
     return result;
 }
 
-// The meeting of a ray with an exact surface near a distance; below 0: there is none. As `PlacedSurface::refine`, for
-// polynomials of second degree.
-fn refine(object: u32, ray: Ray, start: f32) -> f32 {
-    let quadric = quadric_of(object);
-    // From the point drawn: distances from the eye would cost digits.
-    let relative = ray.origin + ray.direction * start - quadric.center;
-    let curved = second_derivatives(quadric, relative);
-    let value = quadric.value + dot(quadric.gradient, relative) + 0.5 * dot(relative, curved);
-    let slope = dot(quadric.gradient + curved, ray.direction);
-    let bend = dot(ray.direction, second_derivatives(quadric, ray.direction));
-    let discriminant = slope * slope - 2.0 * value * bend;
-    if discriminant < 0.0 {
-        return -1.0;
-    }
-    let step = -2.0 * value / (slope + select(-1.0, 1.0, slope >= 0.0) * sqrt(discriminant));
-    let met = relative + ray.direction * step;
-    let local = vec3f(dot(met, quadric.axis_x), dot(met, quadric.axis_y), dot(met, quadric.axis_z));
-    let distance = start + step;
-    let near = abs(step) <= 0.02 * quadric.size;
-    let within = all(local >= quadric.low) && all(local <= quadric.high);
-    return select(-1.0, distance, near && within && distance >= 0.0);
-}
-
-// The matrix of second derivatives times a vector.
-fn second_derivatives(quadric: Quadric, vector: vec3f) -> vec3f {
-    return quadric.curved * vector + quadric.twisted.zzy * vector.yxx + quadric.twisted.yxx * vector.zzy;
-}
-
 fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential) -> SurfaceInteraction {
-    let quadric = quadric_of(object);
+    let exact = exact_of(object);
     let position = ray.origin + ray.direction * distance;
-    let relative = position - quadric.center;
-    let gradient = quadric.gradient + second_derivatives(quadric, relative);
-    let size = length(gradient);
-    let normal = gradient / size;
+    let taylor = exact_taylor(exact, position - exact.center);
+    let size = length(taylor.gradient);
+    let normal = taylor.gradient / size;
     let moved = transferred(change, ray.direction, distance, normal);
-    let bent_x = second_derivatives(quadric, moved[0]) / size;
-    let bent_y = second_derivatives(quadric, moved[1]) / size;
+    let bent_x = taylor.hessian * moved[0] / size;
+    let bent_y = taylor.hessian * moved[1] / size;
     var result: SurfaceInteraction;
     result.position_dx = moved[0];
     result.position_dy = moved[1];
@@ -249,8 +222,8 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
 fn drawn_encounter(index: u32, ray: Ray, change: RayDifferential, samples: u32) -> SurfaceInteraction {
     let triangle = triangle_at(index);
     let met = plane_met(triangle, ray, change);
-    if HAS_QUADRICS && (surface_of(triangle.object).flags & QUADRIC) != 0u {
-        let distance = refine(triangle.object, ray, met.distance);
+    if HAS_EXACT && (surface_of(triangle.object).flags & EXACT) != 0u {
+        let distance = refine(exact_of(triangle.object), ray, met.distance);
         if distance >= 0.0 {
             return exact_encounter(triangle.object, ray, distance, change);
         }

@@ -19,7 +19,7 @@ const OWN_COLOR = 64u;
 const ALPHA_TESTED = 128u;
 const CONVEX = 256u;
 const CLOSED = 512u;
-const QUADRIC = 1024u;
+const EXACT = 1024u;
 const OWN_LIGHT = 2048u;
 const BLEND = 4096u;
 
@@ -36,7 +36,8 @@ override HAS_HIGHLIGHTS: bool = true;
 override HAS_COATS: bool = true;
 override HAS_LENSES: bool = true;
 override HAS_ATTENUATION: bool = true;
-override HAS_QUADRICS: bool = true;
+override HAS_EXACT: bool = true;
+override HAS_HIGHER_DEGREES: bool = true;
 override HAS_HOLES: bool = true;
 override HAS_COLORS: bool = true;
 override HAS_SECOND_UVS: bool = true;
@@ -119,15 +120,16 @@ struct Binding {
     channel: u32,
 }
 
-// A polynomial of second degree about a centre, within a box along its own axes.
-struct Quadric {
+// A surface given by a formula about a centre, within a box along its own axes. Of second degree: a polynomial; of
+// others the numbers of the formula are in `curved` and `twisted`, see `scene/exact.wgsl`.
+struct ExactSurface {
     center: vec3f,
     value: f32,
     gradient: vec3f,
     size: f32,
     // Second derivatives: xx, yy, zz; then yz, zx, xy.
     curved: vec3f,
-    unused0: f32,
+    kind: u32,
     twisted: vec3f,
     unused1: f32,
     axis_x: vec3f,
@@ -208,7 +210,7 @@ fn row_of(index: u32) -> vec2u {
 // Texels of a record.
 const VERTEX_TEXELS = 5u;
 const SURFACE_TEXELS = 30u;
-const QUADRIC_AT = 9u;
+const EXACT_AT = 9u;
 const BINDINGS_AT = 18u;
 const TEXTURE_TEXELS = 18u;
 const LEVELS_AT = 2u;
@@ -290,21 +292,23 @@ fn surface_of(object: u32) -> Surface {
     return result;
 }
 
-fn quadric_of(object: u32) -> Quadric {
-    let center = surface_number(object, QUADRIC_AT);
-    let gradient = surface_number(object, QUADRIC_AT + 1u);
-    var result: Quadric;
+fn exact_of(object: u32) -> ExactSurface {
+    let center = surface_number(object, EXACT_AT);
+    let gradient = surface_number(object, EXACT_AT + 1u);
+    var result: ExactSurface;
     result.center = center.xyz;
     result.value = center.w;
     result.gradient = gradient.xyz;
     result.size = gradient.w;
-    result.curved = surface_number(object, QUADRIC_AT + 2u).xyz;
-    result.twisted = surface_number(object, QUADRIC_AT + 3u).xyz;
-    result.axis_x = surface_number(object, QUADRIC_AT + 4u).xyz;
-    result.axis_y = surface_number(object, QUADRIC_AT + 5u).xyz;
-    result.axis_z = surface_number(object, QUADRIC_AT + 6u).xyz;
-    result.low = surface_number(object, QUADRIC_AT + 7u).xyz;
-    result.high = surface_number(object, QUADRIC_AT + 8u).xyz;
+    let curved = surface_number(object, EXACT_AT + 2u);
+    result.curved = curved.xyz;
+    result.kind = bitcast<u32>(curved.w);
+    result.twisted = surface_number(object, EXACT_AT + 3u).xyz;
+    result.axis_x = surface_number(object, EXACT_AT + 4u).xyz;
+    result.axis_y = surface_number(object, EXACT_AT + 5u).xyz;
+    result.axis_z = surface_number(object, EXACT_AT + 6u).xyz;
+    result.low = surface_number(object, EXACT_AT + 7u).xyz;
+    result.high = surface_number(object, EXACT_AT + 8u).xyz;
     return result;
 }
 

@@ -32,7 +32,7 @@ fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {
         let other = corners_of(triangle_of(ids[sample]));
         let head = surface_of(first.w);
         let part = part_of(first.x);
-        let is_exact = (head.flags & QUADRIC) != 0u;
+        let is_exact = (head.flags & EXACT) != 0u;
         let is_part = head.role == DIFFUSE && part != 0u && part_of(other.x) == part;
         let ray = eye_ray(corner + four_samples[sample]);
         let here = plane_distance(triangle_of(ids.x), ray);
