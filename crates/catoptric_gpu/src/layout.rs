@@ -71,6 +71,8 @@ pub mod frame_flags {
     flags! {
         /// All rays start at the eye.
         PERSPECTIVE = 0;
+        /// Triangles of one surface that meet in a pixel are shaded apart.
+        APART = 1;
     }
 }
 
@@ -447,4 +449,22 @@ pub struct ReflectorMap {
     pub high: [f32; 3],
     /// The first texel of its cube.
     pub first: u32,
+}
+
+/// The scene in a flat mirror.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MirrorPath {
+    /// The columns of the matrix from the scene to clip space.
+    pub clip_from_scene: [[f32; 4]; 4],
+    /// Its product with `(p, 1)` is the distance of a point in front of the mirror.
+    pub plane: [f32; 4],
+    /// The mirror, from 1.
+    pub mirror: u32,
+    /// The number of the path in which the mirror is seen; 0: directly.
+    pub parent: u32,
+    /// The path's own number, from 1.
+    pub number: u32,
+    /// Padding.
+    pub unused: u32,
 }

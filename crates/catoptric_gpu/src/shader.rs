@@ -17,6 +17,7 @@ sources!(
     "light/paths.wgsl",
     "light/trace.wgsl",
     "look.wgsl",
+    "mirrors.wgsl",
     "optics/step.wgsl",
     "present.wgsl",
     "scene/base.wgsl",
@@ -43,6 +44,7 @@ sources!(
 pub const SHADERS: &[&str] = &[
     "frame.wgsl",
     "look.wgsl",
+    "mirrors.wgsl",
     "present.wgsl",
     "tiles/classify.wgsl",
     "tiles/cover.wgsl",

@@ -37,11 +37,12 @@ pub struct SceneTables {
 }
 
 impl SceneTables {
-    /// The tables of a scene, by the hierarchy of another moment of it if that is given.
+    /// The tables of a scene, by the hierarchy of another moment of it if that is given. Of triangles of mirrors
+    /// and glass that do not show anything the own light alone is seen.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what shaders do not draw.
-    pub fn new(scene: &Scene, old: Option<&Hierarchy>) -> Result<Self, GpuError> {
+    pub fn new(scene: &Scene, old: Option<&Hierarchy>, shows: impl Fn(u32) -> bool) -> Result<Self, GpuError> {
         if let Some(what) = unsupported(scene) {
             return Err(GpuError::Unsupported { what });
         }
@@ -52,8 +53,11 @@ impl SceneTables {
         draw_order.extend(with_holes);
         for triangle in &mut draw_order {
             let role = scene.material_of(scene.triangle_objects[*triangle as usize]).role;
-            let goes_on =
-                [(hit_flags::HIT_REFLECTS, role != Role::Diffuse), (hit_flags::HIT_REFRACTS, role == Role::Lens)];
+            let shows = shows(*triangle);
+            let goes_on = [
+                (hit_flags::HIT_REFLECTS, role != Role::Diffuse && shows),
+                (hit_flags::HIT_REFRACTS, role == Role::Lens && shows),
+            ];
             *triangle = (*triangle + 1) | bits(&goes_on);
         }
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);

@@ -1,7 +1,7 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, ExactSurface, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, Node,
+    Binding, ExactSurface, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MirrorPath, Node,
     ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags,
     surface_flags, triangle_flags,
 };
@@ -131,13 +131,14 @@ fn tables_are_read_where_records_lie() {
     }
 }
 
-/// Those of tiles, and of environment maps.
+/// Those of tiles, of environment maps and of flat mirrors.
 #[test]
 fn passes_read_their_own_records_as_they_are_written() {
     let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue });
     let map = record!("ReflectorMap": ReflectorMap { center, shape, low, size, high, first });
     compare("look.wgsl", &[map]);
     assert_eq!(size_of::<ReflectorMap>(), 3 * 16);
+    compare("mirrors.wgsl", &[record!("MirrorPath": MirrorPath { clip_from_scene, plane, mirror, parent, number })]);
     assert!(shader::source("look.wgsl").contains("const REFLECTOR_MAP_TEXELS = 3u;"));
     compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);
     assert!(shader::source("tiles/cover.wgsl").contains(&format!("const WIDTH = {WIDTH}u;")));

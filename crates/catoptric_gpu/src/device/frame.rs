@@ -6,8 +6,8 @@ use super::tiles::{Band, Paths, TileCounts, TileTables, WORKGROUP, begin, cell_s
 use super::timer::Timer;
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, frame_flags};
-use catoptric::methods::Quality;
+use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, bits, frame_flags};
+use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
 use std::sync::{Arc, PoisonError};
@@ -56,10 +56,10 @@ pub(crate) fn draw(
     }
     let mut timer = Timer::new(context);
     let mut encoder = context.device.create_command_encoder(&Default::default());
-    let Drawing { colors, tables } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
+    let Drawing { colors, tables, report } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
     context.queue.submit([encoder.finish()]);
     read(context, &colors, pixels)?;
-    Ok(Drawn { counts: tables.counts(context)?, stages_ms: timer.stages_ms(context)? })
+    Ok(Drawn { counts: tables.counts(context)?, stages_ms: timer.stages_ms(context)?, report })
 }
 
 /// What is known of a view that has been drawn.
@@ -68,12 +68,16 @@ pub(crate) struct Drawn {
     pub(crate) counts: TileCounts,
     /// Times of stages in milliseconds, where the device has a clock.
     pub(crate) stages_ms: Vec<(&'static str, f64)>,
+    /// Of what has been left out.
+    pub(crate) report: Report,
 }
 
 /// A view that has been drawn, once the work is done.
 pub(crate) struct Drawing {
     pub(crate) colors: wgpu::Texture,
     tables: Arc<TileTables>,
+    /// Of what has been left out.
+    report: Report,
 }
 
 /// Adds the drawing of a view, which has pixels, to other work.
@@ -123,9 +127,18 @@ pub(crate) fn encode(
     let staged = device.create_buffer_init(&descriptor);
     encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
     targets.draw_ids(encoder, context, resident, index, timer);
+    let mut report = Report::default();
+    let clip_from_world = Mat4::from_cols_array_2d(&record.clip_from_world);
+    let pictures = match &resident.mirrors {
+        None => vec![targets.ids.clone()],
+        Some(mirrors) => {
+            let what = (scene, view, quality);
+            mirrors.draw(encoder, context, resident, what, clip_from_world, &targets, timer, &mut report)?
+        }
+    };
     tables.begin(encoder);
     for band in bands {
-        tables.encode(encoder, context, resident, &targets.ids, &band, timer);
+        tables.encode(encoder, context, resident, &pictures, &band, timer);
         for (stage, pipeline) in [("shade seen", &seen), ("shade paths", &followed)] {
             let is_followed = stage == "shade paths";
             if is_followed && paths.events == 0 {
@@ -146,7 +159,7 @@ pub(crate) fn encode(
         }
     }
     context.check()?;
-    Ok(Drawing { colors: targets.colors, tables })
+    Ok(Drawing { colors: targets.colors, tables, report })
 }
 
 /// Columns and rows of cells of so many pixels.
@@ -222,10 +235,31 @@ fn read(context: &Context, colors: &wgpu::Texture, pixels: &mut [[f32; 4]]) -> R
 }
 
 /// The textures that a view is drawn to.
-struct Targets {
-    ids: wgpu::TextureView,
+pub(crate) struct Targets {
+    pub(crate) ids: wgpu::TextureView,
     colors: wgpu::Texture,
-    depth: wgpu::TextureView,
+    pub(crate) depth: wgpu::TextureView,
+}
+
+/// A texture of a view's size.
+pub(crate) fn target(
+    context: &Context,
+    view: &View,
+    label: &str,
+    format: TextureFormat,
+    sample_count: u32,
+    usage: TextureUsages,
+) -> wgpu::Texture {
+    context.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
 }
 
 impl Targets {
@@ -239,18 +273,7 @@ impl Targets {
                 remedy: "make it smaller, or use the CPU backend",
             });
         }
-        let target = |label, format: TextureFormat, sample_count, usage| {
-            context.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
+        let target = |label, format, samples, usage| target(context, view, label, format, samples, usage);
         let drawn = TextureUsages::RENDER_ATTACHMENT;
         let ids = target("triangles seen", ID_FORMAT, samples, drawn | TextureUsages::TEXTURE_BINDING);
         let depth = target("depth", DEPTH_FORMAT, samples, drawn);
@@ -305,7 +328,11 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
         origin: rays.origin.to_array(),
-        flags: if rays.perspective { frame_flags::PERSPECTIVE } else { 0 },
+        flags: bits(&[
+            (frame_flags::PERSPECTIVE, rays.perspective),
+            // As on the processor.
+            (frame_flags::APART, resident.mirrors.is_some()),
+        ]),
         direction: rays.direction.to_array(),
         order: quality.order,
         right: rays.right.to_array(),

@@ -3,6 +3,7 @@
 use super::context::Context;
 use super::frame;
 use super::maps::DeviceMaps;
+use super::mirrors::DeviceMirrors;
 use super::upload::DeviceScene;
 use crate::error::GpuError;
 use catoptric::clock::Stopwatch;
@@ -10,6 +11,7 @@ use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
+use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
 use catoptric::scene::{Scene, View};
@@ -30,6 +32,7 @@ pub fn create(
     (info.effective)(settings)?;
     let way = match id {
         ENVIRONMENT_MAP => Way::LookUp(EnvironmentMapSettings::from_table(settings)?),
+        PLANAR_MIRROR => Way::Mirror(PlanarMirrorSettings::from_table(settings)?),
         _ => Way::Follow,
     };
     Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info, way }) as Box<dyn Method>))
@@ -42,10 +45,14 @@ enum Way {
     Follow,
     /// Light is looked up in environment maps.
     LookUp(EnvironmentMapSettings),
+    /// The scene is mirrored in flat mirrors.
+    Mirror(PlanarMirrorSettings),
 }
 
 /// The method that looks light up in environment maps.
 const ENVIRONMENT_MAP: &str = "environment_map";
+/// And that which mirrors the scene.
+const PLANAR_MIRROR: &str = "planar_mirror";
 
 /// The method that chooses others.
 const AUTO: &str = "auto";
@@ -125,7 +132,16 @@ impl PreparedScene {
         // Before anything is captured, which takes longer: what cannot be drawn is refused here.
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
         let watch = Stopwatch::new();
-        let mut resident = DeviceScene::new(context, scene, old.map(|old| &old.resident)).map_err(refuse)?;
+        let mirrors = match way {
+            Way::Mirror(settings) => {
+                let (mirrors, of_mirrors) = DeviceMirrors::new(context, scene, settings).map_err(refuse)?;
+                report = of_mirrors;
+                Some(mirrors)
+            }
+            _ => None,
+        };
+        let old = old.map(|old| &old.resident);
+        let mut resident = DeviceScene::new(context, scene, old, mirrors).map_err(refuse)?;
         report.stages_ms.push(("upload", watch.elapsed_ms()));
         stage.advance(1)?;
         if let Way::LookUp(settings) = way {
@@ -180,7 +196,7 @@ impl Frame for DeviceFrame<'_> {
         let drawn = frame::draw(context, resident, scene, view, *quality, &mut target.pixels);
         let drawn = drawn.map_err(|error| failed(info, &error))?;
         stage.advance(1)?;
-        let mut report = Report::default();
+        let mut report = drawn.report;
         let counts = drawn.counts;
         report.counts.extend([
             ("tiles", u64::from(counts.tiles)),

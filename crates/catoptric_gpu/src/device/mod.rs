@@ -5,6 +5,7 @@ mod context;
 mod frame;
 mod maps;
 mod method;
+mod mirrors;
 mod pipelines;
 mod renderer;
 mod tiles;

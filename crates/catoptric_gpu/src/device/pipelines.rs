@@ -1,5 +1,6 @@
 //! The pipelines of all passes, made once a device.
 
+use super::mirrors::MirrorPipelines;
 use super::tiles::TilePipelines;
 use crate::shader;
 use crate::tables::SceneFeatures;
@@ -36,6 +37,7 @@ pub(crate) struct Pipelines {
     /// What rays hit, and the colours.
     pub(crate) picture: wgpu::BindGroupLayout,
     pub(crate) tiles: TilePipelines,
+    pub(crate) mirrors: MirrorPipelines,
     /// Environment maps.
     pub(crate) maps: wgpu::BindGroupLayout,
     /// For shading without and with environment maps.
@@ -85,6 +87,7 @@ impl Pipelines {
         let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
         let picture = layout(device, "picture", shades, &[storage(0), written(1), storage(2)]);
         let tiles = TilePipelines::new(device, &scene, &hierarchy);
+        let mirrors = MirrorPipelines::new(device, &scene, &order);
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
@@ -94,11 +97,12 @@ impl Pipelines {
             ["frame.wgsl", "look.wgsl", "visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
-            let count = SAMPLE_COUNTS[index];
-            SamplePipelines {
-                solid: draws(device, &visibility, &drawing, "solid", count),
-                with_holes: draws(device, &visibility, &drawing, "with_holes", count),
-            }
+            let (module, layout, samples) = (&visibility, &drawing, SAMPLE_COUNTS[index]);
+            let draws = |fragment| {
+                let (vertex, format) = ("corner", ID_FORMAT);
+                draws(device, &Draws { module, layout, vertex, fragment, format, samples, constants: &[] })
+            };
+            SamplePipelines { solid: draws("solid"), with_holes: draws("with_holes") }
         });
         let maps = layout(device, "maps", shades, &[table(0), numbers(1)]);
         let shading = [
@@ -112,6 +116,7 @@ impl Pipelines {
             order,
             picture,
             tiles,
+            mirrors,
             maps,
             shading,
             samples,
@@ -187,7 +192,7 @@ impl Pipelines {
 }
 
 /// A table, as it is read.
-fn table(binding: u32) -> (u32, BindingType) {
+pub(crate) fn table(binding: u32) -> (u32, BindingType) {
     texture(binding, TextureSampleType::Uint, false)
 }
 
@@ -236,21 +241,27 @@ pub(crate) fn pipeline_layout(device: &wgpu::Device, groups: &[&wgpu::BindGroupL
     })
 }
 
-/// Draws triangles' numbers. Depth is reversed: 1 at the near plane, 0 infinitely far away.
-fn draws(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    layout: &wgpu::PipelineLayout,
-    fragment: &str,
-    samples: u32,
-) -> wgpu::RenderPipeline {
+/// How triangles' numbers are drawn. Depth is reversed: 1 at the near plane, 0 infinitely far away.
+pub(crate) struct Draws<'a> {
+    pub(crate) module: &'a wgpu::ShaderModule,
+    pub(crate) layout: &'a wgpu::PipelineLayout,
+    pub(crate) vertex: &'a str,
+    pub(crate) fragment: &'a str,
+    pub(crate) format: TextureFormat,
+    pub(crate) samples: u32,
+    pub(crate) constants: &'a [(&'a str, f64)],
+}
+
+pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipeline {
+    let Draws { module, layout, vertex, fragment, format, samples, constants } = *how;
+    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("corner"),
-            compilation_options: Default::default(),
+            entry_point: Some(vertex),
+            compilation_options: compilation_options.clone(),
             buffers: &[],
         },
         primitive: Default::default(),
@@ -265,8 +276,8 @@ fn draws(
         fragment: Some(wgpu::FragmentState {
             module,
             entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets: &[Some(ID_FORMAT.into())],
+            compilation_options,
+            targets: &[Some(format.into())],
         }),
         multiview_mask: None,
         cache: None,

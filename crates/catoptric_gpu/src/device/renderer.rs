@@ -27,7 +27,7 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Unsupported`] and [`GpuError::Limit`] for scenes that cannot be drawn, [`GpuError::Device`].
     pub fn new(context: &Arc<Context>, scene: &Arc<Scene>) -> Result<Self, GpuError> {
-        let resident = DeviceScene::new(context, scene, None)?;
+        let resident = DeviceScene::new(context, scene, None, None)?;
         Ok(Self { context: context.clone(), scene: scene.clone(), resident })
     }
 
@@ -36,7 +36,7 @@ impl Renderer {
     /// # Errors
     /// As [`Self::new`]; the earlier scene stays then.
     pub fn update(&mut self, scene: &Arc<Scene>) -> Result<(), GpuError> {
-        self.resident = DeviceScene::new(&self.context, scene, Some(&self.resident))?;
+        self.resident = DeviceScene::new(&self.context, scene, Some(&self.resident), None)?;
         self.scene = scene.clone();
         Ok(())
     }

@@ -60,16 +60,29 @@ pub(crate) struct Paths {
     /// The most events.
     pub(crate) events: u32,
     has_lenses: bool,
-    /// Light is looked up at the first: tiles are found, but nothing is followed.
-    looks_up: bool,
+    way: Way,
+}
+
+/// How what rays hit becomes known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Tiles follow rays.
+    Tiles,
+    /// Light is looked up at the first event.
+    LookUp,
+    /// Hardware has drawn what is seen after every number of mirrors.
+    Mirrors,
 }
 
 impl Paths {
     pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
-        let looks_up = scene.maps.is_some();
-        let most = if looks_up { 1 } else { MOST_EVENTS };
+        let (way, most) = match (&scene.maps, &scene.mirrors) {
+            (Some(_), _) => (Way::LookUp, 1),
+            (None, Some(_)) => (Way::Mirrors, order),
+            (None, None) => (Way::Tiles, MOST_EVENTS),
+        };
         let events = if scene.has_specular { order.min(most) } else { 0 };
-        Self { events, has_lenses: scene.features.has_lenses() && !looks_up, looks_up }
+        Self { events, has_lenses: scene.features.has_lenses() && way == Way::Tiles, way }
     }
 
     /// Paths with their events and kinds, shorter ones first.
@@ -80,7 +93,7 @@ impl Paths {
 
     /// Entries of the table of hits that a cell has.
     pub(crate) fn slots(self) -> u32 {
-        if self.looks_up { 1 } else { 1 + self.all().count() as u32 }
+        if self.way == Way::LookUp { 1 } else { 1 + self.all().count() as u32 }
     }
 }
 
@@ -102,6 +115,8 @@ pub(crate) fn hit_bytes(cells: [u32; 2], paths: Paths) -> u64 {
 /// A pass of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Pass {
+    /// Reads a picture of what is seen after so many events.
+    Gather(u32),
     Classify,
     Cover,
     Trace,
@@ -114,7 +129,8 @@ pub(crate) struct TilePipelines {
     gathering: [BindGroupLayout; 2],
     /// Hits, work, and what a pass works on.
     working: BindGroupLayout,
-    gather: [ComputePipeline; 2],
+    gather_layouts: [wgpu::PipelineLayout; 2],
+    gather: wgpu::ShaderModule,
     /// Of classification, tiles and traced rays.
     modules: [wgpu::ShaderModule; 3],
     layouts: [wgpu::PipelineLayout; 2],
@@ -135,19 +151,15 @@ impl TilePipelines {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         };
-        let gather_module = module("tiles/gather.wgsl");
-        let gather = [0, 1].map(|index| {
-            let entry = ["gather_one_sample", "gather_four_samples"][index];
-            let constants = [("SAMPLES", [1.0, 4.0][index])];
-            compute(device, &pipeline_layout(device, &[scene, &gathering[index]]), &gather_module, entry, &constants)
-        });
+        let gather = module("tiles/gather.wgsl");
+        let gather_layouts = [0, 1].map(|index| pipeline_layout(device, &[scene, &gathering[index]]));
         let modules = [module("tiles/classify.wgsl"), module("tiles/cover.wgsl"), module("tiles/trace.wgsl")];
         let empty = layout(device, "nothing", stage, &[]);
         let layouts = [
             pipeline_layout(device, &[scene, &empty, &working]),
             pipeline_layout(device, &[scene, hierarchy, &working]),
         ];
-        Self { gathering, working, gather, modules, layouts, known: Mutex::default() }
+        Self { gathering, working, gather_layouts, gather, modules, layouts, known: Mutex::default() }
     }
 
     fn get(&self, device: &wgpu::Device, samples: u32, features: SceneFeatures, pass: Pass) -> ComputePipeline {
@@ -158,6 +170,12 @@ impl TilePipelines {
             let mut constants = features.constants();
             constants.push(("SAMPLES", f64::from(samples)));
             let (layout, module, entry) = match pass {
+                Pass::Gather(events) => {
+                    constants.push(("EVENTS", f64::from(events)));
+                    let index = usize::from(samples > 1);
+                    let entry = ["gather_one_sample", "gather_four_samples"][index];
+                    (&self.gather_layouts[index], &self.gather, entry)
+                }
                 Pass::Classify => (&self.layouts[0], &self.modules[0], "classify"),
                 Pass::Cover => (&self.layouts[1], &self.modules[1], "cover"),
                 Pass::Trace => (&self.layouts[1], &self.modules[2], "trace"),
@@ -275,32 +293,36 @@ impl TileTables {
         encoder.clear_buffer(&self.work, 0, Some(u64::from(COUNTERS) * 4));
     }
 
-    /// Fills the table of hits for a band, whose record lies at an offset.
+    /// Fills the table of hits for a band: from pictures of what is seen directly and, if there are more, after each event,
+    /// and by tiles.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         context: &Context,
         scene: &DeviceScene,
-        seen: &wgpu::TextureView,
+        pictures: &[wgpu::TextureView],
         band: &Band,
         timer: &mut Timer,
     ) {
         let Context { device, pipelines, .. } = context;
         let (Pipelines { tiles: pipelines, .. }, samples) = (pipelines, self.samples);
         let index = usize::from(samples > 1);
-        let picture = BindingResource::TextureView(seen);
-        let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture)];
-        let gathered = group(device, &pipelines.gathering[index], resources);
-        {
+        let of_pass = |pass| pipelines.get(device, samples, scene.features, pass);
+        for (events, picture) in pictures.iter().enumerate() {
+            let picture = BindingResource::TextureView(picture);
+            let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture)];
+            let gathered = group(device, &pipelines.gathering[index], resources);
             let mut pass = begin(encoder, timer.compute("gather"));
-            pass.set_pipeline(&pipelines.gather[index]);
+            pass.set_pipeline(&of_pass(Pass::Gather(events as u32)));
             pass.set_bind_group(0, &scene.scene, &[band.record]);
             pass.set_bind_group(1, &gathered, &[]);
             pass.dispatch_workgroups(band.cells[0].div_ceil(8), band.cells[1].div_ceil(8), 1);
         }
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
-        let of_pass = |pass| pipelines.get(device, samples, scene.features, pass);
-        for path in 0..self.paths.all().count() {
+        // Where nothing is to be followed it is enough to know where something is seen.
+        let paths =
+            if self.paths.way == Way::Tiles { self.paths.all().count() } else { self.paths.events.min(1) as usize };
+        for path in 0..paths {
             let record = (path as u64 * TILING_STRIDE) as u32;
             encoder.clear_buffer(&self.work, 0, Some(COUNTED_A_PATH * 4));
             {
@@ -311,7 +333,7 @@ impl TileTables {
                 let [across, down] = band.cells.map(|count| count.div_ceil(TILE));
                 pass.dispatch_workgroups(across, down, 1);
             }
-            if self.paths.looks_up {
+            if self.paths.way != Way::Tiles {
                 continue;
             }
             for (index, (stage, kind)) in [("tiles", Pass::Cover), ("traced rays", Pass::Trace)].into_iter().enumerate()

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::maps::DeviceMaps;
+use super::mirrors::DeviceMirrors;
 use super::tiles::TileTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
@@ -38,6 +39,8 @@ pub(crate) struct DeviceScene {
     pub(crate) boxes: Hierarchy,
     /// Environment maps, of scenes whose reflectors and lenses look light up.
     pub(crate) maps: Option<DeviceMaps>,
+    /// Flat mirrors, of scenes that are drawn by them.
+    pub(crate) mirrors: Option<DeviceMirrors>,
     /// True if something reflects or refracts.
     pub(crate) has_specular: bool,
     /// Those of the size of the last picture.
@@ -60,8 +63,15 @@ pub(crate) struct DevicePictures {
 
 impl DeviceScene {
     /// The tables of a scene. Of those of another moment of it, if these are given, what holds is kept.
-    pub(crate) fn new(context: &Context, scene: &Scene, old: Option<&Self>) -> Result<Self, GpuError> {
-        let tables = SceneTables::new(scene, old.map(|old| &old.boxes))?;
+    pub(crate) fn new(
+        context: &Context,
+        scene: &Scene,
+        old: Option<&Self>,
+        mirrors: Option<DeviceMirrors>,
+    ) -> Result<Self, GpuError> {
+        let shows = |triangle: u32| mirrors.as_ref().is_none_or(|mirrors| mirrors.shows(triangle));
+        let tables = SceneTables::new(scene, old.map(|old| &old.boxes), shows)?;
+        let features = SceneFeatures::of(scene, &tables.surfaces);
         let lights = light_records(scene)?;
         let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.are_of(scene));
         let pictures = match kept {
@@ -107,11 +117,12 @@ impl DeviceScene {
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
             lights,
-            features: SceneFeatures::of(scene, &tables.surfaces),
+            features: if mirrors.is_some() { features.without_lenses() } else { features },
             pictures,
             boxes: tables.hierarchy,
             has_specular: !scene.specular_objects().is_empty(),
             maps: None,
+            mirrors,
             tiles: Mutex::new(tiles),
             byte_count,
         })

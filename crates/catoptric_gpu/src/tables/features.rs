@@ -71,6 +71,12 @@ impl SceneFeatures {
         self.has[HAS_LENSES]
     }
 
+    /// The same without refraction.
+    pub fn without_lenses(mut self) -> Self {
+        self.has[HAS_LENSES] = false;
+        self
+    }
+
     /// Those alone that decide where rays go.
     pub fn of_rays(&self) -> Self {
         let mut has = [false; COUNT];

@@ -153,12 +153,15 @@ fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32
     var segment = eye_segment(position, side);
     var waiting: array<Segment, MAX_ORDER>;
     var count = 0u;
-    var shown = triangle_of(hits[hit_index(cell, 0u, 0u)][ray]);
+    var hit = hits[hit_index(cell, 0u, 0u)][ray];
     var sum = vec3f(0.0);
     loop {
         var children: Children;
+        // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
+        let shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
         if shown != NONE {
-            children = arrive(segment, shown, samples, segment.order >= frame.order);
+            let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
+            children = arrive(segment, shown, samples, last);
             sum += children.sum;
         } else {
             var throughput = segment.throughput;
@@ -185,11 +188,9 @@ fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32
             break;
         }
         if TRACES && segment.order > frame.tiled_events {
-            shown = nearest(segment.ray, 0.0, FAR, segment.own, false).triangle;
+            hit = (nearest(segment.ray, 0.0, FAR, segment.own, false).triangle + 1u) | HIT_REFLECTS;
         } else {
-            let hit = hits[hit_index(cell, segment.order, segment.kinds)][ray];
-            // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
-            shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
+            hit = hits[hit_index(cell, segment.order, segment.kinds)][ray];
         }
     }
     return finite(sum);

@@ -25,6 +25,7 @@ const BLEND = 4096u;
 
 // Flags of the frame.
 const PERSPECTIVE = 1u;
+const APART = 2u;
 
 // What a scene has: code for the rest is left out of its pipelines.
 override HAS_ENVIRONMENT: bool = true;

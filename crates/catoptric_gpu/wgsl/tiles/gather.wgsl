@@ -1,8 +1,11 @@
-// What is seen directly, from a picture's texture into the table of hits.
+// What is seen, directly or after some events, from a picture's texture into the table of hits.
 
 //#include "scene/records.wgsl"
 //#include "optics/step.wgsl"
 //#include "tiles/cells.wgsl"
+
+// Events before what the picture shows.
+override EVENTS: u32 = 0u;
 
 @group(1) @binding(0) var<storage, read_write> hits: array<vec4u>;
 @group(1) @binding(1) var seen: texture_2d<u32>;
@@ -29,7 +32,7 @@ fn gather_one_sample(@builtin(global_invocation_id) invocation: vec3u) {
             all[ray] = hit_of(textureLoad(seen, pixel, 0));
         }
     }
-    hits[hit_index(cell, 0u, 0u)] = all;
+    hits[hit_index(cell, EVENTS, 0u)] = all;
 }
 
 @compute @workgroup_size(8, 8)
@@ -43,5 +46,5 @@ fn gather_four_samples(@builtin(global_invocation_id) invocation: vec3u) {
     for (var ray = 0u; ray < RAYS && is_in_picture(pixel); ray++) {
         all[ray] = hit_of(textureLoad(seen_samples, pixel, ray));
     }
-    hits[hit_index(cell, 0u, 0u)] = all;
+    hits[hit_index(cell, EVENTS, 0u)] = all;
 }

@@ -22,6 +22,9 @@ fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {
     // A bit a sample that shows another triangle than the first.
     var others = dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), ids != vec4u(ids.x)), vec4u(1u));
     var is_one = true;
+    if (frame.flags & APART) != 0u {
+        return others == 0u;
+    }
     while others != 0u {
         let sample = firstTrailingBit(others);
         others &= others - 1u;

@@ -315,7 +315,16 @@ impl<'a> PathShader<'a> {
             if ends && !material.has_own_light() {
                 return ShadingRequest::Color(sum);
             }
-            let point = scene.drawn_point(surface.source, &surface.barycentrics, &ray);
+            // Highlights are wider the more the surface bends within the fragment. Triangles say how much; formulas do of
+            // what is seen directly.
+            let is_formula = scene.objects[object as usize].surface.is_some();
+            let point = match bounce == 0 && is_formula && material.highlight_roughness().is_some() {
+                true => {
+                    let change = self.rays.ray_with_differential(position.x, position.y).1.scaled(part.side);
+                    scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change).point
+                }
+                false => scene.drawn_point(surface.source, &surface.barycentrics, &ray),
+            };
             let normal = if self.turns_normals { scene.turned_normal(material, &point) } else { point.normal };
             let step = LightStep::with_normal(scene, material, &point, normal, ray.direction);
             absorption =

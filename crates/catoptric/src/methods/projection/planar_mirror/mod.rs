@@ -3,11 +3,13 @@
 //! See this folder's `README.md`.
 
 mod chain;
+mod flat;
 mod limits;
 mod path_search;
 mod project;
 mod settings;
 
+pub use flat::{FlatMirrors, MirrorView};
 pub use settings::PlanarMirrorSettings;
 
 use crate::clock::Stopwatch;
@@ -42,7 +44,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Diefenbach, Badler 1997, Multi-pass pipeline rendering: realism for dynamic environments",
     assumptions: "reflectors are flat or have at most 64 flat faces; curved ones and lenses are drawn black",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: PlanarMirrorSettings::describe,
     effective: PlanarMirrorSettings::effective,
@@ -88,23 +90,29 @@ impl Method for PlanarMirror {
 
 impl PreparedMirrors {
     fn new(settings: &PlanarMirrorSettings, scene: &Arc<Scene>, quality: Quality) -> Self {
-        let mut watch = Stopwatch::new();
-        let mirrors = Mirrors::find(scene);
-        let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
-        report.warnings.extend(simplified::rough_mirrors(scene));
-        report.warnings.extend(simplified::bumpy_surfaces(scene));
-        report.counts.insert("mirrors", mirrors.planes.len() as u64);
-        let (curved, lenses) = (mirrors.curved_triangles, mirrors.lens_triangles);
-        if curved > 0 {
-            report.fallbacks.insert("curved_triangles", curved);
-            report.warnings.push(format!("{curved} triangles of curved reflectors are drawn black"));
-        }
-        if lenses > 0 {
-            report.fallbacks.insert("lens_triangles", lenses);
-            report.warnings.push(format!("{lenses} triangles of lenses are drawn black"));
-        }
+        let (mirrors, report) = find(scene);
         Self { settings: settings.clone(), scene: scene.clone(), quality, mirrors, report }
     }
+}
+
+/// The flat mirrors of a scene, and what is not drawn as it should be.
+fn find(scene: &Scene) -> (Mirrors, Report) {
+    let mut watch = Stopwatch::new();
+    let mirrors = Mirrors::find(scene);
+    let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
+    report.warnings.extend(simplified::rough_mirrors(scene));
+    report.warnings.extend(simplified::bumpy_surfaces(scene));
+    report.counts.insert("mirrors", mirrors.planes.len() as u64);
+    let (curved, lenses) = (mirrors.curved_triangles, mirrors.lens_triangles);
+    if curved > 0 {
+        report.fallbacks.insert("curved_triangles", curved);
+        report.warnings.push(format!("{curved} triangles of curved reflectors are drawn black"));
+    }
+    if lenses > 0 {
+        report.fallbacks.insert("lens_triangles", lenses);
+        report.warnings.push(format!("{lenses} triangles of lenses are drawn black"));
+    }
+    (mirrors, report)
 }
 
 impl Prepared for PreparedMirrors {
@@ -140,9 +148,7 @@ impl Frame for MirrorFrame<'_> {
         report.counts.insert("virtual_triangles", lists[1..].iter().map(|list| list.triangles.len() as u64).sum());
         if left_out > 0 {
             report.fallbacks.insert("lists_left_out", left_out);
-            report.warnings.push(format!(
-                "{left_out} mirrored copies of the scene are left out; max_lists and the number of triangles limit them"
-            ));
+            report.warnings.push(left_out_warning(left_out));
         }
         let shader = PathShader::new(scene, &self.view, quality.samples);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
@@ -165,7 +171,15 @@ impl MirrorFrame<'_> {
     /// The paths of up to `order` mirrors that the view shows, and the number of those beyond `max_lists`.
     fn visible_paths(&self, order: u32) -> (Vec<MirrorPath>, u64) {
         let PreparedMirrors { settings, scene, mirrors, .. } = self.prepared;
-        let most = MAX_TRIANGLES / scene.triangles.len().max(1);
-        visible_paths(scene, mirrors, &self.view, order, most.clamp(1, settings.max_lists as usize))
+        visible_paths(scene, mirrors, &self.view, order, most_lists(settings, scene))
     }
+}
+
+/// The most copies of a scene that are drawn in a frame.
+fn most_lists(settings: &PlanarMirrorSettings, scene: &Scene) -> usize {
+    (MAX_TRIANGLES / scene.triangles.len().max(1)).clamp(1, settings.max_lists as usize)
+}
+
+fn left_out_warning(left_out: u64) -> String {
+    format!("{left_out} mirrored copies of the scene are left out; max_lists and the number of triangles limit them")
 }

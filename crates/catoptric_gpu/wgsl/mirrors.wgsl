@@ -1,0 +1,85 @@
+// What is seen in flat mirrors: the scene mirrored, where its mirror is seen, drawn by hardware.
+
+//#include "scene/records.wgsl"
+//#include "scene/texture.wgsl"
+//#include "scene/microfacets.wgsl"
+//#include "optics/step.wgsl"
+//#include "scene/point.wgsl"
+//#include "scene/base.wgsl"
+//#include "tiles/cells.wgsl"
+
+// The scene in a mirror.
+struct MirrorPath {
+    clip_from_scene: mat4x4f,
+    // Its product with (p, 1) is the distance of a point in front of the mirror.
+    plane: vec4f,
+    // The mirror, from 1; the number of the path in which it is seen, and this path's own.
+    mirror: u32,
+    parent: u32,
+    number: u32,
+    unused: u32,
+}
+
+// Triangles without holes first: at equal depth they are seen.
+@group(1) @binding(0) var<storage, read> draw_order: array<u32>;
+@group(2) @binding(0) var<uniform> path: MirrorPath;
+// The mirror of every triangle, from 1; four a texel.
+@group(2) @binding(1) var mirror_table: texture_2d<u32>;
+// What is seen one mirror before: hits in two halves, and the number of the path.
+@group(2) @binding(2) var before: texture_2d<u32>;
+@group(2) @binding(3) var before_samples: texture_multisampled_2d<u32>;
+
+struct Corner {
+    @builtin(position) position: vec4f,
+    @location(0) @interpolate(flat, either) hit: u32,
+    @location(1) @interpolate(perspective, sample) at: vec2f,
+    @location(2) @interpolate(perspective, sample) height: f32,
+}
+
+fn mirror_of(triangle: u32) -> u32 {
+    return textureLoad(mirror_table, row_of(triangle / 4u), 0)[triangle % 4u];
+}
+
+@vertex
+fn mirrored_corner(@builtin(vertex_index) index: u32) -> Corner {
+    let hit = draw_order[index / 3u];
+    let triangle = triangle_of(hit);
+    let place = index % 3u;
+    let position = vec4f(vertex_of(corners_of(triangle)[place]).position, 1.0);
+    var result: Corner;
+    result.position = path.clip_from_scene * position;
+    // A mirror never shows itself.
+    if mirror_of(triangle) == path.mirror {
+        result.position = vec4f(0.0, 0.0, -1.0, 1.0);
+    }
+    result.hit = hit;
+    result.at = vec2f(f32(place == 1u), f32(place == 2u));
+    result.height = dot(path.plane, position);
+    return result;
+}
+
+// True where the path's mirror is seen, and a point in front of it.
+fn is_seen(shown: vec4u, height: f32) -> bool {
+    let triangle = triangle_of(shown.x | (shown.y << 16u));
+    return height > 0.0 && shown.z == path.parent && triangle != NONE && mirror_of(triangle) == path.mirror;
+}
+
+fn seen_in_mirror(corner: Corner, is_there: bool) -> vec4u {
+    let at = Barycentrics(corner.at, dpdx(corner.at), dpdy(corner.at));
+    if !is_there || HAS_HOLES && !is_present(triangle_of(corner.hit), at) {
+        discard;
+    }
+    return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, 0u);
+}
+
+@fragment
+fn mirrored_one_sample(corner: Corner) -> @location(0) vec4u {
+    let shown = textureLoad(before, vec2u(corner.position.xy), 0);
+    return seen_in_mirror(corner, is_seen(shown, corner.height));
+}
+
+@fragment
+fn mirrored_four_samples(corner: Corner, @builtin(sample_index) sample: u32) -> @location(0) vec4u {
+    let shown = textureLoad(before_samples, vec2u(corner.position.xy), sample);
+    return seen_in_mirror(corner, is_seen(shown, corner.height));
+}
