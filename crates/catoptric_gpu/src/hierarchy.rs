@@ -73,8 +73,8 @@ impl Hierarchy {
         Self { root, nodes, triangles: order.iter().map(of_place).collect() }
     }
 
-    /// The same with up to [`WIDTH`] children a node, the root first: where many threads walk together. Without triangles
-    /// it has one node without children.
+    /// The same with up to [`WIDTH`] children a node, the root first: where many threads walk together. Without
+    /// triangles it has one node without children.
     pub fn wide(&self) -> Vec<[WideChild; WIDTH]> {
         let mut wide = vec![[WideChild::default(); WIDTH]];
         // Narrow nodes, and the places of the wide ones that stand for them.

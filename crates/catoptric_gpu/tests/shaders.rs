@@ -66,7 +66,9 @@ fn records() -> Vec<Record> {
             size, last_level, nearest_level, magnified_half, minified_half, wrap,
         } before levels),
         record!("Light": LightRecord { position, kind, direction, range, intensity, inner_cos, outer_cos }),
-        record!("ExactSurface": ExactSurface { center, value, gradient, size, curved, kind, twisted, axes as "axis_x", low, high }),
+        record!("ExactSurface": ExactSurface {
+            center, value, gradient, size, curved, kind, twisted, axes as "axis_x", low, high,
+        }),
         record!("Surface": Surface {
             base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
             metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
@@ -88,7 +90,7 @@ fn records_are_laid_out_as_shaders_read_them() {
 fn compare(path: &str, records: &[Record]) {
     let module = module(path);
     let mut layouter = Layouter::default();
-    layouter.update(module.to_ctx()).unwrap();
+    layouter.update(module.to_ctx()).expect("naga lays out what it has parsed");
     for record in records {
         let named = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(record.name);
         let (handle, ty) = module.types.iter().find(named).unwrap_or_else(|| panic!("no record {}", record.name));

@@ -1,7 +1,7 @@
 //! The drawing of a frame on a device.
 
 use super::context::Context;
-use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS};
+use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS, Shading};
 use super::tiles::{Band, Paths, TileCounts, TileTables, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
 use super::timer::Timer;
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
@@ -97,7 +97,8 @@ pub(crate) fn encode(
     let looks_up = resident.maps.is_some();
     let traces = !looks_up && quality.order > paths.events;
     let [seen, followed, looking] = ENTRIES[index];
-    let shade = |entry, looks_up| pipelines.shade(device, entry, quality.samples, resident.features, traces, looks_up);
+    let (samples, features) = (quality.samples, resident.features);
+    let shade = |entry, looks_up| pipelines.shade(device, Shading { entry, samples, features, traces, looks_up });
     let seen = shade(seen, false);
     let followed = shade(if looks_up { looking } else { followed }, looks_up);
     let rows = rows_at_once(view, quality.samples, paths);

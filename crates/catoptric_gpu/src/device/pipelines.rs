@@ -25,6 +25,19 @@ pub(crate) struct SamplePipelines {
     pub(crate) with_holes: wgpu::RenderPipeline,
 }
 
+/// A way to shade pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Shading {
+    /// The shader's function.
+    pub(crate) entry: &'static str,
+    pub(crate) samples: u32,
+    pub(crate) features: SceneFeatures,
+    /// There are paths longer than those that tiles follow.
+    pub(crate) traces: bool,
+    /// Light is looked up in environment maps.
+    pub(crate) looks_up: bool,
+}
+
 /// All pipelines.
 #[derive(Debug)]
 pub(crate) struct Pipelines {
@@ -51,8 +64,7 @@ pub(crate) struct Pipelines {
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
     presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
-    /// Those that shade, by their entries, what scenes have, and whether rays are traced or light is looked up.
-    shade: Mutex<HashMap<(&'static str, SceneFeatures, bool, bool), wgpu::ComputePipeline>>,
+    shade: Mutex<HashMap<Shading, wgpu::ComputePipeline>>,
 }
 
 impl Pipelines {
@@ -129,18 +141,11 @@ impl Pipelines {
         }
     }
 
-    /// The pipeline of an entry that shades scenes with these features, for a number of samples a pixel.
-    pub(crate) fn shade(
-        &self,
-        device: &wgpu::Device,
-        entry: &'static str,
-        samples: u32,
-        features: SceneFeatures,
-        traces: bool,
-        looks_up: bool,
-    ) -> wgpu::ComputePipeline {
+    /// The pipeline that shades pixels in a way.
+    pub(crate) fn shade(&self, device: &wgpu::Device, how: Shading) -> wgpu::ComputePipeline {
         let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((entry, features, traces, looks_up)).or_insert_with(|| {
+        let Shading { entry, samples, features, traces, looks_up } = how;
+        let pipeline = known.entry(how).or_insert_with(|| {
             let (layout, module) = match looks_up {
                 true => (&self.shading[1], &self.look),
                 false => (&self.shading[0], &self.frame),

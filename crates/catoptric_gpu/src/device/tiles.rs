@@ -293,8 +293,8 @@ impl TileTables {
         encoder.clear_buffer(&self.work, 0, Some(u64::from(COUNTERS) * 4));
     }
 
-    /// Fills the table of hits for a band: from pictures of what is seen directly and, if there are more, after each event,
-    /// and by tiles.
+    /// Fills the table of hits for a band: from pictures of what is seen directly and, if there are more, after each
+    /// event, and by tiles.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -199,7 +199,7 @@ pub(crate) struct Upload<'a> {
 impl Upload<'_> {
     /// A table as a picture of four numbers a texel.
     pub(crate) fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
-        const { assert!(size_of::<T>() % size_of::<[u32; 4]>() == 0) };
+        const { assert!(size_of::<T>().is_multiple_of(size_of::<[u32; 4]>())) };
         let texels = in_rows(bytemuck::pod_collect_to_vec::<T, [u32; 4]>(records), [0; 4]);
         self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(&texels), &texels)
     }

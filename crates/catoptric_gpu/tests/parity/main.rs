@@ -1,8 +1,8 @@
 //! The pictures of devices against the processor's: every method, built-in scene, order and number of samples.
 //!
 //! Devices shade samples on their own in places where the processor shades several at once, and follow each one's own
-//! rays where the processor's tiles may be off by half a pixel. So the reference is the judge where the two differ: pixels
-//! count where the device is off from both, and its pictures may be no further from the reference.
+//! rays where the processor's tiles may be off by half a pixel. So the reference is the judge where the two differ:
+//! pixels count where the device is off from both, and its pictures may be no further from the reference.
 //!
 //! Without a device the tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
 

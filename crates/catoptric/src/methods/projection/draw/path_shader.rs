@@ -9,7 +9,7 @@ use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
 use crate::scene::shade::SurfacePoint;
-use crate::scene::{Environment, Ray, RayDifferential, Role, Scene, View, ViewRays};
+use crate::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 
@@ -315,16 +315,7 @@ impl<'a> PathShader<'a> {
             if ends && !material.has_own_light() {
                 return ShadingRequest::Color(sum);
             }
-            // Highlights are wider the more the surface bends within the fragment. Triangles say how much; formulas do of
-            // what is seen directly.
-            let is_formula = scene.objects[object as usize].surface.is_some();
-            let point = match bounce == 0 && is_formula && material.highlight_roughness().is_some() {
-                true => {
-                    let change = self.rays.ray_with_differential(position.x, position.y).1.scaled(part.side);
-                    scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change).point
-                }
-                false => scene.drawn_point(surface.source, &surface.barycentrics, &ray),
-            };
+            let point = self.point(bounce, surface, material, &ray, (position, part.side));
             let normal = if self.turns_normals { scene.turned_normal(material, &point) } else { point.normal };
             let step = LightStep::with_normal(scene, material, &point, normal, ray.direction);
             absorption =
@@ -373,6 +364,28 @@ impl<'a> PathShader<'a> {
             throughput *= weight;
         }
         ShadingRequest::Color(sum + throughput * self.behind(fragment, ray.direction, part))
+    }
+
+    /// The point of a reflector or lens that is met after some bounces, by a part of a pixel at a position.
+    ///
+    /// Highlights are wider the more the surface bends within the part. Triangles say how much; formulas do of what is
+    /// seen directly, from how rays change.
+    #[inline(always)] // for the instructions of its caller
+    fn point(
+        &self,
+        bounce: usize,
+        surface: &LayerSurface,
+        material: &Material,
+        ray: &Ray,
+        (position, side): (Vec2, f32),
+    ) -> SurfacePoint {
+        let object = self.scene.triangle_objects[surface.source as usize];
+        let is_formula = self.scene.objects[object as usize].surface.is_some();
+        if bounce == 0 && is_formula && material.highlight_roughness().is_some() {
+            let change = self.rays.ray_with_differential(position.x, position.y).1.scaled(side);
+            return self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change).point;
+        }
+        self.scene.drawn_point(surface.source, &surface.barycentrics, ray)
     }
 
     /// The mean appearance of a fragment's parts, of which one in the middle is `seen`.

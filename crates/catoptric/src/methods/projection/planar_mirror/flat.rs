@@ -23,7 +23,7 @@ pub struct MirrorView {
     pub order: u32,
     /// Moves the scene to where it is seen.
     pub world_from_scene: DAffine3,
-    /// Of points `p` of the scene those are seen for which `plane . (p, 1)`, their distance from the mirror, is above 0.
+    /// Of points `p` of the scene those are seen for which `plane . (p, 1)`, the distance from the mirror, is above 0.
     pub plane: DVec4,
 }
 
