@@ -17,7 +17,19 @@ pub use textures::{TextureTables, texture_tables};
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{Surface, Vertex, bits, hit_flags};
+use catoptric::methods::projection::multiperspective::ObjectShape;
 use catoptric::scene::{Role, Scene};
+
+/// Another moment of a scene, of which some things may hold still.
+#[derive(Clone, Copy, Debug)]
+pub struct Earlier<'a> {
+    /// The scene then.
+    pub scene: &'a Scene,
+    /// Its hierarchy.
+    pub hierarchy: &'a Hierarchy,
+    /// The shapes of its objects.
+    pub shapes: &'a [ObjectShape],
+}
 
 /// What shaders read of a scene, beside lights, textures and environment.
 #[derive(Clone, Debug)]
@@ -28,6 +40,8 @@ pub struct SceneTables {
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
+    /// The shapes of objects.
+    pub shapes: Vec<ObjectShape>,
     /// Over all triangles.
     pub hierarchy: Hierarchy,
     /// The triangles in the order in which they are drawn, with [`hit_flags`]: those without holes first.
@@ -37,12 +51,12 @@ pub struct SceneTables {
 }
 
 impl SceneTables {
-    /// The tables of a scene, by the hierarchy of another moment of it if that is given. Of triangles of mirrors
-    /// and glass that do not show anything the own light alone is seen.
+    /// The tables of a scene, with what holds of an earlier moment of it. Of triangles of mirrors and glass that do not
+    /// show anything the own light alone is seen.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what shaders do not draw.
-    pub fn new(scene: &Scene, old: Option<&Hierarchy>, shows: impl Fn(u32) -> bool) -> Result<Self, GpuError> {
+    pub fn new(scene: &Scene, earlier: Option<Earlier<'_>>, shows: impl Fn(u32) -> bool) -> Result<Self, GpuError> {
         if let Some(what) = unsupported(scene) {
             return Err(GpuError::Unsupported { what });
         }
@@ -60,12 +74,15 @@ impl SceneTables {
             ];
             *triangle = (*triangle + 1) | bits(&goes_on);
         }
+        let shapes = surfaces::shapes(scene, earlier.map(|earlier| (earlier.scene, earlier.shapes)));
+        let refitted = earlier.and_then(|earlier| earlier.hierarchy.refitted(scene));
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
         Ok(Self {
             vertices: vertices(scene),
             triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
-            surfaces: surface_records(scene),
-            hierarchy: old.and_then(|old| old.refitted(scene)).unwrap_or_else(|| Hierarchy::new(scene)),
+            surfaces: surface_records(scene, &shapes),
+            shapes,
+            hierarchy: refitted.unwrap_or_else(|| Hierarchy::new(scene)),
             draw_order,
             solid_count,
         })

@@ -341,7 +341,7 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         down: rays.down.to_array(),
         height: view.height,
         light_count: resident.lights.len() as u32,
-        root: resident.boxes.root,
+        root: resident.root,
         first_row: 0,
         extent: scene.bounds.diagonal(),
         cells: [0; 2],

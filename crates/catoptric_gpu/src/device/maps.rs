@@ -20,7 +20,7 @@ impl DeviceMaps {
         let tables = map_tables(maps)?;
         let mut upload = Upload { context, byte_count: 0 };
         let records = upload.table("the environment maps' records", &tables.records)?;
-        let texels = upload.colors("the environment maps", tables.texels)?;
+        let texels = upload.colors("the environment maps", &tables.texels)?;
         let resources = [records, texels];
         let resources = (0..).zip(resources.iter().map(BindingResource::TextureView));
         let group = group(&context.device, &context.pipelines.maps, resources);

@@ -7,8 +7,9 @@ use super::tiles::TileTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
-use crate::tables::{SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
+use crate::tables::{Earlier, SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
 use bytemuck::Pod;
+use catoptric::methods::projection::multiperspective::ObjectShape;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::{Environment, Scene, Texture};
 use std::num::NonZeroU64;
@@ -18,6 +19,8 @@ use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, Text
 
 /// The most bands that a picture is drawn in, each with a record of its own.
 pub(crate) const MAX_BANDS: u32 = 64;
+/// The most bytes that are sent at a time.
+const BYTES_AT_ONCE: usize = 1 << 26;
 const FRAME_SIZE: u64 = size_of::<crate::layout::Frame>() as u64;
 /// From record to record: offsets of uniform buffers are multiples of 256.
 pub(crate) const FRAME_STRIDE: u64 = FRAME_SIZE.next_multiple_of(256);
@@ -35,8 +38,12 @@ pub(crate) struct DeviceScene {
     pub(crate) lights: Vec<LightRecord>,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
-    /// On the processor, to be refitted.
-    pub(crate) boxes: Hierarchy,
+    /// On the processor, for the next moment of the scene: what it is now, and what may hold still then.
+    source: Arc<Scene>,
+    boxes: Hierarchy,
+    shapes: Vec<ObjectShape>,
+    /// The hierarchy's root.
+    pub(crate) root: u32,
     /// Environment maps, of scenes whose reflectors and lenses look light up.
     pub(crate) maps: Option<DeviceMaps>,
     /// Flat mirrors, of scenes that are drawn by them.
@@ -65,12 +72,13 @@ impl DeviceScene {
     /// The tables of a scene. Of those of another moment of it, if these are given, what holds is kept.
     pub(crate) fn new(
         context: &Context,
-        scene: &Scene,
+        scene: &Arc<Scene>,
         old: Option<&Self>,
         mirrors: Option<DeviceMirrors>,
     ) -> Result<Self, GpuError> {
         let shows = |triangle: u32| mirrors.as_ref().is_none_or(|mirrors| mirrors.shows(triangle));
-        let tables = SceneTables::new(scene, old.map(|old| &old.boxes), shows)?;
+        let earlier = old.map(|old| Earlier { scene: &old.source, hierarchy: &old.boxes, shapes: &old.shapes });
+        let tables = SceneTables::new(scene, earlier, shows)?;
         let features = SceneFeatures::of(scene, &tables.surfaces);
         let lights = light_records(scene)?;
         let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.are_of(scene));
@@ -107,6 +115,7 @@ impl DeviceScene {
             (2, BindingResource::TextureView(&wide)),
         ];
         let byte_count = upload.byte_count;
+        let root = tables.hierarchy.root;
         context.check()?;
         let tiles = old.and_then(|old| old.tiles.lock().unwrap_or_else(PoisonError::into_inner).clone());
         Ok(Self {
@@ -119,7 +128,10 @@ impl DeviceScene {
             lights,
             features: if mirrors.is_some() { features.without_lenses() } else { features },
             pictures,
+            source: scene.clone(),
             boxes: tables.hierarchy,
+            shapes: tables.shapes,
+            root,
             has_specular: !scene.specular_objects().is_empty(),
             maps: None,
             mirrors,
@@ -133,13 +145,18 @@ impl DevicePictures {
     fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
         let environment = environment_texels(scene.environment.as_deref());
         let textures = texture_tables(scene)?;
-        let texels = in_rows(textures.texels, [0; 4]);
+        let texels = textures.texels;
         let numbers = TextureFormat::Rgba32Float;
         let cells = [CELLS as u32 + 1; 2];
         let mut upload = Upload { context, byte_count: 0 };
         let views = [
             upload.table("the scene's textures", &textures.records)?,
-            upload.picture("the texels of all textures", TextureFormat::Rgba16Uint, size_in_rows(&texels), &texels)?,
+            upload.picture(
+                "the texels of all textures",
+                TextureFormat::Rgba16Uint,
+                size_in_rows(texels.len()),
+                &texels,
+            )?,
             upload.picture("the environment", numbers, environment.size, &environment.picture)?,
             upload.picture("the environment's maps", numbers, environment.maps_size, &environment.maps)?,
             upload.picture("the reflectance table", numbers, cells, &reflectances())?,
@@ -173,17 +190,9 @@ pub(crate) fn group<'a>(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
 }
 
-/// Texels filled up to whole rows of [`TEXEL_ROW`], if they are more than one row; at least one.
-fn in_rows<T: Copy>(mut texels: Vec<T>, empty: T) -> Vec<T> {
-    let count = texels.len();
-    let filled = if count > TEXEL_ROW { count.next_multiple_of(TEXEL_ROW) } else { count.max(1) };
-    texels.resize(filled, empty);
-    texels
-}
-
-fn size_in_rows<T>(texels: &[T]) -> [u32; 2] {
-    let row = texels.len().min(TEXEL_ROW);
-    [row as u32, (texels.len() / row) as u32]
+/// The size of a picture that holds so many texels in rows of [`TEXEL_ROW`]; devices allow no empty ones.
+fn size_in_rows(count: usize) -> [u32; 2] {
+    [count.clamp(1, TEXEL_ROW) as u32, count.div_ceil(TEXEL_ROW).max(1) as u32]
 }
 
 fn reflectances() -> Vec<[f32; 4]> {
@@ -200,8 +209,8 @@ impl Upload<'_> {
     /// A table as a picture of four numbers a texel.
     pub(crate) fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
         const { assert!(size_of::<T>().is_multiple_of(size_of::<[u32; 4]>())) };
-        let texels = in_rows(bytemuck::pod_collect_to_vec::<T, [u32; 4]>(records), [0; 4]);
-        self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(&texels), &texels)
+        let texels: &[[u32; 4]] = bytemuck::cast_slice(records);
+        self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(texels.len()), texels)
     }
 
     /// Numbers as a storage buffer; without any it has one that is zero, as devices allow no empty buffers.
@@ -219,12 +228,11 @@ impl Upload<'_> {
     }
 
     /// Colours as a picture in rows of [`TEXEL_ROW`].
-    pub(crate) fn colors(&mut self, what: &str, colors: Vec<[f32; 4]>) -> Result<wgpu::TextureView, GpuError> {
-        let colors = in_rows(colors, [0.0; 4]);
-        self.picture(what, TextureFormat::Rgba32Float, size_in_rows(&colors), &colors)
+    pub(crate) fn colors(&mut self, what: &str, colors: &[[f32; 4]]) -> Result<wgpu::TextureView, GpuError> {
+        self.picture(what, TextureFormat::Rgba32Float, size_in_rows(colors.len()), colors)
     }
 
-    /// A picture of a format.
+    /// A picture of a format, row by row; texels that are missing at its end are zero.
     fn picture<T: Pod>(
         &mut self,
         what: &str,
@@ -253,8 +261,31 @@ impl Upload<'_> {
             usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
             view_formats: &[],
         };
-        let order = wgpu::util::TextureDataOrder::LayerMajor;
-        let texture = device.create_texture_with_data(queue, &descriptor, order, bytemuck::cast_slice(texels));
+        let texture = device.create_texture(&descriptor);
+        // In parts, with all whole rows of a part at once: copies on their way take memory, too.
+        let row = size[0] as usize;
+        let rows = (BYTES_AT_ONCE / size_of_val(&texels[..row.min(texels.len())]).max(1)).max(1);
+        for (part, texels) in texels.chunks(row * rows).enumerate() {
+            let (whole, rest) = texels.split_at(texels.len() / row * row);
+            let whole_rows = (whole.len() / row) as u32;
+            let first = (part * rows) as u32;
+            for (y, height, texels) in [(first, whole_rows, whole), (first + whole_rows, 1, rest)] {
+                let width = (texels.len() as u32).min(size[0]);
+                if texels.is_empty() {
+                    continue;
+                }
+                queue.write_texture(
+                    wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y, z: 0 }, ..texture.as_image_copy() },
+                    bytemuck::cast_slice(texels),
+                    wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(width * size_of::<T>() as u32),
+                        rows_per_image: None,
+                    },
+                    wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                );
+            }
+        }
         Ok(texture.create_view(&Default::default()))
     }
 }

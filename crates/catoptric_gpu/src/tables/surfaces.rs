@@ -21,10 +21,51 @@ pub fn unsupported(scene: &Scene) -> Option<String> {
     None
 }
 
-/// The records of all objects.
-pub fn surface_records(scene: &Scene) -> Vec<Surface> {
-    let shapes = object_shapes(scene);
-    let with_shapes = scene.objects.iter().zip(&shapes);
+/// How far edges may be off, as a share of the object's size, in an object that has moved as a whole.
+const SAME_EDGES: f32 = 1e-5;
+
+/// The shapes of all objects; those of an earlier moment of the scene, if they are given, while all mirrors and lenses
+/// have at most moved as a whole: finding them takes seconds where meshes are large.
+pub(crate) fn shapes(scene: &Scene, earlier: Option<(&Scene, &[ObjectShape])>) -> Vec<ObjectShape> {
+    let specular = scene.specular_objects();
+    let holds = |(before, shapes): &(&Scene, &[ObjectShape])| {
+        shapes.len() == scene.objects.len()
+            && before.specular_objects() == specular
+            && specular.iter().all(|object| is_moved_as_whole(scene, before, *object as usize))
+    };
+    match earlier.filter(holds) {
+        Some((_, shapes)) => shapes.to_vec(),
+        None => object_shapes(scene),
+    }
+}
+
+/// True if an object has at most been moved and turned between two moments of a scene.
+fn is_moved_as_whole(scene: &Scene, before: &Scene, object: usize) -> bool {
+    let Object { triangles, bounds, surface, .. } = &scene.objects[object];
+    let range = triangles.start as usize..triangles.end as usize;
+    let old = &before.objects[object];
+    if old.triangles != *triangles || old.surface.is_some() != surface.is_some() {
+        return false;
+    }
+    let (Some(now), Some(then)) = (scene.triangles.get(range.clone()), before.triangles.get(range)) else {
+        return false;
+    };
+    let tolerance = SAME_EDGES * bounds.diagonal();
+    // How long an edge is, and how it leans from the normal at its start: that no motion changes.
+    let edge = |scene: &Scene, [from, to]: [u32; 2]| {
+        let step = scene.positions[to as usize] - scene.positions[from as usize];
+        [step.length(), step.dot(scene.normals[from as usize])]
+    };
+    let is_same = |ends: [u32; 2]| {
+        let ([length, lean], [old_length, old_lean]) = (edge(scene, ends), edge(before, ends));
+        (length - old_length).abs() <= tolerance && (lean - old_lean).abs() <= tolerance
+    };
+    now == then && now.iter().all(|&[a, b, c]| [[a, b], [b, c], [c, a]].into_iter().all(is_same))
+}
+
+/// The records of all objects, by their shapes.
+pub fn surface_records(scene: &Scene, shapes: &[ObjectShape]) -> Vec<Surface> {
+    let with_shapes = scene.objects.iter().zip(shapes);
     with_shapes.map(|(object, shape)| surface(scene, object, shape)).collect()
 }
 

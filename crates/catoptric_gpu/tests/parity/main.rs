@@ -34,7 +34,8 @@ fn trials() -> Vec<Trial> {
     match catoptric_gpu::Context::new(None) {
         Ok(context) => {
             let mut trials = pictures::trials(&context);
-            trials.extend([motion::trial(&context), renderer::trial(&context), twins::trial(&context)]);
+            trials.extend(motion::trials(&context));
+            trials.extend([renderer::trial(&context), twins::trial(&context)]);
             trials
         }
         Err(error @ GpuError::NoAdapter) => ignored(&error.to_string()),

@@ -2,7 +2,7 @@
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::cast_shadows;
-use catoptric::methods::Quality;
+use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::Camera;
 use catoptric::scene::model::{LocalTransform, Model};
@@ -12,22 +12,28 @@ use glam::{Mat4, Vec3};
 use libtest_mimic::{Failed, Trial};
 use std::sync::Arc;
 
-const FRAMES: u32 = 200;
 const SIZE: [u32; 2] = [48, 32];
 
-pub(crate) fn trial(context: &Arc<Context>) -> Trial {
-    let context = context.clone();
-    Trial::test(format!("{FRAMES} frames with everything moving"), move || draw(&context))
+/// Methods, and how many frames they draw.
+const METHODS: [(&str, u32); 3] = [("multiperspective", 200), ("planar_mirror", 60), ("environment_map", 60)];
+
+pub(crate) fn trials(context: &Arc<Context>) -> Vec<Trial> {
+    let trial = |(id, frames): (&'static str, u32)| {
+        let context = context.clone();
+        Trial::test(format!("{id}: {frames} frames with everything moving"), move || draw(&context, id, frames))
+    };
+    METHODS.map(trial).into()
 }
 
-fn draw(context: &Arc<Context>) -> Result<(), Failed> {
+fn draw(context: &Arc<Context>, id: &str, frames: u32) -> Result<(), Failed> {
     // A room with flat mirrors and the headlight, and one with lights, shadows, highlights and exact mirrors.
     let rooms = ["planar_mirror", "highlights"].map(builtin::parse);
     let mut rooms: Vec<Model> = rooms.into_iter().collect::<Result<_, _>>()?;
-    let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
+    let settings = methods::find(id)?.limits.settings.parse::<toml::Table>()?;
+    let method = catoptric_gpu::create(context, id, &settings)?.ok_or("drawn on the CPU")?;
     let mut prepared = None;
-    for frame in 0..FRAMES {
-        let room = usize::from(frame % 100 >= 75);
+    for frame in 0..frames {
+        let room = usize::from(frame % 40 >= 30);
         for (index, node) in rooms[room].nodes.iter_mut().enumerate() {
             let step = Vec3::new((index as f32).sin(), 0.0, (index as f32).cos()) * 0.002;
             node.local = moved(&node.local, step);
@@ -35,7 +41,7 @@ fn draw(context: &Arc<Context>) -> Result<(), Failed> {
         let mut scene = rooms[room].pose(&Default::default())?;
         cast_shadows(&mut scene);
         let scene = Arc::new(scene);
-        let quality = Quality { samples: [1, 4][(frame / 25 % 2) as usize], order: 1 + frame % 3 };
+        let quality = Quality { samples: [1, 4][(frame / 10 % 2) as usize], order: 1 + frame % 3 };
         let prepared = match &mut prepared {
             None => prepared.insert(method.prepare(&scene, quality, None, &Silent)?),
             Some(prepared) => {
