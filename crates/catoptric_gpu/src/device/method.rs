@@ -2,8 +2,8 @@
 
 use super::context::Context;
 use super::frame;
-use super::maps::DeviceMaps;
-use super::mirrors::DeviceMirrors;
+use super::frame::maps::DeviceMaps;
+use super::frame::mirrors::DeviceMirrors;
 use super::upload::DeviceScene;
 use crate::error::GpuError;
 use catoptric::clock::Stopwatch;

@@ -3,13 +3,9 @@
 mod adapter;
 mod context;
 mod frame;
-mod maps;
 mod method;
-mod mirrors;
 mod pipelines;
 mod renderer;
-mod tiles;
-mod timer;
 mod upload;
 
 pub use adapter::{AdapterDescription, adapters};

@@ -1,7 +1,7 @@
 //! The pipelines of all passes, made once a device.
 
-use super::mirrors::MirrorPipelines;
-use super::tiles::TilePipelines;
+use super::frame::mirrors::MirrorPipelines;
+use super::frame::tiles::TilePipelines;
 use crate::shader;
 use crate::tables::SceneFeatures;
 use std::collections::HashMap;

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::frame;
-use super::timer::Timer;
+use super::frame::timer::Timer;
 use super::upload::{DeviceScene, group};
 use crate::error::GpuError;
 use catoptric::methods::Quality;
@@ -62,7 +62,7 @@ impl Renderer {
         let Context { device, pipelines, .. } = &*self.context;
         let drawing =
             frame::encode(&self.context, &self.resident, &self.scene, view, quality, encoder, &mut Timer::none())?;
-        let colors = drawing.colors.create_view(&Default::default());
+        let colors = drawing.colors();
         let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),

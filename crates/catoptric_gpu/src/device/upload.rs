@@ -1,9 +1,9 @@
 //! A scene in a device's memory.
 
 use super::context::Context;
-use super::maps::DeviceMaps;
-use super::mirrors::DeviceMirrors;
-use super::tiles::TileTables;
+use super::frame::maps::DeviceMaps;
+use super::frame::mirrors::DeviceMirrors;
+use super::frame::targets::PictureTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
@@ -18,7 +18,7 @@ use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, TextureFormat, TextureUsages};
 
 /// The most bands that a picture is drawn in, each with a record of its own.
-pub(crate) const MAX_BANDS: u32 = 64;
+pub(crate) const MAX_BANDS: u32 = 128;
 /// The most bytes that are sent at a time.
 const BYTES_AT_ONCE: usize = 1 << 26;
 const FRAME_SIZE: u64 = size_of::<crate::layout::Frame>() as u64;
@@ -51,7 +51,7 @@ pub(crate) struct DeviceScene {
     /// True if something reflects or refracts.
     pub(crate) has_specular: bool,
     /// Those of the size of the last picture.
-    pub(crate) tiles: Mutex<Option<Arc<TileTables>>>,
+    pub(crate) picture: Mutex<Option<Arc<PictureTables>>>,
     /// Memory that it takes on the device.
     pub(crate) byte_count: u64,
 }
@@ -117,7 +117,7 @@ impl DeviceScene {
         let byte_count = upload.byte_count;
         let root = tables.hierarchy.root;
         context.check()?;
-        let tiles = old.and_then(|old| old.tiles.lock().unwrap_or_else(PoisonError::into_inner).clone());
+        let picture = old.and_then(|old| old.picture.lock().unwrap_or_else(PoisonError::into_inner).clone());
         Ok(Self {
             scene: group(device, &pipelines.scene, resources),
             hierarchy: group(device, &pipelines.hierarchy, of_hierarchy),
@@ -135,7 +135,7 @@ impl DeviceScene {
             has_specular: !scene.specular_objects().is_empty(),
             maps: None,
             mirrors,
-            tiles: Mutex::new(tiles),
+            picture: Mutex::new(picture),
             byte_count,
         })
     }

@@ -87,7 +87,7 @@ fn gather_over_tile(thread: u32, first: vec4f, second: vec4f, is_first_sum: bool
     workgroupBarrier();
 }
 
-// The tile's frame.
+// The tile's frame: its origin, and unit vectors.
 struct TileFrame {
     origin: vec3f,
     across: vec3f,
@@ -281,7 +281,7 @@ fn edge_side(p: vec3f, q: vec3f, rays: Rays, mz: vec4f) -> vec4f {
     return moment.x * rays.sx + moment.y * rays.sy + moment.z + edge.x * rays.oy - edge.y * rays.ox + edge.z * mz;
 }
 
-// Tests four rays against a triangle that is set up.
+// Tests four rays against a triangle.
 fn test(place: u32, tile: TileFrame, rays: Rays, mz: vec4f, own: OwnRules, best: Best) -> Best {
     let triangle = leaf_triangle_of(place);
     let a = in_frame(tile, triangle.a);

@@ -10,6 +10,9 @@
 //#include "tiles/work.wgsl"
 //#include "tiles/path_ray.wgsl"
 
+// What the rays of a block hit.
+var<workgroup> found: array<u32, 64>;
+
 // A thread a ray of a block of sixteen cells.
 @compute @workgroup_size(64)
 fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) thread: u32) {
@@ -18,23 +21,29 @@ fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     }
     let origin = unpacked(atomicLoad(&work[tiling.traced_queue + group.x]));
     let cell = origin + cell_in_tile(thread / RAYS);
+    let is_in_picture = all(cell < frame.cells);
     let ray = thread % RAYS;
-    if any(cell >= frame.cells) {
-        return;
-    }
     let index = hit_index(cell, tiling.events, tiling.kinds);
-    if hits[index][ray] != UNRESOLVED {
-        return;
+    var hit = UNRESOLVED;
+    if is_in_picture {
+        hit = hits[index][ray];
     }
-    let last = path_ray(cell, ray, chain_of(cell));
-    if !last.is_active {
-        return;
+    if is_in_picture && hit == UNRESOLVED {
+        let last = path_ray(cell, ray, chain_of(cell));
+        if last.is_active {
+            let triangle = nearest(last.ray, 0.0, FAR, last.own, false).triangle;
+            hit = 0u;
+            if triangle != NONE {
+                let role = surface_of(object_of(triangle)).role;
+                let reflects = select(0u, HIT_REFLECTS, role != DIFFUSE);
+                hit = (triangle + 1u) | reflects | select(0u, HIT_REFRACTS, role == LENS);
+            }
+        }
     }
-    let triangle = nearest(last.ray, 0.0, FAR, last.own, false).triangle;
-    var hit = 0u;
-    if triangle != NONE {
-        let role = surface_of(object_of(triangle)).role;
-        hit = (triangle + 1u) | select(0u, HIT_REFLECTS, role != DIFFUSE) | select(0u, HIT_REFRACTS, role == LENS);
+    // A cell is written by one thread: a component of a vector is not a place of its own.
+    found[thread] = hit;
+    workgroupBarrier();
+    if is_in_picture && ray == 0u {
+        hits[index] = vec4u(found[thread], found[thread + 1u], found[thread + 2u], found[thread + 3u]);
     }
-    hits[index][ray] = hit;
 }

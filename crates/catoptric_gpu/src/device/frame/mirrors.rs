@@ -1,10 +1,11 @@
 //! Flat mirrors: the scene mirrored in each, drawn by hardware where the mirror is seen.
 
-use super::context::Context;
-use super::frame::{Targets, target};
-use super::pipelines::{Draws, draws, layout, pipeline_layout, table, texture};
+use crate::device::context::Context;
+
+use super::targets::Targets;
 use super::timer::Timer;
-use super::upload::{DeviceScene, Upload, group};
+use crate::device::pipelines::{Draws, draws, layout, pipeline_layout, table, texture};
+use crate::device::upload::{DeviceScene, Upload, group};
 use crate::error::GpuError;
 use crate::layout::MirrorPath;
 use crate::shader;
@@ -17,10 +18,10 @@ use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroupLayout, BindingResource, BindingType, BufferBindingType, BufferUsages, LoadOp, Operations};
-use wgpu::{RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureSampleType, TextureUsages, TextureView};
+use wgpu::{RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureSampleType, TextureView};
 
 /// Hits in two halves, and the number of the path that they are on.
-const FORMAT: TextureFormat = TextureFormat::Rgba16Uint;
+pub(crate) const MIRRORED_FORMAT: TextureFormat = TextureFormat::Rgba16Uint;
 /// From record to record: offsets of uniform buffers are multiples of 256.
 const STRIDE: usize = 256;
 /// Numbers of paths have 16 bits.
@@ -55,7 +56,7 @@ impl MirrorPipelines {
         let pipeline = known.entry((index, has_holes)).or_insert_with(|| {
             let (fragment, samples) = [("mirrored_one_sample", 1), ("mirrored_four_samples", 4)][index];
             let constants = [("HAS_HOLES", if has_holes { 1.0 } else { 0.0 })];
-            let (module, layout, format) = (&self.module, &self.layouts[index], FORMAT);
+            let (module, layout, format) = (&self.module, &self.layouts[index], MIRRORED_FORMAT);
             let vertex = "mirrored_corner";
             draws(device, &Draws { module, layout, vertex, fragment, format, samples, constants: &constants })
         });
@@ -94,8 +95,7 @@ impl DeviceMirrors {
         self.mirrors.mirror_of_triangle()[triangle as usize] != 0
     }
 
-    /// Draws what a view shows after each number of mirrors; the directly seen comes first. What has to be left out is
-    /// added to a report.
+    /// Draws what a view shows after each number of mirrors. What has to be left out is added to a report.
     #[expect(clippy::too_many_arguments, reason = "a frame needs as many")]
     pub(crate) fn draw(
         &self,
@@ -107,7 +107,7 @@ impl DeviceMirrors {
         targets: &Targets,
         timer: &mut Timer,
         report: &mut Report,
-    ) -> Result<Vec<TextureView>, GpuError> {
+    ) -> Result<(), GpuError> {
         let Context { device, pipelines, .. } = context;
         let mut views = self.mirrors.views(&self.settings, scene, view, quality.order, report);
         if views.len() > MOST_PATHS {
@@ -125,12 +125,9 @@ impl DeviceMirrors {
         let buffer = device.create_buffer_init(&BufferInitDescriptor { label, contents: &records, usage });
         let size = NonZeroU64::new(size_of::<MirrorPath>() as u64);
         let index = usize::from(quality.samples > 1);
-        let mut pictures: Vec<TextureView> = vec![targets.ids.clone()];
-        for order in 1..=quality.order {
-            let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-            let picture = target(context, view, "triangles in mirrors", FORMAT, quality.samples, usage);
-            let picture = picture.create_view(&Default::default());
-            let before = BindingResource::TextureView(&pictures[order as usize - 1]);
+        let mut last = &targets.ids;
+        for (order, picture) in (1..).zip(&targets.mirrored) {
+            let before = BindingResource::TextureView(last);
             let path = BindingResource::Buffer(wgpu::BufferBinding { buffer: &buffer, offset: 0, size });
             let table = BindingResource::TextureView(&self.table);
             let resources = [(0, path), (1, table), (2 + index as u32, before)];
@@ -138,7 +135,7 @@ impl DeviceMirrors {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("triangles in mirrors"),
                 color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: &picture,
+                    view: picture,
                     depth_slice: None,
                     resolve_target: None,
                     ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
@@ -165,11 +162,9 @@ impl DeviceMirrors {
                     pass.draw(part.clone(), 0..1);
                 }
             }
-            drop(pass);
-            pictures.push(picture);
+            last = picture;
         }
-        context.check()?;
-        Ok(pictures)
+        context.check()
     }
 }
 

@@ -1,21 +1,29 @@
 //! The drawing of a frame on a device.
 
+pub(super) mod maps;
+pub(super) mod mirrors;
+pub(super) mod targets;
+pub(super) mod tiles;
+pub(super) mod timer;
+
 use super::context::Context;
-use super::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT, SAMPLE_COUNTS, Shading};
-use super::tiles::{Band, Paths, TileCounts, TileTables, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
-use super::timer::Timer;
+use super::pipelines::{SAMPLE_COUNTS, Shading};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
 use crate::error::GpuError;
 use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, bits, frame_flags};
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
+use targets::PictureTables;
+use tiles::{Band, Paths, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
+use timer::Timer;
+use wgpu::BufferUsages;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
 
-/// The most pixels of a piece of work: longer ones would let a screen freeze.
-const PIXELS_AT_ONCE: u32 = 1 << 20;
+/// The most pixels of a piece of work: longer ones would let a screen freeze, and a dispatch has at most 65,535 groups,
+/// of which tracing may need one for 16 pixels.
+const PIXELS_AT_ONCE: u32 = 1 << 19;
 /// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
 const HIT_BYTES_AT_ONCE: u64 = 1 << 26;
 /// The most bytes that are read at a time.
@@ -56,10 +64,10 @@ pub(crate) fn draw(
     }
     let mut timer = Timer::new(context);
     let mut encoder = context.device.create_command_encoder(&Default::default());
-    let Drawing { colors, tables, report } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
+    let Drawing { tables, report } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
     context.queue.submit([encoder.finish()]);
-    read(context, &colors, pixels)?;
-    Ok(Drawn { counts: tables.counts(context)?, stages_ms: timer.stages_ms(context)?, report })
+    read(context, &tables.targets.colors, pixels)?;
+    Ok(Drawn { counts: tables.tiles.counts(context)?, stages_ms: timer.stages_ms(context)?, report })
 }
 
 /// What is known of a view that has been drawn.
@@ -74,10 +82,16 @@ pub(crate) struct Drawn {
 
 /// A view that has been drawn, once the work is done.
 pub(crate) struct Drawing {
-    pub(crate) colors: wgpu::Texture,
-    tables: Arc<TileTables>,
+    tables: Arc<PictureTables>,
     /// Of what has been left out.
     report: Report,
+}
+
+impl Drawing {
+    /// Its colours, until another view of the scene is drawn.
+    pub(crate) fn colors(&self) -> wgpu::TextureView {
+        self.tables.targets.colors.create_view(&Default::default())
+    }
 }
 
 /// Adds the drawing of a view, which has pixels, to other work.
@@ -92,7 +106,6 @@ pub(crate) fn encode(
 ) -> Result<Drawing, GpuError> {
     let Context { device, pipelines, .. } = context;
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
-    let targets = Targets::new(context, view, quality.samples)?;
     let paths = Paths::of(resident, quality.order);
     let looks_up = resident.maps.is_some();
     let traces = !looks_up && quality.order > paths.events;
@@ -102,7 +115,10 @@ pub(crate) fn encode(
     let seen = shade(seen, false);
     let followed = shade(if looks_up { looking } else { followed }, looks_up);
     let rows = rows_at_once(view, quality.samples, paths);
-    let tables = tile_tables(context, resident, cells_of(view.width, rows, quality.samples), quality.samples, paths)?;
+    let size = [view.width, view.height];
+    let cells = cells_of(view.width, rows, samples);
+    let picture_tables = PictureTables::get(context, resident, size, cells, samples, paths)?;
+    let PictureTables { targets, tiles: tables, .. } = &*picture_tables;
     let written = targets.colors.create_view(&Default::default());
     let resources = [
         (0, tables.hits.as_entire_binding()),
@@ -130,18 +146,15 @@ pub(crate) fn encode(
     targets.draw_ids(encoder, context, resident, index, timer);
     let mut report = Report::default();
     let clip_from_world = Mat4::from_cols_array_2d(&record.clip_from_world);
-    let pictures = match &resident.mirrors {
-        None => vec![targets.ids.clone()],
-        Some(mirrors) => {
-            let what = (scene, view, quality);
-            mirrors.draw(encoder, context, resident, what, clip_from_world, &targets, timer, &mut report)?
-        }
-    };
+    if let Some(mirrors) = &resident.mirrors {
+        let what = (scene, view, quality);
+        mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, &mut report)?;
+    }
+    let pictures: Vec<_> = [&targets.ids].into_iter().chain(&targets.mirrored).collect();
     tables.begin(encoder);
     for band in bands {
         tables.encode(encoder, context, resident, &pictures, &band, timer);
-        for (stage, pipeline) in [("shade seen", &seen), ("shade paths", &followed)] {
-            let is_followed = stage == "shade paths";
+        for (stage, pipeline, is_followed) in [("shade seen", &seen, false), ("shade paths", &followed, true)] {
             if is_followed && paths.events == 0 {
                 continue;
             }
@@ -160,7 +173,7 @@ pub(crate) fn encode(
         }
     }
     context.check()?;
-    Ok(Drawing { colors: targets.colors, tables, report })
+    Ok(Drawing { tables: picture_tables.clone(), report })
 }
 
 /// Columns and rows of cells of so many pixels.
@@ -176,23 +189,6 @@ fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
     let of_pixels = PIXELS_AT_ONCE / (view.width * unit);
     let least = view.height.div_ceil(MAX_BANDS).div_ceil(unit);
     of_table.min(of_pixels).max(least).min(view.height.div_ceil(unit)) * unit
-}
-
-/// The tables of tiles of a size: those of the last picture if they serve.
-fn tile_tables(
-    context: &Context,
-    resident: &DeviceScene,
-    cells: [u32; 2],
-    samples: u32,
-    paths: Paths,
-) -> Result<Arc<TileTables>, GpuError> {
-    let mut last = resident.tiles.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(tables) = last.as_ref().filter(|tables| tables.serve(cells, samples, paths)) {
-        return Ok(tables.clone());
-    }
-    let tables = Arc::new(TileTables::new(context, cells, samples, paths)?);
-    *last = Some(tables.clone());
-    Ok(tables)
 }
 
 /// Reads colours, some rows at a time.
@@ -233,93 +229,6 @@ fn read(context: &Context, colors: &wgpu::Texture, pixels: &mut [[f32; 4]]) -> R
         buffer.unmap();
     }
     Ok(())
-}
-
-/// The textures that a view is drawn to.
-pub(crate) struct Targets {
-    pub(crate) ids: wgpu::TextureView,
-    colors: wgpu::Texture,
-    pub(crate) depth: wgpu::TextureView,
-}
-
-/// A texture of a view's size.
-pub(crate) fn target(
-    context: &Context,
-    view: &View,
-    label: &str,
-    format: TextureFormat,
-    sample_count: u32,
-    usage: TextureUsages,
-) -> wgpu::Texture {
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
-impl Targets {
-    fn new(context: &Context, view: &View, samples: u32) -> Result<Self, GpuError> {
-        let allowed = context.device.limits().max_texture_dimension_2d;
-        if view.width > allowed || view.height > allowed {
-            return Err(GpuError::Limit {
-                what: "the picture".into(),
-                needed: format!("{} x {} pixels", view.width, view.height),
-                allowed: format!("{allowed} a side"),
-                remedy: "make it smaller, or use the CPU backend",
-            });
-        }
-        let target = |label, format, samples, usage| target(context, view, label, format, samples, usage);
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let ids = target("triangles seen", ID_FORMAT, samples, drawn | TextureUsages::TEXTURE_BINDING);
-        let depth = target("depth", DEPTH_FORMAT, samples, drawn);
-        let used = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
-        let colors = target("colours", COLOR_FORMAT, 1, used);
-        context.check()?;
-        let [ids, depth] = [ids, depth].map(|texture| texture.create_view(&Default::default()));
-        Ok(Self { ids, colors, depth })
-    }
-
-    fn draw_ids(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        context: &Context,
-        scene: &DeviceScene,
-        index: usize,
-        timer: &mut Timer,
-    ) {
-        let pipelines = &context.pipelines.samples[index];
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("triangles seen"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.ids,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timer.render("seen"),
-            ..Default::default()
-        });
-        pass.set_bind_group(0, &scene.scene, &[0]);
-        pass.set_bind_group(1, &scene.order, &[]);
-        let solid = scene.solid_count * 3;
-        pass.set_pipeline(&pipelines.solid);
-        pass.draw(0..solid, 0..1);
-        if scene.triangle_count > scene.solid_count {
-            pass.set_pipeline(&pipelines.with_holes);
-            pass.draw(solid..scene.triangle_count * 3, 0..1);
-        }
-    }
 }
 
 fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceScene) -> Frame {

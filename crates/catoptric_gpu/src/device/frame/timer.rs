@@ -1,6 +1,6 @@
 //! Times of the stages of a frame, by the device's own clock.
 
-use super::context::Context;
+use crate::device::context::Context;
 use crate::error::GpuError;
 use wgpu::{BufferUsages, ComputePassTimestampWrites, QuerySet, RenderPassTimestampWrites};
 

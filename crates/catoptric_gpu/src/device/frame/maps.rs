@@ -1,7 +1,7 @@
 //! Environment maps in a device's memory.
 
-use super::context::Context;
-use super::upload::{Upload, group};
+use crate::device::context::Context;
+use crate::device::upload::{Upload, group};
 use crate::error::GpuError;
 use crate::tables::map_tables;
 use catoptric::methods::lookup::environment_map::ReflectorCubeMap;

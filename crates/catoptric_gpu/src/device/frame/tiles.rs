@@ -1,9 +1,9 @@
 //! Which triangle every ray hits, by tiles: passes and tables.
 
-use super::context::Context;
-use super::pipelines::{Pipelines, layout, pipeline_layout, texture, written_storage};
 use super::timer::Timer;
-use super::upload::{DeviceScene, group};
+use crate::device::context::Context;
+use crate::device::pipelines::{Pipelines, layout, pipeline_layout, texture, written_storage};
+use crate::device::upload::{DeviceScene, group};
 use crate::error::GpuError;
 use crate::layout::{NONE, Tiling};
 use crate::shader;
@@ -83,6 +83,11 @@ impl Paths {
         };
         let events = if scene.has_specular { order.min(most) } else { 0 };
         Self { events, has_lenses: scene.features.has_lenses() && way == Way::Tiles, way }
+    }
+
+    /// Numbers of flat mirrors after which hardware draws what is seen.
+    pub(crate) fn mirrors(self) -> u32 {
+        if self.way == Way::Mirrors { self.events } else { 0 }
     }
 
     /// Paths with their events and kinds, shorter ones first.
@@ -300,7 +305,7 @@ impl TileTables {
         encoder: &mut wgpu::CommandEncoder,
         context: &Context,
         scene: &DeviceScene,
-        pictures: &[wgpu::TextureView],
+        pictures: &[&wgpu::TextureView],
         band: &Band,
         timer: &mut Timer,
     ) {

@@ -1,0 +1,133 @@
+//! The textures and tables of a picture: kept for the next one of the same size.
+
+use super::mirrors::MIRRORED_FORMAT;
+use super::tiles::{Paths, TileTables};
+use super::timer::Timer;
+use crate::device::context::Context;
+use crate::device::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT};
+use crate::device::upload::DeviceScene;
+use crate::error::GpuError;
+use std::sync::{Arc, PoisonError};
+use wgpu::{LoadOp, Operations, StoreOp, Texture, TextureFormat, TextureUsages, TextureView};
+
+/// What pictures of a size are drawn with. Pictures that are drawn one after the other share it: each fills all that it
+/// reads.
+#[derive(Debug)]
+pub(crate) struct PictureTables {
+    size: [u32; 2],
+    samples: u32,
+    pub(crate) targets: Targets,
+    pub(crate) tiles: TileTables,
+}
+
+impl PictureTables {
+    /// Those of the last picture if they serve, for bands of so many columns and rows of cells.
+    pub(crate) fn get(
+        context: &Context,
+        resident: &DeviceScene,
+        size: [u32; 2],
+        cells: [u32; 2],
+        samples: u32,
+        paths: Paths,
+    ) -> Result<Arc<Self>, GpuError> {
+        let mut last = resident.picture.lock().unwrap_or_else(PoisonError::into_inner);
+        let serves = |tables: &&Arc<Self>| {
+            (tables.size, tables.samples) == (size, samples) && tables.tiles.serve(cells, samples, paths)
+        };
+        if let Some(tables) = last.as_ref().filter(serves) {
+            return Ok(tables.clone());
+        }
+        // Frees its memory first.
+        *last = None;
+        let targets = Targets::new(context, size, samples, paths.mirrors())?;
+        let tiles = TileTables::new(context, cells, samples, paths)?;
+        Ok(last.insert(Arc::new(Self { size, samples, targets, tiles })).clone())
+    }
+}
+
+/// The textures that a view is drawn to.
+#[derive(Debug)]
+pub(crate) struct Targets {
+    /// Hits at what is seen directly.
+    pub(crate) ids: TextureView,
+    pub(crate) colors: Texture,
+    pub(crate) depth: TextureView,
+    /// Hits at what is seen after one flat mirror, and after more.
+    pub(crate) mirrored: Vec<TextureView>,
+}
+
+impl Targets {
+    /// Textures for views of a size, and for what is seen after so many flat mirrors.
+    fn new(context: &Context, size: [u32; 2], samples: u32, mirrors: u32) -> Result<Self, GpuError> {
+        let [width, height] = size;
+        let allowed = context.device.limits().max_texture_dimension_2d;
+        if width > allowed || height > allowed {
+            return Err(GpuError::Limit {
+                what: "the picture".into(),
+                needed: format!("{width} x {height} pixels"),
+                allowed: format!("{allowed} a side"),
+                remedy: "make it smaller, or use the CPU backend",
+            });
+        }
+        let target = |label, format: TextureFormat, sample_count, usage| {
+            context.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let drawn = TextureUsages::RENDER_ATTACHMENT;
+        let read = drawn | TextureUsages::TEXTURE_BINDING;
+        let ids = target("triangles seen", ID_FORMAT, samples, read);
+        let mirrored = (0..mirrors).map(|_| target("triangles in mirrors", MIRRORED_FORMAT, samples, read));
+        let mirrored = mirrored.map(|texture| texture.create_view(&Default::default())).collect();
+        let depth = target("depth", DEPTH_FORMAT, samples, drawn);
+        let used = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
+        let colors = target("colours", COLOR_FORMAT, 1, used);
+        context.check()?;
+        let [ids, depth] = [ids, depth].map(|texture| texture.create_view(&Default::default()));
+        Ok(Self { ids, colors, depth, mirrored })
+    }
+
+    /// Draws the triangles that are seen directly.
+    pub(crate) fn draw_ids(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        context: &Context,
+        scene: &DeviceScene,
+        index: usize,
+        timer: &mut Timer,
+    ) {
+        let pipelines = &context.pipelines.samples[index];
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("triangles seen"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.ids,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: timer.render("seen"),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &scene.scene, &[0]);
+        pass.set_bind_group(1, &scene.order, &[]);
+        let solid = scene.solid_count * 3;
+        pass.set_pipeline(&pipelines.solid);
+        pass.draw(0..solid, 0..1);
+        if scene.triangle_count > scene.solid_count {
+            pass.set_pipeline(&pipelines.with_holes);
+            pass.draw(solid..scene.triangle_count * 3, 0..1);
+        }
+    }
+}
