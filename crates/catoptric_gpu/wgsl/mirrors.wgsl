@@ -66,7 +66,7 @@ fn is_seen(shown: vec4u, height: f32) -> bool {
 
 fn seen_in_mirror(corner: Corner, is_there: bool) -> vec4u {
     let at = Barycentrics(corner.at, dpdx(corner.at), dpdy(corner.at));
-    if !is_there || HAS_HOLES && !is_present(triangle_of(corner.hit), at) {
+    if !is_there || (HAS_HOLES && !is_present(triangle_of(corner.hit), at)) {
         discard;
     }
     return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, 0u);

@@ -98,7 +98,7 @@ fn settled(segment: Segment, weight: f32) -> vec3f {
 }
 
 fn carries_light(segment: Segment) -> bool {
-    let counts = largest(segment.throughput) >= MIN_THROUGHPUT || HAS_ATTENUATION && segment.deferred != NONE;
+    let counts = largest(segment.throughput) >= MIN_THROUGHPUT || (HAS_ATTENUATION && segment.deferred != NONE);
     return counts && any(segment.ray.direction != vec3f(0.0));
 }
 

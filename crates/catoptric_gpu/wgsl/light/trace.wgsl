@@ -95,7 +95,7 @@ fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> M
                 best = Meeting(triangle.triangle, distance);
             }
         }
-        if count == 0u || hides_lights && best.triangle != NONE {
+        if count == 0u || (hides_lights && best.triangle != NONE) {
             break;
         }
         count--;

@@ -253,7 +253,7 @@ fn point_light(
             let of_facets = highlight(mirror_alpha, at.smooth_normal, arrives.xyz, viewer);
             of_mirror = intensity * arrives.w * reflectance * of_facets;
         }
-        let shows = is_lit && faces || largest(of_mirror) > FAINTEST_HIGHLIGHT;
+        let shows = (is_lit && faces) || largest(of_mirror) > FAINTEST_HIGHLIGHT;
         if !(arrives.w > 0.0 && shows) || !is_lit_by(light, start) {
             continue;
         }

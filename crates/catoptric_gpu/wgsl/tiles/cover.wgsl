@@ -32,8 +32,8 @@ const LEAST_COSINE_TO_MEAN = 0.25;
 const ROUNDING = 2e-6;
 
 var<workgroup> scratch: array<vec4f, 512>;
-// Of every block, and of the tile.
-var<workgroup> partial: array<vec4f, 32>;
+// Of every block: two values after each other, and of the tile.
+var<workgroup> of_blocks: array<vec4f, 32>;
 var<workgroup> total: array<vec4f, 2>;
 var<workgroup> leaves: array<u32, MAX_LEAVES>;
 var<workgroup> waiting: array<u32, MAX_WAITING>;
@@ -61,7 +61,7 @@ struct Rays {
     length: vec4f,
 }
 
-// Sums or minima of two values over each block, into `partial`, and over the tile, into `total`.
+// Sums or minima of two values over each block, into `of_blocks`, and over the tile, into `total`.
 fn gather_over_tile(thread: u32, first: vec4f, second: vec4f, is_first_sum: bool, is_second_sum: bool) {
     scratch[thread] = first;
     scratch[THREADS + thread] = second;
@@ -73,14 +73,14 @@ fn gather_over_tile(thread: u32, first: vec4f, second: vec4f, is_first_sum: bool
         for (var index = item * count + 1u; index < (item + 1u) * count; index++) {
             value = select(min(value, scratch[index]), value + scratch[index], is_sum);
         }
-        partial[item] = value;
+        of_blocks[item] = value;
     }
     workgroupBarrier();
     if thread < 2u {
         let is_sum = select(is_second_sum, is_first_sum, thread == 0u);
-        var value = partial[thread * BLOCKS];
+        var value = of_blocks[thread * BLOCKS];
         for (var index = thread * BLOCKS + 1u; index < (thread + 1u) * BLOCKS; index++) {
-            value = select(min(value, partial[index]), value + partial[index], is_sum);
+            value = select(min(value, of_blocks[index]), value + of_blocks[index], is_sum);
         }
         total[thread] = value;
     }
@@ -387,7 +387,7 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
             moments += vec4f(third.x * third.x, third.x * third.y, third.y * third.y, 0.0);
         }
     }
-    let counts_of_blocks = partial[min(thread, BLOCKS - 1u)].w;
+    let counts_of_blocks = of_blocks[min(thread, BLOCKS - 1u)].w;
     gather_over_tile(thread, least, moments, false, true);
     let start = total[0].x;
     let least_cosine = total[0].y;
@@ -421,10 +421,10 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     gather_over_tile(thread, near, far, false, false);
     let whole = beam(total[0], total[1], start, end);
     let block = thread / (THREADS / BLOCKS);
-    let of_block = beam(partial[block], partial[BLOCKS + block], start, end);
+    let of_block = beam(of_blocks[block], of_blocks[BLOCKS + block], start, end);
     workgroupBarrier();
     if thread < BLOCKS {
-        partial[thread].w = counts_of_blocks;
+        of_blocks[thread].w = counts_of_blocks;
         atomicStore(&is_traced[thread], 0u);
     }
     if thread == 0u {
@@ -445,8 +445,8 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         if is_in_picture {
             hits[index] = vec4u(UNRESOLVED);
         }
-        // `partial` holds the numbers of rays of blocks.
-        if thread < BLOCKS && partial[thread].w > 0.0 {
+        // `of_blocks` holds the numbers of rays of blocks.
+        if thread < BLOCKS && of_blocks[thread].w > 0.0 {
             pass_on(origin, thread);
         }
         return;
