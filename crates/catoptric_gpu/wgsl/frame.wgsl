@@ -26,6 +26,8 @@ fn is_one_bundle(cell: vec2u) -> bool {
             }
             let all_hits = hits[hit_index(cell, events, kinds)];
             is_one = is_one && all(all_hits == vec4u(all_hits.x));
+            // The environment is looked up without a filter.
+            is_one = is_one && !(HAS_ENVIRONMENT && all_hits.x == 0u);
             let next = select(events + 1u, (2u << events) - 1u, HAS_LENSES);
             known |= select(0u, 1u << (next + kinds), goes_on(all_hits.x, REFLECT));
             if HAS_LENSES {
