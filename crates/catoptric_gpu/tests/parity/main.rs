@@ -57,7 +57,7 @@ mod pictures {
     use catoptric::light::visibility::cast_shadows;
     use catoptric::methods::{self, Method, MethodInfo, Quality};
     use catoptric::progress::Silent;
-    use catoptric::scene::Scene;
+    use catoptric::scene::{Environment, Scene};
     use catoptric_gpu::{Context, tables};
     use catoptric_scenes::builtin;
     use libtest_mimic::{Failed, Trial};
@@ -83,11 +83,45 @@ mod pictures {
                 drawn.flat_map(|info| [(1, 1), (1, 4), (2, 1), (2, 4)].map(|(order, samples)| (info, order, samples)))
             {
                 let context = context.clone();
-                let run = move || compare(&context, info, name, Quality { samples, order });
+                let run = move || compare(&context, info, pose(name)?, Quality { samples, order });
                 trials.push(Trial::test(format!("{}: {name}, order {order}, {samples} samples", info.id), run));
             }
         }
+        for samples in [1, 4] {
+            let context = context.clone();
+            let info = methods::find("multiperspective").expect("it is there");
+            let run = move || compare(&context, info, under_sky()?, Quality { samples, order: 2 });
+            trials.push(Trial::test(format!("a coarse mirror under a sky, {samples} samples"), run));
+        }
         trials
+    }
+
+    /// A ball of few triangles with smooth normals, which shows nothing but a sky: from pixel to pixel what it shows
+    /// changes much.
+    fn under_sky() -> Result<Scene, Failed> {
+        let mut scene = pose("sphere_room")?;
+        let ball = scene.specular_objects()[0] as usize;
+        let center = scene.objects[ball].bounds.center();
+        let radius = scene.objects[ball].bounds.diagonal() / 12f32.sqrt();
+        scene.objects[ball].surface = None;
+        let of_ball = scene.objects[ball].triangles.clone();
+        for (index, triangle) in (0..).zip(&scene.triangles) {
+            for vertex in triangle.map(|vertex| vertex as usize) {
+                if of_ball.contains(&index) {
+                    let normal = ((scene.positions[vertex] - center).normalize() * 1.6).round().normalize();
+                    (scene.positions[vertex], scene.normals[vertex]) = (center + normal * radius, normal);
+                } else {
+                    // Without extent nothing is seen of it.
+                    scene.positions[vertex] = center;
+                }
+            }
+        }
+        let texel = |index: usize| match (index % 64 / 4 + index / 64 / 4) % 2 {
+            0 => [0.1, 0.2, 0.9],
+            _ => [0.9, 0.7, 0.1],
+        };
+        scene.environment = Some(Arc::new(Environment::new("sky", 64, 32, (0..64 * 32).map(texel).collect())));
+        Ok(scene)
     }
 
     fn pose(name: &str) -> Result<Scene, Failed> {
@@ -96,8 +130,8 @@ mod pictures {
         Ok(scene)
     }
 
-    fn compare(context: &Arc<Context>, info: &MethodInfo, name: &str, quality: Quality) -> Result<(), Failed> {
-        let scene = Arc::new(pose(name)?);
+    fn compare(context: &Arc<Context>, info: &MethodInfo, scene: Scene, quality: Quality) -> Result<(), Failed> {
+        let scene = Arc::new(scene);
         // As the methods' errors are measured: small and quick.
         let settings = info.limits.settings.parse::<toml::Table>()?;
         let on_device = catoptric_gpu::create(context, info.id, &settings)?;
