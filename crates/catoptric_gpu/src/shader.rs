@@ -31,6 +31,7 @@ sources!(
     "tiles/cells.wgsl",
     "tiles/classify.wgsl",
     "tiles/cover.wgsl",
+    "tiles/followed.wgsl",
     "tiles/gather.wgsl",
     "tiles/path_ray.wgsl",
     "tiles/pixels.wgsl",

@@ -183,8 +183,8 @@ fn no_shader_needs_more_storage_buffers_than_browsers_have() {
 }
 
 /// Words that the language keeps for itself; naga lets some of them pass.
-const RESERVED: &str = "NULL Self abstract active alignas alignof as asm asm_fragment async attribute auto await become \
-    cast catch class co_await co_return co_yield coherent column_major common compile compile_fragment concept \
+const RESERVED: &str = "NULL Self abstract active alignas alignof as asm asm_fragment async attribute auto await \
+    become cast catch class co_await co_return co_yield coherent column_major common compile compile_fragment concept \
     const_cast consteval constexpr constinit crate debugger decltype delete demote demote_to_helper do dynamic_cast \
     enum explicit export extends extern external fallthrough filter final finally friend from fxgroup get goto \
     groupshared highp impl implements import inline instanceof interface layout lowp macro macro_rules match mediump \

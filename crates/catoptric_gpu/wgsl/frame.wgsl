@@ -12,6 +12,7 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
 //#include "light/paths.wgsl"
+//#include "tiles/followed.wgsl"
 
 // True if four samples hit the same triangles on all paths.
 fn is_one_bundle(cell: vec2u) -> bool {
@@ -74,37 +75,11 @@ fn shade_four_samples(@builtin(global_invocation_id) invocation: vec3u) {
     textureStore(colors, pixel, vec4f(sum / f32(count), 1.0));
 }
 
-@compute @workgroup_size(8, 8)
-fn follow_one_sample(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let in_band = followed_pixel(group, local);
-    let pixel = in_band + vec2u(0u, frame.first_row);
-    let cell = in_band / 2u;
-    if !is_in_picture(pixel) || any(cell >= frame.cells) {
-        return;
-    }
-    let ray = (in_band.x & 1u) | ((in_band.y & 1u) << 1u);
-    if is_followed(hits[hit_index(cell, 0u, 0u)][ray]) {
-        textureStore(colors, pixel, vec4f(path_radiance(vec2f(pixel) + 0.5, cell, ray, 1.0, 1u), 1.0));
-    }
+// What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
+fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
+    return path_radiance(place, cell, ray, side, samples);
 }
 
-@compute @workgroup_size(8, 8)
-fn follow_four_samples(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let cell = followed_pixel(group, local);
-    let pixel = cell + vec2u(0u, frame.first_row);
-    if !is_in_picture(pixel) || any(cell >= frame.cells) {
-        return;
-    }
-    let ids = hits[hit_index(cell, 0u, 0u)];
-    if !is_followed(ids.x | ids.y | ids.z | ids.w) {
-        return;
-    }
-    let is_one = is_one_bundle(cell);
-    let count = select(4u, 1u, is_one);
-    var sum = vec3f(0.0);
-    for (var ray = 0u; ray < count; ray++) {
-        let place = vec2f(pixel) + select(four_samples[ray], vec2f(0.5), is_one);
-        sum += path_radiance(place, cell, ray, select(0.5, 1.0, is_one), select(1u, 4u, is_one));
-    }
-    textureStore(colors, pixel, vec4f(sum / f32(count), 1.0));
+fn is_shaded_once(ids: vec4u, cell: vec2u, pixel: vec2u) -> bool {
+    return is_one_bundle(cell);
 }

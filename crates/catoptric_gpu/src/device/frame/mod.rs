@@ -28,12 +28,9 @@ const PIXELS_AT_ONCE: u32 = 1 << 19;
 const HIT_BYTES_AT_ONCE: u64 = 1 << 26;
 /// The most bytes that are read at a time.
 const BYTES_AT_ONCE: u32 = 1 << 26;
-/// What shades pixels without mirrors and glass, and those with them: along paths, and by look-ups; for each of
-/// [`SAMPLE_COUNTS`].
-const ENTRIES: [[&str; 3]; 2] = [
-    ["shade_one_sample", "follow_one_sample", "look_one_sample"],
-    ["shade_four_samples", "follow_four_samples", "look_four_samples"],
-];
+/// What shades pixels without mirrors and glass, and those with them; for each of [`SAMPLE_COUNTS`].
+const ENTRIES: [[&str; 2]; 2] =
+    [["shade_one_sample", "follow_one_sample"], ["shade_four_samples", "follow_four_samples"]];
 
 /// Refuses what no pipeline draws.
 pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
@@ -109,11 +106,11 @@ pub(crate) fn encode(
     let paths = Paths::of(resident, quality.order);
     let looks_up = resident.maps.is_some();
     let traces = !looks_up && quality.order > paths.events;
-    let [seen, followed, looking] = ENTRIES[index];
+    let [seen, followed] = ENTRIES[index];
     let (samples, features) = (quality.samples, resident.features);
     let shade = |entry, looks_up| pipelines.shade(device, Shading { entry, samples, features, traces, looks_up });
     let seen = shade(seen, false);
-    let followed = shade(if looks_up { looking } else { followed }, looks_up);
+    let followed = shade(followed, looks_up);
     let rows = rows_at_once(view, quality.samples, paths);
     let size = [view.width, view.height];
     let cells = cells_of(view.width, rows, samples);
