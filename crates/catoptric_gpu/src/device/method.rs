@@ -57,6 +57,7 @@ const PLANAR_MIRROR: &str = "planar_mirror";
 /// The method that chooses others.
 const AUTO: &str = "auto";
 
+#[derive(Clone)]
 struct DeviceMethod {
     context: Arc<Context>,
     info: &'static MethodInfo,
@@ -157,8 +158,7 @@ impl PreparedScene {
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        let method = DeviceMethod { context: context.clone(), info, way: way.clone() };
-        Ok(Self { method, scene: scene.clone(), quality, resident, report })
+        Ok(Self { method: method.clone(), scene: scene.clone(), quality, resident, report })
     }
 }
 

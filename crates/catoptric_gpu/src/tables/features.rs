@@ -24,10 +24,10 @@ const NAMES: [&str; COUNT] = [
     "HAS_HIGHER_DEGREES",
 ];
 
-const HAS_LENSES: usize = 7;
-const HAS_EXACT: usize = 9;
-const HAS_HOLES: usize = 10;
-const HAS_HIGHER_DEGREES: usize = 13;
+/// Something refracts.
+const LENSES: &str = "HAS_LENSES";
+/// Those that decide where rays go.
+const OF_RAYS: [&str; 4] = [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES"];
 
 /// What a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,22 +68,22 @@ impl SceneFeatures {
 
     /// True if something refracts.
     pub fn has_lenses(&self) -> bool {
-        self.has[HAS_LENSES]
+        NAMES.iter().zip(self.has).any(|(name, has)| *name == LENSES && has)
     }
 
     /// The same without refraction.
-    pub fn without_lenses(mut self) -> Self {
-        self.has[HAS_LENSES] = false;
-        self
+    pub fn without_lenses(self) -> Self {
+        Self { has: self.those(|name| name != LENSES), ..self }
     }
 
     /// Those alone that decide where rays go.
     pub fn of_rays(&self) -> Self {
-        let mut has = [false; COUNT];
-        for index in [HAS_LENSES, HAS_EXACT, HAS_HOLES, HAS_HIGHER_DEGREES] {
-            has[index] = self.has[index];
-        }
-        Self { has, bindings_used: 0 }
+        Self { has: self.those(|name| OF_RAYS.contains(&name)), bindings_used: 0 }
+    }
+
+    /// What there is of the named features.
+    fn those(&self, is_named: impl Fn(&str) -> bool) -> [bool; COUNT] {
+        std::array::from_fn(|index| self.has[index] && is_named(NAMES[index]))
     }
 
     /// The values of the shaders' constants, by their names.

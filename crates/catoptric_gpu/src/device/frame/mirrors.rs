@@ -17,8 +17,8 @@ use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroupLayout, BindingResource, BindingType, BufferBindingType, BufferUsages, LoadOp, Operations};
-use wgpu::{RenderPipeline, ShaderStages, StoreOp, TextureFormat, TextureSampleType, TextureView};
+use wgpu::{BindGroupLayout, BindingResource, BindingType, BufferBindingType, BufferUsages};
+use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureSampleType, TextureView};
 
 /// Hits in two halves, and the number of the path that they are on.
 pub(crate) const MIRRORED_FORMAT: TextureFormat = TextureFormat::Rgba16Uint;
@@ -132,23 +132,8 @@ impl DeviceMirrors {
             let table = BindingResource::TextureView(&self.table);
             let resources = [(0, path), (1, table), (2 + index as u32, before)];
             let group = group(device, &pipelines.mirrors.paths[index], resources);
-            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                label: Some("triangles in mirrors"),
-                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                    view: picture,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                    view: &targets.depth,
-                    // Every sample is on one path of each order: all of them share it.
-                    depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                timestamp_writes: timer.render("mirrored"),
-                ..Default::default()
-            });
+            // Every sample is on one path of each order: all of them share the depth.
+            let mut pass = targets.begin(encoder, picture, timer.render("mirrored"));
             pass.set_bind_group(0, &resident.scene, &[0]);
             pass.set_bind_group(1, &resident.order, &[]);
             let (solid, all) = (resident.solid_count * 3, resident.triangle_count * 3);

@@ -51,7 +51,7 @@ pub(crate) struct Targets {
     /// Hits at what is seen directly.
     pub(crate) ids: TextureView,
     pub(crate) colors: Texture,
-    pub(crate) depth: TextureView,
+    depth: TextureView,
     /// Hits at what is seen after one flat mirror, and after more.
     pub(crate) mirrored: Vec<TextureView>,
 }
@@ -94,6 +94,31 @@ impl Targets {
         Ok(Self { ids, colors, depth, mirrored })
     }
 
+    /// Begins to draw hits into one of the textures, where nothing is seen yet.
+    pub(crate) fn begin<'a>(
+        &self,
+        encoder: &'a mut wgpu::CommandEncoder,
+        view: &TextureView,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) -> wgpu::RenderPass<'a> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("hits"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes,
+            ..Default::default()
+        })
+    }
+
     /// Draws the triangles that are seen directly.
     pub(crate) fn draw_ids(
         &self,
@@ -104,22 +129,7 @@ impl Targets {
         timer: &mut Timer,
     ) {
         let pipelines = &context.pipelines.samples[index];
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("triangles seen"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.ids,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(wgpu::Color::TRANSPARENT), store: StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timer.render("seen"),
-            ..Default::default()
-        });
+        let mut pass = self.begin(encoder, &self.ids, timer.render("seen"));
         pass.set_bind_group(0, &scene.scene, &[0]);
         pass.set_bind_group(1, &scene.order, &[]);
         let solid = scene.solid_count * 3;

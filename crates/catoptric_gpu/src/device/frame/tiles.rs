@@ -22,7 +22,7 @@ const RAYS: u32 = 4;
 const TILE: u32 = 16;
 /// Blocks of a tile.
 const BLOCKS: u32 = 16;
-/// Pixels along a side of a workgroup that shades.
+/// Pixels along a side of a workgroup that shades, and cells of one that gathers.
 pub(crate) const WORKGROUP: u32 = 8;
 /// Longer paths are traced.
 const MOST_EVENTS: u32 = 2;
@@ -321,7 +321,8 @@ impl TileTables {
             pass.set_pipeline(&of_pass(Pass::Gather(events as u32)));
             pass.set_bind_group(0, &scene.scene, &[band.record]);
             pass.set_bind_group(1, &gathered, &[]);
-            pass.dispatch_workgroups(band.cells[0].div_ceil(8), band.cells[1].div_ceil(8), 1);
+            let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));
+            pass.dispatch_workgroups(across, down, 1);
         }
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         // Where nothing is to be followed it is enough to know where something is seen.
