@@ -40,8 +40,14 @@ struct Lone {
 impl Hierarchy {
     /// The hierarchy over all triangles that have an extent; without any it has no nodes.
     pub fn new(scene: &Scene) -> Self {
-        let triangles: Vec<u32> =
-            (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).collect();
+        Self::of(scene, |_| true)
+    }
+
+    /// The same over some objects.
+    pub fn of(scene: &Scene, is_wanted: impl Fn(u32) -> bool) -> Self {
+        let is_there =
+            |triangle: &u32| is_wanted(scene.triangle_objects[*triangle as usize]) && has_extent(scene, *triangle);
+        let triangles: Vec<u32> = (0..scene.triangles.len() as u32).filter(is_there).collect();
         let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(scene, *triangle))).collect();
         if boxes.is_empty() {
             return Self { root: NONE, nodes: Vec::new(), triangles: Vec::new() };
@@ -71,6 +77,20 @@ impl Hierarchy {
         let of_place = |place: &u32| leaf_triangle(scene, triangles[*place as usize]);
         let (root, nodes) = joined(&nodes);
         Self { root, nodes, triangles: order.iter().map(of_place).collect() }
+    }
+
+    /// Adds the nodes and triangles of another, and returns its root.
+    pub fn append(&mut self, other: Self) -> u32 {
+        let (first_node, first_triangle) = (self.nodes.len() as u32, self.triangles.len() as u32);
+        let moved = |code: u32| match code {
+            NONE => NONE,
+            code if code & LEAF != 0 => code + (first_triangle << 3),
+            code => code + first_node,
+        };
+        let moved_node = |node: Node| Node { child0: moved(node.child0), child1: moved(node.child1), ..node };
+        self.nodes.extend(other.nodes.into_iter().map(moved_node));
+        self.triangles.extend(other.triangles);
+        moved(other.root)
     }
 
     /// The same with up to [`WIDTH`] children a node, the root first: where many threads walk together. Without

@@ -172,8 +172,17 @@ pub mod hit_flags {
     pub const HIT_REFLECTS: u32 = 1 << 30;
     /// Light is refracted there.
     pub const HIT_REFRACTS: u32 = 1 << 31;
+    /// The geometry of a path goes on from there by reflection.
+    pub const HIT_LIST_REFLECTS: u32 = 1 << 28;
+    /// And by refraction.
+    pub const HIT_LIST_REFRACTS: u32 = 1 << 29;
     /// All of them with their names in shaders.
-    pub const ALL: &[(&str, u32)] = &[("HIT_REFLECTS", HIT_REFLECTS), ("HIT_REFRACTS", HIT_REFRACTS)];
+    pub const ALL: &[(&str, u32)] = &[
+        ("HIT_REFLECTS", HIT_REFLECTS),
+        ("HIT_REFRACTS", HIT_REFRACTS),
+        ("HIT_LIST_REFLECTS", HIT_LIST_REFLECTS),
+        ("HIT_LIST_REFRACTS", HIT_LIST_REFRACTS),
+    ];
 }
 
 /// Bits of [`LeafTriangle::flags`].
@@ -429,8 +438,10 @@ pub struct Tiling {
     pub traced_queue: u32,
     /// The place of the queue of tiles to be shaded path by path, or [`NONE`] if they are known.
     pub shade_queue: u32,
+    /// Not 0: some rays' hits are known.
+    pub some_known: u32,
     /// Padding.
-    pub unused: [u32; 3],
+    pub unused: [u32; 2],
 }
 
 /// The environment map of an object.
@@ -439,7 +450,8 @@ pub struct Tiling {
 pub struct ReflectorMap {
     /// Where it was captured.
     pub center: [f32; 3],
-    /// 0: there is none; of what surrounds it: 1 infinite, 2 a box, 3 a sphere.
+    /// 0: there is none; of what surrounds it, times 256: 1 infinite, 2 a box, 3 a sphere. Added to it is the number of
+    /// the object's light field, from 1; 0: it has none.
     pub shape: u32,
     /// The lower corner of the box; the radius of the sphere in its first component.
     pub low: [f32; 3],
@@ -467,4 +479,72 @@ pub struct MirrorPath {
     pub number: u32,
     /// Padding.
     pub unused: u32,
+}
+
+/// The geometry that appears at the end of a path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct PathList {
+    /// The object of the path's last event.
+    pub object: u32,
+    /// The number of the path before that; 0: what is seen directly.
+    pub parent: u32,
+    /// The path's own number, from 1.
+    pub number: u32,
+    /// Padding.
+    pub unused: u32,
+}
+
+/// A corner of such geometry.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ListCorner {
+    /// In clip space, with reversed depth.
+    pub position: [f32; 4],
+    /// The weights of the triangle's second and third vertex.
+    pub at: [f32; 2],
+    /// The triangle as it is hit.
+    pub hit: u32,
+    /// Padding.
+    pub unused: u32,
+}
+
+/// A region of reflectors and lenses with the slabs of its light field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FieldRegion {
+    /// The lower corner of its box.
+    pub low: [f32; 3],
+    /// The root of the hierarchy over its reflectors and lenses, or [`NONE`].
+    pub root: u32,
+    /// The upper corner.
+    pub high: [f32; 3],
+    /// Views a side of a slab.
+    pub views: u32,
+    /// Pixels a side of a view.
+    pub pixels: u32,
+    /// The first of the six layers of its pictures.
+    pub first_layer: u32,
+    /// Not 0: the parallax of pixels is looked up.
+    pub has_depth: u32,
+    /// Not 0: paths leave it after one event.
+    pub by_one_event: u32,
+    /// For each slab.
+    pub slabs: [FieldSlab; 6],
+}
+
+/// The plane of a slab's views.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct FieldSlab {
+    /// The first view's coordinates across the axis.
+    pub low: [f32; 2],
+    /// Its coordinate along the axis.
+    pub plane: f32,
+    /// The parallax of the focal plane.
+    pub focal: f32,
+    /// The steps from view to view.
+    pub spacing: [f32; 2],
+    /// Padding.
+    pub unused: [u32; 2],
 }

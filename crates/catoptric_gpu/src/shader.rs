@@ -10,12 +10,18 @@ macro_rules! sources {
 }
 
 sources!(
+    "confined.wgsl",
+    "field.wgsl",
     "frame.wgsl",
     "light/bounce.wgsl",
+    "light/follow.wgsl",
     "light/hierarchy.wgsl",
     "light/maps.wgsl",
     "light/paths.wgsl",
+    "light/reflectors.wgsl",
+    "light/slabs.wgsl",
     "light/trace.wgsl",
+    "lists.wgsl",
     "look.wgsl",
     "mirrors.wgsl",
     "optics/step.wgsl",
@@ -43,7 +49,9 @@ sources!(
 
 /// The shaders that pipelines are made of.
 pub const SHADERS: &[&str] = &[
+    "field.wgsl",
     "frame.wgsl",
+    "lists.wgsl",
     "look.wgsl",
     "mirrors.wgsl",
     "present.wgsl",

@@ -3,12 +3,14 @@
 //! What moves is in [`SceneTables`]; textures and the environment, which do not, have tables of their own.
 
 mod features;
+mod fields;
 mod light;
 mod maps;
 mod surfaces;
 mod textures;
 
 pub use features::SceneFeatures;
+pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes};
 pub use light::{EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
 pub use surfaces::{surface_records, unsupported};

@@ -1,9 +1,9 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, ExactSurface, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MirrorPath, Node,
-    ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags,
-    surface_flags, triangle_flags,
+    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS,
+    MAX_ORDER, MirrorPath, Node, PathList, ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH,
+    WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -133,15 +133,26 @@ fn tables_are_read_where_records_lie() {
     }
 }
 
-/// Those of tiles, of environment maps and of flat mirrors.
+/// Those of tiles, of environment maps, of flat mirrors and of virtual geometry.
 #[test]
 fn passes_read_their_own_records_as_they_are_written() {
-    let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue });
+    let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue, some_known });
     let map = record!("ReflectorMap": ReflectorMap { center, shape, low, size, high, first });
     compare("look.wgsl", &[map]);
     assert_eq!(size_of::<ReflectorMap>(), 3 * 16);
     compare("mirrors.wgsl", &[record!("MirrorPath": MirrorPath { clip_from_scene, plane, mirror, parent, number })]);
     assert!(shader::source("look.wgsl").contains("const REFLECTOR_MAP_TEXELS = 3u;"));
+    let region = record!("FieldRegion": FieldRegion {
+        low, root, high, views, pixels, first_layer, has_depth, by_one_event,
+    } before slabs);
+    compare("field.wgsl", &[region, record!("FieldSlab": FieldSlab { low, plane, focal, spacing })]);
+    let source = shader::source("field.wgsl");
+    for (name, bytes) in
+        [("FIELD_REGION_TEXELS", offset_of!(FieldRegion, slabs)), ("FIELD_SLAB_TEXELS", size_of::<FieldSlab>())]
+    {
+        assert!(source.contains(&format!("const {name} = {}u;", bytes / 16)), "{name}");
+    }
+    compare("lists.wgsl", &[record!("PathList": PathList { object, parent, number })]);
     compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);
     assert!(shader::source("tiles/cover.wgsl").contains(&format!("const WIDTH = {WIDTH}u;")));
 }
@@ -167,7 +178,7 @@ fn flags_are_the_same_on_both_sides() {
 }
 
 #[test]
-fn no_shader_needs_more_storage_buffers_than_browsers_have() {
+fn no_shader_binds_more_than_browsers_do() {
     for path in shader::SHADERS {
         let module = module(path);
         let info = Validator::new(ValidationFlags::all(), Capabilities::default()).validate(&module).unwrap();
@@ -178,6 +189,15 @@ fn no_shader_needs_more_storage_buffers_than_browsers_have() {
             });
             let count = storage.count();
             assert!(count <= 8, "{path}: {} reads {count} storage buffers; WebGPU's default limit is 8", entry.name);
+            let textures = module.global_variables.iter().filter(|(handle, variable)| {
+                let is_read = match module.types[variable.ty].inner {
+                    TypeInner::Image { class, .. } => !matches!(class, naga::ImageClass::Storage { .. }),
+                    _ => false,
+                };
+                is_read && !of_entry[*handle].is_empty()
+            });
+            let count = textures.count();
+            assert!(count <= 16, "{path}: {} reads {count} textures; WebGPU's default limit is 16", entry.name);
         }
     }
 }

@@ -11,8 +11,21 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
-//#include "light/paths.wgsl"
+//#include "light/follow.wgsl"
 //#include "tiles/followed.wgsl"
+
+// Rays are traced through the whole scene; beyond is what surrounds it.
+fn root_of_paths() -> u32 {
+    return frame.root;
+}
+
+fn light_beyond(segment: Segment) -> vec3f {
+    return background(segment.ray.direction);
+}
+
+fn distance_beyond(segment: Segment) -> f32 {
+    return FAR;
+}
 
 // True if four samples hit the same triangles on all paths.
 fn is_one_bundle(cell: vec2u) -> bool {

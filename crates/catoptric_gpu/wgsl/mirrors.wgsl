@@ -7,6 +7,7 @@
 //#include "scene/point.wgsl"
 //#include "scene/base.wgsl"
 //#include "tiles/cells.wgsl"
+//#include "confined.wgsl"
 
 // The scene in a mirror.
 struct MirrorPath {
@@ -25,23 +26,13 @@ struct MirrorPath {
 @group(2) @binding(0) var<uniform> path: MirrorPath;
 // The mirror of every triangle, from 1; four a texel.
 @group(2) @binding(1) var mirror_table: texture_2d<u32>;
-// What is seen one mirror before: hits in two halves, and the number of the path.
-@group(2) @binding(2) var before: texture_2d<u32>;
-@group(2) @binding(3) var before_samples: texture_multisampled_2d<u32>;
-
-struct Corner {
-    @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat, either) hit: u32,
-    @location(1) @interpolate(perspective, sample) at: vec2f,
-    @location(2) @interpolate(perspective, sample) height: f32,
-}
 
 fn mirror_of(triangle: u32) -> u32 {
     return textureLoad(mirror_table, row_of(triangle / 4u), 0)[triangle % 4u];
 }
 
 @vertex
-fn mirrored_corner(@builtin(vertex_index) index: u32) -> Corner {
+fn confined_corner(@builtin(vertex_index) index: u32) -> Corner {
     let hit = draw_order[index / 3u];
     let triangle = triangle_of(hit);
     let place = index % 3u;
@@ -58,28 +49,7 @@ fn mirrored_corner(@builtin(vertex_index) index: u32) -> Corner {
     return result;
 }
 
-// True where the path's mirror is seen, and a point in front of it.
-fn is_seen(shown: vec4u, height: f32) -> bool {
-    let triangle = triangle_of(shown.x | (shown.y << 16u));
-    return height > 0.0 && shown.z == path.parent && triangle != NONE && mirror_of(triangle) == path.mirror;
-}
-
-fn seen_in_mirror(corner: Corner, is_there: bool) -> vec4u {
-    let at = Barycentrics(corner.at, dpdx(corner.at), dpdy(corner.at));
-    if !is_there || (HAS_HOLES && !is_present(triangle_of(corner.hit), at)) {
-        discard;
-    }
-    return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, 0u);
-}
-
-@fragment
-fn mirrored_one_sample(corner: Corner) -> @location(0) vec4u {
-    let shown = textureLoad(before, vec2u(corner.position.xy), 0);
-    return seen_in_mirror(corner, is_seen(shown, corner.height));
-}
-
-@fragment
-fn mirrored_four_samples(corner: Corner, @builtin(sample_index) sample: u32) -> @location(0) vec4u {
-    let shown = textureLoad(before_samples, vec2u(corner.position.xy), sample);
-    return seen_in_mirror(corner, is_seen(shown, corner.height));
+// True where the path's mirror is seen.
+fn is_seen(triangle: u32) -> bool {
+    return mirror_of(triangle) == path.mirror;
 }

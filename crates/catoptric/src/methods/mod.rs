@@ -5,6 +5,7 @@ pub mod budget;
 pub mod limits;
 pub mod lookup;
 mod lookup_shader;
+pub mod path_lists;
 pub mod path_query;
 pub mod projection;
 pub mod projector;
@@ -18,6 +19,7 @@ pub(crate) use settings::{SettingValue, declare_choices, declare_settings, withi
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::path_lists::PathLists;
 use crate::methods::path_query::PathSearch;
 use crate::methods::projector::VertexProjector;
 use crate::progress::Progress;
@@ -249,6 +251,15 @@ pub trait Frame: Sync {
     /// [`RenderError::Samples`], [`RenderError::Limit`] as the rasteriser's; [`RenderError::Cancelled`], the picture is
     /// then drawn in part.
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError>;
+
+    /// The virtual geometry of the view's paths, for who draws it otherwise; `None` for methods that draw none.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the method's settings ask for more than geometry; [`RenderError::Cancelled`].
+    fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {
+        let _ = progress;
+        Ok(None)
+    }
 
     /// Projects scene points to where they appear; `None` for methods that do not project points.
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {

@@ -225,6 +225,11 @@ impl ReflectorMaps {
         self.maps
     }
 
+    /// The same.
+    pub(super) fn all(&self) -> &[Option<ReflectorCubeMap>] {
+        &self.maps
+    }
+
     /// Keeps the maps of some objects alone.
     pub(super) fn retaining(mut self, objects: &[bool]) -> Self {
         for (map, kept) in self.maps.iter_mut().zip(objects) {

@@ -74,7 +74,7 @@ pub struct Stencil {
 /// visible, the layers above are drawn again with those lists in place of the first branch's, and what the shader gives
 /// is added: each sequence of branches that shows in a tile is drawn and shaded once. Pictures without such surfaces
 /// cost nothing more.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Branch {
     /// The only way on, or the first of two.
     #[default]

@@ -1,20 +1,25 @@
 //! Methods drawn on a device.
 
 use super::context::Context;
-use super::frame;
+use super::frame::fields::DeviceFields;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
-use super::upload::DeviceScene;
+use super::frame::{self, Sight};
+use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
+use catoptric::methods::lookup::light_field::{Background, LightFieldSettings, LightFields, Transfer};
+use catoptric::methods::path_query::PathSearch;
 use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
+use catoptric::methods::projector::VertexProjector;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
 use catoptric::scene::{Scene, View};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The method with this id and these settings on a device; `None` for methods that draw on the processor alone
@@ -32,29 +37,38 @@ pub fn create(
     (info.effective)(settings)?;
     let way = match id {
         ENVIRONMENT_MAP => Way::LookUp(EnvironmentMapSettings::from_table(settings)?),
+        LIGHT_FIELD => Way::Fields(LightFieldSettings::from_table(settings)?),
         PLANAR_MIRROR => Way::Mirror(PlanarMirrorSettings::from_table(settings)?),
-        _ => Way::Follow,
+        MULTIPERSPECTIVE | AUTO => Way::Follow,
+        _ => Way::Project((info.create)(settings)?.into()),
     };
     Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info, way }) as Box<dyn Method>))
 }
 
 /// What becomes of light at mirrors and glass.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 enum Way {
     /// Rays are followed.
     Follow,
     /// Light is looked up in environment maps.
     LookUp(EnvironmentMapSettings),
+    /// Light is looked up in light fields.
+    Fields(LightFieldSettings),
     /// The scene is mirrored in flat mirrors.
     Mirror(PlanarMirrorSettings),
+    /// Geometry is drawn where the processor's method says that it appears.
+    Project(Arc<dyn Method>),
 }
 
 /// The method that looks light up in environment maps.
 const ENVIRONMENT_MAP: &str = "environment_map";
+/// That which looks it up in light fields.
+const LIGHT_FIELD: &str = "light_field";
 /// And that which mirrors the scene.
 const PLANAR_MIRROR: &str = "planar_mirror";
 
-/// The method that chooses others.
+/// Those that follow rays; the second chooses others on the processor.
+const MULTIPERSPECTIVE: &str = "multiperspective";
 const AUTO: &str = "auto";
 
 #[derive(Clone)]
@@ -70,12 +84,21 @@ struct PreparedScene {
     scene: Arc<Scene>,
     quality: Quality,
     resident: DeviceScene,
+    /// What light fields were captured, and where from, if not from the scene.
+    fields: Option<LightFields>,
+    bake: Option<Arc<dyn Baked>>,
+    /// The processor's part of methods that project.
+    projection: Option<Box<dyn Prepared>>,
     report: Report,
 }
 
 /// One view.
 struct DeviceFrame<'a> {
-    prepared: &'a PreparedScene,
+    method: &'a DeviceMethod,
+    scene: &'a Scene,
+    quality: Quality,
+    resident: &'a DeviceScene,
+    projection: Option<Box<dyn Frame + 'a>>,
     view: View,
     report: Report,
 }
@@ -92,14 +115,25 @@ impl Method for DeviceMethod {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        if bake.is_some() {
-            return Err(RenderError::Limit {
-                method: self.info.id,
-                problem: "on the GPU it uses no baked files".into(),
-            });
+        if bake.is_some() && !matches!(self.way, Way::Fields(_)) {
+            return Err(self.refuse("on the GPU it uses no baked files"));
         }
-        Ok(Box::new(PreparedScene::new(self, scene, quality, None, progress)?))
+        let Loaded { resident, fields, mut report } = self.load(scene, quality, bake.as_ref(), None, progress)?;
+        let projection = match &self.way {
+            Way::Project(method) => Some(method.prepare(scene, quality, None, progress)?),
+            _ => None,
+        };
+        report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
+        let (method, scene) = (self.clone(), scene.clone());
+        Ok(Box::new(PreparedScene { method, scene, quality, resident, fields, bake, projection, report }))
     }
+}
+
+/// A scene that has been loaded.
+struct Loaded {
+    resident: DeviceScene,
+    fields: Option<LightFields>,
+    report: Report,
 }
 
 /// What `auto` chooses on a device.
@@ -117,32 +151,51 @@ fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
     RenderError::Limit { method: info.id, problem: error.to_string() }
 }
 
-impl PreparedScene {
-    fn new(
-        method: &DeviceMethod,
+impl DeviceMethod {
+    fn refuse(&self, problem: &str) -> RenderError {
+        RenderError::Limit { method: self.info.id, problem: problem.into() }
+    }
+
+    /// Loads a scene; of another moment of it, if that is given, what holds is kept.
+    fn load(
+        &self,
         scene: &Arc<Scene>,
         quality: Quality,
-        old: Option<&Self>,
+        bake: Option<&Arc<dyn Baked>>,
+        old: Option<&PreparedScene>,
         progress: &dyn Progress,
-    ) -> Result<Self, RenderError> {
-        let DeviceMethod { context, info, way } = method;
+    ) -> Result<Loaded, RenderError> {
+        let Self { context, info, way } = self;
         let refuse = |error: GpuError| failed(info, &error);
         frame::check_quality(quality).map_err(refuse)?;
+        if let Way::Fields(settings) = way {
+            match settings {
+                LightFieldSettings { transfer: Transfer::Stored, .. } => {
+                    return Err(self.refuse("transfer = \"stored\" is for the CPU; on the GPU use \"traced\""));
+                }
+                LightFieldSettings { background: Background::Slabs, .. } => {
+                    return Err(self.refuse("background = \"slabs\" is for the CPU; on the GPU use \"scene\""));
+                }
+                _ => {}
+            }
+        }
         let mut report = Report::default();
-        let mut maps = None;
         // Before anything is captured, which takes longer: what cannot be drawn is refused here.
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
         let watch = Stopwatch::new();
-        let mirrors = match way {
+        let reflections = match way {
             Way::Mirror(settings) => {
                 let (mirrors, of_mirrors) = DeviceMirrors::new(context, scene, settings).map_err(refuse)?;
                 report = of_mirrors;
-                Some(mirrors)
+                Reflections::Mirrored(mirrors)
             }
-            _ => None,
+            Way::Project(_) => Reflections::Projected,
+            // Maps and light fields are captured below.
+            Way::Follow | Way::LookUp(_) | Way::Fields(_) => Reflections::Followed,
         };
-        let old = old.map(|old| &old.resident);
-        let mut resident = DeviceScene::new(context, scene, old, mirrors).map_err(refuse)?;
+        let before = old.map(|old| &old.resident);
+        let mut resident = DeviceScene::new(context, scene, before, reflections).map_err(refuse)?;
+        let mut bytes = resident.byte_count;
         report.stages_ms.push(("upload", watch.elapsed_ms()));
         stage.advance(1)?;
         if let Way::LookUp(settings) = way {
@@ -150,15 +203,28 @@ impl PreparedScene {
             let loaded = DeviceMaps::new(context, &captured).map_err(refuse)?;
             let upload = std::mem::replace(&mut report, of_maps);
             report.stages_ms.extend(upload.stages_ms);
-            maps = Some(loaded);
+            bytes += loaded.byte_count;
+            resident.reflections = Reflections::LookedUp(loaded);
         }
-        let of_maps = maps.as_ref().map_or(0, |maps| maps.byte_count);
-        report.bytes.insert("gpu", resident.byte_count + of_maps);
-        resident.maps = maps;
+        let mut fields = None;
+        if let Way::Fields(settings) = way {
+            let before = old.and_then(|old| old.fields.as_ref());
+            let (captured, of_fields) = LightFields::new(settings, scene, quality, bake, before, progress)?;
+            let watch = Stopwatch::new();
+            let traces = settings.transfer == Transfer::Traced;
+            let before = old.and_then(|old| old.resident.reflections.fields());
+            let loaded = DeviceFields::new(context, scene, &resident, (&captured, traces), before).map_err(refuse)?;
+            report.add(of_fields);
+            report.stages_ms.push(("upload_fields", watch.elapsed_ms()));
+            bytes += loaded.byte_count;
+            resident.reflections = Reflections::Fields(loaded);
+            fields = Some(captured);
+        }
+        report.bytes.insert("gpu", bytes);
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        Ok(Self { method: method.clone(), scene: scene.clone(), quality, resident, report })
+        Ok(Loaded { resident, fields, report })
     }
 }
 
@@ -168,12 +234,23 @@ impl Prepared for PreparedScene {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        *self = Self::new(&self.method, scene, quality, Some(self), progress)?;
+        let loaded = self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?;
+        let Loaded { resident, fields, mut report } = loaded;
+        if let Some(projection) = &mut self.projection {
+            projection.update(scene, quality, progress)?;
+            report.add(projection.report().clone());
+        }
+        (self.resident, self.fields, self.report) = (resident, fields, report);
+        (self.scene, self.quality) = (scene.clone(), quality);
         Ok(())
     }
 
-    fn frame<'a>(&'a mut self, view: &View, _progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
-        Ok(Box::new(DeviceFrame { prepared: self, view: view.clone(), report: Report::default() }))
+    fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        let Self { method, scene, quality, resident, projection, .. } = self;
+        let projection = projection.as_mut().map(|projection| projection.frame(view, progress)).transpose()?;
+        let report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
+        let (quality, view) = (*quality, view.clone());
+        Ok(Box::new(DeviceFrame { method, scene, quality, resident, projection, view, report }))
     }
 }
 
@@ -183,20 +260,25 @@ impl Frame for DeviceFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedScene { method, scene, quality, resident, .. } = self.prepared;
+        let Self { method, scene, quality, resident, projection, view, .. } = self;
         let DeviceMethod { context, info, .. } = method;
-        let view = &self.view;
         let pixels = view.width as usize * view.height as usize;
         if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
             let problem = format!("the view has {} x {} pixels, the target others", view.width, view.height);
             return Err(RenderError::Limit { method: info.id, problem });
         }
+        let mut report = Report::default();
+        let lists = projection.as_ref().map(|frame| frame.path_lists(progress)).transpose()?.flatten();
+        if let Some(lists) = &lists {
+            report = lists.report.clone();
+        }
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
         let watch = Stopwatch::new();
-        let drawn = frame::draw(context, resident, scene, view, *quality, &mut target.pixels);
+        let sight = Sight { scene, view, quality: *quality, lists: lists.as_ref() };
+        let drawn = frame::draw(context, resident, sight, &mut target.pixels);
         let drawn = drawn.map_err(|error| failed(info, &error))?;
         stage.advance(1)?;
-        let mut report = drawn.report;
+        report.add(drawn.report);
         let counts = drawn.counts;
         report.counts.extend([
             ("tiles", u64::from(counts.tiles)),
@@ -207,5 +289,16 @@ impl Frame for DeviceFrame<'_> {
         report.stages_ms.push(("gpu", watch.elapsed_ms()));
         report.stages_ms.extend(drawn.stages_ms);
         Ok(report)
+    }
+
+    fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
+        self.projection.as_ref()?.projector()
+    }
+
+    fn path_search(&self, eye: DVec3, objects: &[u32]) -> Result<Option<Box<dyn PathSearch + '_>>, RenderError> {
+        match &self.projection {
+            Some(projection) => projection.path_search(eye, objects),
+            None => Ok(None),
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! The pipelines of all passes, made once a device.
 
-use super::frame::mirrors::MirrorPipelines;
+use super::frame::confined::ConfinedPipelines;
 use super::frame::tiles::TilePipelines;
+use super::frame::{fields, lists, mirrors};
 use crate::shader;
 use crate::tables::SceneFeatures;
 use std::collections::HashMap;
@@ -34,8 +35,18 @@ pub(crate) struct Shading {
     pub(crate) features: SceneFeatures,
     /// There are paths longer than those that tiles follow.
     pub(crate) traces: bool,
-    /// Light is looked up in environment maps.
-    pub(crate) looks_up: bool,
+    pub(crate) meeting: Meeting,
+}
+
+/// What becomes of light at mirrors and glass that a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Meeting {
+    /// Paths are followed, or end.
+    Followed,
+    /// It is looked up in environment maps.
+    Maps,
+    /// It is looked up in light fields.
+    Fields,
 }
 
 /// All pipelines.
@@ -50,17 +61,21 @@ pub(crate) struct Pipelines {
     /// What rays hit, and the colours.
     pub(crate) picture: wgpu::BindGroupLayout,
     pub(crate) tiles: TilePipelines,
-    pub(crate) mirrors: MirrorPipelines,
+    /// Those of mirrored scenes, and of virtual geometry.
+    pub(crate) mirrors: ConfinedPipelines,
+    pub(crate) lists: ConfinedPipelines,
     /// Environment maps.
     pub(crate) maps: wgpu::BindGroupLayout,
-    /// For shading without and with environment maps.
-    shading: [wgpu::PipelineLayout; 2],
+    /// Light fields, with environment maps.
+    pub(crate) fields: wgpu::BindGroupLayout,
+    /// For [`Meeting`]s.
+    shading: [wgpu::PipelineLayout; 3],
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
     /// Colours to be drawn to a target.
     pub(crate) colors: wgpu::BindGroupLayout,
-    frame: wgpu::ShaderModule,
-    look: wgpu::ShaderModule,
+    /// For [`Meeting`]s.
+    shaders: [wgpu::ShaderModule; 3],
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
     presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
@@ -99,27 +114,32 @@ impl Pipelines {
         let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
         let picture = layout(device, "picture", shades, &[storage(0), written(1), storage(2)]);
         let tiles = TilePipelines::new(device, &scene, &hierarchy);
-        let mirrors = MirrorPipelines::new(device, &scene, &order);
+        let [mirrors, lists] =
+            [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         };
         let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
-        let [frame, look, visibility, present] =
-            ["frame.wgsl", "look.wgsl", "visibility.wgsl", "present.wgsl"].map(module);
+        let shaders = ["frame.wgsl", "look.wgsl", "field.wgsl"].map(module);
+        let [visibility, present] = ["visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
             let (module, layout, samples) = (&visibility, &drawing, SAMPLE_COUNTS[index]);
             let draws = |fragment| {
-                let (vertex, format) = ("corner", ID_FORMAT);
-                draws(device, &Draws { module, layout, vertex, fragment, format, samples, constants: &[] })
+                let (vertex, corners, format) = ("corner", None, ID_FORMAT);
+                draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, constants: &[] })
             };
             SamplePipelines { solid: draws("solid"), with_holes: draws("with_holes") }
         });
-        let maps = layout(device, "maps", shades, &[table(0), numbers(1)]);
+        let of_maps = [table(0), numbers(1)];
+        let maps = layout(device, "maps", shades, &of_maps);
+        let of_fields: Vec<_> = of_maps.into_iter().chain(fields::BINDINGS).collect();
+        let fields = layout(device, "light fields", shades, &of_fields);
         let shading = [
             pipeline_layout(device, &[&scene, &hierarchy, &picture]),
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &maps]),
+            pipeline_layout(device, &[&scene, &hierarchy, &picture, &fields]),
         ];
         let (shade, presenting) = (Mutex::default(), Mutex::default());
         Self {
@@ -129,12 +149,13 @@ impl Pipelines {
             picture,
             tiles,
             mirrors,
+            lists,
             maps,
+            fields,
             shading,
             samples,
             colors,
-            frame,
-            look,
+            shaders,
             present,
             presenting,
             shade,
@@ -144,14 +165,14 @@ impl Pipelines {
     /// The pipeline that shades pixels in a way.
     pub(crate) fn shade(&self, device: &wgpu::Device, how: Shading) -> wgpu::ComputePipeline {
         let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
-        let Shading { entry, samples, features, traces, looks_up } = how;
+        let Shading { entry, samples, features, traces, meeting } = how;
         let pipeline = known.entry(how).or_insert_with(|| {
-            let (layout, module) = match looks_up {
-                true => (&self.shading[1], &self.look),
-                false => (&self.shading[0], &self.frame),
-            };
+            let (layout, module) = (&self.shading[meeting as usize], &self.shaders[meeting as usize]);
             let mut constants = features.constants();
-            constants.extend([("SAMPLES", f64::from(samples)), ("TRACES", if traces { 1.0 } else { 0.0 })]);
+            constants.push(("SAMPLES", f64::from(samples)));
+            if meeting != Meeting::Maps {
+                constants.push(("TRACES", if traces { 1.0 } else { 0.0 }));
+            }
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),
                 layout: Some(layout),
@@ -197,7 +218,7 @@ impl Pipelines {
 }
 
 /// A table, as it is read.
-pub(crate) fn table(binding: u32) -> (u32, BindingType) {
+pub(crate) const fn table(binding: u32) -> (u32, BindingType) {
     texture(binding, TextureSampleType::Uint, false)
 }
 
@@ -221,8 +242,14 @@ fn buffer(binding: u32, read_only: bool) -> (u32, BindingType) {
     (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }
 
-pub(crate) fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
+pub(crate) const fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
     (binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled })
+}
+
+/// Several pictures of one size.
+pub(crate) const fn array_texture(binding: u32, sample_type: TextureSampleType) -> (u32, BindingType) {
+    let view_dimension = TextureViewDimension::D2Array;
+    (binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
 pub(crate) fn layout(
@@ -251,6 +278,8 @@ pub(crate) struct Draws<'a> {
     pub(crate) module: &'a wgpu::ShaderModule,
     pub(crate) layout: &'a wgpu::PipelineLayout,
     pub(crate) vertex: &'a str,
+    /// What corners are read from, if not from the scene.
+    pub(crate) corners: Option<&'a wgpu::VertexBufferLayout<'a>>,
     pub(crate) fragment: &'a str,
     pub(crate) format: TextureFormat,
     pub(crate) samples: u32,
@@ -258,7 +287,8 @@ pub(crate) struct Draws<'a> {
 }
 
 pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipeline {
-    let Draws { module, layout, vertex, fragment, format, samples, constants } = *how;
+    let Draws { module, layout, vertex, corners, fragment, format, samples, constants } = *how;
+    let buffers: Vec<_> = corners.into_iter().cloned().map(Some).collect();
     let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
@@ -267,7 +297,7 @@ pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipel
             module,
             entry_point: Some(vertex),
             compilation_options: compilation_options.clone(),
-            buffers: &[],
+            buffers: &buffers,
         },
         primitive: Default::default(),
         depth_stencil: Some(wgpu::DepthStencilState {

@@ -1,9 +1,9 @@
 //! Drawing into textures of the caller's, among other work: for engines and windows.
 
 use super::context::Context;
-use super::frame;
 use super::frame::timer::Timer;
-use super::upload::{DeviceScene, group};
+use super::frame::{self, Sight};
+use super::upload::{DeviceScene, Reflections, group};
 use crate::error::GpuError;
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};
@@ -27,7 +27,7 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Unsupported`] and [`GpuError::Limit`] for scenes that cannot be drawn, [`GpuError::Device`].
     pub fn new(context: &Arc<Context>, scene: &Arc<Scene>) -> Result<Self, GpuError> {
-        let resident = DeviceScene::new(context, scene, None, None)?;
+        let resident = DeviceScene::new(context, scene, None, Reflections::Followed)?;
         Ok(Self { context: context.clone(), scene: scene.clone(), resident })
     }
 
@@ -36,7 +36,7 @@ impl Renderer {
     /// # Errors
     /// As [`Self::new`]; the earlier scene stays then.
     pub fn update(&mut self, scene: &Arc<Scene>) -> Result<(), GpuError> {
-        self.resident = DeviceScene::new(&self.context, scene, Some(&self.resident), None)?;
+        self.resident = DeviceScene::new(&self.context, scene, Some(&self.resident), Reflections::Followed)?;
         self.scene = scene.clone();
         Ok(())
     }
@@ -60,8 +60,8 @@ impl Renderer {
             return Ok(());
         }
         let Context { device, pipelines, .. } = &*self.context;
-        let drawing =
-            frame::encode(&self.context, &self.resident, &self.scene, view, quality, encoder, &mut Timer::none())?;
+        let sight = Sight { scene: &self.scene, view, quality, lists: None };
+        let drawing = frame::encode(&self.context, &self.resident, sight, encoder, &mut Timer::none())?;
         let colors = drawing.colors();
         let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

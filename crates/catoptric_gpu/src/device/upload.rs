@@ -1,6 +1,7 @@
 //! A scene in a device's memory.
 
 use super::context::Context;
+use super::frame::fields::DeviceFields;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::targets::PictureTables;
@@ -44,16 +45,46 @@ pub(crate) struct DeviceScene {
     shapes: Vec<ObjectShape>,
     /// The hierarchy's root.
     pub(crate) root: u32,
-    /// Environment maps, of scenes whose reflectors and lenses look light up.
-    pub(crate) maps: Option<DeviceMaps>,
-    /// Flat mirrors, of scenes that are drawn by them.
-    pub(crate) mirrors: Option<DeviceMirrors>,
+    pub(crate) reflections: Reflections,
     /// True if something reflects or refracts.
     pub(crate) has_specular: bool,
     /// Those of the size of the last picture.
     pub(crate) picture: Mutex<Option<Arc<PictureTables>>>,
     /// Memory that it takes on the device.
     pub(crate) byte_count: u64,
+}
+
+/// What becomes of light at reflectors and lenses.
+#[derive(Debug)]
+pub(crate) enum Reflections {
+    /// Rays are followed.
+    Followed,
+    /// Light is looked up in environment maps.
+    LookedUp(DeviceMaps),
+    /// The scene is mirrored in flat mirrors.
+    Mirrored(DeviceMirrors),
+    /// Light is looked up in light fields about regions.
+    Fields(DeviceFields),
+    /// Each frame comes with geometry that appears on paths.
+    Projected,
+}
+
+impl Reflections {
+    /// The light fields.
+    pub(crate) fn fields(&self) -> Option<&DeviceFields> {
+        match self {
+            Self::Fields(fields) => Some(fields),
+            _ => None,
+        }
+    }
+
+    /// True for triangles of reflectors and lenses that show anything but their own light.
+    fn show(&self, triangle: u32) -> bool {
+        match self {
+            Self::Mirrored(mirrors) => mirrors.shows(triangle),
+            _ => true,
+        }
+    }
 }
 
 /// A scene's textures and environment on a device.
@@ -74,11 +105,10 @@ impl DeviceScene {
         context: &Context,
         scene: &Arc<Scene>,
         old: Option<&Self>,
-        mirrors: Option<DeviceMirrors>,
+        reflections: Reflections,
     ) -> Result<Self, GpuError> {
-        let shows = |triangle: u32| mirrors.as_ref().is_none_or(|mirrors| mirrors.shows(triangle));
         let earlier = old.map(|old| Earlier { scene: &old.source, hierarchy: &old.boxes, shapes: &old.shapes });
-        let tables = SceneTables::new(scene, earlier, shows)?;
+        let tables = SceneTables::new(scene, earlier, |triangle| reflections.show(triangle))?;
         let features = SceneFeatures::of(scene, &tables.surfaces);
         let lights = light_records(scene)?;
         let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.are_of(scene));
@@ -103,41 +133,42 @@ impl DeviceScene {
         let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
-        let [nodes, leaves, wide] = [
-            upload.table("the scene's hierarchy", &tables.hierarchy.nodes)?,
-            upload.table("the hierarchy's triangles", &tables.hierarchy.triangles)?,
-            upload.table("the hierarchy of tiles", &tables.hierarchy.wide())?,
-        ];
+        let hierarchy = upload.hierarchy(&tables.hierarchy)?;
         let order = upload.buffer("the order of triangles", &tables.draw_order)?;
-        let of_hierarchy = [
-            (0, BindingResource::TextureView(&nodes)),
-            (1, BindingResource::TextureView(&leaves)),
-            (2, BindingResource::TextureView(&wide)),
-        ];
         let byte_count = upload.byte_count;
         let root = tables.hierarchy.root;
         context.check()?;
         let picture = old.and_then(|old| old.picture.lock().unwrap_or_else(PoisonError::into_inner).clone());
         Ok(Self {
             scene: group(device, &pipelines.scene, resources),
-            hierarchy: group(device, &pipelines.hierarchy, of_hierarchy),
+            hierarchy,
             order: group(device, &pipelines.order, [(0, order.as_entire_binding())]),
             frame,
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
             lights,
-            features: if mirrors.is_some() { features.without_lenses() } else { features },
+            features: match reflections {
+                Reflections::Mirrored(_) => features.without_lenses(),
+                Reflections::Projected => features.with_lists(),
+                _ => features,
+            },
             pictures,
             source: scene.clone(),
             boxes: tables.hierarchy,
             shapes: tables.shapes,
             root,
             has_specular: !scene.specular_objects().is_empty(),
-            maps: None,
-            mirrors,
+            reflections,
             picture: Mutex::new(picture),
             byte_count,
         })
+    }
+}
+
+impl DeviceScene {
+    /// The hierarchy, on the processor.
+    pub(crate) fn boxes(&self) -> &Hierarchy {
+        &self.boxes
     }
 }
 
@@ -213,14 +244,34 @@ impl Upload<'_> {
         self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(texels.len()), texels)
     }
 
+    /// The tables of a hierarchy.
+    pub(crate) fn hierarchy(&mut self, hierarchy: &Hierarchy) -> Result<BindGroup, GpuError> {
+        let views = [
+            self.table("the scene's hierarchy", &hierarchy.nodes)?,
+            self.table("the hierarchy's triangles", &hierarchy.triangles)?,
+            self.table("the hierarchy of tiles", &hierarchy.wide())?,
+        ];
+        let Context { device, pipelines, .. } = self.context;
+        Ok(group(device, &pipelines.hierarchy, (0..).zip(views.iter().map(BindingResource::TextureView))))
+    }
+
+    /// Numbers as a table, four a texel; what is missing in the last is 0.
+    pub(crate) fn numbers(&mut self, what: &str, numbers: &[u32]) -> Result<wgpu::TextureView, GpuError> {
+        let texels = numbers.chunks(4).map(|four| std::array::from_fn(|index| four.get(index).copied().unwrap_or(0)));
+        self.table(what, &texels.collect::<Vec<[u32; 4]>>())
+    }
+
+    /// Refuses what has too many bytes.
+    pub(crate) fn check(&self, what: &str, bytes: u64, allowed: u64) -> Result<(), GpuError> {
+        if bytes > allowed { Err(too_large(what, bytes, allowed)) } else { Ok(()) }
+    }
+
     /// Numbers as a storage buffer; without any it has one that is zero, as devices allow no empty buffers.
     fn buffer(&mut self, what: &str, numbers: &[u32]) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(if numbers.is_empty() { &[0] } else { numbers });
         let limits = self.context.device.limits();
         let allowed = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if bytes.len() as u64 > allowed {
-            return Err(too_large(what, bytes.len() as u64, allowed));
-        }
+        self.check(what, bytes.len() as u64, allowed)?;
         self.byte_count += bytes.len() as u64;
         let usage = BufferUsages::STORAGE;
         let descriptor = wgpu::util::BufferInitDescriptor { label: Some(what), contents: bytes, usage };
@@ -240,20 +291,29 @@ impl Upload<'_> {
         size: [u32; 2],
         texels: &[T],
     ) -> Result<wgpu::TextureView, GpuError> {
-        let Context { device, queue, .. } = self.context;
+        let texture = self.layers(what, "make it smaller, or use the CPU backend", format, size, 1)?;
+        self.layer(&texture, 0, texels);
+        Ok(texture.create_view(&Default::default()))
+    }
+
+    /// Pictures of one size that are still empty.
+    pub(crate) fn layers(
+        &self,
+        what: &str,
+        remedy: &'static str,
+        format: TextureFormat,
+        size: [u32; 2],
+        layers: u32,
+    ) -> Result<wgpu::Texture, GpuError> {
+        let device = &self.context.device;
         let allowed = device.limits().max_texture_dimension_2d;
         if size.iter().any(|side| *side > allowed) {
-            return Err(GpuError::Limit {
-                what: what.into(),
-                needed: format!("{} x {} texels", size[0], size[1]),
-                allowed: format!("{allowed} a side"),
-                remedy: "make it smaller, or use the CPU backend",
-            });
+            let needed = format!("{} x {} texels", size[0], size[1]);
+            return Err(GpuError::Limit { what: what.into(), needed, allowed: format!("{allowed} a side"), remedy });
         }
-        self.byte_count += size_of_val(texels) as u64;
         let descriptor = wgpu::TextureDescriptor {
             label: Some(what),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: layers },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -261,7 +321,13 @@ impl Upload<'_> {
             usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
             view_formats: &[],
         };
-        let texture = device.create_texture(&descriptor);
+        Ok(device.create_texture(&descriptor))
+    }
+
+    /// Fills one of several pictures, row by row; texels that are missing at its end are zero.
+    pub(crate) fn layer<T: Pod>(&mut self, texture: &wgpu::Texture, layer: u32, texels: &[T]) {
+        self.byte_count += size_of_val(texels) as u64;
+        let (queue, size) = (&self.context.queue, [texture.width(), texture.height()]);
         // In parts, with all whole rows of a part at once: copies on their way take memory, too.
         let row = size[0] as usize;
         let rows = (BYTES_AT_ONCE / size_of_val(&texels[..row.min(texels.len())]).max(1)).max(1);
@@ -275,7 +341,10 @@ impl Upload<'_> {
                     continue;
                 }
                 queue.write_texture(
-                    wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x: 0, y, z: 0 }, ..texture.as_image_copy() },
+                    wgpu::TexelCopyTextureInfo {
+                        origin: wgpu::Origin3d { x: 0, y, z: layer },
+                        ..texture.as_image_copy()
+                    },
                     bytemuck::cast_slice(texels),
                     wgpu::TexelCopyBufferLayout {
                         offset: 0,
@@ -286,7 +355,6 @@ impl Upload<'_> {
                 );
             }
         }
-        Ok(texture.create_view(&Default::default()))
     }
 }
 

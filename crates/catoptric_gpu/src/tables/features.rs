@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, NONE, Surface, surface_flags as flag
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 14;
+const COUNT: usize = 15;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -22,12 +22,15 @@ const NAMES: [&str; COUNT] = [
     "HAS_COLORS",
     "HAS_SECOND_UVS",
     "HAS_HIGHER_DEGREES",
+    LISTS,
 ];
 
 /// Something refracts.
 const LENSES: &str = "HAS_LENSES";
+/// The geometry of paths is drawn.
+const LISTS: &str = "HAS_LISTS";
 /// Those that decide where rays go.
-const OF_RAYS: [&str; 4] = [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES"];
+const OF_RAYS: [&str; 5] = [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", LISTS];
 
 /// What a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,6 +64,7 @@ impl SceneFeatures {
                 !scene.colors.is_empty(),
                 surfaces.iter().flat_map(|surface| &surface.bindings).any(|binding| binding.channel == 1),
                 surfaces.iter().any(|surface| surface.exact.kind != 0),
+                false,
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }
@@ -69,6 +73,11 @@ impl SceneFeatures {
     /// True if something refracts.
     pub fn has_lenses(&self) -> bool {
         NAMES.iter().zip(self.has).any(|(name, has)| *name == LENSES && has)
+    }
+
+    /// The same where the geometry of paths is drawn.
+    pub fn with_lists(self) -> Self {
+        Self { has: std::array::from_fn(|index| self.has[index] || NAMES[index] == LISTS), ..self }
     }
 
     /// The same without refraction.

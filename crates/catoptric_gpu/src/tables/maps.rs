@@ -28,12 +28,12 @@ pub fn map_tables(maps: &[Option<ReflectorCubeMap>]) -> Result<MapTables, GpuErr
         };
         let mut record = ReflectorMap { center: center.to_array(), ..ReflectorMap::default() };
         match *proxy {
-            ParallaxProxy::Infinite => record.shape = 1,
+            ParallaxProxy::Infinite => record.shape = 1 << 8,
             ParallaxProxy::Box(bounds) => {
-                record.shape = 2;
+                record.shape = 2 << 8;
                 (record.low, record.high) = (bounds.min.to_array(), bounds.max.to_array());
             }
-            ParallaxProxy::Sphere(radius) => (record.shape, record.low[0]) = (3, radius),
+            ParallaxProxy::Sphere(radius) => (record.shape, record.low[0]) = (3 << 8, radius),
             ParallaxProxy::Cylinder { .. } => {
                 return Err(GpuError::Unsupported { what: "cylinders around environment maps".into() });
             }

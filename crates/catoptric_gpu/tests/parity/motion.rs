@@ -15,7 +15,13 @@ use std::sync::Arc;
 const SIZE: [u32; 2] = [48, 32];
 
 /// Methods, and how many frames they draw.
-const METHODS: [(&str, u32); 3] = [("multiperspective", 200), ("planar_mirror", 60), ("environment_map", 60)];
+const METHODS: [(&str, u32); 5] = [
+    ("multiperspective", 200),
+    ("planar_mirror", 60),
+    ("environment_map", 60),
+    ("path_perturbation", 40),
+    ("reflector_search", 40),
+];
 
 pub(crate) fn trials(context: &Arc<Context>) -> Vec<Trial> {
     let trial = |(id, frames): (&'static str, u32)| {

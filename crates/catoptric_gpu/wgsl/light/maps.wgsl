@@ -4,6 +4,8 @@
 // The map of an object: where it was captured, the shape of what surrounds it, and its cube.
 struct ReflectorMap {
     center: vec3f,
+    // In the table times 256 and with the number of the object's light field (from 1; 0: none): devices bind no more than
+    // 16 tables.
     shape: u32,
     // Of a box; the radius of a sphere in its first component.
     low: vec3f,
@@ -34,10 +36,15 @@ fn reflector_map_of(object: u32) -> ReflectorMap {
     let second = textureLoad(map_table, row_of(object * REFLECTOR_MAP_TEXELS + 1u), 0);
     let third = textureLoad(map_table, row_of(object * REFLECTOR_MAP_TEXELS + 2u), 0);
     return ReflectorMap(
-        bitcast<vec3f>(first.xyz), first.w,
+        bitcast<vec3f>(first.xyz), first.w >> 8u,
         bitcast<vec3f>(second.xyz), second.w,
         bitcast<vec3f>(third.xyz), third.w,
     );
+}
+
+// The number of an object's light field, from 1; 0: it has none.
+fn field_number_of(object: u32) -> u32 {
+    return textureLoad(map_table, row_of(object * REFLECTOR_MAP_TEXELS), 0).w & 0xffu;
 }
 
 fn largest_absolute_axis(direction: vec3f) -> u32 {

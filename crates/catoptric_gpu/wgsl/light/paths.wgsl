@@ -2,9 +2,6 @@
 
 //#include "light/bounce.wgsl"
 
-// True if there are paths longer than those that tiles have followed.
-override TRACES: bool = true;
-
 const MIN_THROUGHPUT = 1e-5;
 // Paths of more events are refused before anything is drawn.
 const MAX_ORDER = 8u;
@@ -37,7 +34,7 @@ struct Children {
 fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children {
     var children: Children;
     let direction = segment.ray.direction;
-    let met = drawn_encounter(triangle, segment.ray, segment.change, samples);
+    let met = drawn_encounter(triangle, segment.ray, segment.change, samples, segment.order);
     let object = met.point.object;
     let role = surface_of(object).role;
     let flags = surface_of(object).flags;
@@ -146,52 +143,4 @@ fn seen_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec
         return finite(background(segment.ray.direction));
     }
     return finite(arrive(segment, triangle, samples, true).sum);
-}
-
-// The radiance that arrives at a position of the picture along all paths of a ray of a cell, which stands for so many samples.
-fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32) -> vec3f {
-    var segment = eye_segment(position, side);
-    var waiting: array<Segment, MAX_ORDER>;
-    var count = 0u;
-    var hit = hits[hit_index(cell, 0u, 0u)][ray];
-    var sum = vec3f(0.0);
-    loop {
-        var children: Children;
-        // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
-        let shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
-        if shown != NONE {
-            let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
-            children = arrive(segment, shown, samples, last);
-            sum += children.sum;
-        } else {
-            var throughput = segment.throughput;
-            if HAS_ATTENUATION && segment.deferred != NONE {
-                let weight = attenuation_weight(segment.deferred, FAR);
-                sum += settled(segment, weight);
-                throughput *= weight;
-            }
-            sum += throughput * background(segment.ray.direction);
-        }
-        if children.goes_on[REFLECT] {
-            segment = children.segments[REFLECT];
-            // Each event on the way has left one at most.
-            if HAS_LENSES && children.goes_on[TRANSMIT] && count < MAX_ORDER {
-                waiting[count] = children.segments[TRANSMIT];
-                count++;
-            }
-        } else if HAS_LENSES && children.goes_on[TRANSMIT] {
-            segment = children.segments[TRANSMIT];
-        } else if HAS_LENSES && count > 0u {
-            count--;
-            segment = waiting[count];
-        } else {
-            break;
-        }
-        if TRACES && segment.order > frame.tiled_events {
-            hit = (nearest(segment.ray, 0.0, FAR, segment.own, false).triangle + 1u) | HIT_REFLECTS;
-        } else {
-            hit = hits[hit_index(cell, segment.order, segment.kinds)][ray];
-        }
-    }
-    return finite(sum);
 }

@@ -55,14 +55,14 @@ struct Meeting {
     distance: f32,
 }
 
-// The nearest triangle along a ray between two distances; with `hides_lights`, any that does.
-fn nearest(ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> Meeting {
+// The nearest triangle below a root along a ray between two distances; with `hides_lights`, any that does.
+fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> Meeting {
     var best = Meeting(NONE, far);
     let inverse = safe_inverse(ray.direction);
     var waiting: array<u32, MAX_DEPTH>;
     var count = 0u;
     // NONE, too, has a leaf's bit.
-    var current = frame.root;
+    var current = root;
     loop {
         // Down to a leaf.
         while (current & LEAF) == 0u {

@@ -42,6 +42,8 @@ override HAS_HIGHER_DEGREES: bool = true;
 override HAS_HOLES: bool = true;
 override HAS_COLORS: bool = true;
 override HAS_SECOND_UVS: bool = true;
+// What paths show is drawn as geometry, which may be off by parts of a pixel.
+override HAS_LISTS: bool = true;
 // The first textures of surfaces that any of them has.
 override BINDINGS_USED: u32 = 6u;
 

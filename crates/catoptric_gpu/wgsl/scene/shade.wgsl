@@ -76,7 +76,7 @@ fn is_lit_by(light: u32, start: vec3f) -> bool {
         }
         towards = step / distance;
     }
-    return nearest(Ray(start, towards), 0.0, distance, NO_RULE, true).triangle == NONE;
+    return nearest(frame.root, Ray(start, towards), 0.0, distance, NO_RULE, true).triangle == NONE;
 }
 
 // A unit normal, turned by a mean of a map's normals.

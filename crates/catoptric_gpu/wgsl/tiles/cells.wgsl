@@ -6,7 +6,9 @@
 // Rays of a cell.
 const RAYS = 4u;
 // What a ray hits: a triangle's number and 1, or 0, with these bits where light goes on from there. Not decided yet:
-// UNRESOLVED.
+// UNRESOLVED. Where the geometry of paths is drawn, two more bits say whether that goes on from there.
+const HIT_LIST_REFLECTS = 0x10000000u;
+const HIT_LIST_REFRACTS = 0x20000000u;
 const HIT_REFLECTS = 0x40000000u;
 const HIT_REFRACTS = 0x80000000u;
 const HIT_TRIANGLE = 0x0fffffffu;
@@ -37,6 +39,11 @@ fn triangle_of(hit: u32) -> u32 {
 // True if a path may go on from what a ray has hit by an event of a kind.
 fn goes_on(hit: u32, kind: u32) -> bool {
     return hit != UNRESOLVED && (hit & select(HIT_REFLECTS, HIT_REFRACTS, kind == TRANSMIT)) != 0u;
+}
+
+// True if geometry that goes on from there is drawn.
+fn list_goes_on(hit: u32, kind: u32) -> bool {
+    return (hit & select(HIT_LIST_REFLECTS, HIT_LIST_REFRACTS, kind == TRANSMIT)) != 0u;
 }
 
 // The place of a cell in the table of hits, for a path of so many events.

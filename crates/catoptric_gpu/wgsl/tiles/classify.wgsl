@@ -5,7 +5,11 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/work.wgsl"
 
-var<workgroup> is_active: atomic<u32>;
+// Rays that are on the path, and such whose hits are not known.
+const ACTIVE = 1u;
+const WAITING = 2u;
+
+var<workgroup> found: atomic<u32>;
 
 @compute @workgroup_size(16, 16)
 fn classify(
@@ -17,17 +21,27 @@ fn classify(
     if all(cell < frame.cells) {
         let parent = hits[hit_index(cell, tiling.events - 1u, tiling.kinds)];
         let kind = (tiling.kinds >> (tiling.events - 1u)) & 1u;
+        var known = vec4u(UNRESOLVED);
+        if tiling.some_known != 0u {
+            known = hits[hit_index(cell, tiling.events, tiling.kinds)];
+        }
+        var here = 0u;
         for (var ray = 0u; ray < RAYS; ray++) {
-            if goes_on(parent[ray], kind) {
-                atomicStore(&is_active, 1u);
-            }
+            let on_path = select(ACTIVE, ACTIVE | WAITING, known[ray] == UNRESOLVED);
+            here |= select(0u, on_path, goes_on(parent[ray], kind));
+        }
+        if here != 0u {
+            atomicOr(&found, here);
         }
     }
     workgroupBarrier();
-    if thread == 0u && atomicLoad(&is_active) != 0u {
-        let place = atomicAdd(&work[WAITING_TILES], 1u);
-        atomicStore(&work[tiling.queue + place], packed(tile.xy * TILE));
-        if tiling.shade_queue != NONE {
+    if thread == 0u {
+        let all_found = atomicLoad(&found);
+        if (all_found & WAITING) != 0u {
+            let place = atomicAdd(&work[WAITING_TILES], 1u);
+            atomicStore(&work[tiling.queue + place], packed(tile.xy * TILE));
+        }
+        if all_found != 0u && tiling.shade_queue != NONE {
             let shaded = atomicAdd(&work[SHADED], 1u);
             atomicStore(&work[tiling.shade_queue + shaded], packed(tile.xy * TILE));
         }

@@ -337,12 +337,17 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     var sum_of_origins = vec4f(0.0);
     var sum_of_directions = vec4f(0.0);
     var chain: Chain;
+    let index = hit_index(cell, tiling.events, tiling.kinds);
+    var known = vec4u(UNRESOLVED);
     if is_in_picture {
         chain = chain_of(cell);
+        if tiling.some_known != 0u {
+            known = hits[index];
+        }
     }
     for (var ray = 0u; ray < RAYS; ray++) {
         let last = path_ray(cell, ray, chain);
-        if last.is_active {
+        if last.is_active && known[ray] == UNRESOLVED {
             active_rays[ray] = true;
             origins[ray] = last.ray.origin;
             directions[ray] = last.ray.direction;
@@ -440,10 +445,9 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         is_failed = select(0u, 1u, count > 0.0);
         atomicStore(&triangle_count, 0u);
     }
-    let index = hit_index(cell, tiling.events, tiling.kinds);
     if workgroupUniformLoad(&is_failed) != 0u {
         if is_in_picture {
-            hits[index] = vec4u(UNRESOLVED);
+            hits[index] = known;
         }
         // `of_blocks` holds the numbers of rays of blocks.
         if thread < BLOCKS && of_blocks[thread].w > 0.0 {
@@ -485,7 +489,7 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         }
         workgroupBarrier();
     }
-    let result = select(vec4u(UNRESOLVED), best.id, active_rays);
+    let result = select(known, best.id, active_rays);
     if is_in_picture {
         hits[index] = result;
         if any(active_rays & (result == vec4u(UNRESOLVED))) {

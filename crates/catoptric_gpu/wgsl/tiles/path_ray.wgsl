@@ -37,7 +37,7 @@ fn path_ray(cell: vec2u, ray: u32, chain: Chain) -> PathRay {
             break;
         }
         let incoming = result.ray.direction;
-        let point = drawn_encounter(triangle_of(hit), result.ray, no_change, 1u).point;
+        let point = drawn_encounter(triangle_of(hit), result.ray, no_change, 1u, event).point;
         let at = facing(incoming, point.geometric_normal, point.normal);
         let object = point.object;
         result.ray = leaving_ray(kind, incoming, at, relative_index_of(object, at.outside), point);

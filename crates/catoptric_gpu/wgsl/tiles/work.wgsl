@@ -10,7 +10,8 @@ struct Tiling {
     queue: u32,
     traced_queue: u32,
     shade_queue: u32,
-    unused0: u32,
+    // Not 0: some rays' hits are known, and the others are UNRESOLVED.
+    some_known: u32,
     unused1: u32,
     unused2: u32,
 }

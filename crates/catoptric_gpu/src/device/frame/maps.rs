@@ -3,9 +3,9 @@
 use crate::device::context::Context;
 use crate::device::upload::{Upload, group};
 use crate::error::GpuError;
-use crate::tables::map_tables;
+use crate::tables::{MapTables, map_tables};
 use catoptric::methods::lookup::environment_map::ReflectorCubeMap;
-use wgpu::{BindGroup, BindingResource};
+use wgpu::{BindGroup, BindingResource, TextureView};
 
 /// The maps of a scene's reflectors on a device.
 #[derive(Debug)]
@@ -17,14 +17,17 @@ pub(crate) struct DeviceMaps {
 
 impl DeviceMaps {
     pub(crate) fn new(context: &Context, maps: &[Option<ReflectorCubeMap>]) -> Result<Self, GpuError> {
-        let tables = map_tables(maps)?;
         let mut upload = Upload { context, byte_count: 0 };
-        let records = upload.table("the environment maps' records", &tables.records)?;
-        let texels = upload.colors("the environment maps", &tables.texels)?;
-        let resources = [records, texels];
+        let resources = map_views(&mut upload, &map_tables(maps)?)?;
         let resources = (0..).zip(resources.iter().map(BindingResource::TextureView));
         let group = group(&context.device, &context.pipelines.maps, resources);
         context.check()?;
         Ok(Self { group, byte_count: upload.byte_count })
     }
+}
+
+/// Loads the records of maps, and the texels of their cubes.
+pub(crate) fn map_views(upload: &mut Upload<'_>, tables: &MapTables) -> Result<[TextureView; 2], GpuError> {
+    let records = upload.table("the environment maps' records", &tables.records)?;
+    Ok([records, upload.colors("the environment maps", &tables.texels)?])
 }

@@ -1,68 +1,21 @@
 //! Flat mirrors: the scene mirrored in each, drawn by hardware where the mirror is seen.
 
-use crate::device::context::Context;
-
+use super::confined::{Kind, MOST_PATHS, PathRecords};
 use super::targets::Targets;
 use super::timer::Timer;
-use crate::device::pipelines::{Draws, draws, layout, pipeline_layout, table, texture};
-use crate::device::upload::{DeviceScene, Upload, group};
+use crate::device::context::Context;
+use crate::device::pipelines::table;
+use crate::device::upload::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::layout::MirrorPath;
-use crate::shader;
 use catoptric::methods::projection::planar_mirror::{FlatMirrors, MirrorView, PlanarMirrorSettings};
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{DMat4, Mat4};
-use std::collections::HashMap;
-use std::num::NonZeroU64;
-use std::sync::{Mutex, PoisonError};
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroupLayout, BindingResource, BindingType, BufferBindingType, BufferUsages};
-use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureSampleType, TextureView};
+use wgpu::{BindingResource, TextureView};
 
-/// Hits in two halves, and the number of the path that they are on.
-pub(crate) const MIRRORED_FORMAT: TextureFormat = TextureFormat::Rgba16Uint;
-/// From record to record: offsets of uniform buffers are multiples of 256.
-const STRIDE: usize = 256;
-/// Numbers of paths have 16 bits.
-const MOST_PATHS: usize = 65_535;
-
-/// The pipelines that draw mirrored scenes.
-#[derive(Debug)]
-pub(crate) struct MirrorPipelines {
-    /// A path, the mirrors of triangles, and what is seen one mirror before; for one sample a pixel, and for several.
-    paths: [BindGroupLayout; 2],
-    layouts: [wgpu::PipelineLayout; 2],
-    module: wgpu::ShaderModule,
-    /// By the place of the number of samples, and whether surfaces have holes.
-    known: Mutex<HashMap<(usize, bool), RenderPipeline>>,
-}
-
-impl MirrorPipelines {
-    pub(crate) fn new(device: &wgpu::Device, scene: &BindGroupLayout, order: &BindGroupLayout) -> Self {
-        let record =
-            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None };
-        let before = |binding, multisampled| texture(binding, TextureSampleType::Uint, multisampled);
-        let paths = [before(2, false), before(3, true)]
-            .map(|before| layout(device, "mirrors", ShaderStages::VERTEX_FRAGMENT, &[(0, record), table(1), before]));
-        let layouts = [0, 1].map(|index| pipeline_layout(device, &[scene, order, &paths[index]]));
-        let source = wgpu::ShaderSource::Wgsl(shader::source("mirrors.wgsl").into());
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("mirrors"), source });
-        Self { paths, layouts, module, known: Mutex::default() }
-    }
-
-    fn get(&self, device: &wgpu::Device, index: usize, has_holes: bool) -> RenderPipeline {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((index, has_holes)).or_insert_with(|| {
-            let (fragment, samples) = [("mirrored_one_sample", 1), ("mirrored_four_samples", 4)][index];
-            let constants = [("HAS_HOLES", if has_holes { 1.0 } else { 0.0 })];
-            let (module, layout, format) = (&self.module, &self.layouts[index], MIRRORED_FORMAT);
-            let vertex = "mirrored_corner";
-            draws(device, &Draws { module, layout, vertex, fragment, format, samples, constants: &constants })
-        });
-        pipeline.clone()
-    }
-}
+/// How mirrored scenes are drawn: with the mirrors of triangles.
+pub(crate) const KIND: Kind = Kind { shader: "mirrors.wgsl", table: Some(table(1)), corners: None };
 
 /// The flat mirrors of a scene on a device.
 #[derive(Debug)]
@@ -81,12 +34,8 @@ impl DeviceMirrors {
         settings: &PlanarMirrorSettings,
     ) -> Result<(Self, Report), GpuError> {
         let (mirrors, report) = FlatMirrors::find(scene);
-        let rows: Vec<[u32; 4]> = mirrors
-            .mirror_of_triangle()
-            .chunks(4)
-            .map(|chunk| std::array::from_fn(|index| chunk.get(index).copied().unwrap_or_default()))
-            .collect();
-        let table = Upload { context, byte_count: 0 }.table("the mirrors of triangles", &rows)?;
+        let table =
+            Upload { context, byte_count: 0 }.numbers("the mirrors of triangles", mirrors.mirror_of_triangle())?;
         Ok((Self { mirrors, settings: settings.clone(), table }, report))
     }
 
@@ -115,23 +64,13 @@ impl DeviceMirrors {
             views.truncate(MOST_PATHS);
         }
         report.counts.insert("lists", views.len() as u64 + 1);
-        let mut records = Vec::with_capacity(views.len() * STRIDE);
-        for (number, view) in (1..).zip(&views) {
-            records.extend_from_slice(bytemuck::bytes_of(&record(view, number, clip_from_world)));
-            records.resize(records.len().next_multiple_of(STRIDE), 0);
-        }
-        records.resize(records.len().max(STRIDE), 0);
-        let (label, usage) = (Some("paths of mirrors"), BufferUsages::UNIFORM);
-        let buffer = device.create_buffer_init(&BufferInitDescriptor { label, contents: &records, usage });
-        let size = NonZeroU64::new(size_of::<MirrorPath>() as u64);
+        let records = (1..).zip(&views).map(|(number, view)| record(view, number, clip_from_world));
+        let records = PathRecords::new(device, records);
         let index = usize::from(quality.samples > 1);
         let mut last = &targets.ids;
-        for (order, picture) in (1..).zip(&targets.mirrored) {
-            let before = BindingResource::TextureView(last);
-            let path = BindingResource::Buffer(wgpu::BufferBinding { buffer: &buffer, offset: 0, size });
-            let table = BindingResource::TextureView(&self.table);
-            let resources = [(0, path), (1, table), (2 + index as u32, before)];
-            let group = group(device, &pipelines.mirrors.paths[index], resources);
+        for (order, picture) in (1..).zip(&targets.drawn) {
+            let table = (1, BindingResource::TextureView(&self.table));
+            let group = pipelines.mirrors.group(context, index, &records, Some(table), last);
             // Every sample is on one path of each order: all of them share the depth.
             let mut pass = targets.begin(encoder, picture, timer.render("mirrored"));
             pass.set_bind_group(0, &resident.scene, &[0]);
@@ -143,7 +82,7 @@ impl DeviceMirrors {
                 }
                 pass.set_pipeline(&pipelines.mirrors.get(device, index, has_holes));
                 for (place, _) in views.iter().enumerate().filter(|(_, view)| view.order == order) {
-                    pass.set_bind_group(2, &group, &[(place * STRIDE) as u32]);
+                    pass.set_bind_group(2, &group, &[PathRecords::offset(place)]);
                     pass.draw(part.clone(), 0..1);
                 }
             }

@@ -1,5 +1,8 @@
 //! The drawing of a frame on a device.
 
+pub(super) mod confined;
+pub(super) mod fields;
+pub(super) mod lists;
 pub(super) mod maps;
 pub(super) mod mirrors;
 pub(super) mod targets;
@@ -7,13 +10,15 @@ pub(super) mod tiles;
 pub(super) mod timer;
 
 use super::context::Context;
-use super::pipelines::{SAMPLE_COUNTS, Shading};
-use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, group};
+use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
+use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
 use crate::error::GpuError;
 use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, bits, frame_flags};
+use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
+use lists::DeviceLists;
 use std::sync::Arc;
 use targets::PictureTables;
 use tiles::{Band, Paths, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
@@ -47,21 +52,28 @@ pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
     Ok(())
 }
 
+/// A view of a scene, and the geometry of its paths where that is drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct Sight<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) view: &'a View,
+    pub(crate) quality: Quality,
+    pub(crate) lists: Option<&'a PathLists>,
+}
+
 /// Draws a view of a scene; pixels are linear colours with alpha 1, rows from the top.
 pub(crate) fn draw(
     context: &Context,
     resident: &DeviceScene,
-    scene: &Scene,
-    view: &View,
-    quality: Quality,
+    sight: Sight<'_>,
     pixels: &mut [[f32; 4]],
 ) -> Result<Drawn, GpuError> {
-    if view.width == 0 || view.height == 0 {
+    if sight.view.width == 0 || sight.view.height == 0 {
         return Ok(Drawn::default());
     }
     let mut timer = Timer::new(context);
     let mut encoder = context.device.create_command_encoder(&Default::default());
-    let Drawing { tables, report } = encode(context, resident, scene, view, quality, &mut encoder, &mut timer)?;
+    let Drawing { tables, report } = encode(context, resident, sight, &mut encoder, &mut timer)?;
     context.queue.submit([encoder.finish()]);
     read(context, &tables.targets.colors, pixels)?;
     Ok(Drawn { counts: tables.tiles.counts(context)?, stages_ms: timer.stages_ms(context)?, report })
@@ -95,22 +107,26 @@ impl Drawing {
 pub(crate) fn encode(
     context: &Context,
     resident: &DeviceScene,
-    scene: &Scene,
-    view: &View,
-    quality: Quality,
+    sight: Sight<'_>,
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
 ) -> Result<Drawing, GpuError> {
     let Context { device, pipelines, .. } = context;
+    let Sight { scene, view, quality, lists } = sight;
     let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
     let paths = Paths::of(resident, quality.order);
-    let looks_up = resident.maps.is_some();
-    let traces = !looks_up && quality.order > paths.events;
+    // What paths are shaded by, beside the hits on them.
+    let (meeting, hierarchy, looked_up) = match &resident.reflections {
+        Reflections::LookedUp(maps) => (Meeting::Maps, &resident.hierarchy, Some(&maps.group)),
+        Reflections::Fields(fields) => (Meeting::Fields, &fields.hierarchy, Some(&fields.group)),
+        _ => (Meeting::Followed, &resident.hierarchy, None),
+    };
+    let traces = quality.order > paths.known_events();
     let [seen, followed] = ENTRIES[index];
     let (samples, features) = (quality.samples, resident.features);
-    let shade = |entry, looks_up| pipelines.shade(device, Shading { entry, samples, features, traces, looks_up });
-    let seen = shade(seen, false);
-    let followed = shade(followed, looks_up);
+    let shade = |entry, meeting| pipelines.shade(device, Shading { entry, samples, features, traces, meeting });
+    let seen = shade(seen, Meeting::Followed);
+    let followed = shade(followed, meeting);
     let rows = rows_at_once(view, quality.samples, paths);
     let size = [view.width, view.height];
     let cells = cells_of(view.width, rows, samples);
@@ -124,7 +140,7 @@ pub(crate) fn encode(
     ];
     let picture = group(device, &pipelines.picture, resources);
     let mut record = frame_record(scene, view, quality, resident);
-    record.tiled_events = paths.events;
+    record.tiled_events = paths.known_events();
     record.followed = tables.followed();
     let mut records = Vec::new();
     let mut bands = Vec::new();
@@ -143,14 +159,18 @@ pub(crate) fn encode(
     targets.draw_ids(encoder, context, resident, index, timer);
     let mut report = Report::default();
     let clip_from_world = Mat4::from_cols_array_2d(&record.clip_from_world);
-    if let Some(mirrors) = &resident.mirrors {
+    if let Reflections::Mirrored(mirrors) = &resident.reflections {
         let what = (scene, view, quality);
         mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, &mut report)?;
     }
-    let pictures: Vec<_> = [&targets.ids].into_iter().chain(&targets.mirrored).collect();
+    let lists = lists.map(|lists| DeviceLists::new(context, scene, view, lists, &mut report)).transpose()?;
+    if let Some(lists) = &lists {
+        lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
+    }
+    let pictures = (targets, lists.as_ref().map(|lists| &lists.of_objects));
     tables.begin(encoder);
     for band in bands {
-        tables.encode(encoder, context, resident, &pictures, &band, timer);
+        tables.encode(encoder, context, resident, pictures, &band, timer);
         for (stage, pipeline, is_followed) in [("shade seen", &seen, false), ("shade paths", &followed, true)] {
             if is_followed && paths.events == 0 {
                 continue;
@@ -158,10 +178,10 @@ pub(crate) fn encode(
             let mut pass = begin(encoder, timer.compute(stage));
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &resident.scene, &[band.record]);
-            pass.set_bind_group(1, &resident.hierarchy, &[]);
+            pass.set_bind_group(1, if is_followed { hierarchy } else { &resident.hierarchy }, &[]);
             pass.set_bind_group(2, &picture, &[]);
-            if let Some(maps) = resident.maps.as_ref().filter(|_| is_followed) {
-                pass.set_bind_group(3, &maps.group, &[]);
+            if let Some(group) = looked_up.filter(|_| is_followed) {
+                pass.set_bind_group(3, group, &[]);
             }
             match is_followed {
                 true => tables.dispatch_followed(&mut pass),
@@ -238,7 +258,7 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         flags: bits(&[
             (frame_flags::PERSPECTIVE, rays.perspective),
             // As on the processor.
-            (frame_flags::APART, resident.mirrors.is_some()),
+            (frame_flags::APART, matches!(resident.reflections, Reflections::Mirrored(_))),
         ]),
         direction: rays.direction.to_array(),
         order: quality.order,

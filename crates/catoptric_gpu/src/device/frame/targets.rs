@@ -1,6 +1,6 @@
 //! The textures and tables of a picture: kept for the next one of the same size.
 
-use super::mirrors::MIRRORED_FORMAT;
+use super::confined::CONFINED_FORMAT;
 use super::tiles::{Paths, TileTables};
 use super::timer::Timer;
 use crate::device::context::Context;
@@ -39,7 +39,7 @@ impl PictureTables {
         }
         // Frees its memory first.
         *last = None;
-        let targets = Targets::new(context, size, samples, paths.mirrors())?;
+        let targets = Targets::new(context, size, samples, paths.drawn())?;
         let tiles = TileTables::new(context, cells, samples, paths)?;
         Ok(last.insert(Arc::new(Self { size, samples, targets, tiles })).clone())
     }
@@ -52,13 +52,13 @@ pub(crate) struct Targets {
     pub(crate) ids: TextureView,
     pub(crate) colors: Texture,
     depth: TextureView,
-    /// Hits at what is seen after one flat mirror, and after more.
-    pub(crate) mirrored: Vec<TextureView>,
+    /// Hits at what is seen on the paths that hardware draws, shorter ones first.
+    pub(crate) drawn: Vec<TextureView>,
 }
 
 impl Targets {
-    /// Textures for views of a size, and for what is seen after so many flat mirrors.
-    fn new(context: &Context, size: [u32; 2], samples: u32, mirrors: u32) -> Result<Self, GpuError> {
+    /// Textures for views of a size, and for what is seen on so many paths.
+    fn new(context: &Context, size: [u32; 2], samples: u32, paths: usize) -> Result<Self, GpuError> {
         let [width, height] = size;
         let allowed = context.device.limits().max_texture_dimension_2d;
         if width > allowed || height > allowed {
@@ -81,17 +81,17 @@ impl Targets {
                 view_formats: &[],
             })
         };
-        let drawn = TextureUsages::RENDER_ATTACHMENT;
-        let read = drawn | TextureUsages::TEXTURE_BINDING;
+        let attached = TextureUsages::RENDER_ATTACHMENT;
+        let read = attached | TextureUsages::TEXTURE_BINDING;
         let ids = target("triangles seen", ID_FORMAT, samples, read);
-        let mirrored = (0..mirrors).map(|_| target("triangles in mirrors", MIRRORED_FORMAT, samples, read));
-        let mirrored = mirrored.map(|texture| texture.create_view(&Default::default())).collect();
-        let depth = target("depth", DEPTH_FORMAT, samples, drawn);
+        let drawn = (0..paths).map(|_| target("triangles on a path", CONFINED_FORMAT, samples, read));
+        let drawn = drawn.map(|texture| texture.create_view(&Default::default())).collect();
+        let depth = target("depth", DEPTH_FORMAT, samples, attached);
         let used = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
         let colors = target("colours", COLOR_FORMAT, 1, used);
         context.check()?;
         let [ids, depth] = [ids, depth].map(|texture| texture.create_view(&Default::default()));
-        Ok(Self { ids, colors, depth, mirrored })
+        Ok(Self { ids, colors, depth, drawn })
     }
 
     /// Begins to draw hits into one of the textures, where nothing is seen yet.

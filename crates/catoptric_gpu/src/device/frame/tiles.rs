@@ -1,9 +1,10 @@
 //! Which triangle every ray hits, by tiles: passes and tables.
 
+use super::targets::Targets;
 use super::timer::Timer;
 use crate::device::context::Context;
-use crate::device::pipelines::{Pipelines, layout, pipeline_layout, texture, written_storage};
-use crate::device::upload::{DeviceScene, group};
+use crate::device::pipelines::{Pipelines, layout, pipeline_layout, table, texture, written_storage};
+use crate::device::upload::{DeviceScene, Reflections, Upload, group};
 use crate::error::GpuError;
 use crate::layout::{NONE, Tiling};
 use crate::shader;
@@ -14,7 +15,7 @@ use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType, BufferUsages};
-use wgpu::{ComputePipeline, ShaderStages, TextureSampleType};
+use wgpu::{ComputePipeline, ShaderStages, TextureSampleType, TextureView};
 
 /// Rays of a cell.
 const RAYS: u32 = 4;
@@ -72,26 +73,44 @@ enum Way {
     LookUp,
     /// Hardware has drawn what is seen after every number of mirrors.
     Mirrors,
+    /// Hardware has drawn what is seen on some paths; tiles follow the others.
+    Lists,
+}
+
+impl Way {
+    fn follows_rays(self) -> bool {
+        matches!(self, Self::Tiles | Self::Lists)
+    }
+
+    fn draws(self) -> bool {
+        matches!(self, Self::Mirrors | Self::Lists)
+    }
 }
 
 impl Paths {
     pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
-        let (way, most) = match (&scene.maps, &scene.mirrors) {
-            (Some(_), _) => (Way::LookUp, 1),
-            (None, Some(_)) => (Way::Mirrors, order),
-            (None, None) => (Way::Tiles, MOST_EVENTS),
+        let (way, most) = match &scene.reflections {
+            Reflections::Followed => (Way::Tiles, MOST_EVENTS),
+            Reflections::LookedUp(_) | Reflections::Fields(_) => (Way::LookUp, 1),
+            Reflections::Mirrored(_) => (Way::Mirrors, order),
+            Reflections::Projected => (Way::Lists, MOST_EVENTS),
         };
         let events = if scene.has_specular { order.min(most) } else { 0 };
-        Self { events, has_lenses: scene.features.has_lenses() && way == Way::Tiles, way }
+        Self { events, has_lenses: scene.features.has_lenses() && way.follows_rays(), way }
     }
 
-    /// Numbers of flat mirrors after which hardware draws what is seen.
-    pub(crate) fn mirrors(self) -> u32 {
-        if self.way == Way::Mirrors { self.events } else { 0 }
+    /// The most events after which the table of hits knows what rays hit.
+    pub(crate) fn known_events(self) -> u32 {
+        if self.way == Way::LookUp { 0 } else { self.events }
+    }
+
+    /// The number of paths on which hardware draws what is seen.
+    pub(crate) fn drawn(self) -> usize {
+        if self.way.draws() { self.all().count() } else { 0 }
     }
 
     /// Paths with their events and kinds, shorter ones first.
-    fn all(self) -> impl Iterator<Item = (u32, u32)> {
+    pub(crate) fn all(self) -> impl Iterator<Item = (u32, u32)> {
         let kinds = move |events: u32| if self.has_lenses { 1 << events } else { 1 };
         (1..=self.events).flat_map(move |events| (0..kinds(events)).map(move |kinds| (events, kinds)))
     }
@@ -120,8 +139,8 @@ pub(crate) fn hit_bytes(cells: [u32; 2], paths: Paths) -> u64 {
 /// A pass of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Pass {
-    /// Reads a picture of what is seen after so many events.
-    Gather(u32),
+    /// Reads a picture of what is seen after so many events of kinds.
+    Gather(u32, u32),
     Classify,
     Cover,
     Trace,
@@ -147,8 +166,8 @@ impl TilePipelines {
     pub(crate) fn new(device: &wgpu::Device, scene: &BindGroupLayout, hierarchy: &BindGroupLayout) -> Self {
         let stage = ShaderStages::COMPUTE;
         let seen = |binding, multisampled| texture(binding, TextureSampleType::Uint, multisampled);
-        let gathering =
-            [seen(1, false), seen(2, true)].map(|seen| layout(device, "gathering", stage, &[written_storage(0), seen]));
+        let gathering = [seen(1, false), seen(2, true)]
+            .map(|seen| layout(device, "gathering", stage, &[written_storage(0), seen, table(3)]));
         let record =
             BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None };
         let working = layout(device, "tiles", stage, &[written_storage(0), written_storage(1), (2, record)]);
@@ -175,8 +194,8 @@ impl TilePipelines {
             let mut constants = features.constants();
             constants.push(("SAMPLES", f64::from(samples)));
             let (layout, module, entry) = match pass {
-                Pass::Gather(events) => {
-                    constants.push(("EVENTS", f64::from(events)));
+                Pass::Gather(events, kinds) => {
+                    constants.extend([("EVENTS", f64::from(events)), ("KINDS", f64::from(kinds))]);
                     let index = usize::from(samples > 1);
                     let entry = ["gather_one_sample", "gather_four_samples"][index];
                     (&self.gather_layouts[index], &self.gather, entry)
@@ -221,6 +240,8 @@ pub(crate) struct TileTables {
     arguments: Buffer,
     working: BindGroup,
     followed: u32,
+    /// Where no geometry is drawn.
+    no_lists: TextureView,
 }
 
 impl TileTables {
@@ -253,7 +274,8 @@ impl TileTables {
         let mut records = Vec::new();
         for (events, kinds) in paths.all() {
             let shade_queue = if (events, kinds) == (1, 0) { followed } else { NONE };
-            let record = Tiling { events, kinds, queue, traced_queue, shade_queue, ..Tiling::default() };
+            let some_known = u32::from(paths.way == Way::Lists);
+            let record = Tiling { events, kinds, queue, traced_queue, shade_queue, some_known, ..Tiling::default() };
             records.extend_from_slice(bytemuck::bytes_of(&record));
             records.resize(records.len().next_multiple_of(TILING_STRIDE as usize), 0);
         }
@@ -267,8 +289,9 @@ impl TileTables {
         let resources =
             [(0, hits.as_entire_binding()), (1, work.as_entire_binding()), (2, BindingResource::Buffer(record))];
         let working = group(device, &pipelines.tiles.working, resources);
+        let no_lists = Upload { context, byte_count: 0 }.numbers("no geometry", &[])?;
         context.check()?;
-        Ok(Self { cells, samples, paths, hits, work, arguments, working, followed })
+        Ok(Self { cells, samples, paths, hits, work, arguments, working, followed, no_lists })
     }
 
     /// The place of the queue of tiles that are shaded path by path.
@@ -299,13 +322,13 @@ impl TileTables {
     }
 
     /// Fills the table of hits for a band: from pictures of what is seen directly and, if there are more, after each
-    /// event, and by tiles.
+    /// event or on every path, and by tiles; `of_objects` says from which objects geometry goes on.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         context: &Context,
         scene: &DeviceScene,
-        pictures: &[&wgpu::TextureView],
+        (targets, of_objects): (&Targets, Option<&TextureView>),
         band: &Band,
         timer: &mut Timer,
     ) {
@@ -313,12 +336,14 @@ impl TileTables {
         let (Pipelines { tiles: pipelines, .. }, samples) = (pipelines, self.samples);
         let index = usize::from(samples > 1);
         let of_pass = |pass| pipelines.get(device, samples, scene.features, pass);
-        for (events, picture) in pictures.iter().enumerate() {
-            let picture = BindingResource::TextureView(picture);
-            let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture)];
+        let pictures = [&targets.ids].into_iter().chain(&targets.drawn);
+        for ((events, kinds), picture) in [(0, 0)].into_iter().chain(self.paths.all()).zip(pictures) {
+            let [picture, of_objects] =
+                [picture, of_objects.unwrap_or(&self.no_lists)].map(BindingResource::TextureView);
+            let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture), (3, of_objects)];
             let gathered = group(device, &pipelines.gathering[index], resources);
             let mut pass = begin(encoder, timer.compute("gather"));
-            pass.set_pipeline(&of_pass(Pass::Gather(events as u32)));
+            pass.set_pipeline(&of_pass(Pass::Gather(events, kinds)));
             pass.set_bind_group(0, &scene.scene, &[band.record]);
             pass.set_bind_group(1, &gathered, &[]);
             let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));
@@ -327,7 +352,7 @@ impl TileTables {
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         // Where nothing is to be followed it is enough to know where something is seen.
         let paths =
-            if self.paths.way == Way::Tiles { self.paths.all().count() } else { self.paths.events.min(1) as usize };
+            if self.paths.way.follows_rays() { self.paths.all().count() } else { self.paths.events.min(1) as usize };
         for path in 0..paths {
             let record = (path as u64 * TILING_STRIDE) as u32;
             encoder.clear_buffer(&self.work, 0, Some(COUNTED_A_PATH * 4));
@@ -339,7 +364,7 @@ impl TileTables {
                 let [across, down] = band.cells.map(|count| count.div_ceil(TILE));
                 pass.dispatch_workgroups(across, down, 1);
             }
-            if self.paths.way != Way::Tiles {
+            if !self.paths.way.follows_rays() {
                 continue;
             }
             for (index, (stage, kind)) in [("tiles", Pass::Cover), ("traced rays", Pass::Trace)].into_iter().enumerate()

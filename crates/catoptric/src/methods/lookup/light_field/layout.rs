@@ -27,9 +27,9 @@ pub(crate) struct Slab {
     /// 1 where it looks along the axis, -1 where against.
     pub(crate) sign: f32,
     /// The plane of the views: this coordinate along the axis.
-    plane: f32,
+    pub(crate) plane: f32,
     /// The other two coordinates of the first view.
-    low: Vec2,
+    pub(crate) low: Vec2,
     /// Steps from view to view, one over them, and as shares of the longer.
     pub(crate) spacing: Vec2,
     per_step: Vec2,

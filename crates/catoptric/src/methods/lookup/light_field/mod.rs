@@ -24,13 +24,14 @@ use crate::methods::bake::Baked;
 use crate::methods::lookup::shared::memory::fit_into_memory;
 use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::lookup_shader::draw;
-use crate::methods::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
+use crate::methods::reflector_maps::{ReflectorCubeMap, ReflectorMapSettings, ReflectorMaps};
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::progress::{Cancelled, Progress};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Projection, Ray, RayDifferential, Role, Scene, View};
 use bake::SlabsWork;
 use glam::Vec3;
+pub use slabs::tables::{SlabPlane, SlabTables};
 pub use slabs::{SlabCoordinates, Slabs};
 use std::sync::Arc;
 use stored::stored_radiance;
@@ -44,7 +45,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Yu, Yang, McMillan 2005, Real-time reflection mapping with parallax",
     assumptions: "nothing but reflectors and lenses is in a region",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: Some(|table, scene, quality| {
         let settings = LightFieldSettings::from_table(table)?;
         Ok(Box::new(SlabsWork::for_baking(&settings, scene, quality)?))
@@ -86,7 +87,7 @@ struct PreparedFields {
     quality: Quality,
     /// The source of slabs, where they are not captured.
     baked: Option<Arc<dyn Baked>>,
-    fields: Fields,
+    fields: LightFields,
     report: Report,
 }
 
@@ -96,8 +97,8 @@ struct FieldsFrame<'a> {
     view: View,
 }
 
-/// The radiance that all reflectors and lenses look up.
-struct Fields {
+/// The radiance that all reflectors and lenses of a scene look up.
+pub struct LightFields {
     /// Identity of the slabs' contents: [`SlabsWork::fingerprint`].
     fingerprint: [u8; 32],
     /// Number of every object's region, if it lies in one.
@@ -137,7 +138,7 @@ impl Method for LightField {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        let (fields, report) = Fields::new(&self.settings, scene, quality, bake.as_ref(), None, progress)?;
+        let (fields, report) = LightFields::new(&self.settings, scene, quality, bake.as_ref(), None, progress)?;
         let (settings, scene) = (self.settings.clone(), scene.clone());
         Ok(Box::new(PreparedFields { settings, scene, quality, baked: bake, fields, report }))
     }
@@ -150,7 +151,7 @@ impl Prepared for PreparedFields {
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
         let (baked, old) = (self.baked.as_ref(), Some(&self.fields));
-        let (fields, report) = Fields::new(&self.settings, scene, quality, baked, old, progress)?;
+        let (fields, report) = LightFields::new(&self.settings, scene, quality, baked, old, progress)?;
         (self.fields, self.report, self.scene, self.quality) = (fields, report, scene.clone(), quality);
         Ok(())
     }
@@ -192,9 +193,13 @@ impl Frame for FieldsFrame<'_> {
     }
 }
 
-impl Fields {
+impl LightFields {
     /// Captures the fields of a scene, or loads a bake; keeps the slabs of `old` where these are of the same scene.
-    fn new(
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where a bake is of another scene or a table does not fit into memory,
+    /// [`RenderError::Cancelled`].
+    pub fn new(
         settings: &LightFieldSettings,
         scene: &Scene,
         quality: Quality,
@@ -264,6 +269,21 @@ impl Fields {
         Ok((fields, report))
     }
 
+    /// The slabs about each region of reflectors and lenses.
+    pub fn slabs(&self) -> impl ExactSizeIterator<Item = &Arc<Slabs>> {
+        self.regions.iter().map(|region| &region.slabs)
+    }
+
+    /// The number of every object's region, if it lies in one.
+    pub fn region_of(&self) -> &[Option<u32>] {
+        &self.region_of
+    }
+
+    /// Environment maps of objects outside all regions; empty without any.
+    pub fn maps(&self) -> &[Option<ReflectorCubeMap>] {
+        self.maps.all()
+    }
+
     /// Counts and bytes.
     fn describe(&self, report: &mut Report) {
         let stored = || self.regions.iter().filter_map(|region| region.inside.stored());
@@ -329,7 +349,7 @@ impl Inside {
 
 /// All that a view shows.
 struct FieldShader<'a> {
-    fields: &'a Fields,
+    fields: &'a LightFields,
     /// Slabs that replace the scene behind reflectors.
     behind: Option<&'a Slabs>,
 }
@@ -347,7 +367,7 @@ impl ReflectorShader for FieldShader<'_> {
     }
 }
 
-impl Fields {
+impl LightFields {
     fn radiance(&self, scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let region = self.region_of[encounter.point.object as usize];
         let Some(FieldRegion { slabs, inside }) = region.and_then(|region| self.regions.get(region as usize)) else {

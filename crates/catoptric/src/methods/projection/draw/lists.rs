@@ -1,7 +1,9 @@
 //! From the geometry of paths to the rasteriser's lists: layers, stencils and groups.
 
 use super::PathGeometry;
+use super::virtual_scene::VirtualGeometry;
 use crate::methods::Job;
+use crate::methods::path_lists::PathLists;
 use crate::methods::projector::SpecularPath;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::{Bounce, BounceKind};
@@ -34,10 +36,28 @@ pub(super) fn draw_lists(
     maps: Option<&ReflectorMaps>,
     ends: EndsOfPaths,
 ) -> Vec<DrawList> {
-    let group = |object: u32, goes_on: bool| {
-        let mapped = maps.is_some_and(|maps| maps.has(object));
-        if goes_on && !mapped && job.scene.role_of(object).is_specular() { object + 1 } else { 0 }
-    };
+    let (scene, order) = (job.scene, job.quality.order);
+    let seen = scene_draw_list(scene, job.view, |object| Some(group(scene, maps, object, order > 0)));
+    let seen_lenses = lenses(scene, &seen);
+    let mut lists = vec![seen];
+    lists.extend(lists_of_paths(job, paths, maps, ends, &seen_lenses));
+    lists
+}
+
+/// The object plus 1 of reflectors and lenses at which paths go on, or 0.
+fn group(scene: &Scene, maps: Option<&ReflectorMaps>, object: u32, goes_on: bool) -> u32 {
+    let mapped = maps.is_some_and(|maps| maps.has(object));
+    if goes_on && !mapped && scene.role_of(object).is_specular() { object + 1 } else { 0 }
+}
+
+/// Those of [`draw_lists`] behind the first.
+pub(super) fn lists_of_paths(
+    job: &Job<'_>,
+    paths: Vec<PathGeometry>,
+    maps: Option<&ReflectorMaps>,
+    ends: EndsOfPaths,
+    seen_lenses: &BTreeSet<u32>,
+) -> Vec<DrawList> {
     let (scene, order) = (job.scene, job.quality.order as usize);
     // Sorted by length, so that parents come first.
     let mut waiting: BTreeMap<(usize, SpecularPath), Vec<PathGeometry>> = BTreeMap::new();
@@ -52,7 +72,7 @@ pub(super) fn draw_lists(
         }
         waiting.entry((bounces.len(), geometry.path.clone())).or_default().push(geometry);
     }
-    let mut lists = vec![scene_draw_list(scene, job.view, |object| Some(group(object, order > 0)))];
+    let mut lists = Vec::new();
     let add_passing =
         |waiting: &mut BTreeMap<(usize, SpecularPath), Vec<PathGeometry>>, path: &SpecularPath, object| {
             let length = path.bounces.len() + 1;
@@ -61,7 +81,7 @@ pub(super) fn draw_lists(
                 waiting.entry((length, going_on(path, object, BounceKind::Transmit))).or_default();
             }
         };
-    for object in lenses(scene, &lists[0]) {
+    for &object in seen_lenses {
         add_passing(&mut waiting, &SpecularPath::default(), object);
     }
     let mut list_of_path: BTreeMap<SpecularPath, u32> = BTreeMap::new();
@@ -79,7 +99,7 @@ pub(super) fn draw_lists(
         for triangle in &mut list.triangles {
             match scene.triangle_objects.get(triangle.source as usize) {
                 Some(&object) => {
-                    triangle.group = group(object, length < order);
+                    triangle.group = group(scene, maps, object, length < order);
                     triangle.alpha_tested = scene.is_alpha_tested(object);
                     // Pieces of one triangle are one surface, too.
                     let piece = if in_pieces { triangle.source + 1 } else { 0 };
@@ -92,10 +112,21 @@ pub(super) fn draw_lists(
         for object in lenses(scene, &list) {
             add_passing(&mut waiting, &path, object);
         }
-        list_of_path.insert(path, lists.len() as u32);
         lists.push(list);
+        // The first list is that of what is seen directly.
+        list_of_path.insert(path, lists.len() as u32);
     }
     lists
+}
+
+/// The lists of a view's geometry without that of what is seen directly.
+pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry) -> PathLists {
+    let has_rest = found.paths_left > 0;
+    let ends = if has_rest { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+    let specular = job.scene.specular_objects();
+    // Any of them may be seen.
+    let lenses = specular.into_iter().filter(|object| job.scene.role_of(*object) == Role::Lens).collect();
+    PathLists { lists: lists_of_paths(job, found.paths, None, ends, &lenses), has_rest, report: found.report }
 }
 
 /// The lenses among a list's triangles at which paths go on.

@@ -2,14 +2,16 @@
 //! view, what on the objects among them, and what of it is kept from frame to frame.
 
 use super::MapsInView;
+use super::lists::path_lists;
 use super::virtual_mesh::MeshQuality;
-use super::virtual_scene::VirtualScene;
+use super::virtual_scene::{MeshesOfView, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
+use crate::methods::path_lists::PathLists;
 use crate::methods::projector::VertexProjector;
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
 use crate::progress::{Progress, Silent, Stage};
@@ -321,11 +323,24 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
-        let mesh_quality = method.mesh_quality(view);
+        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
-        let limit = (work.meshes, tiles);
-        virtual_scene.draw(&job, &self.projector_of_view(), &mesh_quality, limit, method.maps(data), target)
+        virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
+    }
+
+    fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {
+        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, work, .. } = *self;
+        let maps = method.maps(data);
+        if maps.whole.is_some() || maps.far.is_some() {
+            let problem = "environment maps in place of projections are drawn on the CPU alone".into();
+            return Err(RenderError::Limit { method: M::INFO.id, problem });
+        }
+        let job = Job { scene, view, quality, progress };
+        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
+        let whole = method.work_limit().beyond == BeyondWork::Tiles;
+        let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
+        Ok(Some(path_lists(&job, found)))
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {

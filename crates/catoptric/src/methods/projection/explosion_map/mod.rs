@@ -35,7 +35,7 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflectors are finely tessellated; the spheres about them hold nothing but them; \
         answers are approximate",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: ExplosionMapSettings::describe,
     effective: ExplosionMapSettings::effective,

@@ -36,7 +36,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Chen, Arvo 2000, Perturbation methods for interactive specular reflections",
     assumptions: "reflectors and lenses are smooth; reflections smaller than the finest sample spacing can be missed",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: PathPerturbationSettings::describe,
     effective: PathPerturbationSettings::effective,

@@ -35,7 +35,7 @@ pub static INFO: MethodInfo = MethodInfo {
         interactive reflections on curved objects",
     assumptions: "reflectors are finely tessellated and smooth between creases; answers are approximate",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: ReflectorSearchSettings::describe,
     effective: ReflectorSearchSettings::effective,

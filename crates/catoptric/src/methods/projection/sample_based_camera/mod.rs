@@ -43,7 +43,7 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Popescu, Sacks, Mei 2006, Sample-based cameras for fast accurate reflections",
     assumptions: "reflections smaller than the spacing of the ray map can be missed",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: None,
     settings: SampleBasedCameraSettings::describe,
     effective: SampleBasedCameraSettings::effective,

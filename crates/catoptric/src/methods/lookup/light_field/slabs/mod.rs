@@ -4,6 +4,7 @@ pub(super) mod blocks;
 mod depth;
 mod fetch;
 pub(super) mod rows;
+pub(super) mod tables;
 pub(super) mod texels;
 #[cfg(feature = "files")]
 pub(super) mod views;

@@ -43,6 +43,20 @@ struct KeptMesh {
     first: FirstMesh,
 }
 
+/// What virtual meshes of a view are made with.
+pub(in crate::methods::projection) struct MeshesOfView<'a, P: ?Sized> {
+    pub(in crate::methods::projection) projector: &'a P,
+    pub(in crate::methods::projection) quality: &'a MeshQuality,
+}
+
+/// The virtual meshes of a view, path by path.
+pub(in crate::methods::projection) struct VirtualGeometry {
+    pub(in crate::methods::projection) paths: Vec<PathGeometry>,
+    /// Beginnings of paths that are left to something else.
+    pub(in crate::methods::projection) paths_left: u64,
+    pub(in crate::methods::projection) report: Report,
+}
+
 /// What the making of meshes leaves beside them.
 #[derive(Default)]
 struct MadeMeshes {
@@ -114,14 +128,45 @@ impl VirtualScene {
     pub(in crate::methods::projection) fn draw<P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
-        projector: &P,
-        quality: &MeshQuality,
+        maker: &MeshesOfView<'_, P>,
         (work, tiles): (u64, Option<&ExactTiles<'_>>),
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
+        let VirtualGeometry { paths, paths_left, mut report } =
+            self.geometry(job, maker, (work, tiles.is_some()), maps)?;
+        if paths_left > 0 {
+            // The same for all frames, so that it is shown once.
+            let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
+                           `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
+            report.warnings.push(warning.into());
+        }
+        report.warnings.extend(simplified::bumpy_surfaces(job.scene));
+        match tiles.filter(|_| paths_left > 0) {
+            Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
+            None => {
+                report.warnings.extend(simplified::rough_mirrors(job.scene));
+                report.add_raster(&draw_paths_with(job, paths, maps, target)?);
+            }
+        }
+        Ok(report)
+    }
+
+    /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with
+    /// about as much work; if paths are to be `whole`, those that take more are left out.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(in crate::methods::projection) fn geometry<P: VertexProjector + ?Sized>(
+        &self,
+        job: &Job<'_>,
+        MeshesOfView { projector, quality }: &MeshesOfView<'_, P>,
+        (work, whole): (u64, bool),
+        maps: MapsInView<'_>,
+    ) -> Result<VirtualGeometry, Cancelled> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
+        let projector = *projector;
         let maker = MeshMaker { scene: self, job, projector, quality };
         let pairs = maker.pairs(maps);
         if maps.far.is_some() {
@@ -131,16 +176,15 @@ impl VirtualScene {
         }
         let mut is_drawn = vec![true; projector.paths().len()];
         let mut paths_left = 0;
-        let made = match tiles {
-            Some(_) => {
-                let (made, undone) = maker.add_whole(&pairs, work)?;
-                for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
-                    *drawn = !undone.hold(path);
-                }
-                paths_left = undone.count();
-                made
+        let made = if whole {
+            let (made, undone) = maker.add_whole(&pairs, work)?;
+            for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
+                *drawn = !undone.hold(path);
             }
-            None => maker.add_in_shares(&pairs, work)?,
+            paths_left = undone.count();
+            made
+        } else {
+            maker.add_in_shares(&pairs, work)?
         };
         let meshes = self.locked_meshes();
         let geometry = |(path, sequence): (usize, &SpecularPath)| {
@@ -153,12 +197,12 @@ impl VirtualScene {
             geometry
         };
         let drawn_paths = projector.paths().iter().enumerate().filter(|(path, _)| is_drawn[*path]);
-        let geometry: Vec<PathGeometry> = drawn_paths.map(geometry).collect();
+        let paths: Vec<PathGeometry> = drawn_paths.map(geometry).collect();
         let drawn = || meshes.iter().filter(|((path, _), _)| is_drawn[*path as usize]).map(|(_, kept)| &kept.mesh);
         report.counts.insert("work", meshes.values().map(|kept| kept.mesh.work).sum());
         report.counts.insert("vertices_projected", made.points_projected);
-        report.counts.insert("virtual_triangles", geometry.iter().map(|path| path.triangles.len() as u64).sum());
-        report.counts.insert("paths", geometry.len() as u64);
+        report.counts.insert("virtual_triangles", paths.iter().map(|path| path.triangles.len() as u64).sum());
+        report.counts.insert("paths", paths.len() as u64);
         report.add_fallback("undivided_pieces", drawn().map(|mesh| mesh.unfinished).sum());
         report.add_fallback("extrapolated_points", drawn().map(|mesh| mesh.extrapolated).sum());
         report.add_fallback("appearances_left_out", drawn().map(|mesh| mesh.left_out).sum());
@@ -167,20 +211,6 @@ impl VirtualScene {
         projector.add_fallbacks(&mut report);
         report.stages_ms.push(("project", watch.lap_ms()));
         report.add_fallback("paths_drawn_by_tiles", paths_left);
-        if paths_left > 0 {
-            // The same for all frames, so that it is shown once.
-            let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
-                           `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
-            report.warnings.push(warning.into());
-        }
-        report.warnings.extend(simplified::bumpy_surfaces(job.scene));
-        match tiles.filter(|_| paths_left > 0) {
-            Some(tiles) => report.add(tiles.draw(job, geometry, maps, target)?),
-            None => {
-                report.warnings.extend(simplified::rough_mirrors(job.scene));
-                report.add_raster(&draw_paths_with(job, geometry, maps, target)?);
-            }
-        }
-        Ok(report)
+        Ok(VirtualGeometry { paths, paths_left, report })
     }
 }

@@ -1,0 +1,88 @@
+//! Slabs as plain tables: for other processors to look up.
+
+use super::Slabs;
+use crate::math::Aabb;
+use crate::methods::lookup::light_field::settings::Disparity;
+use glam::Vec2;
+
+/// All numbers of the slabs about a region.
+///
+/// Slabs are those of the directions +x, -x, +y, -y, +z, -z. Coordinates across an axis are the other two of x, y, z in
+/// cyclic order: y and z across x, z and x across y.
+#[derive(Clone, Copy, Debug)]
+pub struct SlabTables<'a> {
+    slabs: &'a Slabs,
+}
+
+/// The plane of a slab's views.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlabPlane {
+    /// Its coordinate along the slab's axis.
+    pub plane: f32,
+    /// The coordinates across the axis of the first view.
+    pub low: Vec2,
+    /// The steps from view to view.
+    pub spacing: Vec2,
+    /// The parallax of its focal plane: how far slopes change from view to view along the longer spacing.
+    pub focal: f32,
+}
+
+impl Slabs {
+    /// Their tables.
+    pub fn tables(&self) -> SlabTables<'_> {
+        SlabTables { slabs: self }
+    }
+}
+
+impl<'a> SlabTables<'a> {
+    /// The region.
+    pub fn region(&self) -> Aabb {
+        self.slabs.fetch.layout.region
+    }
+
+    /// Views a side of a slab.
+    pub fn views(&self) -> u32 {
+        self.slabs.fetch.layout.st
+    }
+
+    /// Pixels a side of a view. The middles of the outermost ones see the slopes -1.0625 and 1.0625.
+    pub fn pixels(&self) -> u32 {
+        self.slabs.fetch.layout.uv
+    }
+
+    /// True if each view finds by the parallax of its pixels what a ray meets; else the focal planes' are meant.
+    pub fn has_depth(&self) -> bool {
+        self.slabs.fetch.disparity == Disparity::Depth
+    }
+
+    /// The planes of all slabs.
+    pub fn planes(&self) -> [SlabPlane; 6] {
+        self.slabs.fetch.layout.slabs.map(|slab| SlabPlane {
+            plane: slab.plane,
+            low: slab.low,
+            spacing: slab.spacing,
+            focal: slab.focal,
+        })
+    }
+
+    /// The levels of a view: the first texel of each, from the finest, and its pixels a side.
+    pub fn levels(&self) -> &'a [(u32, u32)] {
+        &self.slabs.fetch.levels.levels
+    }
+
+    /// Texels of all levels of a view.
+    pub fn texels_a_view(&self) -> u32 {
+        self.slabs.fetch.levels.count
+    }
+
+    /// Radiance of a row of views, slab after slab: view after view, level after level, row after row; three mantissas
+    /// of nine bits with one exponent (OpenGL's `RGB9_E5`).
+    pub fn radiance(&self, row: usize) -> &'a [u32] {
+        self.slabs.rows.row(row).texels
+    }
+
+    /// Parallax of the finest level of a row of views: 32,767 is 2.
+    pub fn parallax(&self, row: usize) -> &'a [i16] {
+        self.slabs.rows.row(row).parallax
+    }
+}
