@@ -4,6 +4,7 @@
 
 mod features;
 mod fields;
+mod layers;
 mod light;
 mod maps;
 mod surfaces;
@@ -11,6 +12,7 @@ mod textures;
 
 pub use features::SceneFeatures;
 pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes};
+pub use layers::{LayerMaps, layer_maps};
 pub use light::{EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
 pub use surfaces::{surface_records, unsupported};

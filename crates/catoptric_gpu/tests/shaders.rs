@@ -1,9 +1,9 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS,
-    MAX_ORDER, MirrorPath, Node, PathList, ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH,
-    WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
+    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, Layer, LayerGroup, LeafTriangle, Level, LightRecord,
+    MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MirrorPath, Node, PathList, ReflectorMap, Surface, TEXEL_ROW,
+    TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -146,6 +146,17 @@ fn passes_read_their_own_records_as_they_are_written() {
         low, root, high, views, pixels, first_layer, has_depth, by_one_event,
     } before slabs);
     compare("field.wgsl", &[region, record!("FieldSlab": FieldSlab { low, plane, focal, spacing })]);
+    let group = record!("LayerGroup": LayerGroup { root, first_layer, layers, viewpoints, shares });
+    let layer = record!("Layer": Layer {
+        center, shape, low, size, high, faces, right, least, up, most, has_depths, first_depth, depth_base,
+        depth_shift, first_bound, bound_levels, first_texels,
+    });
+    compare("layered.wgsl", &[group, layer]);
+    let source = shader::source("layered.wgsl");
+    for (name, bytes) in [("LAYER_GROUP_TEXELS", size_of::<LayerGroup>()), ("LAYER_TEXELS", size_of::<Layer>())] {
+        assert!(source.contains(&format!("const {name} = {}u;", bytes / 16)), "{name}");
+    }
+    assert!(source.contains(&format!("const MOST_VIEWPOINTS = {MAX_VIEWPOINTS}u;")));
     let source = shader::source("field.wgsl");
     for (name, bytes) in
         [("FIELD_REGION_TEXELS", offset_of!(FieldRegion, slabs)), ("FIELD_SLAB_TEXELS", size_of::<FieldSlab>())]

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::frame::fields::DeviceFields;
+use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::{self, Sight};
@@ -12,6 +13,7 @@ use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
+use catoptric::methods::lookup::layered_environment_map::{LayeredEnvironmentMapSettings, LayeredMaps};
 use catoptric::methods::lookup::light_field::{Background, LightFieldSettings, LightFields, Transfer};
 use catoptric::methods::path_query::PathSearch;
 use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
@@ -38,6 +40,7 @@ pub fn create(
     let way = match id {
         ENVIRONMENT_MAP => Way::LookUp(EnvironmentMapSettings::from_table(settings)?),
         LIGHT_FIELD => Way::Fields(LightFieldSettings::from_table(settings)?),
+        LAYERED_MAP => Way::Layers(LayeredEnvironmentMapSettings::from_table(settings)?),
         PLANAR_MIRROR => Way::Mirror(PlanarMirrorSettings::from_table(settings)?),
         MULTIPERSPECTIVE | AUTO => Way::Follow,
         _ => Way::Project((info.create)(settings)?.into()),
@@ -54,6 +57,8 @@ enum Way {
     LookUp(EnvironmentMapSettings),
     /// Light is looked up in light fields.
     Fields(LightFieldSettings),
+    /// Light is looked up in layers.
+    Layers(LayeredEnvironmentMapSettings),
     /// The scene is mirrored in flat mirrors.
     Mirror(PlanarMirrorSettings),
     /// Geometry is drawn where the processor's method says that it appears.
@@ -64,6 +69,8 @@ enum Way {
 const ENVIRONMENT_MAP: &str = "environment_map";
 /// That which looks it up in light fields.
 const LIGHT_FIELD: &str = "light_field";
+/// And in layers.
+const LAYERED_MAP: &str = "layered_environment_map";
 /// And that which mirrors the scene.
 const PLANAR_MIRROR: &str = "planar_mirror";
 
@@ -86,6 +93,8 @@ struct PreparedScene {
     resident: DeviceScene,
     /// What light fields were captured, and where from, if not from the scene.
     fields: Option<LightFields>,
+    /// The layers of the views so far.
+    layers: Option<LayeredMaps>,
     bake: Option<Arc<dyn Baked>>,
     /// The processor's part of methods that project.
     projection: Option<Box<dyn Prepared>>,
@@ -115,17 +124,18 @@ impl Method for DeviceMethod {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        if bake.is_some() && !matches!(self.way, Way::Fields(_)) {
+        if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_)) {
             return Err(self.refuse("on the GPU it uses no baked files"));
         }
-        let Loaded { resident, fields, mut report } = self.load(scene, quality, bake.as_ref(), None, progress)?;
+        let Loaded { resident, fields, layers, mut report } =
+            self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {
             Way::Project(method) => Some(method.prepare(scene, quality, None, progress)?),
             _ => None,
         };
         report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
         let (method, scene) = (self.clone(), scene.clone());
-        Ok(Box::new(PreparedScene { method, scene, quality, resident, fields, bake, projection, report }))
+        Ok(Box::new(PreparedScene { method, scene, quality, resident, fields, layers, bake, projection, report }))
     }
 }
 
@@ -133,6 +143,7 @@ impl Method for DeviceMethod {
 struct Loaded {
     resident: DeviceScene,
     fields: Option<LightFields>,
+    layers: Option<LayeredMaps>,
     report: Report,
 }
 
@@ -190,8 +201,8 @@ impl DeviceMethod {
                 Reflections::Mirrored(mirrors)
             }
             Way::Project(_) => Reflections::Projected,
-            // Maps and light fields are captured below.
-            Way::Follow | Way::LookUp(_) | Way::Fields(_) => Reflections::Followed,
+            // Maps, light fields and layers are captured below.
+            Way::Follow | Way::LookUp(_) | Way::Fields(_) | Way::Layers(_) => Reflections::Followed,
         };
         let before = old.map(|old| &old.resident);
         let mut resident = DeviceScene::new(context, scene, before, reflections).map_err(refuse)?;
@@ -220,11 +231,37 @@ impl DeviceMethod {
             resident.reflections = Reflections::Fields(loaded);
             fields = Some(captured);
         }
+        let mut layers = None;
+        if let Way::Layers(settings) = way {
+            let made = LayeredMaps::new(settings, scene, quality, bake.cloned(), progress)?;
+            report.add(made.report().clone());
+            layers = Some(made);
+        }
         report.bytes.insert("gpu", bytes);
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        Ok(Loaded { resident, fields, report })
+        Ok(Loaded { resident, fields, layers, report })
+    }
+}
+
+impl PreparedScene {
+    /// Infers the layers that a view looks up, where there are any, and loads them.
+    fn load_layers(&mut self, view: &View, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let Self { method, scene, resident, layers, .. } = self;
+        let Some(layers) = layers else { return Ok(Report::default()) };
+        let mut report = layers.infer(view, progress)?;
+        let refuse = |error: GpuError| failed(method.info, &error);
+        let watch = Stopwatch::new();
+        if let Reflections::Layers(loaded) = &mut resident.reflections {
+            loaded.update(&method.context, layers, view).map_err(refuse)?;
+        } else {
+            let loaded = DeviceLayers::new(&method.context, scene, resident, layers, view).map_err(refuse)?;
+            report.bytes.insert("gpu_layers", loaded.byte_count);
+            resident.reflections = Reflections::Layers(Box::new(loaded));
+        }
+        report.stages_ms.push(("upload_layers", watch.elapsed_ms()));
+        Ok(report)
     }
 }
 
@@ -235,20 +272,22 @@ impl Prepared for PreparedScene {
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
         let loaded = self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?;
-        let Loaded { resident, fields, mut report } = loaded;
+        let Loaded { resident, fields, layers, mut report } = loaded;
         if let Some(projection) = &mut self.projection {
             projection.update(scene, quality, progress)?;
             report.add(projection.report().clone());
         }
-        (self.resident, self.fields, self.report) = (resident, fields, report);
+        (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
         (self.scene, self.quality) = (scene.clone(), quality);
         Ok(())
     }
 
     fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        let of_layers = self.load_layers(view, progress)?;
         let Self { method, scene, quality, resident, projection, .. } = self;
         let projection = projection.as_mut().map(|projection| projection.frame(view, progress)).transpose()?;
-        let report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
+        let mut report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
+        report.add(of_layers);
         let (quality, view) = (*quality, view.clone());
         Ok(Box::new(DeviceFrame { method, scene, quality, resident, projection, view, report }))
     }

@@ -2,7 +2,7 @@
 
 use super::frame::confined::ConfinedPipelines;
 use super::frame::tiles::TilePipelines;
-use super::frame::{fields, lists, mirrors};
+use super::frame::{fields, layers, lists, mirrors};
 use crate::shader;
 use crate::tables::SceneFeatures;
 use std::collections::HashMap;
@@ -47,6 +47,8 @@ pub(crate) enum Meeting {
     Maps,
     /// It is looked up in light fields.
     Fields,
+    /// It is looked up in layers.
+    Layers,
 }
 
 /// All pipelines.
@@ -68,14 +70,16 @@ pub(crate) struct Pipelines {
     pub(crate) maps: wgpu::BindGroupLayout,
     /// Light fields, with environment maps.
     pub(crate) fields: wgpu::BindGroupLayout,
+    /// Layered environment maps.
+    pub(crate) layers: wgpu::BindGroupLayout,
     /// For [`Meeting`]s.
-    shading: [wgpu::PipelineLayout; 3],
+    shading: [wgpu::PipelineLayout; 4],
     /// For each of [`SAMPLE_COUNTS`].
     pub(crate) samples: [SamplePipelines; 2],
     /// Colours to be drawn to a target.
     pub(crate) colors: wgpu::BindGroupLayout,
     /// For [`Meeting`]s.
-    shaders: [wgpu::ShaderModule; 3],
+    shaders: [wgpu::ShaderModule; 4],
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
     presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
@@ -121,7 +125,7 @@ impl Pipelines {
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         };
         let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
-        let shaders = ["frame.wgsl", "look.wgsl", "field.wgsl"].map(module);
+        let shaders = ["frame.wgsl", "look.wgsl", "field.wgsl", "layered.wgsl"].map(module);
         let [visibility, present] = ["visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
@@ -136,10 +140,12 @@ impl Pipelines {
         let maps = layout(device, "maps", shades, &of_maps);
         let of_fields: Vec<_> = of_maps.into_iter().chain(fields::BINDINGS).collect();
         let fields = layout(device, "light fields", shades, &of_fields);
+        let layers = layout(device, "layers", shades, &layers::BINDINGS);
         let shading = [
             pipeline_layout(device, &[&scene, &hierarchy, &picture]),
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &maps]),
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &fields]),
+            pipeline_layout(device, &[&scene, &hierarchy, &picture, &layers]),
         ];
         let (shade, presenting) = (Mutex::default(), Mutex::default());
         Self {
@@ -152,6 +158,7 @@ impl Pipelines {
             lists,
             maps,
             fields,
+            layers,
             shading,
             samples,
             colors,
@@ -172,6 +179,9 @@ impl Pipelines {
             constants.push(("SAMPLES", f64::from(samples)));
             if meeting != Meeting::Maps {
                 constants.push(("TRACES", if traces { 1.0 } else { 0.0 }));
+            }
+            if meeting == Meeting::Layers {
+                constants.push(("TWO_PATHS", 1.0));
             }
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(entry),

@@ -2,6 +2,7 @@
 
 use super::context::Context;
 use super::frame::fields::DeviceFields;
+use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::targets::PictureTables;
@@ -65,6 +66,8 @@ pub(crate) enum Reflections {
     Mirrored(DeviceMirrors),
     /// Light is looked up in light fields about regions.
     Fields(DeviceFields),
+    /// Light is looked up in layers about groups.
+    Layers(Box<DeviceLayers>),
     /// Each frame comes with geometry that appears on paths.
     Projected,
 }
@@ -222,7 +225,7 @@ pub(crate) fn group<'a>(
 }
 
 /// The size of a picture that holds so many texels in rows of [`TEXEL_ROW`]; devices allow no empty ones.
-fn size_in_rows(count: usize) -> [u32; 2] {
+pub(crate) fn size_in_rows(count: usize) -> [u32; 2] {
     [count.clamp(1, TEXEL_ROW) as u32, count.div_ceil(TEXEL_ROW).max(1) as u32]
 }
 
@@ -284,7 +287,7 @@ impl Upload<'_> {
     }
 
     /// A picture of a format, row by row; texels that are missing at its end are zero.
-    fn picture<T: Pod>(
+    pub(crate) fn picture<T: Pod>(
         &mut self,
         what: &str,
         format: TextureFormat,

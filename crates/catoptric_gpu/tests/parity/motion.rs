@@ -15,12 +15,14 @@ use std::sync::Arc;
 const SIZE: [u32; 2] = [48, 32];
 
 /// Methods, and how many frames they draw.
-const METHODS: [(&str, u32); 5] = [
+const METHODS: [(&str, u32); 7] = [
     ("multiperspective", 200),
     ("planar_mirror", 60),
     ("environment_map", 60),
     ("path_perturbation", 40),
     ("reflector_search", 40),
+    ("light_field", 24),
+    ("layered_environment_map", 24),
 ];
 
 pub(crate) fn trials(context: &Arc<Context>) -> Vec<Trial> {

@@ -1,6 +1,8 @@
 // Look-ups in cube maps of reflectors: the twin of `light/cube_map`, `light/parallax_proxy` and
 // `methods/reflector_maps`.
 
+//#include "light/cubes.wgsl"
+
 // The map of an object: where it was captured, the shape of what surrounds it, and its cube.
 struct ReflectorMap {
     center: vec3f,
@@ -45,39 +47,6 @@ fn reflector_map_of(object: u32) -> ReflectorMap {
 // The number of an object's light field, from 1; 0: it has none.
 fn field_number_of(object: u32) -> u32 {
     return textureLoad(map_table, row_of(object * REFLECTOR_MAP_TEXELS), 0).w & 0xffu;
-}
-
-fn largest_absolute_axis(direction: vec3f) -> u32 {
-    let size = abs(direction);
-    if size.x >= size.y && size.x >= size.z {
-        return 0u;
-    }
-    return select(2u, 1u, size.y >= size.z);
-}
-
-struct CubePlace {
-    face: u32,
-    // From -1 to 1, to the right and down.
-    at: vec2f,
-    // The squared secant to the face's middle.
-    secant2: f32,
-}
-
-fn locate(direction: vec3f) -> CubePlace {
-    let axis = largest_absolute_axis(direction);
-    let along = direction[axis];
-    let is_negative = along < 0.0;
-    let side_x = select(-direction.z, direction.z, is_negative);
-    let side_z = select(direction.x, -direction.x, is_negative);
-    let right = select(select(side_z, direction.x, axis == 1u), side_x, axis == 0u);
-    let down = select(-direction.y, select(direction.z, -direction.z, is_negative), axis == 1u);
-    let at = vec2f(right, down) / abs(along);
-    let is_known = abs(at.x) <= 1.0 && abs(at.y) <= 1.0;
-    var place: CubePlace;
-    place.face = select(4u, axis * 2u + u32(is_negative), is_known);
-    place.at = select(vec2f(0.0), at, is_known);
-    place.secant2 = 1.0 + dot(place.at, place.at);
-    return place;
 }
 
 // The place of a level among the texels of a face; its size with the border.

@@ -2,6 +2,9 @@
 
 //#include "light/bounce.wgsl"
 
+// Light divides at the first glass alone, and goes on by the stronger branch from then on.
+override TWO_PATHS: bool = false;
+
 const MIN_THROUGHPUT = 1e-5;
 // Paths of more events are refused before anything is drawn.
 const MAX_ORDER = 8u;
@@ -16,6 +19,8 @@ struct Segment {
     kinds: u32,
     absorption: vec3f,
     own: OwnRule,
+    // It has met glass.
+    has_divided: bool,
     // Of a mirror whose reflection fades with distance: the surface, what it scatters itself, and its reflectance.
     deferred: u32,
     deferred_own: vec3f,
@@ -85,6 +90,13 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
         children.segments[TRANSMIT] = departed(child, TRANSMIT, throughput * step.transmitted, met, step);
         children.goes_on[TRANSMIT] =
             role == LENS && step.reflectance < 1.0 && carries_light(children.segments[TRANSMIT]);
+    }
+    if TWO_PATHS && HAS_LENSES && role == LENS {
+        let prefers_reflection = step.reflectance > 0.5 || all(step.transmitted == vec3f(0.0));
+        children.goes_on[REFLECT] = children.goes_on[REFLECT] && (!segment.has_divided || prefers_reflection);
+        children.goes_on[TRANSMIT] = children.goes_on[TRANSMIT] && !(segment.has_divided && prefers_reflection);
+        children.segments[REFLECT].has_divided = true;
+        children.segments[TRANSMIT].has_divided = true;
     }
     return children;
 }

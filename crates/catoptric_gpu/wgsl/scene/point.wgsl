@@ -223,12 +223,34 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
 const BESIDE = 3.0;
 const HARDLY_BESIDE = 0.1;
 
-// A place beside a triangle that is known to be seen, moved near it: where rays miss it by parts of a pixel.
-fn near_triangle(object: u32, at: vec2f) -> vec2f {
-    let beside = select(BESIDE, HARDLY_BESIDE, surface_of(object).role == DIFFUSE);
-    // What is not a number lies within.
-    let is_number = at == at;
-    return clamp(select(vec2f(1.0 / 3.0), at, is_number), vec2f(-beside), vec2f(1.0 + beside));
+// The place of an edge that a ray passes nearest: how far along it that is, and how far the ray passes by, as a share of
+// the distance, squared.
+fn passed_edge(ray: Ray, start: vec3f, end: vec3f) -> vec2f {
+    let first = start - ray.origin;
+    let edge = end - start;
+    let first_across = first - ray.direction * dot(first, ray.direction);
+    let edge_across = edge - ray.direction * dot(edge, ray.direction);
+    let along = clamp(-dot(first_across, edge_across) / max(dot(edge_across, edge_across), 1e-37), 0.0, 1.0);
+    let place = first + edge * along;
+    let aside = first_across + edge_across * along;
+    return vec2f(along, dot(aside, aside) / max(dot(place, place), 1e-37));
+}
+
+// The place of a triangle that is known to be seen, where a ray misses it by parts of a pixel: that of its plane if it is
+// near, or else that of its border which the ray passes nearest.
+fn known_place(triangle: Triangle, ray: Ray, met: PlaneMet) -> vec2f {
+    let beside = select(BESIDE, HARDLY_BESIDE, surface_of(triangle.object).role == DIFFUSE);
+    let is_near = all(met.at.value >= vec2f(-beside)) && all(met.at.value <= vec2f(1.0 + beside));
+    if is_near && met.distance > 0.0 {
+        return met.at.value;
+    }
+    let ab = passed_edge(ray, triangle.a.position, triangle.b.position);
+    let bc = passed_edge(ray, triangle.b.position, triangle.c.position);
+    let ca = passed_edge(ray, triangle.c.position, triangle.a.position);
+    if ab.y <= bc.y && ab.y <= ca.y {
+        return vec2f(ab.x, 0.0);
+    }
+    return select(vec2f(0.0, 1.0 - ca.x), vec2f(1.0 - bc.x, bc.x), bc.y <= ca.y);
 }
 
 // What a ray meets at a triangle after some events: on an exact surface the place itself.
@@ -236,7 +258,7 @@ fn drawn_encounter(index: u32, ray: Ray, change: RayDifferential, samples: u32, 
     let triangle = triangle_at(index);
     var met = plane_met(triangle, ray, change);
     if HAS_LISTS && events > 0u {
-        met.at.value = near_triangle(triangle.object, met.at.value);
+        met.at.value = known_place(triangle, ray, met);
     }
     if HAS_EXACT && (surface_of(triangle.object).flags & EXACT) != 0u {
         let distance = refine(exact_of(triangle.object), ray, met.distance);

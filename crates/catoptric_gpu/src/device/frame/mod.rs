@@ -2,6 +2,7 @@
 
 pub(super) mod confined;
 pub(super) mod fields;
+pub(super) mod layers;
 pub(super) mod lists;
 pub(super) mod maps;
 pub(super) mod mirrors;
@@ -119,6 +120,7 @@ pub(crate) fn encode(
     let (meeting, hierarchy, looked_up) = match &resident.reflections {
         Reflections::LookedUp(maps) => (Meeting::Maps, &resident.hierarchy, Some(&maps.group)),
         Reflections::Fields(fields) => (Meeting::Fields, &fields.hierarchy, Some(&fields.group)),
+        Reflections::Layers(layers) => (Meeting::Layers, &layers.hierarchy, Some(&layers.group)),
         _ => (Meeting::Followed, &resident.hierarchy, None),
     };
     let traces = quality.order > paths.known_events();

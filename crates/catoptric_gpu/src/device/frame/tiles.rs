@@ -91,7 +91,7 @@ impl Paths {
     pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
         let (way, most) = match &scene.reflections {
             Reflections::Followed => (Way::Tiles, MOST_EVENTS),
-            Reflections::LookedUp(_) | Reflections::Fields(_) => (Way::LookUp, 1),
+            Reflections::LookedUp(_) | Reflections::Fields(_) | Reflections::Layers(_) => (Way::LookUp, 1),
             Reflections::Mirrored(_) => (Way::Mirrors, order),
             Reflections::Projected => (Way::Lists, MOST_EVENTS),
         };

@@ -35,6 +35,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use textures::maps::{Layer, LayersAbout};
+pub use textures::tables::{DepthTables, LayerTables, ShellShape, ViewpointLayers};
 
 /// Description of the method in the registry.
 pub static INFO: MethodInfo = MethodInfo {
@@ -46,7 +47,7 @@ pub static INFO: MethodInfo = MethodInfo {
             environment maps",
     assumptions: "what is around a group of reflectors lies on a few simple shells; two paths a pixel",
     cpu: true,
-    gpu: false,
+    gpu: true,
     bake: Some(|table, scene, quality| {
         let settings = LayeredEnvironmentMapSettings::from_table(table)?;
         Ok(Box::new(LayersWork::new(&settings, scene, quality)?))
@@ -73,7 +74,7 @@ struct LayeredEnvironmentMap {
 }
 
 /// The layers of a scene, and those of the viewpoints of the views so far.
-struct PreparedLayers {
+pub struct LayeredMaps {
     wanted: LayeredEnvironmentMapSettings,
     /// Those of the layers that there are.
     settings: LayeredEnvironmentMapSettings,
@@ -91,7 +92,7 @@ struct PreparedLayers {
 
 /// One view.
 struct LayersFrame<'a> {
-    prepared: &'a PreparedLayers,
+    prepared: &'a LayeredMaps,
     view: View,
     report: Report,
 }
@@ -108,12 +109,17 @@ impl Method for LayeredEnvironmentMap {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        Ok(Box::new(PreparedLayers::new(&self.settings, scene, quality, bake, progress)?))
+        Ok(Box::new(LayeredMaps::new(&self.settings, scene, quality, bake, progress)?))
     }
 }
 
-impl PreparedLayers {
-    fn new(
+impl LayeredMaps {
+    /// Makes the layers of a scene, or prepares those of a bake.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where tables do not fit into memory or a bake is of another scene,
+    /// [`RenderError::Cancelled`].
+    pub fn new(
         wanted: &LayeredEnvironmentMapSettings,
         scene: &Arc<Scene>,
         quality: Quality,
@@ -170,7 +176,7 @@ fn captured_at_once(
     settings
 }
 
-impl Prepared for PreparedLayers {
+impl Prepared for LayeredMaps {
     fn report(&self) -> &Report {
         &self.report
     }
@@ -186,9 +192,55 @@ impl Prepared for PreparedLayers {
     }
 }
 
-impl PreparedLayers {
+impl LayeredMaps {
+    /// Times, counts and warnings of making them.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// The number of every object's group of reflectors and lenses, if it is in one.
+    pub fn group_of(&self) -> &[Option<u32>] {
+        self.known.group_of_objects()
+    }
+
+    /// The layers that the rays of each group look up in a view, by the viewpoints that are blended (at most four, with
+    /// their shares, which sum to one), the nearest first. Those of a view must have been inferred.
+    pub fn layers_of_groups(&self, view: &View) -> Vec<Vec<ViewpointLayers<'_>>> {
+        let of_group = |group| {
+            // Projected layers have no viewpoints: they are the same for all views.
+            let numbers = match self.settings.textures {
+                Textures::Projected => vec![0],
+                Textures::Inferred => {
+                    let shares = self.known.shares(group, &self.scene, view);
+                    shares.into_iter().map(|(viewpoint, _)| viewpoint).collect()
+                }
+            };
+            let viewpoints = numbers.into_iter().zip(self.maps_of(group, view));
+            viewpoints.map(|(number, (layers, share))| ViewpointLayers { number, share, layers }).collect()
+        };
+        (0..self.known.groups.len()).map(of_group).collect()
+    }
+
+    /// The layers that a group's rays look up, with their weights.
+    fn maps_of(&self, group: usize, view: &View) -> Vec<(LayersAbout<'_>, f32)> {
+        let Self { settings, scene, known, projected, of_viewpoints, .. } = self;
+        match settings.textures {
+            Textures::Projected => vec![(known.layers_about(group, |part| &projected[part]), 1.0)],
+            Textures::Inferred => {
+                let of_viewpoint =
+                    |part: usize, viewpoint: u32| of_viewpoints[part].get(&viewpoint).map_or(&[][..], Vec::as_slice);
+                let layers = |viewpoint: u32| known.layers_about(group, |part| of_viewpoint(part, viewpoint));
+                let weights = known.shares(group, scene, view).into_iter();
+                weights.map(|(viewpoint, weight)| (layers(viewpoint), weight)).collect()
+            }
+        }
+    }
+
     /// Infers the layers of the viewpoints about a view, or takes them from the bake.
-    fn infer(&mut self, view: &View, progress: &dyn Progress) -> Result<Report, RenderError> {
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub fn infer(&mut self, view: &View, progress: &dyn Progress) -> Result<Report, RenderError> {
         let mut report = Report::default();
         if self.settings.textures == Textures::Projected {
             return Ok(report);
@@ -239,7 +291,7 @@ impl Frame for LayersFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedLayers { settings, scene, quality, known, .. } = self.prepared;
+        let LayeredMaps { settings, scene, quality, known, .. } = self.prepared;
         let (view, samples) = (&self.view, quality.samples);
         let job = Job { scene, view, quality: *quality, progress };
         let mut report = Report::default();
@@ -254,7 +306,7 @@ impl Frame for LayersFrame<'_> {
             }
         };
         report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
-        let maps: Vec<_> = (0..known.groups.len()).map(|group| self.maps_of(group)).collect();
+        let maps: Vec<_> = (0..known.groups.len()).map(|group| self.prepared.maps_of(group, view)).collect();
         let lenses = |object: u32| Some((paths(object)?, known.group_of(object)?));
         let ray_count = AtomicU64::new(0);
         let (rays, edges) = (view.rays(), settings.edges);
@@ -268,22 +320,5 @@ impl Frame for LayersFrame<'_> {
             report.counts.insert("triangle_tests", after - before);
         }
         Ok(report)
-    }
-}
-
-impl LayersFrame<'_> {
-    /// The layers that a group's rays look up, with their weights.
-    fn maps_of(&self, group: usize) -> Vec<(LayersAbout<'_>, f32)> {
-        let PreparedLayers { settings, scene, known, projected, of_viewpoints, .. } = self.prepared;
-        match settings.textures {
-            Textures::Projected => vec![(known.layers_about(group, |part| &projected[part]), 1.0)],
-            Textures::Inferred => {
-                let of_viewpoint =
-                    |part: usize, viewpoint: u32| of_viewpoints[part].get(&viewpoint).map_or(&[][..], Vec::as_slice);
-                let layers = |viewpoint: u32| known.layers_about(group, |part| of_viewpoint(part, viewpoint));
-                let weights = known.shares(group, scene, &self.view).into_iter();
-                weights.map(|(viewpoint, weight)| (layers(viewpoint), weight)).collect()
-            }
-        }
     }
 }

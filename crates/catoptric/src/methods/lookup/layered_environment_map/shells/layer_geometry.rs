@@ -91,6 +91,11 @@ impl LayerGeometry {
         self.group_of[object as usize].map(|group| group as usize)
     }
 
+    /// The same of all objects.
+    pub(crate) fn group_of_objects(&self) -> &[Option<u32>] {
+        &self.group_of
+    }
+
     /// The paths among an object's group.
     #[inline]
     pub(crate) fn paths<'a>(&'a self, scene: &'a Scene, object: u32) -> Option<TwoPathTracer<'a>> {

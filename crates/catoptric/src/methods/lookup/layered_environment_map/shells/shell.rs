@@ -22,12 +22,12 @@ pub(crate) enum Shell {
 /// A rectangle, from the centre of the shells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quad {
-    middle: Vec3,
+    pub(crate) middle: Vec3,
     /// Unit, away from the centre.
-    normal: Vec3,
+    pub(crate) normal: Vec3,
     /// From the middle to the right and the upper edge.
-    right: Vec3,
-    up: Vec3,
+    pub(crate) right: Vec3,
+    pub(crate) up: Vec3,
 }
 
 /// Rays side by side, from a centre, with their changes from pixel to pixel (right, then down): of origins and of

@@ -167,6 +167,11 @@ impl DepthBounds {
         self.cells.get(cell as usize).copied().unwrap_or(Range::NOTHING)
     }
 
+    /// The cells of all levels, and how many levels there are.
+    pub(crate) fn parts(&self) -> (&[Range], u32) {
+        (&self.cells, self.levels.len() as u32)
+    }
+
     /// Memory.
     pub(crate) fn byte_count(&self) -> u64 {
         size_of_val(self.cells.as_slice()) as u64

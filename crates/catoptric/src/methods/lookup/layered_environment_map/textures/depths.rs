@@ -90,6 +90,11 @@ impl Depths {
         self.words.iter().map(|word| Depth { front: self.front(*word), back: self.back(*word) })
     }
 
+    /// All words, the bits of the least share, and the steps of codes as a power of two.
+    pub(crate) fn parts(&self) -> (&[u32], u32, u32) {
+        (&self.words, self.base, self.shift)
+    }
+
     /// Memory.
     pub(crate) fn byte_count(&self) -> u64 {
         size_of_val(&self.words[..]) as u64

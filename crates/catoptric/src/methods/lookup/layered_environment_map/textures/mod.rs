@@ -5,5 +5,6 @@ pub(super) mod capture;
 pub(super) mod depths;
 pub(super) mod distances;
 pub(super) mod maps;
+pub(super) mod tables;
 pub(super) mod texels;
 pub(super) mod texture;

@@ -54,6 +54,11 @@ impl LayerTexel {
         bytes
     }
 
+    /// The bits of the four half floats.
+    pub(crate) fn halves(self) -> [u16; 4] {
+        self.0
+    }
+
     /// The numbers.
     pub(crate) fn value(self) -> Vec4 {
         self.scaled() * SCALE

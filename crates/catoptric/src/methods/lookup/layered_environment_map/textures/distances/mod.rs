@@ -507,6 +507,11 @@ impl Distances {
         shown
     }
 
+    /// What is stored: depths, their range, and bounds of parts.
+    pub(crate) fn parts(&self) -> (&Depths, [f32; 2], Option<&DepthBounds>) {
+        (&self.depths, self.range, self.bounds.as_deref())
+    }
+
     /// Memory.
     pub(crate) fn byte_count(&self) -> u64 {
         self.depths.byte_count() + self.bounds.as_ref().map_or(0, |bounds| bounds.byte_count())
