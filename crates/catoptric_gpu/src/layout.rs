@@ -513,12 +513,8 @@ pub struct ListCorner {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct FieldRegion {
-    /// The lower corner of its box.
-    pub low: [f32; 3],
     /// The root of the hierarchy over its reflectors and lenses, or [`NONE`].
     pub root: u32,
-    /// The upper corner.
-    pub high: [f32; 3],
     /// Views a side of a slab.
     pub views: u32,
     /// Pixels a side of a view.
@@ -529,6 +525,8 @@ pub struct FieldRegion {
     pub has_depth: u32,
     /// Not 0: paths leave it after one event.
     pub by_one_event: u32,
+    /// Padding.
+    pub unused: [u32; 2],
     /// For each slab.
     pub slabs: [FieldSlab; 6],
 }

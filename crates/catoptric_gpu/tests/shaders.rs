@@ -143,7 +143,7 @@ fn passes_read_their_own_records_as_they_are_written() {
     compare("mirrors.wgsl", &[record!("MirrorPath": MirrorPath { clip_from_scene, plane, mirror, parent, number })]);
     assert!(shader::source("look.wgsl").contains("const REFLECTOR_MAP_TEXELS = 3u;"));
     let region = record!("FieldRegion": FieldRegion {
-        low, root, high, views, pixels, first_layer, has_depth, by_one_event,
+        root, views, pixels, first_layer, has_depth, by_one_event,
     } before slabs);
     compare("field.wgsl", &[region, record!("FieldSlab": FieldSlab { low, plane, focal, spacing })]);
     let group = record!("LayerGroup": LayerGroup { root, first_layer, layers, viewpoints, shares });

@@ -41,14 +41,13 @@ pub fn field_tables(
         let is_inside = |object: u32| region_of[object as usize] == Some(number as u32);
         let root = if traces { hierarchy.append(Hierarchy::of(scene, is_inside)) } else { NONE };
         regions.push(FieldRegion {
-            low: tables.region().min.to_array(),
             root,
-            high: tables.region().max.to_array(),
             views: tables.views(),
             pixels: tables.pixels(),
             first_layer: (number * SLABS) as u32,
             has_depth: tables.has_depth().into(),
             by_one_event: (!traces).into(),
+            unused: [0; 2],
             slabs: tables.planes().map(|slab| FieldSlab {
                 low: slab.low.to_array(),
                 plane: slab.plane,

@@ -2,10 +2,8 @@
 
 // A region with its six slabs.
 struct FieldRegion {
-    low: vec3f,
     // Of the hierarchy over its reflectors and lenses; NONE: paths leave it after one event.
     root: u32,
-    high: vec3f,
     // Views a side of a slab.
     views: u32,
     // Pixels a side of a view.
@@ -16,6 +14,7 @@ struct FieldRegion {
     has_depth: u32,
     // Not 0: paths leave it after one event, and how far what they show is away is looked up.
     by_one_event: u32,
+    unused: vec2u,
 }
 
 // The plane of a slab's views: its coordinate, and across it the first view's, the steps between views, and the
@@ -28,7 +27,7 @@ struct FieldSlab {
     unused: vec2u,
 }
 
-const FIELD_REGION_TEXELS = 3u;
+const FIELD_REGION_TEXELS = 2u;
 const FIELD_SLAB_TEXELS = 2u;
 const SLABS = 6u;
 
@@ -54,12 +53,7 @@ fn field_region_of(number: u32) -> FieldRegion {
     let start = (number - 1u) * (FIELD_REGION_TEXELS + SLABS * FIELD_SLAB_TEXELS);
     let first = textureLoad(region_table, row_of(start), 0);
     let second = textureLoad(region_table, row_of(start + 1u), 0);
-    let third = textureLoad(region_table, row_of(start + 2u), 0);
-    return FieldRegion(
-        bitcast<vec3f>(first.xyz), first.w,
-        bitcast<vec3f>(second.xyz), second.w,
-        third.x, third.y, third.z, third.w,
-    );
+    return FieldRegion(first.x, first.y, first.z, first.w, second.x, second.y, vec2u(0u));
 }
 
 fn field_slab_of(number: u32, slab: u32) -> FieldSlab {

@@ -1,7 +1,6 @@
 //! Slabs as plain tables: for other processors to look up.
 
 use super::Slabs;
-use crate::math::Aabb;
 use crate::methods::lookup::light_field::settings::Disparity;
 use glam::Vec2;
 
@@ -35,11 +34,6 @@ impl Slabs {
 }
 
 impl<'a> SlabTables<'a> {
-    /// The region.
-    pub fn region(&self) -> Aabb {
-        self.slabs.fetch.layout.region
-    }
-
     /// Views a side of a slab.
     pub fn views(&self) -> u32 {
         self.slabs.fetch.layout.st
