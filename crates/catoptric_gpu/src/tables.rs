@@ -70,13 +70,8 @@ impl SceneTables {
         let solid_count = draw_order.len() as u32;
         draw_order.extend(with_holes);
         for triangle in &mut draw_order {
-            let role = scene.material_of(scene.triangle_objects[*triangle as usize]).role;
-            let shows = shows(*triangle);
-            let goes_on = [
-                (hit_flags::HIT_REFLECTS, role != Role::Diffuse && shows),
-                (hit_flags::HIT_REFRACTS, role == Role::Lens && shows),
-            ];
-            *triangle = (*triangle + 1) | bits(&goes_on);
+            let bits = if shows(*triangle) { onward_bits(scene, *triangle) } else { 0 };
+            *triangle = (*triangle + 1) | bits;
         }
         let shapes = surfaces::shapes(scene, earlier.map(|earlier| (earlier.scene, earlier.shapes)));
         let refitted = earlier.and_then(|earlier| earlier.hierarchy.refitted(scene));
@@ -91,6 +86,12 @@ impl SceneTables {
             solid_count,
         })
     }
+}
+
+/// The bits of hits on a triangle that say how light goes on from there.
+pub(crate) fn onward_bits(scene: &Scene, triangle: u32) -> u32 {
+    let role = scene.role_of(scene.triangle_objects[triangle as usize]);
+    bits(&[(hit_flags::HIT_REFLECTS, role != Role::Diffuse), (hit_flags::HIT_REFRACTS, role == Role::Lens)])
 }
 
 fn vertices(scene: &Scene) -> Vec<Vertex> {

@@ -12,7 +12,7 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
 //#include "light/follow.wgsl"
-//#include "light/layers.wgsl"
+//#include "light/layered/layers.wgsl"
 //#include "tiles/followed.wgsl"
 
 // The group whose paths are followed.

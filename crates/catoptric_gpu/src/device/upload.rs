@@ -33,6 +33,8 @@ pub(crate) struct DeviceScene {
     /// The frame's uniform buffer, the tables and the environment.
     pub(crate) scene: BindGroup,
     pub(crate) hierarchy: BindGroup,
+    /// The hierarchy that tiles walk.
+    pub(crate) wide: wgpu::TextureView,
     pub(crate) order: BindGroup,
     pub(crate) frame: Buffer,
     pub(crate) solid_count: u32,
@@ -136,7 +138,8 @@ impl DeviceScene {
         let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
         let pipelines = &context.pipelines;
-        let hierarchy = upload.hierarchy(&tables.hierarchy)?;
+        let wide = upload.table("the hierarchy of tiles", &tables.hierarchy.wide())?;
+        let hierarchy = upload.hierarchy(&tables.hierarchy, &wide)?;
         let order = upload.buffer("the order of triangles", &tables.draw_order)?;
         let byte_count = upload.byte_count;
         let root = tables.hierarchy.root;
@@ -145,6 +148,7 @@ impl DeviceScene {
         Ok(Self {
             scene: group(device, &pipelines.scene, resources),
             hierarchy,
+            wide,
             order: group(device, &pipelines.order, [(0, order.as_entire_binding())]),
             frame,
             solid_count: tables.solid_count,
@@ -247,15 +251,13 @@ impl Upload<'_> {
         self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(texels.len()), texels)
     }
 
-    /// The tables of a hierarchy.
-    pub(crate) fn hierarchy(&mut self, hierarchy: &Hierarchy) -> Result<BindGroup, GpuError> {
-        let views = [
-            self.table("the scene's hierarchy", &hierarchy.nodes)?,
-            self.table("the hierarchy's triangles", &hierarchy.triangles)?,
-            self.table("the hierarchy of tiles", &hierarchy.wide())?,
-        ];
+    /// The tables of a hierarchy, with that which tiles walk.
+    pub(crate) fn hierarchy(&mut self, hierarchy: &Hierarchy, wide: &wgpu::TextureView) -> Result<BindGroup, GpuError> {
+        let nodes = self.table("the scene's hierarchy", &hierarchy.nodes)?;
+        let leaves = self.table("the hierarchy's triangles", &hierarchy.triangles)?;
         let Context { device, pipelines, .. } = self.context;
-        Ok(group(device, &pipelines.hierarchy, (0..).zip(views.iter().map(BindingResource::TextureView))))
+        let views = [&nodes, &leaves, wide].map(BindingResource::TextureView);
+        Ok(group(device, &pipelines.hierarchy, (0..).zip(views)))
     }
 
     /// Numbers as a table, four a texel; what is missing in the last is 0.

@@ -2,6 +2,7 @@
 
 use crate::error::GpuError;
 use crate::layout::{Layer, LayerGroup, MAX_VIEWPOINTS, NONE};
+use catoptric::methods::lookup::environment_map::ParallaxProxy;
 use catoptric::methods::lookup::layered_environment_map::{LayerTables, ShellShape, ViewpointLayers};
 
 /// More than any share of a shell.
@@ -83,12 +84,14 @@ fn record(layer: &LayerTables<'_>, words: &mut Vec<u32>) -> Layer {
         ..Layer::default()
     };
     match layer.shape() {
-        ShellShape::Infinite => {}
-        ShellShape::Box(bounds) => {
+        ShellShape::Around(ParallaxProxy::Infinite) => {}
+        ShellShape::Around(ParallaxProxy::Box(bounds)) => {
             (record.shape, record.low, record.high) = (1, bounds.min.to_array(), bounds.max.to_array());
         }
-        ShellShape::Sphere(radius) => (record.shape, record.low[0]) = (2, radius),
-        ShellShape::Cylinder { radius, bottom, top } => (record.shape, record.low) = (3, [radius, bottom, top]),
+        ShellShape::Around(ParallaxProxy::Sphere(radius)) => (record.shape, record.low[0]) = (2, radius),
+        ShellShape::Around(ParallaxProxy::Cylinder { radius, bottom, top }) => {
+            (record.shape, record.low) = (3, [radius, bottom, top]);
+        }
         ShellShape::Quad { middle, normal, right, up } => {
             (record.shape, record.low, record.high) = (4, middle.to_array(), normal.to_array());
             let over_square = |side: glam::Vec3| (side / side.length_squared()).to_array();

@@ -32,3 +32,28 @@ fn locate(direction: vec3f) -> CubePlace {
     place.secant2 = 1.0 + dot(place.at, place.at);
     return place;
 }
+
+// The texels that a footprint of a width (radians) spans on a face of so many texels a side.
+fn texels_across(spread: f32, size: u32, secant2: f32) -> f32 {
+    return spread * f32(size) * 0.5 * sqrt(secant2 * sqrt(secant2));
+}
+
+// Look-ups of a footprint, side by side along its longer axis: how many, and the width of each.
+struct ProbeRow {
+    count: f32,
+    spread: f32,
+    axis: vec3f,
+}
+
+// Of a footprint whose place changes by this from pixel to pixel: as many as its axes' ratio, and no more than the most.
+fn probe_row(dx: vec3f, dy: vec3f, most: f32) -> ProbeRow {
+    let x2 = dot(dx, dx);
+    let y2 = dot(dy, dy);
+    let is_x = x2 >= y2;
+    let major2 = select(y2, x2, is_x);
+    let minor2 = select(x2, y2, is_x);
+    let ratio = ceil(min(max(sqrt(major2 / max(minor2, 1e-20)), 1.0), most));
+    let is_row = ratio > 1.0 && major2 < FAR;
+    let count = select(1.0, ratio, is_row);
+    return ProbeRow(count, sqrt(major2) / count, select(vec3f(0.0), select(dy, dx, is_x), is_row));
+}

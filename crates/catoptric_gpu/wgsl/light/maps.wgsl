@@ -2,6 +2,7 @@
 // `methods/reflector_maps`.
 
 //#include "light/cubes.wgsl"
+//#include "light/surrounds.wgsl"
 
 // The map of an object: where it was captured, the shape of what surrounds it, and its cube.
 struct ReflectorMap {
@@ -88,7 +89,7 @@ fn bilinear(map: ReflectorMap, face: u32, level: u32, at: vec2f) -> vec3f {
 // The radiance of a cube from a direction of any length above 0, blurred over a spread in radians.
 fn cube_radiance(map: ReflectorMap, direction: vec3f, spread: f32) -> vec3f {
     let place = locate(direction);
-    let texels = spread * f32(map.size) * 0.5 * sqrt(place.secant2 * sqrt(place.secant2));
+    let texels = texels_across(spread, map.size, place.secant2);
     let last = firstLeadingBit(map.size);
     let level = select(0.0, min(log2(texels), f32(last)), texels > 1.0);
     let whole = u32(level);
@@ -103,43 +104,21 @@ fn cube_radiance(map: ReflectorMap, direction: vec3f, spread: f32) -> vec3f {
 
 // Blurred over a footprint: the changes of the unit direction from pixel to pixel.
 fn filtered_cube(map: ReflectorMap, direction: vec3f, dx: vec3f, dy: vec3f) -> vec3f {
-    let x2 = dot(dx, dx);
-    let y2 = dot(dy, dy);
-    let is_x = x2 >= y2;
-    let major2 = select(y2, x2, is_x);
-    let minor2 = select(x2, y2, is_x);
-    let ratio = ceil(min(max(sqrt(major2 / max(minor2, 1e-20)), 1.0), MOST_PROBES));
-    let is_row = ratio > 1.0 && major2 < FAR;
-    let count = select(1.0, ratio, is_row);
-    let axis = select(vec3f(0.0), select(dy, dx, is_x), is_row);
-    let spread = sqrt(major2) / count;
+    let row = probe_row(dx, dy, MOST_PROBES);
     var sum = vec3f(0.0);
-    for (var probe = 0.0; probe < count; probe += 1.0) {
-        sum += cube_radiance(map, direction + axis * ((probe + 0.5) / count - 0.5), spread);
+    for (var probe = 0.0; probe < row.count; probe += 1.0) {
+        sum += cube_radiance(map, direction + row.axis * ((probe + 0.5) / row.count - 0.5), row.spread);
     }
-    return sum / count;
-}
-
-// The smaller of two distances; what is not finite is left out.
-fn sooner(distance: f32, other: f32) -> f32 {
-    return select(distance, min(distance, other), abs(other) < FAR);
+    return sum / row.count;
 }
 
 // How far a ray goes until it meets the shape of what surrounds a map; FAR where it never does.
 fn proxy_distance(map: ReflectorMap, ray: Ray) -> f32 {
-    if map.shape == SPHERE {
-        let offset = ray.origin - map.center;
-        let along = dot(offset, ray.direction);
-        let beyond = max(map.low.x * map.low.x - dot(offset, offset), 0.0);
-        return sqrt(along * along + beyond) - along;
+    switch map.shape {
+        case BOX: { return box_distance(map.low, map.high, ray.origin, ray.direction); }
+        case SPHERE: { return sphere_distance(map.low.x, ray.origin - map.center, ray.direction); }
+        default: { return FAR; }
     }
-    var distance = FAR;
-    if map.shape == BOX {
-        let exits = select(min(map.low, ray.origin), max(map.high, ray.origin), ray.direction > vec3f(0.0));
-        let distances = (exits - ray.origin) / ray.direction;
-        distance = sooner(sooner(sooner(FAR, distances.x), distances.y), distances.z);
-    }
-    return distance;
 }
 
 // The direction of a map that a ray reads, not of unit length.

@@ -73,7 +73,7 @@ impl DeviceFields {
         let views = (0..).zip(views.map(BindingResource::TextureView));
         let resources = views.chain([(5, BindingResource::Sampler(&sampler))]);
         let group = group(device, &context.pipelines.fields, resources);
-        let hierarchy = upload.hierarchy(&tables.hierarchy)?;
+        let hierarchy = upload.hierarchy(&tables.hierarchy, &resident.wide)?;
         context.check()?;
         Ok(Self { group, hierarchy, pictures, byte_count: upload.byte_count })
     }

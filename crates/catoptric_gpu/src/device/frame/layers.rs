@@ -54,7 +54,7 @@ impl DeviceLayers {
         let roots: Vec<u32> = (0..groups.len() as u32)
             .map(|number| hierarchy.append(Hierarchy::of(scene, |object| group_of[object as usize] == Some(number))))
             .collect();
-        let hierarchy = upload.hierarchy(&hierarchy)?;
+        let hierarchy = upload.hierarchy(&hierarchy, &resident.wide)?;
         let numbers: Vec<u32> = group_of.iter().map(|number| number.map_or(0, |number| number + 1)).collect();
         let numbers = upload.numbers("the groups of objects", &numbers)?;
         let viewpoints = viewpoints_of(&groups);

@@ -9,10 +9,11 @@ use crate::device::context::Context;
 use crate::device::upload::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::layout::{ListCorner, PathList, bits, hit_flags};
+use crate::tables::onward_bits;
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::raster::{Branch, DrawList};
-use catoptric::scene::{PicturePoint, Role, Scene, View};
+use catoptric::scene::{PicturePoint, Scene, View};
 use std::collections::HashSet;
 use std::ops::Range;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -214,17 +215,16 @@ impl Clip {
             let vertices = triangle.vertices.map(|vertex| list.vertices.get(vertex as usize));
             let [Some(a), Some(b), Some(c)] = vertices else { continue };
             let positions = [a, b, c].map(|vertex| self.position(vertex));
-            let Some(&object) = scene.triangle_objects.get(triangle.source as usize) else { continue };
+            if triangle.source as usize >= scene.triangles.len() {
+                continue;
+            }
             if !positions.as_flattened().iter().all(|value| value.is_finite()) {
                 continue;
             }
             if triangle.group != last.0 {
                 last = (triangle.group, continued(triangle.group));
             }
-            let role = scene.role_of(object);
-            let goes_on =
-                [(hit_flags::HIT_REFLECTS, role != Role::Diffuse), (hit_flags::HIT_REFRACTS, role == Role::Lens)];
-            let hit = (triangle.source + 1) | bits(&goes_on) | last.1;
+            let hit = (triangle.source + 1) | onward_bits(scene, triangle.source) | last.1;
             let places = list.corners.get(index).map_or(WHOLE, |places| places.map(|place| place.to_array()));
             let corner = |(position, at)| ListCorner { position, at, hit, unused: 0 };
             corners.extend(positions.into_iter().zip(places).map(corner));

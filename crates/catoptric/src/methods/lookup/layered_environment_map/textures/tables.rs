@@ -2,7 +2,6 @@
 
 use super::maps::{Layer, LayersAbout};
 use crate::light::parallax_proxy::ParallaxProxy;
-use crate::math::Aabb;
 use crate::methods::lookup::layered_environment_map::shells::shell::{Quad, Shell};
 use glam::Vec3;
 
@@ -32,21 +31,8 @@ pub struct LayerTables<'a> {
 /// The shape that stands in for the things of a layer, from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShellShape {
-    /// Infinitely far.
-    Infinite,
-    /// A box that holds the centre.
-    Box(Aabb),
-    /// A sphere about the centre with this radius.
-    Sphere(f32),
-    /// An upright cylinder about the centre with these heights of its ends.
-    Cylinder {
-        /// About the axis through the centre.
-        radius: f32,
-        /// Below 0.
-        bottom: f32,
-        /// Above 0.
-        top: f32,
-    },
+    /// All around, about the centre as its origin.
+    Around(ParallaxProxy),
     /// A rectangle.
     Quad {
         /// Its middle.
@@ -87,12 +73,7 @@ impl<'a> LayerTables<'a> {
     /// Its shell.
     pub fn shape(&self) -> ShellShape {
         match self.layer.shell {
-            Shell::Around(ParallaxProxy::Infinite) => ShellShape::Infinite,
-            Shell::Around(ParallaxProxy::Box(bounds)) => ShellShape::Box(bounds),
-            Shell::Around(ParallaxProxy::Sphere(radius)) => ShellShape::Sphere(radius),
-            Shell::Around(ParallaxProxy::Cylinder { radius, bottom, top }) => {
-                ShellShape::Cylinder { radius, bottom, top }
-            }
+            Shell::Around(surround) => ShellShape::Around(surround),
             Shell::Quad(Quad { middle, normal, right, up }) => ShellShape::Quad { middle, normal, right, up },
         }
     }

@@ -1,8 +1,9 @@
 // Look-ups in layered environment maps: the twin of `methods/lookup/layered_environment_map/textures/maps`.
 
 //#include "light/cubes.wgsl"
-//#include "light/shells.wgsl"
-//#include "light/depths.wgsl"
+//#include "light/surrounds.wgsl"
+//#include "light/layered/shells.wgsl"
+//#include "light/layered/depths.wgsl"
 
 // A group of reflectors and lenses: the hierarchy over them, the layers about it, the nearest first, and the shares of
 // the viewpoints that are blended.

@@ -72,30 +72,17 @@ fn at_distance(ray: ShellRay, distance: f32) -> vec3f {
     return ray.origin + ray.direction * distance;
 }
 
-fn earlier(distance: f32, other: f32) -> f32 {
-    return select(distance, min(distance, other), abs(other) < FAR);
-}
-
 // How far a ray goes until it meets the shell; FAR where it never does.
 fn shell_distance(layer: Layer, origin: vec3f, direction: vec3f) -> f32 {
     switch layer.shape {
         case SHELL_BOX: {
-            let exits = select(min(layer.low, origin), max(layer.high, origin), direction > vec3f(0.0));
-            let distances = (exits - origin) / direction;
-            return earlier(earlier(earlier(FAR, distances.x), distances.y), distances.z);
+            return box_distance(layer.low, layer.high, origin, direction);
         }
         case SHELL_SPHERE: {
-            let along = dot(origin, direction);
-            let beyond = max(layer.low.x * layer.low.x - dot(origin, origin), 0.0);
-            return sqrt(along * along + beyond) - along;
+            return sphere_distance(layer.low.x, origin, direction);
         }
         case SHELL_CYLINDER: {
-            let along = dot(origin.xz, direction.xz);
-            let beyond = max(layer.low.x * layer.low.x - dot(origin.xz, origin.xz), 0.0);
-            let across2 = dot(direction.xz, direction.xz);
-            let side = (sqrt(along * along + across2 * beyond) - along) / across2;
-            let end = select(min(layer.low.y, origin.y), max(layer.low.z, origin.y), direction.y > 0.0);
-            return earlier(earlier(FAR, side), (end - origin.y) / direction.y);
+            return cylinder_distance(layer.low.x, layer.low.y, layer.low.z, origin, direction);
         }
         case SHELL_QUAD: {
             let distance = dot(layer.low - origin, layer.high) / dot(direction, layer.high);
@@ -266,29 +253,20 @@ fn layer_bilinear(layer: Layer, texels: u32, located: CubePlace, level: u32) -> 
 
 // Radiance times opacity, and opacity, over a footprint: trilinear look-ups side by side along its longer axis.
 fn layer_seen(layer: Layer, texels: u32, footprint: LayerFootprint) -> vec4f {
-    let x2 = dot(footprint.changes[0], footprint.changes[0]);
-    let y2 = dot(footprint.changes[1], footprint.changes[1]);
-    let is_x = x2 >= y2;
-    let major2 = select(y2, x2, is_x);
-    let minor2 = select(x2, y2, is_x);
-    let ratio = ceil(min(max(sqrt(major2 / max(minor2, 1e-20)), 1.0), MOST_LAYER_PROBES));
-    let is_row = ratio > 1.0 && major2 < FAR;
-    let count = select(1.0, ratio, is_row);
-    let axis = select(vec3f(0.0), select(footprint.changes[1], footprint.changes[0], is_x), is_row);
-    let spread = sqrt(major2) / count;
+    let row = probe_row(footprint.changes[0], footprint.changes[1], MOST_LAYER_PROBES);
     let last = firstLeadingBit(layer.size);
     var sum = vec4f(0.0);
-    for (var probe = 0.0; probe < count; probe += 1.0) {
-        let located = face_place(layer, footprint.place + axis * ((probe + 0.5) / count - 0.5));
-        let wide = spread * f32(layer.size) * 0.5 * sqrt(located.secant2 * sqrt(located.secant2));
+    for (var probe = 0.0; probe < row.count; probe += 1.0) {
+        let located = face_place(layer, footprint.place + row.axis * ((probe + 0.5) / row.count - 0.5));
+        let wide = texels_across(row.spread, layer.size, located.secant2);
         // Between two levels the blend is linear in the width: exponent and mantissa are level and blend.
         let bits = bitcast<u32>(select(1.0, wide, wide > 1.0));
         let exponent = (bits >> 23u) - 127u;
         let level = min(exponent, last);
         let blend = select(0.0, bitcast<f32>((bits & 0x007fffffu) | 0x3f800000u) - 1.0, exponent < last);
-        sum += layer_bilinear(layer, texels, located, level) * ((1.0 - blend) / count);
+        sum += layer_bilinear(layer, texels, located, level) * ((1.0 - blend) / row.count);
         if blend > 0.0 {
-            sum += layer_bilinear(layer, texels, located, level + 1u) * (blend / count);
+            sum += layer_bilinear(layer, texels, located, level + 1u) * (blend / row.count);
         }
     }
     return sum;
