@@ -85,7 +85,8 @@ mod device {
     }
 
     pub(super) fn method(device: &Device, chosen: &Chosen) -> Result<Option<Box<dyn Method>>, Failure> {
-        create(device, chosen.info.id, &chosen.settings).map_err(Failure::usage)
+        let method = create(device, chosen.info.id, &chosen.settings).map_err(Failure::usage)?;
+        Ok(method.map(|method| Box::new(method) as Box<dyn Method>))
     }
 
     pub(super) fn describe() -> Vec<String> {

@@ -5,6 +5,7 @@
 //! ```
 
 use catoptric::methods::Quality;
+use catoptric::progress::Silent;
 use catoptric::scene::PoseOptions;
 use catoptric_gpu::{Context, Renderer};
 use catoptric_scenes::builtin;
@@ -22,7 +23,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let context = Context::of_device(device.clone(), queue.clone())?;
 
     let scene = Arc::new(builtin::load("sphere_room", &[])?.pose(&PoseOptions::default())?);
-    let renderer = Renderer::new(&context, &scene)?;
+    // Any of the methods.
+    let method = catoptric_gpu::create(&context, "multiperspective", &Default::default())?;
+    let method = method.ok_or("the method draws on the processor alone")?;
+    let quality = Quality { samples: 4, order: 2 };
+    let mut renderer = Renderer::new(&method, &scene, quality, None, &Silent)?;
 
     // The caller's texture.
     let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -37,9 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let target = texture.create_view(&Default::default());
     let view = scene.default_view(SIZE[0], SIZE[1]);
-    let quality = Quality { samples: 4, order: 2 };
     let mut encoder = device.create_command_encoder(&Default::default());
-    renderer.draw(&mut encoder, &view, quality, &target, FORMAT)?;
+    renderer.draw(&mut encoder, &view, (&target, FORMAT), &Silent)?;
 
     // Read back, to see that something is there.
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {

@@ -3,21 +3,25 @@
 //! A test compares their sizes and the offsets of all fields with the shaders'.
 
 mod lookups;
+mod rough;
 
 pub use lookups::{FieldRegion, FieldSlab, Layer, LayerGroup, MAX_VIEWPOINTS, ReflectorMap};
+pub use rough::{GRIDS, Grids, LIGHT_BYTES, MOST_REDUCTIONS, PASSAGE_BYTES, SHARP_BYTES, WORD_BYTES};
 
 use bytemuck::{Pod, Zeroable};
 
 /// An index that points to nothing.
 pub const NONE: u32 = u32::MAX;
 /// The most lights of a scene.
-pub const MAX_LIGHTS: usize = 128;
+pub const MAX_LIGHTS: usize = 1000;
 /// Texels of a row of the picture that holds those of all textures.
 pub const TEXEL_ROW: usize = 8192;
 /// The most mip levels of a texture: those of a side of 32,768 texels.
 pub const MAX_LEVELS: usize = 16;
 /// The environment's maps: of irradiance, then of highlights.
 pub const ENVIRONMENT_MAPS: usize = 8;
+/// The most reductions of the environment's picture: those of a width of 32,768 texels.
+pub const MAX_REDUCTIONS: usize = 12;
 /// The most specular events of a path.
 pub const MAX_ORDER: u32 = 8;
 /// The most children of the nodes of the hierarchy that tiles walk.
@@ -95,10 +99,12 @@ pub enum BindingPlace {
     Occlusion,
     /// The share of a coat.
     Coat,
+    /// Normals of a coat.
+    CoatNormals,
 }
 
 /// Textures of a surface.
-pub const BINDINGS: usize = 6;
+pub const BINDINGS: usize = 7;
 
 /// A vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -146,6 +152,10 @@ pub struct Node {
     /// Padding.
     pub unused1: u32,
 }
+
+/// The kind of surfaces where an expression is zero: `curved` begins with one over the size and the factor on the
+/// expression, `twisted` with the place of its program's first step among the texels of objects, and their number.
+pub const EXPRESSION: u32 = 4;
 
 /// Children of [`Node`]s with this bit are leaves.
 pub const LEAF: u32 = 1 << 31;
@@ -202,6 +212,8 @@ pub mod triangle_flags {
         REFLECTS = 3;
         /// Its surface refracts.
         REFRACTS = 4;
+        /// Its surface is rough, without a map of normals.
+        BLURS = 5;
     }
 }
 
@@ -258,7 +270,7 @@ pub struct ExactSurface {
     pub size: f32,
     /// Second derivatives xx, yy and zz.
     pub curved: [f32; 3],
-    /// 0: of second degree; a torus (1), a surface of revolution (2), a superquadric (3).
+    /// 0: of second degree; a torus (1), a surface of revolution (2), a superquadric (3), or an [`EXPRESSION`].
     pub kind: u32,
     /// Second derivatives yz, zx and xy.
     pub twisted: [f32; 3],
@@ -324,8 +336,14 @@ pub struct Surface {
     pub normal_scale: f32,
     /// How much of the occlusion map counts.
     pub occlusion_strength: f32,
+    /// Perceptual roughness with which a mirror or coat reflects; 0: sharply.
+    pub mirror_roughness: f32,
+    /// The place among the textures of the map that turns the rays which leave a mirror, glass or coat, or [`NONE`].
+    pub turning_map: u32,
+    /// The factor on that map's slopes.
+    pub turning_scale: f32,
     /// Padding.
-    pub unused: f32,
+    pub unused: [f32; 2],
     /// The exact surface.
     pub exact: ExactSurface,
     /// Textures: see [`BindingPlace`].
@@ -422,10 +440,11 @@ pub struct Frame {
     pub tiled_events: u32,
     /// The place of the queue of tiles that are shaded path by path.
     pub followed: u32,
-    /// Width, height and first row of each of the environment's maps.
+    /// Width, height and first row of each of the environment's maps; the fourth number of the first is that of its
+    /// picture's reductions.
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
-    /// The lights.
-    pub lights: [LightRecord; MAX_LIGHTS],
+    /// The same of those reductions.
+    pub reductions: [[u32; 4]; MAX_REDUCTIONS],
 }
 
 /// What a pass of tiles works on.

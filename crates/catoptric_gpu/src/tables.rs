@@ -13,12 +13,12 @@ mod textures;
 pub use features::SceneFeatures;
 pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes};
 pub use layers::{LayerMaps, layer_maps};
-pub use light::{EnvironmentTexels, environment_texels, light_records};
+pub use light::{EnvironmentPlaces, EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
-pub use surfaces::{surface_records, unsupported};
+pub(crate) use surfaces::is_blurred;
+pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
 
-use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{Surface, Vertex, bits, hit_flags};
 use catoptric::methods::projection::multiperspective::ObjectShape;
@@ -44,6 +44,8 @@ pub struct SceneTables {
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
+    /// The programs of expressions, which lie behind the objects.
+    pub programs: Vec<[u32; 4]>,
     /// The shapes of objects.
     pub shapes: Vec<ObjectShape>,
     /// Over all triangles.
@@ -57,13 +59,7 @@ pub struct SceneTables {
 impl SceneTables {
     /// The tables of a scene, with what holds of an earlier moment of it. Of triangles of mirrors and glass that do not
     /// show anything the own light alone is seen.
-    ///
-    /// # Errors
-    /// [`GpuError::Unsupported`] for what shaders do not draw.
-    pub fn new(scene: &Scene, earlier: Option<Earlier<'_>>, shows: impl Fn(u32) -> bool) -> Result<Self, GpuError> {
-        if let Some(what) = unsupported(scene) {
-            return Err(GpuError::Unsupported { what });
-        }
+    pub fn new(scene: &Scene, earlier: Option<Earlier<'_>>, shows: impl Fn(u32) -> bool) -> Self {
         let tested = |triangle: &u32| scene.is_alpha_tested(scene.triangle_objects[*triangle as usize]);
         let all = 0..scene.triangles.len() as u32;
         let (with_holes, mut draw_order): (Vec<u32>, Vec<u32>) = all.partition(tested);
@@ -76,15 +72,17 @@ impl SceneTables {
         let shapes = surfaces::shapes(scene, earlier.map(|earlier| (earlier.scene, earlier.shapes)));
         let refitted = earlier.and_then(|earlier| earlier.hierarchy.refitted(scene));
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
-        Ok(Self {
+        let (surfaces, programs) = surface_records(scene, &shapes);
+        Self {
             vertices: vertices(scene),
             triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
-            surfaces: surface_records(scene, &shapes),
+            surfaces,
+            programs,
             shapes,
             hierarchy: refitted.unwrap_or_else(|| Hierarchy::new(scene)),
             draw_order,
             solid_count,
-        })
+        }
     }
 }
 

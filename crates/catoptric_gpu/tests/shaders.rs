@@ -1,9 +1,10 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
 use catoptric_gpu::layout::{
-    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, Layer, LayerGroup, LeafTriangle, Level, LightRecord,
-    MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MirrorPath, Node, PathList, ReflectorMap, Surface, TEXEL_ROW,
-    TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
+    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, GRIDS, Grids, Layer, LayerGroup, LeafTriangle, Level,
+    LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS, MirrorPath, Node, PathList,
+    ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags,
+    surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -72,11 +73,12 @@ fn records() -> Vec<Record> {
         record!("Surface": Surface {
             base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
             metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
-            attenuation, attenuation_distance, normal_scale, occlusion_strength,
+            attenuation, attenuation_distance, normal_scale, occlusion_strength, mirror_roughness, turning_map,
+            turning_scale,
         } before exact),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
-            first_row, extent, cells, tiled_events, followed, maps, lights,
+            first_row, extent, cells, tiled_events, followed, maps, reductions,
         }),
     ]
 }
@@ -162,6 +164,14 @@ fn passes_read_their_own_records_as_they_are_written() {
         [("FIELD_REGION_TEXELS", offset_of!(FieldRegion, slabs)), ("FIELD_SLAB_TEXELS", size_of::<FieldSlab>())]
     {
         assert!(source.contains(&format!("const {name} = {}u;", bytes / 16)), "{name}");
+    }
+    let grids = record!("Grids": Grids {
+        levels, reductions, forward, near, margin_px, greatest_distance, level, reduction, reduction_count,
+    });
+    compare("rough/blur.wgsl", &[grids]);
+    let source = shader::source("rough/blur.wgsl");
+    for (name, value) in [("GRIDS", GRIDS), ("MOST_REDUCTIONS", MOST_REDUCTIONS)] {
+        assert!(source.contains(&format!("const {name} = {value}u;")), "{name}");
     }
     compare("lists.wgsl", &[record!("PathList": PathList { object, parent, number })]);
     compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);

@@ -11,7 +11,7 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
-//#include "light/follow.wgsl"
+//#include "light/paths/tabled.wgsl"
 //#include "light/reflectors.wgsl"
 //#include "light/slabs.wgsl"
 //#include "tiles/followed.wgsl"
@@ -34,6 +34,12 @@ fn distance_beyond(segment: Segment) -> f32 {
         return FAR;
     }
     return slab_distance(region_number, region, segment.ray);
+}
+
+// Nothing is.
+fn known_light(object: u32, position: vec2f) -> RoughLight {
+    var none: RoughLight;
+    return none;
 }
 
 // What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.

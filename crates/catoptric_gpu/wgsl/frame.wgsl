@@ -11,20 +11,16 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
-//#include "light/follow.wgsl"
+//#include "light/paths/tabled.wgsl"
+//#include "light/paths/whole_scene.wgsl"
+//#include "rough/grids.wgsl"
 //#include "tiles/followed.wgsl"
 
-// Rays are traced through the whole scene; beyond is what surrounds it.
-fn root_of_paths() -> u32 {
-    return frame.root;
-}
+// What grids of rays tell of rough mirrors: see `rough/grids.wgsl`.
+@group(2) @binding(3) var<storage, read> rough_light: array<vec4f>;
 
-fn light_beyond(segment: Segment) -> vec3f {
-    return background(segment.ray.direction);
-}
-
-fn distance_beyond(segment: Segment) -> f32 {
-    return FAR;
+fn known_light(object: u32, position: vec2f) -> RoughLight {
+    return rough_light_at(object, position);
 }
 
 // True if four samples hit the same triangles on all paths.

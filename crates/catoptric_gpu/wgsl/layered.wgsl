@@ -11,7 +11,7 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
-//#include "light/follow.wgsl"
+//#include "light/paths/tabled.wgsl"
 //#include "light/layered/layers.wgsl"
 //#include "tiles/followed.wgsl"
 
@@ -33,6 +33,12 @@ fn distance_beyond(segment: Segment) -> f32 {
         return FAR;
     }
     return layers_distance(group_of_paths, segment.ray);
+}
+
+// Nothing is.
+fn known_light(object: u32, position: vec2f) -> RoughLight {
+    var none: RoughLight;
+    return none;
 }
 
 // What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.

@@ -11,7 +11,7 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
-//#include "light/paths.wgsl"
+//#include "light/paths/paths.wgsl"
 //#include "light/reflectors.wgsl"
 //#include "tiles/followed.wgsl"
 

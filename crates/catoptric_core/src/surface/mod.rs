@@ -6,8 +6,8 @@ pub mod patch;
 pub mod taylor;
 
 pub use analytic::{
-    AnalyticSurface, Ellipsoid, Implicit, PlacedSurface, Quadric, Revolution, Superquadric, SurfaceError, SurfaceHit,
-    SurfaceMesh, Torus, sphere_mesh,
+    AnalyticSurface, Ellipsoid, Implicit, Instruction, PlacedSurface, Quadric, Revolution, Superquadric, SurfaceError,
+    SurfaceHit, SurfaceMesh, Torus, sphere_mesh,
 };
 pub use patch::SurfacePatch;
 pub use taylor::{Taylor2, Taylor3};

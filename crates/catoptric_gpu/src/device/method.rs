@@ -5,7 +5,8 @@ use super::frame::fields::DeviceFields;
 use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
-use super::frame::{self, Sight};
+use super::frame::timer::Timer;
+use super::frame::{self, Drawing, Sight};
 use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
 use catoptric::clock::Stopwatch;
@@ -29,11 +30,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// As [`methods::create`].
-pub fn create(
-    context: &Arc<Context>,
-    id: &str,
-    settings: &toml::Table,
-) -> Result<Option<Box<dyn Method>>, RenderError> {
+pub fn create(context: &Arc<Context>, id: &str, settings: &toml::Table) -> Result<Option<DeviceMethod>, RenderError> {
     let info = methods::find(id)?;
     // Checks the settings.
     (info.effective)(settings)?;
@@ -45,7 +42,7 @@ pub fn create(
         MULTIPERSPECTIVE | AUTO => Way::Follow,
         _ => Way::Project((info.create)(settings)?.into()),
     };
-    Ok(info.gpu.then(|| Box::new(DeviceMethod { context: context.clone(), info, way }) as Box<dyn Method>))
+    Ok(info.gpu.then(|| DeviceMethod { context: context.clone(), info, way }))
 }
 
 /// What becomes of light at mirrors and glass.
@@ -78,16 +75,24 @@ const PLANAR_MIRROR: &str = "planar_mirror";
 const MULTIPERSPECTIVE: &str = "multiperspective";
 const AUTO: &str = "auto";
 
+/// A method that draws on a device: into pictures of the processor's, as all methods do, or with a
+/// [`Renderer`](super::Renderer) into textures.
 #[derive(Clone)]
-struct DeviceMethod {
+pub struct DeviceMethod {
     context: Arc<Context>,
     info: &'static MethodInfo,
     way: Way,
 }
 
+impl std::fmt::Debug for DeviceMethod {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DeviceMethod").field("id", &self.info.id).finish_non_exhaustive()
+    }
+}
+
 /// A scene on a device, ready for any view.
-struct PreparedScene {
-    method: DeviceMethod,
+pub(crate) struct PreparedScene {
+    pub(crate) method: DeviceMethod,
     scene: Arc<Scene>,
     quality: Quality,
     resident: DeviceScene,
@@ -102,7 +107,7 @@ struct PreparedScene {
 }
 
 /// One view.
-struct DeviceFrame<'a> {
+pub(crate) struct DeviceFrame<'a> {
     method: &'a DeviceMethod,
     scene: &'a Scene,
     quality: Quality,
@@ -124,6 +129,23 @@ impl Method for DeviceMethod {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
+        Ok(Box::new(self.prepare_scene(scene, quality, bake, progress)?))
+    }
+}
+
+impl DeviceMethod {
+    /// The device that it draws on.
+    pub fn context(&self) -> &Arc<Context> {
+        &self.context
+    }
+
+    pub(crate) fn prepare_scene(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<PreparedScene, RenderError> {
         if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_)) {
             return Err(self.refuse("on the GPU it uses no baked files"));
         }
@@ -135,7 +157,7 @@ impl Method for DeviceMethod {
         };
         report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
         let (method, scene) = (self.clone(), scene.clone());
-        Ok(Box::new(PreparedScene { method, scene, quality, resident, fields, layers, bake, projection, report }))
+        Ok(PreparedScene { method, scene, quality, resident, fields, layers, bake, projection, report })
     }
 }
 
@@ -265,6 +287,23 @@ impl PreparedScene {
     }
 }
 
+impl PreparedScene {
+    /// What it takes to draw a view.
+    pub(crate) fn device_frame(
+        &mut self,
+        view: &View,
+        progress: &dyn Progress,
+    ) -> Result<DeviceFrame<'_>, RenderError> {
+        let of_layers = self.load_layers(view, progress)?;
+        let Self { method, scene, quality, resident, projection, .. } = self;
+        let projection = projection.as_mut().map(|projection| projection.frame(view, progress)).transpose()?;
+        let mut report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
+        report.add(of_layers);
+        let (quality, view) = (*quality, view.clone());
+        Ok(DeviceFrame { method, scene, quality, resident, projection, view, report })
+    }
+}
+
 impl Prepared for PreparedScene {
     fn report(&self) -> &Report {
         &self.report
@@ -283,13 +322,32 @@ impl Prepared for PreparedScene {
     }
 
     fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
-        let of_layers = self.load_layers(view, progress)?;
-        let Self { method, scene, quality, resident, projection, .. } = self;
-        let projection = projection.as_mut().map(|projection| projection.frame(view, progress)).transpose()?;
-        let mut report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
-        report.add(of_layers);
-        let (quality, view) = (*quality, view.clone());
-        Ok(Box::new(DeviceFrame { method, scene, quality, resident, projection, view, report }))
+        Ok(Box::new(self.device_frame(view, progress)?))
+    }
+}
+
+impl DeviceFrame<'_> {
+    /// A failure of the device as that of the method.
+    pub(crate) fn failed(&self, error: &GpuError) -> RenderError {
+        failed(self.method.info, error)
+    }
+
+    /// Adds the drawing of the view, which has pixels, to other work.
+    pub(crate) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timer: &mut Timer,
+        progress: &dyn Progress,
+    ) -> Result<Drawing, RenderError> {
+        let Self { method: DeviceMethod { context, .. }, scene, quality, resident, projection, view, .. } = self;
+        let lists = projection.as_ref().map(|frame| frame.path_lists(progress)).transpose()?.flatten();
+        let of_lists = lists.as_ref().map(|lists| lists.report.clone());
+        let sight = Sight { scene, view, quality: *quality, lists: lists.as_ref() };
+        let drawing = frame::encode(context, resident, sight, encoder, timer);
+        let mut drawing = drawing.map_err(|error| self.failed(&error))?;
+        let of_drawing = std::mem::replace(&mut drawing.report, of_lists.unwrap_or_default());
+        drawing.report.add(of_drawing);
+        Ok(drawing)
     }
 }
 
@@ -299,25 +357,24 @@ impl Frame for DeviceFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let Self { method, scene, quality, resident, projection, view, .. } = self;
-        let DeviceMethod { context, info, .. } = method;
+        let Self { method: DeviceMethod { context, info, .. }, view, .. } = self;
         let pixels = view.width as usize * view.height as usize;
         if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
             let problem = format!("the view has {} x {} pixels, the target others", view.width, view.height);
             return Err(RenderError::Limit { method: info.id, problem });
         }
-        let mut report = Report::default();
-        let lists = projection.as_ref().map(|frame| frame.path_lists(progress)).transpose()?.flatten();
-        if let Some(lists) = &lists {
-            report = lists.report.clone();
+        if pixels == 0 {
+            return Ok(Report::default());
         }
+        let mut timer = Timer::new(context);
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let drawing = self.encode(&mut encoder, &mut timer, progress)?;
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
         let watch = Stopwatch::new();
-        let sight = Sight { scene, view, quality: *quality, lists: lists.as_ref() };
-        let drawn = frame::draw(context, resident, sight, &mut target.pixels);
-        let drawn = drawn.map_err(|error| failed(info, &error))?;
+        context.queue.submit([encoder.finish()]);
+        let drawn = drawing.read(context, &timer, &mut target.pixels).map_err(|error| self.failed(&error))?;
         stage.advance(1)?;
-        report.add(drawn.report);
+        let Drawing { mut report, .. } = drawing;
         let counts = drawn.counts;
         report.counts.extend([
             ("tiles", u64::from(counts.tiles)),

@@ -10,5 +10,5 @@ mod upload;
 
 pub use adapter::{AdapterDescription, adapters};
 pub use context::Context;
-pub use method::create;
+pub use method::{DeviceMethod, create};
 pub use renderer::Renderer;

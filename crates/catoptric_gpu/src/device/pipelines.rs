@@ -1,6 +1,7 @@
 //! The pipelines of all passes, made once a device.
 
 use super::frame::confined::ConfinedPipelines;
+use super::frame::rough::{self, RoughPipelines};
 use super::frame::tiles::TilePipelines;
 use super::frame::{fields, layers, lists, mirrors};
 use crate::shader;
@@ -63,6 +64,8 @@ pub(crate) struct Pipelines {
     /// What rays hit, and the colours.
     pub(crate) picture: wgpu::BindGroupLayout,
     pub(crate) tiles: TilePipelines,
+    /// Grids that tell what rough mirrors reflect.
+    pub(crate) rough: RoughPipelines,
     /// Those of mirrored scenes, and of virtual geometry.
     pub(crate) mirrors: ConfinedPipelines,
     pub(crate) lists: ConfinedPipelines,
@@ -96,14 +99,7 @@ impl Pipelines {
             "scene",
             everywhere,
             &[
-                (
-                    0,
-                    BindingType::Buffer {
-                        ty: BufferBindingType::Uniform,
-                        has_dynamic_offset: true,
-                        min_binding_size: None,
-                    },
-                ),
+                (0, uniform(true)),
                 table(1),
                 table(2),
                 table(3),
@@ -112,12 +108,15 @@ impl Pipelines {
                 numbers(6),
                 numbers(7),
                 numbers(8),
+                (9, uniform(false)),
             ],
         );
         let hierarchy = layout(device, "hierarchy", shades, &[table(0), table(1), table(2)]);
         let order = layout(device, "order", ShaderStages::VERTEX, &[storage(0)]);
-        let picture = layout(device, "picture", shades, &[storage(0), written(1), storage(2)]);
+        let of_picture: Vec<_> = [storage(0), written(1), storage(2)].into_iter().chain(rough::READ).collect();
+        let picture = layout(device, "picture", shades, &of_picture);
         let tiles = TilePipelines::new(device, &scene, &hierarchy);
+        let rough = RoughPipelines::new(device, &scene, &hierarchy);
         let [mirrors, lists] =
             [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
         let module = |path: &str| {
@@ -154,6 +153,7 @@ impl Pipelines {
             order,
             picture,
             tiles,
+            rough,
             mirrors,
             lists,
             maps,
@@ -238,7 +238,12 @@ fn written(binding: u32) -> (u32, BindingType) {
     (binding, BindingType::StorageTexture { access, format: COLOR_FORMAT, view_dimension: TextureViewDimension::D2 })
 }
 
-pub(crate) fn storage(binding: u32) -> (u32, BindingType) {
+/// A record.
+pub(crate) const fn uniform(has_dynamic_offset: bool) -> BindingType {
+    BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset, min_binding_size: None }
+}
+
+pub(crate) const fn storage(binding: u32) -> (u32, BindingType) {
     buffer(binding, true)
 }
 
@@ -247,7 +252,7 @@ pub(crate) fn written_storage(binding: u32) -> (u32, BindingType) {
     buffer(binding, false)
 }
 
-fn buffer(binding: u32, read_only: bool) -> (u32, BindingType) {
+const fn buffer(binding: u32, read_only: bool) -> (u32, BindingType) {
     let ty = BufferBindingType::Storage { read_only };
     (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
 }

@@ -2,66 +2,79 @@
 
 use super::context::Context;
 use super::frame::timer::Timer;
-use super::frame::{self, Sight};
-use super::upload::{DeviceScene, Reflections, group};
-use crate::error::GpuError;
-use catoptric::methods::Quality;
+use super::method::{DeviceMethod, PreparedScene};
+use super::upload::group;
+use catoptric::error::RenderError;
+use catoptric::methods::bake::Baked;
+use catoptric::methods::{Prepared, Quality, Report};
+use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
 use wgpu::{BindingResource, LoadOp, Operations, StoreOp, TextureFormat};
 
-/// A scene on a device, drawn by `multiperspective` into textures that the caller owns.
+/// A scene on a device, drawn by a method into textures that the caller owns.
 ///
-/// Nothing is waited for: work is added to an encoder of the caller's. The example `into_texture` has all of it.
-#[derive(Debug)]
+/// Work is added to an encoder of the caller's, and not waited for. The example `into_texture` has all of it.
 pub struct Renderer {
-    context: Arc<Context>,
-    scene: Arc<Scene>,
-    resident: DeviceScene,
+    prepared: PreparedScene,
+}
+
+impl std::fmt::Debug for Renderer {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Renderer").field("method", &self.prepared.method).finish_non_exhaustive()
+    }
 }
 
 impl Renderer {
-    /// Loads a scene. Its lights cast shadows if it has been given them
-    /// ([`cast_shadows`](catoptric::light::visibility::cast_shadows)).
+    /// Loads a scene for a method, with what it captures or takes from a baked file. The scene's lights cast shadows if
+    /// it has been given them ([`cast_shadows`](catoptric::light::visibility::cast_shadows)).
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] and [`GpuError::Limit`] for scenes that cannot be drawn, [`GpuError::Device`].
-    pub fn new(context: &Arc<Context>, scene: &Arc<Scene>) -> Result<Self, GpuError> {
-        let resident = DeviceScene::new(context, scene, None, Reflections::Followed)?;
-        Ok(Self { context: context.clone(), scene: scene.clone(), resident })
+    /// As [`Method::prepare`](catoptric::methods::Method::prepare); [`RenderError::Limit`] for what the device cannot
+    /// draw: other numbers of samples than 1 and 4, orders above 8, some scenes.
+    pub fn new(
+        method: &DeviceMethod,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        Ok(Self { prepared: method.prepare_scene(scene, quality, bake, progress)? })
     }
 
-    /// Replaces the scene after something has moved or changed; textures and environments that stay are kept.
+    /// Replaces the scene after something has moved or changed; what holds is kept.
     ///
     /// # Errors
     /// As [`Self::new`]; the earlier scene stays then.
-    pub fn update(&mut self, scene: &Arc<Scene>) -> Result<(), GpuError> {
-        self.resident = DeviceScene::new(&self.context, scene, Some(&self.resident), Reflections::Followed)?;
-        self.scene = scene.clone();
-        Ok(())
+    pub fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        self.prepared.update(scene, quality, progress)
+    }
+
+    /// Times, counts and warnings of loading the scene.
+    pub fn report(&self) -> &Report {
+        self.prepared.report()
     }
 
     /// Adds the drawing of a view to `encoder`, into a target of the view's size that can be rendered to. Colours are
-    /// linear; targets of an sRGB format encode them.
+    /// linear; targets of an sRGB format encode them. Methods that project find geometry on the processor meanwhile.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] for other numbers of samples than 1 and 4, for orders above 8 and for views that are too
-    /// large; [`GpuError::Device`].
+    /// [`RenderError::Limit`] for views that are too large, and where the device fails; [`RenderError::Cancelled`].
     pub fn draw(
-        &self,
+        &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &View,
-        quality: Quality,
-        target: &wgpu::TextureView,
-        format: TextureFormat,
-    ) -> Result<(), GpuError> {
-        frame::check_quality(quality)?;
+        (target, format): (&wgpu::TextureView, TextureFormat),
+        progress: &dyn Progress,
+    ) -> Result<Report, RenderError> {
         if view.width == 0 || view.height == 0 {
-            return Ok(());
+            return Ok(Report::default());
         }
-        let Context { device, pipelines, .. } = &*self.context;
-        let sight = Sight { scene: &self.scene, view, quality, lists: None };
-        let drawing = frame::encode(&self.context, &self.resident, sight, encoder, &mut Timer::none())?;
+        let context = self.prepared.method.context().clone();
+        let frame = self.prepared.device_frame(view, progress)?;
+        let mut report = catoptric::methods::Frame::report(&frame).clone();
+        let drawing = frame.encode(encoder, &mut Timer::none(), progress)?;
+        let Context { device, pipelines, .. } = &*context;
         let colors = drawing.colors();
         let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -78,6 +91,8 @@ impl Renderer {
         pass.set_bind_group(0, &picture, &[]);
         pass.draw(0..3, 0..1);
         drop(pass);
-        self.context.check()
+        context.check().map_err(|error| frame.failed(&error))?;
+        report.add(drawing.report);
+        Ok(report)
     }
 }

@@ -8,8 +8,9 @@ use super::frame::mirrors::DeviceMirrors;
 use super::frame::targets::PictureTables;
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
-use crate::layout::{ENVIRONMENT_MAPS, LightRecord, TEXEL_ROW};
-use crate::tables::{Earlier, SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
+use crate::layout::{LightRecord, MAX_LIGHTS, TEXEL_ROW};
+use crate::tables::{Earlier, EnvironmentPlaces, SceneFeatures, SceneTables};
+use crate::tables::{environment_texels, light_records, texture_tables};
 use bytemuck::Pod;
 use catoptric::methods::projection::multiperspective::ObjectShape;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
@@ -39,7 +40,7 @@ pub(crate) struct DeviceScene {
     pub(crate) frame: Buffer,
     pub(crate) solid_count: u32,
     pub(crate) triangle_count: u32,
-    pub(crate) lights: Vec<LightRecord>,
+    pub(crate) light_count: u32,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
     /// On the processor, for the next moment of the scene: what it is now, and what may hold still then.
@@ -99,8 +100,9 @@ pub(crate) struct DevicePictures {
     environment: Option<Arc<Environment>>,
     /// The table of textures, the texels, and three of the environment.
     views: [wgpu::TextureView; 5],
-    /// Of the environment's maps.
-    pub(crate) maps: [[u32; 4]; ENVIRONMENT_MAPS],
+    /// Where the environment's maps are, with its picture's reductions where mirrors spread light.
+    pub(crate) places: EnvironmentPlaces,
+    has_reductions: bool,
     byte_count: u64,
 }
 
@@ -113,13 +115,21 @@ impl DeviceScene {
         reflections: Reflections,
     ) -> Result<Self, GpuError> {
         let earlier = old.map(|old| Earlier { scene: &old.source, hierarchy: &old.boxes, shapes: &old.shapes });
-        let tables = SceneTables::new(scene, earlier, |triangle| reflections.show(triangle))?;
+        let tables = SceneTables::new(scene, earlier, |triangle| reflections.show(triangle));
         let features = SceneFeatures::of(scene, &tables.surfaces);
-        let lights = light_records(scene)?;
-        let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.are_of(scene));
+        let mut lights = light_records(scene)?;
+        let light_count = lights.len() as u32;
+        lights.resize(MAX_LIGHTS, LightRecord::default());
+        let features = match reflections {
+            Reflections::Mirrored(_) => features.of_smooth_mirrors(),
+            Reflections::Projected => features.with_lists(),
+            _ => features,
+        };
+        let spreads_light = features.spreads_light();
+        let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.serve(scene, spreads_light));
         let pictures = match kept {
             Some(pictures) => pictures.clone(),
-            None => Arc::new(DevicePictures::new(context, scene)?),
+            None => Arc::new(DevicePictures::new(context, scene, spreads_light)?),
         };
         let device = &context.device;
         let mut upload = Upload { context, byte_count: pictures.byte_count };
@@ -129,14 +139,22 @@ impl DeviceScene {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let mut objects: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
+        objects.extend(&tables.programs);
         let views = [
             upload.table("the scene's vertices", &tables.vertices)?,
             upload.table("the scene's triangles", &tables.triangles)?,
-            upload.table("the scene's objects", &tables.surfaces)?,
+            upload.table("the scene's objects", &objects)?,
         ];
         let record = wgpu::BufferBinding { buffer: &frame, offset: 0, size: NonZeroU64::new(FRAME_SIZE) };
         let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
+        let lights = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("lights"),
+            contents: bytemuck::cast_slice(&lights),
+            usage: BufferUsages::UNIFORM,
+        });
+        resources.push((9, lights.as_entire_binding()));
         let pipelines = &context.pipelines;
         let wide = upload.table("the hierarchy of tiles", &tables.hierarchy.wide())?;
         let hierarchy = upload.hierarchy(&tables.hierarchy, &wide)?;
@@ -153,12 +171,8 @@ impl DeviceScene {
             frame,
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
-            lights,
-            features: match reflections {
-                Reflections::Mirrored(_) => features.without_lenses(),
-                Reflections::Projected => features.with_lists(),
-                _ => features,
-            },
+            light_count,
+            features,
             pictures,
             source: scene.clone(),
             boxes: tables.hierarchy,
@@ -180,8 +194,8 @@ impl DeviceScene {
 }
 
 impl DevicePictures {
-    fn new(context: &Context, scene: &Scene) -> Result<Self, GpuError> {
-        let environment = environment_texels(scene.environment.as_deref());
+    fn new(context: &Context, scene: &Scene, has_reductions: bool) -> Result<Self, GpuError> {
+        let environment = environment_texels(scene.environment.as_deref(), has_reductions);
         let textures = texture_tables(scene)?;
         let texels = textures.texels;
         let numbers = TextureFormat::Rgba32Float;
@@ -201,11 +215,12 @@ impl DevicePictures {
         ];
         let (textures, environment_of) = (scene.textures.clone(), scene.environment.clone());
         let byte_count = upload.byte_count;
-        Ok(Self { textures, environment: environment_of, views, maps: environment.places, byte_count })
+        let places = environment.places;
+        Ok(Self { textures, environment: environment_of, views, places, has_reductions, byte_count })
     }
 
-    /// True if they are a scene's.
-    fn are_of(&self, scene: &Scene) -> bool {
+    /// True if they are a scene's, with reductions where it needs these.
+    fn serve(&self, scene: &Scene, spreads_light: bool) -> bool {
         let is_same = |(a, b): (&Arc<Texture>, &Arc<Texture>)| Arc::ptr_eq(a, b);
         let of_textures =
             self.textures.len() == scene.textures.len() && self.textures.iter().zip(&scene.textures).all(is_same);
@@ -213,7 +228,7 @@ impl DevicePictures {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        of_textures && of_environment
+        of_textures && of_environment && (self.has_reductions || !spreads_light)
     }
 }
 

@@ -1,10 +1,10 @@
 //! What a scene has: the rest is left out of the code that draws it.
 
-use crate::layout::{BINDINGS, BindingPlace, NONE, Surface, surface_flags as flags};
+use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_flags as flags};
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 15;
+const COUNT: usize = 19;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -22,6 +22,10 @@ const NAMES: [&str; COUNT] = [
     "HAS_COLORS",
     "HAS_SECOND_UVS",
     "HAS_HIGHER_DEGREES",
+    "HAS_EXPRESSIONS",
+    TURNS,
+    ROUGH,
+    BLURS,
     LISTS,
 ];
 
@@ -29,8 +33,16 @@ const NAMES: [&str; COUNT] = [
 const LENSES: &str = "HAS_LENSES";
 /// The geometry of paths is drawn.
 const LISTS: &str = "HAS_LISTS";
-/// Those that decide where rays go.
-const OF_RAYS: [&str; 5] = [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", LISTS];
+/// Normal maps turn what mirrors, glass or coats reflect and refract.
+const TURNS: &str = "HAS_TURNS";
+/// Some mirrors or coats are rough.
+const ROUGH: &str = "HAS_ROUGH";
+/// Some of them have no maps of normals.
+const BLURS: &str = "HAS_BLURS";
+/// Those that decide where rays go; the last ones if normal maps turn these.
+const OF_RAYS: [&str; 8] =
+    [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, BLURS, LISTS];
+const OF_TURNED_RAYS: [&str; 2] = ["HAS_NORMAL_MAPS", "HAS_SECOND_UVS"];
 
 /// What a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,7 +66,7 @@ impl SceneFeatures {
                 !scene.lights.is_empty(),
                 scene.light_visibility.is_some(),
                 any(flags::MICROFACETS),
-                uses(BindingPlace::Normals as usize),
+                uses(BindingPlace::Normals as usize) || uses(BindingPlace::CoatNormals as usize),
                 surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),
                 has_role(Role::Coated),
                 has_role(Role::Lens),
@@ -64,6 +76,10 @@ impl SceneFeatures {
                 !scene.colors.is_empty(),
                 surfaces.iter().flat_map(|surface| &surface.bindings).any(|binding| binding.channel == 1),
                 surfaces.iter().any(|surface| surface.exact.kind != 0),
+                surfaces.iter().any(|surface| surface.exact.kind == EXPRESSION),
+                surfaces.iter().any(|surface| surface.turning_map != NONE),
+                surfaces.iter().any(|surface| surface.mirror_roughness > 0.0),
+                surfaces.iter().any(|surface| surface.mirror_roughness > 0.0 && surface.turning_map == NONE),
                 false,
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
@@ -72,7 +88,21 @@ impl SceneFeatures {
 
     /// True if something refracts.
     pub fn has_lenses(&self) -> bool {
-        NAMES.iter().zip(self.has).any(|(name, has)| *name == LENSES && has)
+        self.has_any(&[LENSES])
+    }
+
+    /// True if mirrors or glass spread what they reflect or refract.
+    pub fn spreads_light(&self) -> bool {
+        self.has_any(&[TURNS, ROUGH])
+    }
+
+    /// True if grids of rays tell what rough mirrors reflect.
+    pub fn has_blurs(&self) -> bool {
+        self.has_any(&[BLURS])
+    }
+
+    fn has_any(&self, names: &[&str]) -> bool {
+        NAMES.iter().zip(self.has).any(|(name, has)| has && names.contains(name))
     }
 
     /// The same where the geometry of paths is drawn.
@@ -80,14 +110,16 @@ impl SceneFeatures {
         Self { has: std::array::from_fn(|index| self.has[index] || NAMES[index] == LISTS), ..self }
     }
 
-    /// The same without refraction.
-    pub fn without_lenses(self) -> Self {
-        Self { has: self.those(|name| name != LENSES), ..self }
+    /// The same without refraction, where all mirrors are smooth.
+    pub fn of_smooth_mirrors(self) -> Self {
+        Self { has: self.those(|name| ![LENSES, TURNS, ROUGH, BLURS].contains(&name)), ..self }
     }
 
     /// Those alone that decide where rays go.
     pub fn of_rays(&self) -> Self {
-        Self { has: self.those(|name| OF_RAYS.contains(&name)), bindings_used: 0 }
+        let turns = self.has_any(&[TURNS]);
+        let decides = |name: &str| OF_RAYS.contains(&name) || turns && OF_TURNED_RAYS.contains(&name);
+        Self { has: self.those(decides), bindings_used: 0 }
     }
 
     /// What there is of the named features.

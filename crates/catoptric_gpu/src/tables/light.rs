@@ -1,7 +1,7 @@
 //! Lights and the environment as tables for shaders.
 
 use crate::error::GpuError;
-use crate::layout::{ENVIRONMENT_MAPS, LightRecord, MAX_LIGHTS};
+use crate::layout::{ENVIRONMENT_MAPS, LightRecord, MAX_LIGHTS, MAX_REDUCTIONS};
 use catoptric::scene::{Environment, LightKind, Scene};
 
 /// The records of a scene's lights.
@@ -48,12 +48,21 @@ pub struct EnvironmentTexels {
     pub maps_size: [u32; 2],
     /// Its texels.
     pub maps: Vec<[f32; 4]>,
-    /// Width, height and first row of each map.
-    pub places: [[u32; 4]; ENVIRONMENT_MAPS],
+    /// Where they are in it.
+    pub places: EnvironmentPlaces,
 }
 
-/// The pictures of an environment; single black texels without one.
-pub fn environment_texels(environment: Option<&Environment>) -> EnvironmentTexels {
+/// Where an environment's maps are in the picture that holds them: width, height and first row of each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EnvironmentPlaces {
+    /// Of light by direction; the fourth number of the first is that of reductions.
+    pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
+    /// Of the picture, ever smaller.
+    pub reductions: [[u32; 4]; MAX_REDUCTIONS],
+}
+
+/// The pictures of an environment, if wanted with its picture's reductions; single black texels without one.
+pub fn environment_texels(environment: Option<&Environment>, with_reductions: bool) -> EnvironmentTexels {
     let Some(environment) = environment else {
         let black = vec![[0.0; 4]];
         let size = [1; 2];
@@ -61,11 +70,15 @@ pub fn environment_texels(environment: Option<&Environment>) -> EnvironmentTexel
     };
     let (width, height, radiance) = environment.picture();
     let picture = radiance.iter().map(|&[red, green, blue]| [red, green, blue, 0.0]).collect();
-    let all = environment.light_maps();
+    let maps = environment.light_maps();
+    let reductions = environment.reductions().take(if with_reductions { MAX_REDUCTIONS } else { 0 });
+    let count = reductions.len() as u32;
+    let all: Vec<_> = maps.into_iter().chain(reductions).collect();
     let stride = all.iter().map(|map| map.width + 2).max().unwrap_or(1);
     let mut texels = EnvironmentTexels { size: [width, height], picture, ..EnvironmentTexels::default() };
     let mut rows = 0;
-    for (place, map) in texels.places.iter_mut().zip(&all) {
+    let EnvironmentPlaces { maps, reductions } = &mut texels.places;
+    for (place, map) in maps.iter_mut().chain(reductions).zip(&all) {
         *place = [map.width as u32, map.height as u32, rows, 0];
         for row in map.texels.chunks_exact(map.width + 2) {
             texels.maps.extend_from_slice(row);
@@ -73,6 +86,7 @@ pub fn environment_texels(environment: Option<&Environment>) -> EnvironmentTexel
             rows += 1;
         }
     }
+    texels.places.maps[0][3] = count;
     texels.maps_size = [stride as u32, rows];
     texels
 }

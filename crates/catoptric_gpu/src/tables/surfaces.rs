@@ -1,25 +1,11 @@
 //! Objects with their materials, as records for shaders.
 
-use crate::layout::{BINDINGS, Binding, BindingPlace, ExactSurface, NONE, Surface, bits, surface_flags as flags};
+use crate::layout::surface_flags as flags;
+use crate::layout::{BINDINGS, Binding, BindingPlace, EXPRESSION, ExactSurface, NONE, Surface, bits};
 use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
 use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
-use catoptric::surface::{AnalyticSurface, PlacedSurface, Taylor2};
+use catoptric::surface::{AnalyticSurface, Instruction, PlacedSurface, Taylor2};
 use glam::{DVec3, Vec3};
-
-/// The reason why shaders cannot draw a scene as the library does; `None` if they can.
-pub fn unsupported(scene: &Scene) -> Option<String> {
-    for object in &scene.objects {
-        let material = &scene.materials[object.material as usize];
-        let name = &object.name;
-        if material.role.is_specular() && material.may_spread_light() {
-            return Some(format!("rough and bumpy mirrors and glass (object `{name}`)"));
-        }
-        if object.surface.as_ref().is_some_and(|surface| exact(surface).is_none()) {
-            return Some(format!("surfaces given by expressions (object `{name}`)"));
-        }
-    }
-    None
-}
 
 /// How far edges may be off, as a share of the object's size, in an object that has moved as a whole.
 const SAME_EDGES: f32 = 1e-5;
@@ -63,13 +49,54 @@ fn is_moved_as_whole(scene: &Scene, before: &Scene, object: usize) -> bool {
     now == then && now.iter().all(|&[a, b, c]| [[a, b], [b, c], [c, a]].into_iter().all(is_same))
 }
 
-/// The records of all objects, by their shapes.
-pub fn surface_records(scene: &Scene, shapes: &[ObjectShape]) -> Vec<Surface> {
+/// The records of all objects, by their shapes, and the programs of surfaces that are given by expressions: they lie
+/// behind the objects, a texel a step.
+pub fn surface_records(scene: &Scene, shapes: &[ObjectShape]) -> (Vec<Surface>, Vec<[u32; 4]>) {
+    let mut programs = Programs { first: scene.objects.len() * size_of::<Surface>() / 16, steps: Vec::new() };
     let with_shapes = scene.objects.iter().zip(shapes);
-    with_shapes.map(|(object, shape)| surface(scene, object, shape)).collect()
+    let records = with_shapes.map(|(object, shape)| surface(scene, object, shape, &mut programs)).collect();
+    (records, programs.steps)
 }
 
-fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
+/// Programs of expressions.
+struct Programs {
+    /// The texel of the first step.
+    first: usize,
+    steps: Vec<[u32; 4]>,
+}
+
+impl Programs {
+    /// Adds a program: the numbers of the first step and of steps.
+    fn add(&mut self, program: &[Instruction]) -> [f64; 2] {
+        let first = self.first + self.steps.len();
+        self.steps.extend(program.iter().map(step_of));
+        [first as f64, program.len() as f64]
+    }
+}
+
+/// A step as shaders read it: what it does, and a whole number or another one.
+fn step_of(step: &Instruction) -> [u32; 4] {
+    let number = |value: f64| (value as f32).to_bits();
+    match *step {
+        Instruction::Variable(axis) => [0, axis as u32, 0, 0],
+        Instruction::Constant(value) => [1, 0, number(value), 0],
+        Instruction::Add => [2, 0, 0, 0],
+        Instruction::Subtract => [3, 0, 0, 0],
+        Instruction::Multiply => [4, 0, 0, 0],
+        Instruction::Divide => [5, 0, 0, 0],
+        Instruction::Negate => [6, 0, 0, 0],
+        Instruction::WholePower(exponent) => [7, exponent.cast_unsigned(), 0, 0],
+        Instruction::RealPower(exponent) => [8, 0, number(exponent), 0],
+        Instruction::Power => [9, 0, 0, 0],
+        Instruction::Sqrt => [10, 0, 0, 0],
+        Instruction::Exp => [11, 0, 0, 0],
+        Instruction::Sin => [12, 0, 0, 0],
+        Instruction::Cos => [13, 0, 0, 0],
+        Instruction::Abs => [14, 0, 0, 0],
+    }
+}
+
+fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, programs: &mut Programs) -> Surface {
     let material = &scene.materials[object.material as usize];
     let facets = material.microfacets.clone().unwrap_or_default();
     let blend = material.blend.unwrap_or_default();
@@ -105,8 +132,11 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape) -> Surface {
         attenuation_distance: attenuation.map_or(1.0, |attenuation| attenuation.distance),
         normal_scale: material.normal_map.as_ref().map_or(0.0, |map| map.scale),
         occlusion_strength: material.occlusion_map.as_ref().map_or(0.0, |map| map.strength),
-        unused: 0.0,
-        exact: object.surface.as_ref().and_then(exact).unwrap_or_default(),
+        mirror_roughness: material.reflection_roughness(),
+        turning_map: turning_map(scene, material),
+        turning_scale: material.turning_map().map_or(0.0, |map| map.scale),
+        unused: [0.0; 2],
+        exact: object.surface.as_ref().map(|surface| exact(surface, programs)).unwrap_or_default(),
         bindings: bindings(scene, material),
     }
 }
@@ -130,11 +160,24 @@ fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
     ])
 }
 
+/// True if a material is that of a rough mirror or coat without a map of normals.
+pub(crate) fn is_blurred(scene: &Scene, material: &Material) -> bool {
+    material.reflection_roughness() > 0.0 && turning_map(scene, material) == NONE
+}
+
+/// The place of the map that turns rays among a material's textures. Without tangents normal maps say nothing.
+fn turning_map(scene: &Scene, material: &Material) -> u32 {
+    let place = if material.role == Role::Coated { BindingPlace::CoatNormals } else { BindingPlace::Normals };
+    let is_there = material.turning_map().is_some() && !scene.tangents.is_empty();
+    if is_there { place as u32 } else { NONE }
+}
+
 fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
     let mut records = [Binding::default(); BINDINGS];
     let facets = material.microfacets.as_ref().and_then(|facets| facets.texture.as_ref());
     // Without tangents normal maps say nothing.
-    let normals = material.normal_map.as_ref().filter(|_| !scene.tangents.is_empty()).map(|map| &map.binding);
+    let [normals, coat_normals] = [&material.normal_map, &material.coat_normal_map]
+        .map(|map| map.as_ref().filter(|_| !scene.tangents.is_empty()).map(|map| &map.binding));
     let occlusion = material.occlusion_map.as_ref().map(|map| &map.binding);
     let places = [
         (BindingPlace::Base, material.base_texture.as_ref()),
@@ -143,6 +186,7 @@ fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
         (BindingPlace::Normals, normals),
         (BindingPlace::Occlusion, occlusion),
         (BindingPlace::Coat, material.coat_texture.as_ref()),
+        (BindingPlace::CoatNormals, coat_normals),
     ];
     for (place, binding) in places {
         if let Some(TextureBinding { texture, uv_channel, texture_from_uv: map }) = binding {
@@ -158,8 +202,8 @@ fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
     records
 }
 
-/// The record of a surface given by a formula; `None` for kinds that shaders do not know.
-fn exact(placed: &PlacedSurface) -> Option<ExactSurface> {
+/// The record of a surface given by a formula.
+fn exact(placed: &PlacedSurface, programs: &mut Programs) -> ExactSurface {
     let place = &placed.world_from_surface;
     // Of second degree: what holds at the centre to second order holds everywhere.
     let polynomial = || {
@@ -192,21 +236,25 @@ fn exact(placed: &PlacedSurface) -> Option<ExactSurface> {
             let [profile, section] = shape.exponents();
             (true, formula(3, shape.radii().to_array(), [profile, section, 0.0]))
         }
-        AnalyticSurface::Implicit(_) => return None,
+        AnalyticSurface::Implicit(shape) => {
+            let (program, [scale, factor]) = shape.program();
+            let [first, count] = programs.add(program);
+            (false, formula(EXPRESSION, [1.0 / scale, factor, 0.0], [first, count, 0.0]))
+        }
     };
     let bounds = placed.surface.bounds();
     let size = bounds.diagonal();
     let axis = |axis: DVec3| axis.as_vec3().extend(0.0).to_array();
     // Rounding must not cut a surface that ends nowhere.
     let margin = if is_closed { size } else { 1e-5 * size };
-    Some(ExactSurface {
+    ExactSurface {
         center: numbers(place.translation),
         size,
         axes: [place.matrix3.x_axis, place.matrix3.y_axis, place.matrix3.z_axis].map(axis),
         low: (bounds.min - Vec3::splat(margin)).to_array(),
         high: (bounds.max + Vec3::splat(margin)).to_array(),
         ..record
-    })
+    }
 }
 
 fn numbers(vector: DVec3) -> [f32; 3] {

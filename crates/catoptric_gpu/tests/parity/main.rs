@@ -35,7 +35,8 @@ fn trials() -> Vec<Trial> {
         Ok(context) => {
             let mut trials = pictures::trials(&context);
             trials.extend(motion::trials(&context));
-            trials.extend([renderer::trial(&context), twins::trial(&context)]);
+            trials.extend(renderer::trials(&context));
+            trials.extend([twins::trial(&context), twins_of_scene::trial(&context)]);
             trials
         }
         Err(error @ GpuError::NoAdapter) => ignored(&error.to_string()),
@@ -50,16 +51,20 @@ mod motion;
 mod renderer;
 #[cfg(feature = "wgpu")]
 mod twins;
+#[cfg(feature = "wgpu")]
+mod twins_of_scene;
 
 #[cfg(feature = "wgpu")]
 mod pictures {
     use catoptric::framebuffer::Framebuffer;
     use catoptric::light::visibility::cast_shadows;
-    use catoptric::methods::{self, Method, MethodInfo, Quality};
+    use catoptric::methods::{self, Method, MethodInfo, Quality, Report};
     use catoptric::progress::Silent;
     use catoptric::scene::{Environment, Scene};
-    use catoptric_gpu::{Context, tables};
+    use catoptric::surface::{AnalyticSurface, Implicit, PlacedSurface};
+    use catoptric_gpu::Context;
     use catoptric_scenes::builtin;
+    use glam::DAffine3;
     use libtest_mimic::{Failed, Trial};
     use std::sync::{Arc, OnceLock};
 
@@ -72,12 +77,6 @@ mod pictures {
         let mut trials = Vec::new();
         for scene in builtin::all() {
             let name = scene.name;
-            let posed = pose(name).expect("built-in scenes are valid");
-            if let Some(what) = tables::unsupported(&posed) {
-                let skipped = Trial::test(format!("{name} (not drawn yet: {what})"), || Ok(()));
-                trials.push(skipped.with_ignored_flag(true));
-                continue;
-            }
             for (order, samples) in [(1, 1), (1, 4), (2, 1), (2, 4)] {
                 let case = Case::new(context, pose(name), Quality { samples, order });
                 let is_asked = |info: &MethodInfo| match info.id {
@@ -99,10 +98,13 @@ mod pictures {
             }
         }
         for samples in [1, 4] {
-            let case = Case::new(context, under_sky(), Quality { samples, order: 2 });
-            let info = methods::find("multiperspective").expect("it is there");
-            let run = move || case.compare(info);
-            trials.push(Trial::test(format!("a coarse mirror under a sky, {samples} samples"), run));
+            let others = [("a coarse mirror under a sky", under_sky()), ("a mirror by an expression", by_expression())];
+            for (name, scene) in others {
+                let case = Case::new(context, scene, Quality { samples, order: 2 });
+                let info = methods::find("multiperspective").expect("it is there");
+                let run = move || case.compare(info);
+                trials.push(Trial::test(format!("{name}, {samples} samples"), run));
+            }
         }
         trials
     }
@@ -155,6 +157,20 @@ mod pictures {
         Ok(scene)
     }
 
+    /// A wavy ball that is given by an expression.
+    fn by_expression() -> Result<Scene, Failed> {
+        let mut scene = pose("sphere_room?surface=analytic")?;
+        let ball = scene.specular_objects()[0] as usize;
+        let bounds = scene.objects[ball].bounds;
+        let radius = f64::from(bounds.size().x) * 0.5;
+        let corner = [1.1 * radius; 3];
+        let text = format!("sqrt(x^2 + y^2 + z^2) - {radius} * (1 + 0.004 * sin(7 * x) * cos(9 * y) * exp(-z^2 / 4))");
+        let surface = AnalyticSurface::Implicit(Implicit::new(&text, corner.map(|side| -side), corner)?);
+        let world_from_surface = DAffine3::from_translation(bounds.center().as_dvec3());
+        scene.objects[ball].surface = Some(PlacedSurface { surface, world_from_surface });
+        Ok(scene)
+    }
+
     fn pose(name: &str) -> Result<Scene, Failed> {
         let mut scene = builtin::parse(name)?.pose(&Default::default())?;
         cast_shadows(&mut scene);
@@ -163,7 +179,7 @@ mod pictures {
 
     impl Case {
         fn reference(&self, scene: &Arc<Scene>) -> Result<&Framebuffer, Failed> {
-            let draw = || draw(&*methods::create("reference", &Default::default())?, scene, self.quality);
+            let draw = || Ok(draw(&*methods::create("reference", &Default::default())?, scene, self.quality)?.0);
             self.reference.get_or_init(draw).as_ref().map_err(Clone::clone)
         }
 
@@ -178,20 +194,39 @@ mod pictures {
                 settings.extend([("tau".into(), 0.5.into()), ("angle_deg".into(), 1.0.into())]);
             }
             let on_device = catoptric_gpu::create(&self.context, info.id, &settings)?;
-            let on_device = draw(&*on_device.expect("it draws on devices"), scene, quality)?;
-            let on_processor = draw(&*methods::create(info.id, &settings)?, scene, quality)?;
-            let comes_near = PROJECTING.contains(&info.id) || info.id == LAYERED;
-            judge(&on_device, &on_processor, self.reference(scene)?, comes_near)
+            let (on_device, report) = draw(&on_device.expect("it draws on devices"), scene, quality)?;
+            let (on_processor, of_processor) = draw(&*methods::create(info.id, &settings)?, scene, quality)?;
+            let compared = match is_smoothed(&of_processor) && !is_smoothed(&report) {
+                // Bumps that the processor leaves out make another picture.
+                true => Compared::WithTruth,
+                false if PROJECTING.contains(&info.id) || info.id == LAYERED => Compared::WhereRight,
+                false => Compared::Everywhere,
+            };
+            judge(&on_device, &on_processor, self.reference(scene)?, compared)
         }
     }
 
-    /// Where a method only comes near the truth, what is wrong on the processor may be wrong in another way on devices:
-    /// there pixels count that are right on the processor.
+    /// Whether a method has drawn rough or bumpy surfaces as smooth ones.
+    fn is_smoothed(report: &Report) -> bool {
+        report.warnings.iter().any(|warning| warning.contains("smooth ones"))
+    }
+
+    /// How pictures are compared with the processor's.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Compared {
+        Everywhere,
+        /// Where a method only comes near the truth, what is wrong on the processor may be wrong in another way on
+        /// devices: pixels count that are right on the processor.
+        WhereRight,
+        /// By their distances to the truth alone.
+        WithTruth,
+    }
+
     fn judge(
         on_device: &Framebuffer,
         on_processor: &Framebuffer,
         reference: &Framebuffer,
-        comes_near: bool,
+        compared: Compared,
     ) -> Result<(), Failed> {
         let share = |wrong: usize| wrong as f64 / on_device.pixels.len() as f64;
         let count = |pixels: &[bool]| share(pixels.iter().filter(|is_wrong| **is_wrong).count());
@@ -199,7 +234,11 @@ mod pictures {
         let from_truth = wrong(on_device, reference);
         let of_processor = wrong(on_processor, reference);
         let is_fault = |pixel: &usize| {
-            let counts = !comes_near || !of_processor[*pixel];
+            let counts = match compared {
+                Compared::Everywhere => true,
+                Compared::WhereRight => !of_processor[*pixel],
+                Compared::WithTruth => false,
+            };
             from_processor[*pixel] && from_truth[*pixel] && counts
         };
         let both = share((0..from_truth.len()).filter(is_fault).count());
@@ -224,10 +263,11 @@ mod pictures {
         picture.pixels.iter().zip(&other.pixels).map(|pair| !is_right(pair)).collect()
     }
 
-    fn draw(method: &dyn Method, scene: &Arc<Scene>, quality: Quality) -> Result<Framebuffer, Failed> {
+    fn draw(method: &dyn Method, scene: &Arc<Scene>, quality: Quality) -> Result<(Framebuffer, Report), Failed> {
         let mut prepared = method.prepare(scene, quality, None, &Silent)?;
+        let mut report = prepared.report().clone();
         let mut picture = Framebuffer::new(SIZE[0], SIZE[1]);
-        prepared.frame(&scene.default_view(SIZE[0], SIZE[1]), &Silent)?.draw(&mut picture, &Silent)?;
-        Ok(picture)
+        report.add(prepared.frame(&scene.default_view(SIZE[0], SIZE[1]), &Silent)?.draw(&mut picture, &Silent)?);
+        Ok((picture, report))
     }
 }

@@ -2,7 +2,7 @@
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::cast_shadows;
-use catoptric::methods::{self, Quality};
+use catoptric::methods::{self, Method, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::Camera;
 use catoptric::scene::model::{LocalTransform, Model};

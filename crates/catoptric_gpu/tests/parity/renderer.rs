@@ -1,7 +1,7 @@
 //! Pictures in textures of the caller's: two views drawn before any is submitted.
 
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::Quality;
+use catoptric::methods::{self, Method, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::View;
 use catoptric_gpu::{Context, Renderer};
@@ -15,25 +15,38 @@ const SIZE: [u32; 2] = [64, 40];
 const FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 const QUALITY: Quality = Quality { samples: 4, order: 2 };
 
-pub(crate) fn trial(context: &Arc<Context>) -> Trial {
-    let context = context.clone();
-    Trial::test("textures of the caller's", move || draw(&context))
+/// A method of each kind, and a scene.
+const DRAWN: [(&str, &str); 6] = [
+    ("multiperspective", "brushed"),
+    ("environment_map", "planar_mirror"),
+    ("planar_mirror", "planar_mirror"),
+    ("light_field", "sphere_room"),
+    ("layered_environment_map", "sphere_room"),
+    ("sample_based_camera", "sphere_room"),
+];
+
+pub(crate) fn trials(context: &Arc<Context>) -> impl Iterator<Item = Trial> {
+    DRAWN.into_iter().map(|(id, scene)| {
+        let context = context.clone();
+        Trial::test(format!("textures of the caller's, {id}: {scene}"), move || draw(&context, id, scene))
+    })
 }
 
-fn draw(context: &Arc<Context>) -> Result<(), Failed> {
-    let scene = Arc::new(builtin::parse("planar_mirror")?.pose(&Default::default())?);
+fn draw(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Failed> {
+    let scene = Arc::new(builtin::parse(scene)?.pose(&Default::default())?);
     let first = scene.default_view(SIZE[0], SIZE[1]);
     let mut second = first.clone();
     second.world_from_view.translation.y += 0.2;
     let views = [first, second];
-    let renderer = Renderer::new(context, &scene)?;
+    let settings = methods::find(id)?.limits.settings.parse()?;
+    let method = catoptric_gpu::create(context, id, &settings)?.ok_or("drawn on the CPU")?;
+    let mut renderer = Renderer::new(&method, &scene, QUALITY, None, &Silent)?;
     let mut encoder = context.device().create_command_encoder(&Default::default());
     let mut buffers = Vec::new();
     for view in &views {
-        buffers.push(draw_view(context, &renderer, view, &mut encoder)?);
+        buffers.push(draw_view(context, &mut renderer, view, &mut encoder)?);
     }
     context.queue().submit([encoder.finish()]);
-    let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
     let mut prepared = method.prepare(&scene, QUALITY, None, &Silent)?;
     for (view, buffer) in views.iter().zip(&buffers) {
         buffer.map_async(wgpu::MapMode::Read, .., |_| {});
@@ -52,7 +65,7 @@ fn draw(context: &Arc<Context>) -> Result<(), Failed> {
 /// A buffer that will hold what a texture shows.
 fn draw_view(
     context: &Context,
-    renderer: &Renderer,
+    renderer: &mut Renderer,
     view: &View,
     encoder: &mut wgpu::CommandEncoder,
 ) -> Result<wgpu::Buffer, Failed> {
@@ -66,7 +79,7 @@ fn draw_view(
         usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    renderer.draw(encoder, view, QUALITY, &texture.create_view(&Default::default()), FORMAT)?;
+    renderer.draw(encoder, view, (&texture.create_view(&Default::default()), FORMAT), &Silent)?;
     let buffer = context.device().create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: u64::from(SIZE[0] * SIZE[1] * 16),

@@ -129,21 +129,34 @@ fn compare(context: &Context) -> Result<(), Failed> {
     }
 }
 
+/// What the shaders give.
+fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
+    run(context, "twins.wgsl", &[], inputs, &[], &[])
+}
+
 fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {
     wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() }
 }
 
-/// What the shaders give.
-fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
+/// Feeds inputs to a shader's `evaluate`, which reads them at binding 20 and writes as many outputs at binding 21; what
+/// else it reads is given for the first two groups.
+pub(crate) fn run<I: Pod, O: Pod>(
+    context: &Context,
+    path: &str,
+    constants: &[(&str, f64)],
+    inputs: &[I],
+    first: &[wgpu::BindGroupEntry<'_>],
+    second: &[wgpu::BindGroupEntry<'_>],
+) -> Result<Vec<O>, Failed> {
     let (device, queue) = (context.device(), context.queue());
-    let source = wgpu::ShaderSource::Wgsl(shader::source("twins.wgsl").into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source });
+    let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some("twins"),
+        label: Some(path),
         layout: None,
         module: &module,
         entry_point: Some("evaluate"),
-        compilation_options: Default::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
     });
     let given = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
@@ -151,20 +164,25 @@ fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> 
         contents: bytemuck::cast_slice(inputs),
         usage: BufferUsages::STORAGE,
     });
-    let size = (inputs.len() * size_of::<Output>()) as u64;
+    let size = (inputs.len() * size_of::<O>()) as u64;
     let buffer =
         |usage| device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false });
     let results = buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC);
     let read = buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ);
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &[entry(20, &given), entry(21, &results)],
-    });
+    let group = |index: u32, entries: &[wgpu::BindGroupEntry<'_>]| {
+        let layout = &pipeline.get_bind_group_layout(index);
+        device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+    };
+    let of_test = [entry(20, &given), entry(21, &results)];
+    let first = group(0, &first.iter().cloned().chain(of_test).collect::<Vec<_>>());
+    let second = (!second.is_empty()).then(|| group(1, second));
     let mut encoder = device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);
-    pass.set_bind_group(0, &group, &[]);
+    pass.set_bind_group(0, &first, &[]);
+    if let Some(second) = &second {
+        pass.set_bind_group(1, second, &[]);
+    }
     pass.dispatch_workgroups(inputs.len().div_ceil(64) as u32, 1, 1);
     drop(pass);
     encoder.copy_buffer_to_buffer(&results, 0, &read, 0, size);
@@ -172,7 +190,7 @@ fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> 
     read.map_async(wgpu::MapMode::Read, .., |_| {});
     device.poll(wgpu::PollType::wait_indefinitely())?;
     let mapped = read.get_mapped_range(..)?;
-    let outputs = bytemuck::cast_slice(&mapped).to_vec();
+    let outputs = bytemuck::pod_collect_to_vec(&mapped);
     context.check()?;
     Ok(outputs)
 }

@@ -16,7 +16,13 @@ fn look_radiance(position: vec2f, triangle: u32, side: f32, samples: u32) -> vec
         if !children.goes_on[kind] {
             continue;
         }
-        let child = children.segments[kind];
+        var child = children.segments[kind];
+        if spreads_light() && children.spread.alpha > 0.0 {
+            let cone = cone_of(children.spread, kind, segment.ray.direction, child.ray.direction, child.change);
+            child.ray.direction = cone.direction;
+            child.change = cone.change;
+            child.throughput *= cone.share;
+        }
         var throughput = child.throughput;
         if HAS_ATTENUATION && child.deferred != NONE {
             let weight = attenuation_weight(child.deferred, proxy_distance(map, child.ray));

@@ -55,8 +55,9 @@ struct Meeting {
     distance: f32,
 }
 
-// The nearest triangle below a root along a ray between two distances; with `hides_lights`, any that does.
-fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> Meeting {
+// The nearest triangle below a root along a ray between two distances, of those that have all of some flags; any that
+// hides lights, if these are asked for.
+fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, flags: u32) -> Meeting {
     var best = Meeting(NONE, far);
     let inverse = safe_inverse(ray.direction);
     var waiting: array<u32, MAX_DEPTH>;
@@ -90,12 +91,12 @@ fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights:
         let start = (current & ~LEAF) >> 3u;
         for (var place = start; place < start + (current & 7u); place++) {
             let triangle = leaf_triangle_of(place);
-            let distance = distance_to(triangle, ray, near, best.distance, own, hides_lights);
+            let distance = distance_to(triangle, ray, near, best.distance, own, flags);
             if distance < best.distance {
                 best = Meeting(triangle.triangle, distance);
             }
         }
-        if count == 0u || (hides_lights && best.triangle != NONE) {
+        if count == 0u || (flags == HIDES_LIGHTS && best.triangle != NONE) {
             break;
         }
         count--;
@@ -105,11 +106,11 @@ fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights:
 }
 
 // The distance at which a ray meets a triangle that is there for it; FAR if it does not.
-fn distance_to(triangle: LeafTriangle, ray: Ray, near: f32, far: f32, own: OwnRule, hides_lights: bool) -> f32 {
+fn distance_to(triangle: LeafTriangle, ray: Ray, near: f32, far: f32, own: OwnRule, flags: u32) -> f32 {
     let met = meet_triangle(triangle, ray);
     var distance = met.distance;
     // Not a number: no.
-    var is_met = met.inside && distance >= near && (!hides_lights || (triangle.flags & HIDES_LIGHTS) != 0u);
+    var is_met = met.inside && distance >= near && (triangle.flags & flags) == flags;
     if triangle.object == own.object {
         // Along its outer normal a ray meets a triangle from within.
         let from_within = met.along != ((triangle.flags & TURNED) != 0u);

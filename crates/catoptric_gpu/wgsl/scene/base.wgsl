@@ -1,10 +1,7 @@
 // Base colours of surface points, and holes where their alpha is low.
 
-fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
-    let binding = binding_of(object, index);
-    if binding.texture == NONE {
-        return vec4f(1.0);
-    }
+// The place and the footprint of a point in a texture.
+fn look_up(binding: Binding, point: SurfacePoint) -> LookUp {
     let is_second = binding.channel == 1u;
     let matrix = mat2x2f(binding.matrix.xy, binding.matrix.zw);
     var at: LookUp;
@@ -12,7 +9,15 @@ fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
     at.dx = matrix * select(point.uvs_dx.xy, point.uvs_dx.zw, is_second);
     at.dy = matrix * select(point.uvs_dy.xy, point.uvs_dy.zw, is_second);
     at.samples = point.samples;
-    return sample_texture(binding.texture, at);
+    return at;
+}
+
+fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
+    let binding = binding_of(object, index);
+    if binding.texture == NONE {
+        return vec4f(1.0);
+    }
+    return sample_texture(binding.texture, look_up(binding, point));
 }
 
 // All textures of a surface at a point; what is not bound is white.
@@ -24,7 +29,7 @@ fn texels_at(point: SurfacePoint) -> Texels {
     var result: Texels;
     // A loop, not one call a texture: compilers copy functions to each place that calls them.
     result.values = array<vec4f, BINDINGS>(
-        vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0));
+        vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0), vec4f(1.0));
     for (var index = 0u; index < BINDINGS_USED; index++) {
         result.values[index] = sample_binding(point.object, index, point);
     }

@@ -35,7 +35,11 @@ fn environment_at(position: vec2f) -> vec3f {
 
 // The value of a map at a position.
 fn environment_map_at(map: u32, position: vec2f) -> vec3f {
-    let place = frame.maps[map];
+    return environment_place_at(frame.maps[map], position);
+}
+
+// The same of a map at a place: its width, height and first row.
+fn environment_place_at(place: vec4u, position: vec2f) -> vec3f {
     let size = vec2f(place.xy);
     let at = clamp(position * size + 0.5, vec2f(0.0), size);
     let whole = vec2i(at);
@@ -74,6 +78,65 @@ fn environment_glossy(direction: vec3f, alpha: f32) -> vec3f {
     let share = select(mantissa - 1.0, 1.0, whole < 1);
     let sharp = environment_map_at(u32(level) + 1u, position);
     return sharp + (environment_map_at(u32(level), position) - sharp) * share;
+}
+
+// The most places at which the picture is read for a cone, and the largest change of its direction.
+const MOST_PLACES = 16.0;
+const LARGEST_CHANGE = 0.25;
+
+// The radiance at a position of a reduction; 0: the picture as it is.
+fn environment_at_whole_level(position: vec2f, level: u32) -> vec3f {
+    let count = frame.maps[0].w;
+    if level == 0u || count == 0u {
+        return environment_at(position);
+    }
+    return environment_place_at(frame.reductions[min(level, count) - 1u], position);
+}
+
+// The mean radiance over a cone: from a direction that changes so much.
+fn environment_over(direction: vec3f, dx: vec3f, dy: vec3f) -> vec3f {
+    // Larger changes say little of what lies half of them away.
+    let change_x = dx * min(1.0, LARGEST_CHANGE / max(length(dx), 1e-12));
+    let change_y = dy * min(1.0, LARGEST_CHANGE / max(length(dy), 1e-12));
+    let texels_per_radian = f32(textureDimensions(environment_picture).x) / TAU;
+    let texels = vec2f(length(change_x), length(change_y)) * texels_per_radian;
+    let is_across = texels.x >= texels.y;
+    let long = max(texels.x, texels.y);
+    let short = min(texels.x, texels.y);
+    var places = 1.0;
+    var level = 0.0;
+    // Within half a texel the picture is a ramp; what is not a number is read as one place.
+    if long >= 0.5 {
+        places = ceil(clamp(2.0 * long / max(short, 0.5), 4.0, MOST_PLACES));
+        level = min(log2(max(max(0.5 * short, long / places), 1.0)), f32(frame.maps[0].w));
+    }
+    let whole = u32(level);
+    let share = level - f32(whole);
+    var sum = vec3f(0.0);
+    for (var place = 0.0; place < places; place += 1.0) {
+        var towards = direction;
+        if places > 1.0 {
+            // Places follow each other along the longer side, every second one nearer to one end of the shorter side.
+            let along = (place + 0.5) / places - 0.5;
+            let aside = select(0.25, -0.25, u32(place) % 2u == 0u);
+            let step = select(change_y * along + change_x * aside, change_x * along + change_y * aside, is_across);
+            towards = normalize_or(direction + step, direction);
+        }
+        let position = environment_position(towards);
+        for (var finer = 0u; finer < select(1u, 2u, share > 0.0); finer++) {
+            let weight = select(1.0 - share, share, finer == 1u);
+            sum += weight * environment_at_whole_level(position, whole + finer);
+        }
+    }
+    return sum / places;
+}
+
+// The background over a cone.
+fn background_over(direction: vec3f, dx: vec3f, dy: vec3f) -> vec3f {
+    if !HAS_ENVIRONMENT {
+        return vec3f(0.0);
+    }
+    return environment_over(direction, dx, dy);
 }
 
 fn background(direction: vec3f) -> vec3f {

@@ -1,5 +1,7 @@
 // Surfaces given by formulas: the twin of `surface/analytic`.
 
+//#include "scene/expression.wgsl"
+
 // Kinds; the numbers of those that are not of second degree:
 const SECOND_DEGREE = 0u;
 // Radii of the ring and of the tube.
@@ -8,12 +10,17 @@ const TORUS = 1u;
 const REVOLUTION = 2u;
 // The radii, and the exponents of the profiles along z and of the sections across it.
 const SUPERQUADRIC = 3u;
+// One over the size, and the factor on the expression; the first step of its program among the texels of objects, and how
+// many there are.
+const EXPRESSION = 4u;
 
 // The reach of refinement, as a share of the surface's size.
 const REFINEMENT_REACH = 0.02;
 const MOST_STEPS = 12u;
 // Steps that are a smaller share of the size are rounding.
 const LAST_STEP = 1e-6;
+// Of expressions, whose terms may cancel.
+const LAST_STEP_OF_EXPRESSIONS = 1e-5;
 // Distances from an axis are no smaller, and neither are coordinates of superquadrics, as a share of the size.
 const SOFTENING = 1e-7;
 
@@ -139,8 +146,13 @@ fn exact_taylor(exact: ExactSurface, relative: vec3f) -> Taylor {
         case REVOLUTION: {
             local = revolution_taylor(exact, at);
         }
-        default: {
+        case SUPERQUADRIC: {
             local = superquadric_taylor(exact, at);
+        }
+        default: {
+            if HAS_EXPRESSIONS {
+                local = expression_taylor(exact, at);
+            }
         }
     }
     return Taylor(local.value, axes * local.gradient, axes * local.hessian * transpose(axes));
@@ -151,6 +163,7 @@ fn refine(exact: ExactSurface, ray: Ray, start: f32) -> f32 {
     // From the point drawn: distances from the eye would cost digits.
     let relative = ray.origin + ray.direction * start - exact.center;
     let is_quadric = !HAS_HIGHER_DEGREES || exact.kind == SECOND_DEGREE;
+    let last_step = select(LAST_STEP, LAST_STEP_OF_EXPRESSIONS, exact.kind == EXPRESSION) * exact.size;
     var along = 0.0;
     var is_met = false;
     // Of second degree the first step is exact.
@@ -166,7 +179,7 @@ fn refine(exact: ExactSurface, ray: Ray, start: f32) -> f32 {
         if !(abs(along) <= REFINEMENT_REACH * exact.size) {
             return -1.0;
         }
-        is_met = discriminant >= 0.0 && (is_quadric || abs(step) <= LAST_STEP * exact.size);
+        is_met = discriminant >= 0.0 && (is_quadric || abs(step) <= last_step);
     }
     let local = (relative + ray.direction * along) * axes_of(exact);
     let within = all(local >= exact.low) && all(local <= exact.high);

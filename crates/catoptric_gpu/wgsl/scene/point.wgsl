@@ -69,6 +69,16 @@ fn eye_ray_differential(position: vec2f) -> RayDifferential {
     return RayDifferential(vec3f(0.0), vec3f(0.0), dx, dy);
 }
 
+// The change of a part of a pixel with such a side.
+fn scaled_change(change: RayDifferential, side: f32) -> RayDifferential {
+    return RayDifferential(
+        change.origin_dx * side,
+        change.origin_dy * side,
+        change.direction_dx * side,
+        change.direction_dy * side,
+    );
+}
+
 // The change of the point where a ray meets a plane.
 fn transferred(change: RayDifferential, direction: vec3f, distance: f32, normal: vec3f) -> array<vec3f, 2> {
     let cosine = dot(direction, normal);

@@ -39,13 +39,19 @@ override HAS_LENSES: bool = true;
 override HAS_ATTENUATION: bool = true;
 override HAS_EXACT: bool = true;
 override HAS_HIGHER_DEGREES: bool = true;
+override HAS_EXPRESSIONS: bool = true;
 override HAS_HOLES: bool = true;
 override HAS_COLORS: bool = true;
 override HAS_SECOND_UVS: bool = true;
+// Normal maps turn what mirrors, glass or coats reflect and refract; mirrors or coats are rough.
+override HAS_TURNS: bool = true;
+override HAS_ROUGH: bool = true;
+// Some of them have no maps of normals.
+override HAS_BLURS: bool = true;
 // What paths show is drawn as geometry, which may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
 // The first textures of surfaces that any of them has.
-override BINDINGS_USED: u32 = 6u;
+override BINDINGS_USED: u32 = 7u;
 
 // Bindings of a surface's textures.
 const BASE = 0u;
@@ -54,13 +60,15 @@ const FACETS = 2u;
 const NORMALS = 3u;
 const OCCLUSION = 4u;
 const COAT = 5u;
-const BINDINGS = 6u;
+const COAT_NORMALS = 6u;
+const BINDINGS = 7u;
 
 const MAX_LEVELS = 16u;
 // 2 to the power of this texels are in a row of a table.
 const TEXEL_ROW_LOG2 = 13u;
-const MAX_LIGHTS = 128u;
+const MAX_LIGHTS = 1000u;
 const ENVIRONMENT_MAPS = 8u;
+const MAX_REDUCTIONS = 12u;
 
 struct Light {
     position: vec3f,
@@ -97,8 +105,9 @@ struct Frame {
     // The place of the queue of tiles that are shaded path by path.
     followed: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
+    // The fourth number of the first is that of the picture's reductions, whose places follow.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
-    lights: array<Light, MAX_LIGHTS>,
+    reductions: array<vec4u, MAX_REDUCTIONS>,
 }
 
 struct Vertex {
@@ -173,7 +182,13 @@ struct Surface {
     attenuation_distance: f32,
     normal_scale: f32,
     occlusion_strength: f32,
-    unused: f32,
+    // 0: it reflects sharply.
+    mirror_roughness: f32,
+    // The place of a texture, or NONE.
+    turning_map: u32,
+    turning_scale: f32,
+    unused0: f32,
+    unused1: f32,
 }
 
 struct Level {
@@ -212,9 +227,9 @@ fn row_of(index: u32) -> vec2u {
 
 // Texels of a record.
 const VERTEX_TEXELS = 5u;
-const SURFACE_TEXELS = 30u;
-const EXACT_AT = 9u;
-const BINDINGS_AT = 18u;
+const SURFACE_TEXELS = 33u;
+const EXACT_AT = 10u;
+const BINDINGS_AT = 19u;
 const TEXTURE_TEXELS = 18u;
 const LEVELS_AT = 2u;
 
@@ -292,6 +307,10 @@ fn surface_of(object: u32) -> Surface {
     result.attenuation_distance = last.x;
     result.normal_scale = last.y;
     result.occlusion_strength = last.z;
+    result.mirror_roughness = last.w;
+    let turning = surface_number(object, 9u);
+    result.turning_map = bitcast<u32>(turning.x);
+    result.turning_scale = turning.y;
     return result;
 }
 

@@ -1,9 +1,18 @@
 // The colours of surface points: the twin of `scene/shading/shade`, `lit_point` and `glossy`.
 
+//#include "scene/bumps.wgsl"
+
 const COAT_REFLECTANCE = 0.04;
 const FAINTEST_HIGHLIGHT = 3e-5;
 // Shadow rays start so far from the surface, in sizes of its coordinates.
 const SHADOW_OFFSET = 32.0 * 1.1920929e-7;
+
+// Those in use are `frame.light_count`.
+struct Lights {
+    lights: array<Light, MAX_LIGHTS>,
+}
+
+@group(0) @binding(9) var<uniform> scene: Lights;
 
 fn finite(radiance: vec3f) -> vec3f {
     // Written so that what is not a number is black.
@@ -13,20 +22,20 @@ fn finite(radiance: vec3f) -> vec3f {
 
 // The direction to a light, and the factor on its intensity that gives the irradiance of what faces it.
 fn arriving(light: u32, position: vec3f) -> vec4f {
-    let kind = frame.lights[light].kind;
+    let kind = scene.lights[light].kind;
     if kind == 0u {
-        return vec4f(-frame.lights[light].direction, 1.0);
+        return vec4f(-scene.lights[light].direction, 1.0);
     }
-    let offset = frame.lights[light].position - position;
+    let offset = scene.lights[light].position - position;
     let distance2 = max(dot(offset, offset), 1e-12);
     let towards = offset * inverseSqrt(distance2);
-    let range = frame.lights[light].range;
+    let range = scene.lights[light].range;
     let ratio2 = select(0.0, distance2 / (range * range), range > 0.0);
     var strength = max(1.0 - ratio2 * ratio2, 0.0) / distance2;
     if kind == 2u {
-        let outer = frame.lights[light].outer_cos;
-        let cosine = -dot(towards, frame.lights[light].direction);
-        let fade = clamp((cosine - outer) / max(frame.lights[light].inner_cos - outer, 1e-4), 0.0, 1.0);
+        let outer = scene.lights[light].outer_cos;
+        let cosine = -dot(towards, scene.lights[light].direction);
+        let fade = clamp((cosine - outer) / max(scene.lights[light].inner_cos - outer, 1e-4), 0.0, 1.0);
         strength *= fade * fade;
     }
     return vec4f(towards, strength);
@@ -66,30 +75,17 @@ fn is_lit_by(light: u32, start: vec3f) -> bool {
     }
     var towards = vec3f(0.0);
     var distance = FAR;
-    if frame.lights[light].kind == 0u {
-        towards = -frame.lights[light].direction;
+    if scene.lights[light].kind == 0u {
+        towards = -scene.lights[light].direction;
     } else {
-        let step = frame.lights[light].position - start;
+        let step = scene.lights[light].position - start;
         distance = length(step);
         if distance < 1e-37 {
             return true;
         }
         towards = step / distance;
     }
-    return nearest(frame.root, Ray(start, towards), 0.0, distance, NO_RULE, true).triangle == NONE;
-}
-
-// A unit normal, turned by a mean of a map's normals.
-fn turned(smooth_normal: vec3f, tangent: vec4f, side: f32, scale: f32, mean: vec3f) -> vec3f {
-    let rejected = tangent.xyz - smooth_normal * dot(tangent.xyz, smooth_normal);
-    let length2 = dot(rejected, rejected);
-    if !(length2 > 1e-36) {
-        return smooth_normal;
-    }
-    let along = rejected * inverseSqrt(length2);
-    let bitangent = cross(smooth_normal, along) * (tangent.w * side);
-    let slopes = mean.xy * (scale * side);
-    return normalize_or(along * slopes.x + bitangent * slopes.y + smooth_normal * mean.z, smooth_normal);
+    return nearest(frame.root, Ray(start, towards), 0.0, distance, NO_RULE, HIDES_LIGHTS).triangle == NONE;
 }
 
 // What a point sends to its viewer by itself, and the highlights of lights on it as a mirror or coat.
@@ -206,6 +202,36 @@ fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
     );
 }
 
+// What mirrors lights within a point's footprint: normals on the viewer's side, and the width of the facets'
+// distribution about each.
+struct HighlightNormals {
+    normals: array<vec3f, 4>,
+    alphas: array<f32, 4>,
+    count: u32,
+}
+
+// Where bumps spread highlights, and the point stands for several samples of a pixel, those at the places of four of
+// them.
+fn normals_of_highlights(point: SurfacePoint, alpha: f32, side: f32) -> HighlightNormals {
+    let smooth_variance = variance_over_pixel(point.normal_change2);
+    let whole = normal_of_map(point);
+    var result: HighlightNormals;
+    result.count = 1u;
+    result.normals[0] = whole.normal * side;
+    result.alphas[0] = widened_alpha(alpha, whole.variance + smooth_variance);
+    if HAS_NORMAL_MAPS && point.samples > 1u && whole.variance > HARDLY_SPREAD * alpha * alpha {
+        result.count = 4u;
+        for (var place = 0u; place < 4u; place++) {
+            // Those of four samples.
+            let offset = places_of_samples[3u + place] / 16.0 - 0.5;
+            let part = normal_of_map(part_of_textures(point, offset, 0.5));
+            result.normals[place] = part.normal * side;
+            result.alphas[place] = widened_alpha(alpha, part.variance + smooth_variance);
+        }
+    }
+    return result;
+}
+
 // The light of a point: its own where `is_lit`, from this base colour, and the highlights of a mirror or coat of a tint
 // (of coats: the share that they cover) where it has any.
 fn point_light(
@@ -229,7 +255,10 @@ fn point_light(
     let is_blind = side > 0.0 && (flags & INSIDE) != 0u;
     let is_mirror = HAS_HIGHLIGHTS && roughness >= 0.0 && !is_blind;
     let least = max(roughness, LEAST_ROUGHNESS);
-    let mirror_alpha = widened_alpha(least * least, variance_over_pixel(point.normal_change2));
+    var of_highlights: HighlightNormals;
+    if is_mirror {
+        of_highlights = normals_of_highlights(point, least * least, side);
+    }
     var sum = vec3f(0.0);
     var coat_sum = vec3f(0.0);
     var highlights = vec3f(0.0);
@@ -239,7 +268,7 @@ fn point_light(
     }
     for (var light = 0u; HAS_LIGHTS && light < frame.light_count; light++) {
         let arrives = arriving(light, point.position);
-        let intensity = frame.lights[light].intensity;
+        let intensity = scene.lights[light].intensity;
         let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
         var of_mirror = vec3f(0.0);
         if is_mirror {
@@ -250,8 +279,11 @@ fn point_light(
             } else if (flags & SCHLICK) != 0u {
                 reflectance = tint + (1.0 - tint) * share;
             }
-            let of_facets = highlight(mirror_alpha, at.smooth_normal, arrives.xyz, viewer);
-            of_mirror = intensity * arrives.w * reflectance * of_facets;
+            var of_facets = 0.0;
+            for (var place = 0u; place < of_highlights.count; place++) {
+                of_facets += highlight(of_highlights.alphas[place], of_highlights.normals[place], arrives.xyz, viewer);
+            }
+            of_mirror = intensity * arrives.w * reflectance * (of_facets / f32(of_highlights.count));
         }
         let shows = (is_lit && faces) || largest(of_mirror) > FAINTEST_HIGHLIGHT;
         if !(arrives.w > 0.0 && shows) || !is_lit_by(light, start) {

@@ -11,7 +11,9 @@ const HIT_LIST_REFLECTS = 0x10000000u;
 const HIT_LIST_REFRACTS = 0x20000000u;
 const HIT_REFLECTS = 0x40000000u;
 const HIT_REFRACTS = 0x80000000u;
-const HIT_TRIANGLE = 0x0fffffffu;
+// What is reflected there is known: no ray is followed.
+const HIT_BLURRED = 0x08000000u;
+const HIT_TRIANGLE = 0x07ffffffu;
 const UNRESOLVED = 0xffffffffu;
 
 override SAMPLES: u32 = 1u;
@@ -38,7 +40,8 @@ fn triangle_of(hit: u32) -> u32 {
 
 // True if a path may go on from what a ray has hit by an event of a kind.
 fn goes_on(hit: u32, kind: u32) -> bool {
-    return hit != UNRESOLVED && (hit & select(HIT_REFLECTS, HIT_REFRACTS, kind == TRANSMIT)) != 0u;
+    let is_open = hit != UNRESOLVED && (hit & HIT_BLURRED) == 0u;
+    return is_open && (hit & select(HIT_REFLECTS, HIT_REFRACTS, kind == TRANSMIT)) != 0u;
 }
 
 // True if geometry that goes on from there is drawn.

@@ -5,8 +5,8 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/work.wgsl"
 
-// Rays that are on the path, and such whose hits are not known.
-const ACTIVE = 1u;
+// Rays that show mirrors or glass, and those on the path whose hits are not known.
+const SHOWN = 1u;
 const WAITING = 2u;
 
 var<workgroup> found: atomic<u32>;
@@ -27,8 +27,9 @@ fn classify(
         }
         var here = 0u;
         for (var ray = 0u; ray < RAYS; ray++) {
-            let on_path = select(ACTIVE, ACTIVE | WAITING, known[ray] == UNRESOLVED);
-            here |= select(0u, on_path, goes_on(parent[ray], kind));
+            let is_shown = parent[ray] != UNRESOLVED && (parent[ray] & (HIT_REFLECTS | HIT_REFRACTS)) != 0u;
+            let is_waiting = goes_on(parent[ray], kind) && known[ray] == UNRESOLVED;
+            here |= select(0u, SHOWN, is_shown) | select(0u, WAITING, is_waiting);
         }
         if here != 0u {
             atomicOr(&found, here);

@@ -5,8 +5,10 @@
 // of where rays start. A ray is there (ox, oy, 0) + z (sx, sy, 1) from its start on.
 
 //#include "scene/records.wgsl"
+//#include "scene/texture.wgsl"
 //#include "optics/step.wgsl"
 //#include "scene/point.wgsl"
+//#include "scene/base.wgsl"
 //#include "light/hierarchy.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "tiles/work.wgsl"

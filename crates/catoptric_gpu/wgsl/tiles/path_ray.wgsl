@@ -1,6 +1,8 @@
 // The last ray of a path, from what its rays have hit before.
 
-//#include "light/bounce.wgsl"
+//#include "scene/microfacets.wgsl"
+//#include "scene/bumps.wgsl"
+//#include "light/paths/bounce.wgsl"
 
 struct PathRay {
     ray: Ray,
@@ -28,7 +30,11 @@ fn path_ray(cell: vec2u, ray: u32, chain: Chain) -> PathRay {
     var result: PathRay;
     result.ray = eye_ray(position_of(cell, ray));
     result.is_active = true;
-    var no_change: RayDifferential;
+    // How rays differ from pixel to pixel says which texels of a map turn the normal.
+    var change: RayDifferential;
+    if HAS_TURNS {
+        change = scaled_change(eye_ray_differential(position_of(cell, ray)), select(0.5, 1.0, SAMPLES == 1u));
+    }
     for (var event = 0u; event < min(tiling.events, MOST_EVENTS); event++) {
         let hit = chain.hits[event][ray];
         let kind = (tiling.kinds >> event) & 1u;
@@ -37,11 +43,18 @@ fn path_ray(cell: vec2u, ray: u32, chain: Chain) -> PathRay {
             break;
         }
         let incoming = result.ray.direction;
-        let point = drawn_encounter(triangle_of(hit), result.ray, no_change, 1u, event).point;
+        let met = turned_encounter(drawn_encounter(triangle_of(hit), result.ray, change, 1u, event)).met;
+        let point = met.point;
         let at = facing(incoming, point.geometric_normal, point.normal);
         let object = point.object;
         result.ray = leaving_ray(kind, incoming, at, relative_index_of(object, at.outside), point);
         result.own = own_rule(object, kind, at.outside == (kind == REFLECT));
+        if HAS_TURNS {
+            var step: LightStep;
+            step.facing = at;
+            step.eta = relative_index_of(object, at.outside);
+            change = change_after(step, kind, incoming, change, met);
+        }
         let is_blind = at.outside && (surface_of(object).flags & INSIDE) != 0u;
         // Neither without direction nor not a number.
         if is_blind || !(dot(result.ray.direction, result.ray.direction) > 0.5) {

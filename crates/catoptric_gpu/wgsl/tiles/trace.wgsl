@@ -31,7 +31,7 @@ fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     if is_in_picture && hit == UNRESOLVED {
         let last = path_ray(cell, ray, chain_of(cell));
         if last.is_active {
-            let triangle = nearest(frame.root, last.ray, 0.0, FAR, last.own, false).triangle;
+            let triangle = nearest(frame.root, last.ray, 0.0, FAR, last.own, 0u).triangle;
             hit = 0u;
             if triangle != NONE {
                 let role = surface_of(object_of(triangle)).role;

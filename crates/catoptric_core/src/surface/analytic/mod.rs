@@ -22,7 +22,7 @@ use super::taylor::{Taylor2, Taylor3};
 use crate::math::Aabb;
 pub use ellipsoid::Ellipsoid;
 use glam::{DVec3, Vec3};
-pub use implicit::Implicit;
+pub use implicit::{Implicit, Instruction};
 pub use placed::{PlacedSurface, SurfaceHit};
 use plane::Plane;
 pub use quadric::Quadric;

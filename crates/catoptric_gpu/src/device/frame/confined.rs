@@ -1,7 +1,7 @@
 //! What is drawn by hardware where a picture shows something: hits one event further.
 
 use crate::device::context::Context;
-use crate::device::pipelines::{Draws, draws, layout, pipeline_layout, texture};
+use crate::device::pipelines::{Draws, draws, layout, pipeline_layout, texture, uniform};
 use crate::device::upload::group;
 use crate::shader;
 use bytemuck::Pod;
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType, BufferUsages};
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferUsages};
 use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureSampleType, TextureView, VertexBufferLayout};
 
 /// Hits in two halves, and the number of the path that they are on.
@@ -44,11 +44,9 @@ pub(crate) struct ConfinedPipelines {
 impl ConfinedPipelines {
     pub(crate) fn new(device: &wgpu::Device, kind: Kind, scene: &BindGroupLayout, order: &BindGroupLayout) -> Self {
         let Kind { shader: label, table, corners } = kind;
-        let record =
-            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None };
         let before = |binding, multisampled| texture(binding, TextureSampleType::Uint, multisampled);
         let paths = [before(2, false), before(3, true)].map(|before| {
-            let bindings: Vec<_> = [(0, record), before].into_iter().chain(table).collect();
+            let bindings: Vec<_> = [(0, uniform(true)), before].into_iter().chain(table).collect();
             layout(device, label, ShaderStages::VERTEX_FRAGMENT, &bindings)
         });
         let layouts = [0, 1].map(|index| pipeline_layout(device, &[scene, order, &paths[index]]));

@@ -66,7 +66,7 @@ impl DeviceLists {
         let all = &lists.lists[..lists.lists.len().min(MOST_PATHS)];
         let left_out = lists.lists.len() - all.len();
         report.add_fallback("lists_left_out", left_out as u64);
-        let continued = Continued::new(all, lists.has_rest || left_out > 0);
+        let continued = Continued::new(scene, all, lists.has_rest || left_out > 0);
         let clip = Clip::new(scene, view, all);
         let mut paths: Vec<OfPath> = Vec::with_capacity(all.len());
         let mut corners: Vec<ListCorner> = Vec::new();
@@ -155,17 +155,24 @@ struct Continued {
     known: HashSet<(u32, u32, Branch)>,
     /// False if what no geometry goes on from shows the environment.
     has_rest: bool,
+    /// The groups of bumpy surfaces, which were taken for smooth ones: tiles follow their rays.
+    bumpy: HashSet<u32>,
 }
 
 impl Continued {
-    fn new(lists: &[DrawList], has_rest: bool) -> Self {
+    fn new(scene: &Scene, lists: &[DrawList], has_rest: bool) -> Self {
         let stencils = lists.iter().filter_map(|list| list.stencil);
-        Self { known: stencils.map(|stencil| (stencil.list, stencil.group, stencil.branch)).collect(), has_rest }
+        let known = stencils.map(|stencil| (stencil.list, stencil.group, stencil.branch)).collect();
+        let objects = 0..scene.objects.len() as u32;
+        let bumpy =
+            objects.filter(|object| scene.material_of(*object).turning_map().is_some()).map(|object| object + 1);
+        Self { known, has_rest, bumpy: bumpy.collect() }
     }
 
     /// The bits of hits on triangles of a group on a path.
     fn bits(&self, path: u32, group: u32) -> u32 {
-        let goes_on = |branch| !self.has_rest || self.known.contains(&(path, group, branch));
+        let is_known = |branch| !self.has_rest || self.known.contains(&(path, group, branch));
+        let goes_on = |branch| !self.bumpy.contains(&group) && is_known(branch);
         bits(&[
             (hit_flags::HIT_LIST_REFLECTS, goes_on(Branch::First)),
             (hit_flags::HIT_LIST_REFRACTS, goes_on(Branch::Second)),

@@ -6,6 +6,7 @@ pub(super) mod layers;
 pub(super) mod lists;
 pub(super) mod maps;
 pub(super) mod mirrors;
+pub(super) mod rough;
 pub(super) mod targets;
 pub(super) mod tiles;
 pub(super) mod timer;
@@ -14,7 +15,7 @@ use super::context::Context;
 use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, LightRecord, MAX_LIGHTS, MAX_ORDER, bits, frame_flags};
+use crate::layout::{Frame, MAX_ORDER, bits, frame_flags};
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
@@ -22,7 +23,7 @@ use glam::{Mat4, Vec3, Vec4};
 use lists::DeviceLists;
 use std::sync::Arc;
 use targets::PictureTables;
-use tiles::{Band, Paths, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
+use tiles::{Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
 use timer::Timer;
 use wgpu::BufferUsages;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
@@ -62,45 +63,31 @@ pub(crate) struct Sight<'a> {
     pub(crate) lists: Option<&'a PathLists>,
 }
 
-/// Draws a view of a scene; pixels are linear colours with alpha 1, rows from the top.
-pub(crate) fn draw(
-    context: &Context,
-    resident: &DeviceScene,
-    sight: Sight<'_>,
-    pixels: &mut [[f32; 4]],
-) -> Result<Drawn, GpuError> {
-    if sight.view.width == 0 || sight.view.height == 0 {
-        return Ok(Drawn::default());
-    }
-    let mut timer = Timer::new(context);
-    let mut encoder = context.device.create_command_encoder(&Default::default());
-    let Drawing { tables, report } = encode(context, resident, sight, &mut encoder, &mut timer)?;
-    context.queue.submit([encoder.finish()]);
-    read(context, &tables.targets.colors, pixels)?;
-    Ok(Drawn { counts: tables.tiles.counts(context)?, stages_ms: timer.stages_ms(context)?, report })
-}
-
 /// What is known of a view that has been drawn.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drawn {
     pub(crate) counts: TileCounts,
     /// Times of stages in milliseconds, where the device has a clock.
     pub(crate) stages_ms: Vec<(&'static str, f64)>,
-    /// Of what has been left out.
-    pub(crate) report: Report,
 }
 
 /// A view that has been drawn, once the work is done.
 pub(crate) struct Drawing {
     tables: Arc<PictureTables>,
     /// Of what has been left out.
-    report: Report,
+    pub(crate) report: Report,
 }
 
 impl Drawing {
     /// Its colours, until another view of the scene is drawn.
     pub(crate) fn colors(&self) -> wgpu::TextureView {
         self.tables.targets.colors.create_view(&Default::default())
+    }
+
+    /// Waits for the work, and reads its colours: linear, with alpha 1, rows from the top.
+    pub(crate) fn read(&self, context: &Context, timer: &Timer, pixels: &mut [[f32; 4]]) -> Result<Drawn, GpuError> {
+        read(context, &self.tables.targets.colors, pixels)?;
+        Ok(Drawn { counts: self.tables.tiles.counts(context)?, stages_ms: timer.stages_ms(context)? })
     }
 }
 
@@ -123,7 +110,8 @@ pub(crate) fn encode(
         Reflections::Layers(layers) => (Meeting::Layers, &layers.hierarchy, Some(&layers.group)),
         _ => (Meeting::Followed, &resident.hierarchy, None),
     };
-    let traces = quality.order > paths.known_events();
+    // What leaves surfaces that spread light is traced.
+    let traces = quality.order > paths.known_events() || resident.features.spreads_light();
     let [seen, followed] = ENTRIES[index];
     let (samples, features) = (quality.samples, resident.features);
     let shade = |entry, meeting| pipelines.shade(device, Shading { entry, samples, features, traces, meeting });
@@ -133,27 +121,18 @@ pub(crate) fn encode(
     let size = [view.width, view.height];
     let cells = cells_of(view.width, rows, samples);
     let picture_tables = PictureTables::get(context, resident, size, cells, samples, paths)?;
-    let PictureTables { targets, tiles: tables, .. } = &*picture_tables;
+    let PictureTables { targets, tiles: tables, rough, .. } = &*picture_tables;
     let written = targets.colors.create_view(&Default::default());
     let resources = [
         (0, tables.hits.as_entire_binding()),
         (1, wgpu::BindingResource::TextureView(&written)),
         (2, tables.work.as_entire_binding()),
     ];
-    let picture = group(device, &pipelines.picture, resources);
+    let picture = group(device, &pipelines.picture, resources.into_iter().chain(rough.read()));
     let mut record = frame_record(scene, view, quality, resident);
     record.tiled_events = paths.known_events();
     record.followed = tables.followed();
-    let mut records = Vec::new();
-    let mut bands = Vec::new();
-    for first_row in (0..view.height).step_by(rows as usize) {
-        let rows = rows.min(view.height - first_row);
-        let cells = cells_of(view.width, rows, quality.samples);
-        (record.first_row, record.cells) = (first_row, cells);
-        bands.push(Band { record: records.len() as u32, cells, rows });
-        records.extend_from_slice(bytemuck::bytes_of(&record));
-        records.resize(records.len().next_multiple_of(FRAME_STRIDE as usize), 0);
-    }
+    let (bands, records) = bands_of(&record, rows, samples);
     // A copy in the order of the work: the caller may draw other views before all is submitted.
     let descriptor = BufferInitDescriptor { label: Some("frames"), contents: &records, usage: BufferUsages::COPY_SRC };
     let staged = device.create_buffer_init(&descriptor);
@@ -169,10 +148,15 @@ pub(crate) fn encode(
     if let Some(lists) = &lists {
         lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
     }
-    let pictures = (targets, lists.as_ref().map(|lists| &lists.of_objects));
+    let of_objects = lists.as_ref().map(|lists| &lists.of_objects);
+    let known = Seen { targets, of_objects, rough };
+    rough.encode(encoder, context, (resident, scene, view), timer);
+    if paths.has_grids {
+        report.bytes.insert("gpu_rough_mirrors", rough.byte_count());
+    }
     tables.begin(encoder);
     for band in bands {
-        tables.encode(encoder, context, resident, pictures, &band, timer);
+        tables.encode(encoder, context, resident, known, &band, timer);
         for (stage, pipeline, is_followed) in [("shade seen", &seen, false), ("shade paths", &followed, true)] {
             if is_followed && paths.events == 0 {
                 continue;
@@ -193,6 +177,19 @@ pub(crate) fn encode(
     }
     context.check()?;
     Ok(Drawing { tables: picture_tables.clone(), report })
+}
+
+/// The bands of a picture, of so many rows each, and a record for each, made from the picture's.
+fn bands_of(of_picture: &Frame, rows: u32, samples: u32) -> (Vec<Band>, Vec<u8>) {
+    let (mut bands, mut records) = (Vec::new(), Vec::new());
+    for first_row in (0..of_picture.height).step_by(rows as usize) {
+        let rows = rows.min(of_picture.height - first_row);
+        let cells = cells_of(of_picture.width, rows, samples);
+        bands.push(Band { record: records.len() as u32, cells, rows });
+        records.extend_from_slice(bytemuck::bytes_of(&Frame { first_row, cells, ..*of_picture }));
+        records.resize(records.len().next_multiple_of(FRAME_STRIDE as usize), 0);
+    }
+    (bands, records)
 }
 
 /// Columns and rows of cells of so many pixels.
@@ -252,8 +249,6 @@ fn read(context: &Context, colors: &wgpu::Texture, pixels: &mut [[f32; 4]]) -> R
 
 fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceScene) -> Frame {
     let rays = view.rays();
-    let mut lights = [LightRecord::default(); MAX_LIGHTS];
-    lights[..resident.lights.len()].copy_from_slice(&resident.lights);
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
         origin: rays.origin.to_array(),
@@ -268,15 +263,15 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         width: view.width,
         down: rays.down.to_array(),
         height: view.height,
-        light_count: resident.lights.len() as u32,
+        light_count: resident.light_count,
         root: resident.root,
         first_row: 0,
         extent: scene.bounds.diagonal(),
         cells: [0; 2],
         tiled_events: 0,
         followed: 0,
-        maps: resident.pictures.maps,
-        lights,
+        maps: resident.pictures.places.maps,
+        reductions: resident.pictures.places.reductions,
     }
 }
 

@@ -1,6 +1,7 @@
 //! The textures and tables of a picture: kept for the next one of the same size.
 
 use super::confined::CONFINED_FORMAT;
+use super::rough::RoughTables;
 use super::tiles::{Paths, TileTables};
 use super::timer::Timer;
 use crate::device::context::Context;
@@ -18,6 +19,8 @@ pub(crate) struct PictureTables {
     samples: u32,
     pub(crate) targets: Targets,
     pub(crate) tiles: TileTables,
+    /// The light of rough mirrors.
+    pub(crate) rough: RoughTables,
 }
 
 impl PictureTables {
@@ -32,7 +35,9 @@ impl PictureTables {
     ) -> Result<Arc<Self>, GpuError> {
         let mut last = resident.picture.lock().unwrap_or_else(PoisonError::into_inner);
         let serves = |tables: &&Arc<Self>| {
-            (tables.size, tables.samples) == (size, samples) && tables.tiles.serve(cells, samples, paths)
+            let has_grids = tables.rough.byte_count() > 0;
+            let serve = tables.tiles.serve(cells, samples, paths) && has_grids == paths.has_grids;
+            (tables.size, tables.samples) == (size, samples) && serve
         };
         if let Some(tables) = last.as_ref().filter(serves) {
             return Ok(tables.clone());
@@ -41,7 +46,9 @@ impl PictureTables {
         *last = None;
         let targets = Targets::new(context, size, samples, paths.drawn())?;
         let tiles = TileTables::new(context, cells, samples, paths)?;
-        Ok(last.insert(Arc::new(Self { size, samples, targets, tiles })).clone())
+        let rough = RoughTables::new(context, size, paths.has_grids);
+        context.check()?;
+        Ok(last.insert(Arc::new(Self { size, samples, targets, tiles, rough })).clone())
     }
 }
 

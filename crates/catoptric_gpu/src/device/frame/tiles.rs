@@ -1,9 +1,10 @@
 //! Which triangle every ray hits, by tiles: passes and tables.
 
+use super::rough::RoughTables;
 use super::targets::Targets;
 use super::timer::Timer;
 use crate::device::context::Context;
-use crate::device::pipelines::{Pipelines, layout, pipeline_layout, table, texture, written_storage};
+use crate::device::pipelines::{Pipelines, layout, pipeline_layout, table, texture, uniform, written_storage};
 use crate::device::upload::{DeviceScene, Reflections, Upload, group};
 use crate::error::GpuError;
 use crate::layout::{NONE, Tiling};
@@ -14,7 +15,7 @@ use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType, BufferUsages};
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages};
 use wgpu::{ComputePipeline, ShaderStages, TextureSampleType, TextureView};
 
 /// Rays of a cell.
@@ -61,6 +62,8 @@ pub(crate) struct Paths {
     /// The most events.
     pub(crate) events: u32,
     has_lenses: bool,
+    /// Grids of rays tell what rough mirrors reflect.
+    pub(crate) has_grids: bool,
     way: Way,
 }
 
@@ -96,7 +99,9 @@ impl Paths {
             Reflections::Projected => (Way::Lists, MOST_EVENTS),
         };
         let events = if scene.has_specular { order.min(most) } else { 0 };
-        Self { events, has_lenses: scene.features.has_lenses() && way.follows_rays(), way }
+        let has_lenses = scene.features.has_lenses() && way.follows_rays();
+        let has_grids = scene.features.has_blurs() && way.follows_rays() && events > 0;
+        Self { events, has_lenses, has_grids, way }
     }
 
     /// The most events after which the table of hits knows what rays hit.
@@ -168,9 +173,7 @@ impl TilePipelines {
         let seen = |binding, multisampled| texture(binding, TextureSampleType::Uint, multisampled);
         let gathering = [seen(1, false), seen(2, true)]
             .map(|seen| layout(device, "gathering", stage, &[written_storage(0), seen, table(3)]));
-        let record =
-            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: None };
-        let working = layout(device, "tiles", stage, &[written_storage(0), written_storage(1), (2, record)]);
+        let working = layout(device, "tiles", stage, &[written_storage(0), written_storage(1), (2, uniform(true))]);
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
@@ -322,13 +325,13 @@ impl TileTables {
     }
 
     /// Fills the table of hits for a band: from pictures of what is seen directly and, if there are more, after each
-    /// event or on every path, and by tiles; `of_objects` says from which objects geometry goes on.
+    /// event or on every path, and by tiles.
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         context: &Context,
         scene: &DeviceScene,
-        (targets, of_objects): (&Targets, Option<&TextureView>),
+        Seen { targets, of_objects, rough }: Seen<'_>,
         band: &Band,
         timer: &mut Timer,
     ) {
@@ -349,6 +352,7 @@ impl TileTables {
             let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));
             pass.dispatch_workgroups(across, down, 1);
         }
+        rough.mark(encoder, context, (scene, &self.hits, samples), band, timer);
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         // Where nothing is to be followed it is enough to know where something is seen.
         let paths =
@@ -381,6 +385,17 @@ impl TileTables {
         }
         encoder.copy_buffer_to_buffer(&self.work, SHADED * 4, &self.arguments, 2 * ARGUMENTS, 4);
     }
+}
+
+/// What is known before tiles begin.
+#[derive(Clone, Copy)]
+pub(crate) struct Seen<'a> {
+    /// Pictures of what is seen.
+    pub(crate) targets: &'a Targets,
+    /// From which objects geometry goes on, where that of paths is drawn.
+    pub(crate) of_objects: Option<&'a TextureView>,
+    /// The light of rough mirrors.
+    pub(crate) rough: &'a RoughTables,
 }
 
 /// Begins a pass whose time may be taken.

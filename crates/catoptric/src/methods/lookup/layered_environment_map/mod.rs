@@ -128,7 +128,6 @@ impl LayeredMaps {
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        report.warnings.extend(simplified::bumpy_surfaces(scene));
         let settings = &captured_at_once(wanted, scene, baked.is_some(), &mut report);
         let known = LayerGeometry::new(settings, scene, quality.order);
         let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };
@@ -295,6 +294,7 @@ impl Frame for LayersFrame<'_> {
         let (view, samples) = (&self.view, quality.samples);
         let job = Job { scene, view, quality: *quality, progress };
         let mut report = Report::default();
+        report.warnings.extend(simplified::bumpy_surfaces(scene));
         let mut watch = Stopwatch::new();
         let tests_before = known.test_count();
         let paths = |object: u32| known.paths(scene, object);

@@ -145,6 +145,12 @@ impl Environment {
         std::iter::once(&self.irradiance).chain(glossy.levels()).map(EquirectangularMap::light_map).collect()
     }
 
+    /// The picture's radiance at half its width and height, at a quarter, and so on ([`Self::radiance_over`] reads
+    /// these); none of small pictures.
+    pub fn reductions(&self) -> impl ExactSizeIterator<Item = LightMap<'_>> {
+        self.reduced.iter().map(EquirectangularMap::light_map)
+    }
+
     /// The direction (unit length) that a position in the picture (0..1, v down) stands for.
     #[inline]
     pub fn direction(u: f32, v: f32) -> Vec3 {

@@ -8,29 +8,44 @@ const MAX_TEXT: usize = 2_000;
 /// The most steps of a program.
 const MAX_STEPS: usize = 500;
 /// The most values that wait at once while a program runs.
-const MAX_DEPTH: usize = 24;
+pub(super) const MAX_DEPTH: usize = 24;
 /// Programs that need no more waiting values run in less memory.
 const SMALL_DEPTH: usize = 6;
 /// Whole exponents up to this are multiplied out.
 const MAX_WHOLE_EXPONENT: f64 = 1024.0;
 
-/// A step of a program: pushes a value, or replaces the topmost ones by its result.
+/// A step of an expression's program in postfix order: pushes a value, or replaces the topmost ones by its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Instruction {
+pub enum Instruction {
+    /// Pushes a coordinate of the point: 0 to 2.
     Variable(usize),
+    /// Pushes a number.
     Constant(f64),
+    /// Of two values, as the following ones.
     Add,
+    /// The second value from the first.
     Subtract,
+    /// The product.
     Multiply,
+    /// The first value by the second.
     Divide,
+    /// Of one value, as all that follow but [`Self::Power`].
     Negate,
+    /// A whole power.
     WholePower(i32),
+    /// A power of a value that is not negative.
     RealPower(f64),
+    /// The first value to the power of the second.
     Power,
+    /// The square root.
     Sqrt,
+    /// e to this power.
     Exp,
+    /// The sine.
     Sin,
+    /// The cosine.
     Cos,
+    /// The absolute value.
     Abs,
 }
 
@@ -143,6 +158,11 @@ impl Expression {
             return Err(error_at(text.len(), operand_missing));
         }
         reader.finish(text.len())
+    }
+
+    /// The program.
+    pub(super) fn steps(&self) -> &[Instruction] {
+        &self.steps
     }
 
     /// The value at a point.

@@ -11,6 +11,7 @@ use crate::math::interval::{Interval, IntervalDual};
 use crate::math::roots::first_interval_root;
 use crate::math::scalar::Scalar;
 use expression::Expression;
+pub use expression::Instruction;
 use glam::DVec3;
 use num_dual::Dual64;
 use std::sync::Arc;
@@ -50,6 +51,15 @@ impl Implicit {
     pub fn expression(&self) -> &str {
         &self.text
     }
+
+    /// The program of `g`, for other evaluators: `g` is its value at the point over the first number, times the second
+    /// one.
+    pub fn program(&self) -> (&[Instruction], [f64; 2]) {
+        (self.expression.steps(), [self.scale, self.factor * self.scale])
+    }
+
+    /// The most values that wait at once while a program runs.
+    pub const MAX_DEPTH: usize = expression::MAX_DEPTH;
 
     pub(super) fn scaled(&self, scale: f64) -> Self {
         let bounds = self.bounds.map(|corner| corner * scale);

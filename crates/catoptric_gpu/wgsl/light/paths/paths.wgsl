@@ -1,6 +1,7 @@
 // Specular paths, from the eye to the diffuse surfaces that they end on: the twin of `light/path_tracer`.
 
-//#include "light/bounce.wgsl"
+//#include "light/paths/bounce.wgsl"
+//#include "light/paths/spread.wgsl"
 
 // Light divides at the first glass alone, and goes on by the stronger branch from then on.
 override TWO_PATHS: bool = false;
@@ -21,6 +22,10 @@ struct Segment {
     own: OwnRule,
     // It has met glass.
     has_divided: bool,
+    // It is one of several rays that left a surface which spreads light: it stands for a cone.
+    is_cone: bool,
+    // Surfaces that spread light have but one ray of it.
+    is_single: bool,
     // Of a mirror whose reflection fades with distance: the surface, what it scatters itself, and its reflectance.
     deferred: u32,
     deferred_own: vec3f,
@@ -31,6 +36,8 @@ struct Segment {
 struct Children {
     segments: array<Segment, 2>,
     goes_on: array<bool, 2>,
+    // Where it spreads, in place of these children.
+    spread: Spread,
     // Light that ends here.
     sum: vec3f,
 }
@@ -43,7 +50,8 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     let object = met.point.object;
     let role = surface_of(object).role;
     let flags = surface_of(object).flags;
-    let at = facing(direction, met.point.geometric_normal, met.point.normal);
+    let turned = turned_encounter(met);
+    let at = facing(direction, met.point.geometric_normal, turned.met.point.normal);
     let way = distance(segment.ray.origin, met.point.position);
     var throughput = segment.throughput;
     if HAS_ATTENUATION && segment.deferred != NONE {
@@ -84,19 +92,36 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     if last || role == DIFFUSE {
         return children;
     }
-    children.segments[REFLECT] = departed(child, REFLECT, throughput * step.reflected, met, step);
-    children.goes_on[REFLECT] = carries_light(children.segments[REFLECT]);
-    if HAS_LENSES {
-        children.segments[TRANSMIT] = departed(child, TRANSMIT, throughput * step.transmitted, met, step);
-        children.goes_on[TRANSMIT] =
-            role == LENS && step.reflectance < 1.0 && carries_light(children.segments[TRANSMIT]);
-    }
+    var goes_on = array<bool, 2>(true, HAS_LENSES && role == LENS && step.reflectance < 1.0);
     if TWO_PATHS && HAS_LENSES && role == LENS {
         let prefers_reflection = step.reflectance > 0.5 || all(step.transmitted == vec3f(0.0));
-        children.goes_on[REFLECT] = children.goes_on[REFLECT] && (!segment.has_divided || prefers_reflection);
-        children.goes_on[TRANSMIT] = children.goes_on[TRANSMIT] && !(segment.has_divided && prefers_reflection);
-        children.segments[REFLECT].has_divided = true;
-        children.segments[TRANSMIT].has_divided = true;
+        goes_on[REFLECT] = !segment.has_divided || prefers_reflection;
+        goes_on[TRANSMIT] = goes_on[TRANSMIT] && !(segment.has_divided && prefers_reflection);
+        child.has_divided = true;
+    }
+    if spreads_light() {
+        let alpha = facets_alpha(object, turned.variance);
+        let is_rough = HAS_ROUGH && surface_of(object).mirror_roughness > 0.0;
+        children.spread.alpha = alpha;
+        children.spread.variance = turned.variance;
+        children.spread.step = step;
+        if is_rough || (HAS_TURNS && alpha > 0.0 && shows_lobe(segment, alpha, met, step)) {
+            children.spread.by = select(BY_BUMPS, BY_FACETS, is_rough);
+            children.spread.path = child;
+            children.spread.path.throughput = throughput;
+            children.spread.met = met;
+            if is_rough {
+                children.spread.met = turned.met;
+            }
+            children.spread.tint = tint;
+            children.spread.goes_on = goes_on;
+        }
+    }
+    children.segments[REFLECT] = departed(child, REFLECT, throughput * step.reflected, turned.met, step);
+    children.goes_on[REFLECT] = goes_on[REFLECT] && carries_light(children.segments[REFLECT]);
+    if HAS_LENSES {
+        children.segments[TRANSMIT] = departed(child, TRANSMIT, throughput * step.transmitted, turned.met, step);
+        children.goes_on[TRANSMIT] = goes_on[TRANSMIT] && carries_light(children.segments[TRANSMIT]);
     }
     return children;
 }
@@ -118,10 +143,7 @@ fn departed(parent: Segment, kind: u32, throughput: vec3f, met: SurfaceInteracti
     let outside = step.facing.outside;
     var child = parent;
     child.throughput = throughput;
-    child.change.origin_dx = met.position_dx;
-    child.change.origin_dy = met.position_dy;
-    child.change.direction_dx = direction_change(step, kind, incoming, parent.change.direction_dx, met.normal_dx);
-    child.change.direction_dy = direction_change(step, kind, incoming, parent.change.direction_dy, met.normal_dy);
+    child.change = change_after(step, kind, incoming, parent.change, met);
     child.kinds |= kind << (parent.order - 1u);
     if kind == TRANSMIT {
         child.absorption = select(vec3f(0.0), surface_of(object).absorption, outside);
@@ -135,13 +157,7 @@ fn departed(parent: Segment, kind: u32, throughput: vec3f, met: SurfaceInteracti
 fn eye_segment(position: vec2f, side: f32) -> Segment {
     var segment: Segment;
     segment.ray = eye_ray(position);
-    let change = eye_ray_differential(position);
-    segment.change = RayDifferential(
-        change.origin_dx * side,
-        change.origin_dy * side,
-        change.direction_dx * side,
-        change.direction_dy * side,
-    );
+    segment.change = scaled_change(eye_ray_differential(position), side);
     segment.throughput = vec3f(1.0);
     segment.deferred = NONE;
     segment.own = NO_RULE;

@@ -1,0 +1,162 @@
+// All paths of a ray. The shader that includes this says what they meet (`hit_on_path`; `root_of_paths`: of the hierarchy
+// that is traced), what lies beyond, by a path that ends there (`light_beyond`, `distance_beyond`), and what is known of
+// the light of rough mirrors that are seen directly (`known_light`).
+
+//#include "light/paths/paths.wgsl"
+
+// A ray of a cell, at a position of the picture; it stands for a part of a pixel with such a side, and so many samples.
+struct PictureRay {
+    position: vec2f,
+    cell: vec2u,
+    ray: u32,
+    side: f32,
+    samples: u32,
+    // Rays that leave the first surface which spreads light.
+    rays: f32,
+}
+
+// Of rays that leave a surface which spreads light, those that are still to be followed. Paths that began there have but
+// one such child each: there is one surface at a time.
+struct Waiting {
+    spread: Spread,
+    turns: vec4f,
+    // Rays in all, how many have begun, and how many paths waited when they did.
+    count: u32,
+    begun: u32,
+    paths: u32,
+}
+
+fn traced_hit(segment: Segment) -> u32 {
+    return (nearest(root_of_paths(), segment.ray, 0.0, FAR, segment.own, 0u).triangle + 1u) | HIT_REFLECTS;
+}
+
+// The next of them that carries light; without direction if there are none.
+fn next_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
+    var child: Segment;
+    let is_by_both = HAS_LENSES && (*waiting).spread.goes_on[TRANSMIT];
+    while (*waiting).begun < (*waiting).count {
+        let number = (*waiting).begun;
+        (*waiting).begun++;
+        let kind = select(REFLECT, number & 1u, is_by_both);
+        if !(*waiting).spread.goes_on[kind] {
+            continue;
+        }
+        let index = select(number, number >> 1u, is_by_both);
+        child = spread_ray((*waiting).spread, index, place.rays, kind, (*waiting).turns, place.side);
+        if carries_light(child) {
+            return child;
+        }
+    }
+    child.ray.direction = vec3f(0.0);
+    return child;
+}
+
+// The children of a path at a surface that spreads light; of a path that stands for a pixel, the rays wait.
+fn begin_spread(children: ptr<function, Children>, segment: Segment, place: PictureRay, paths: u32) -> Waiting {
+    var waiting: Waiting;
+    let turns = turns_of(segment.ray.direction, (*children).spread.met.point.position);
+    for (var kind = REFLECT; kind <= select(REFLECT, TRANSMIT, HAS_LENSES); kind++) {
+        (*children).goes_on[kind] = segment.is_single && (*children).spread.goes_on[kind];
+        if (*children).goes_on[kind] {
+            let child = spread_ray((*children).spread, 0u, 1.0, kind, turns, place.side);
+            (*children).segments[kind] = child;
+            (*children).goes_on[kind] = carries_light(child);
+        }
+    }
+    if !segment.is_single {
+        let kinds = select(1u, 2u, HAS_LENSES && (*children).spread.goes_on[TRANSMIT]);
+        waiting = Waiting((*children).spread, turns, kinds * u32(place.rays), 0u, paths);
+    }
+    return waiting;
+}
+
+// The light of a rough mirror that is known, and the path that goes on sharply: the twin of `RoughWalk`.
+fn lit_by_known(children: ptr<function, Children>, known: RoughLight, is_all: bool) -> vec3f {
+    let path = (*children).spread.path;
+    let reflected = (*children).spread.step.reflected;
+    var factor = path.throughput * known.share;
+    var light = vec3f(0.0);
+    if HAS_ATTENUATION && path.deferred != NONE {
+        let weight = attenuation_weight(path.deferred, known.distance);
+        light += settled(path, weight);
+        factor *= weight;
+    }
+    light += factor * reflected * known.radiance;
+    var child = (*children).segments[REFLECT];
+    child.throughput = factor * reflected * select(1.0 - known.weight, 0.0, is_all);
+    child.deferred = NONE;
+    child.is_single = true;
+    // Textures are blurred by the lobe; what has edges is not.
+    let widening = sqrt(1.0 + known.width_px * known.width_px);
+    child.change.direction_dx *= widening;
+    child.change.direction_dy *= widening;
+    (*children).segments[REFLECT] = child;
+    (*children).goes_on[REFLECT] = carries_light(child);
+    return light;
+}
+
+// The radiance along a path that meets a triangle, by its hit.
+fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
+    var segment = first;
+    var hit = first_hit;
+    var waiting: array<Segment, MAX_ORDER>;
+    var count = 0u;
+    var rays: Waiting;
+    var sum = vec3f(0.0);
+    loop {
+        var children: Children;
+        // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
+        let shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
+        if shown != NONE {
+            let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
+            children = arrive(segment, shown, place.samples, last);
+            sum += children.sum;
+        } else {
+            var throughput = segment.throughput;
+            if HAS_ATTENUATION && segment.deferred != NONE {
+                let weight = attenuation_weight(segment.deferred, distance_beyond(segment));
+                sum += settled(segment, weight);
+                throughput *= weight;
+            }
+            sum += throughput * light_beyond(segment);
+        }
+        if spreads_light() && children.spread.by != NO_SPREAD {
+            var known: RoughLight;
+            if HAS_BLURS && segment.order == 0u {
+                known = known_light(children.spread.met.point.object, place.position);
+            }
+            if known.object != 0u {
+                sum += lit_by_known(&children, known, (hit & HIT_BLURRED) != 0u);
+            } else {
+                let begun = begin_spread(&children, segment, place, count);
+                if begun.count > 0u {
+                    rays = begun;
+                }
+            }
+        }
+        let is_at_end = !children.goes_on[REFLECT] && !(HAS_LENSES && children.goes_on[TRANSMIT]);
+        if spreads_light() && is_at_end && rays.begun < rays.count && count == rays.paths {
+            // No path of the last ray is left.
+            let child = next_ray(&rays, place);
+            children.goes_on[REFLECT] = any(child.ray.direction != vec3f(0.0));
+            children.segments[REFLECT] = child;
+        }
+        if children.goes_on[REFLECT] {
+            segment = children.segments[REFLECT];
+            // Each event on the way has left one at most.
+            if HAS_LENSES && children.goes_on[TRANSMIT] && count < MAX_ORDER {
+                waiting[count] = children.segments[TRANSMIT];
+                count++;
+            }
+        } else if HAS_LENSES && children.goes_on[TRANSMIT] {
+            segment = children.segments[TRANSMIT];
+        } else if HAS_LENSES && count > 0u {
+            count--;
+            segment = waiting[count];
+        } else {
+            break;
+        }
+        hit = hit_on_path(segment, place);
+    }
+    return sum;
+}

@@ -1,0 +1,61 @@
+// Lobes of mirrored directions.
+
+// A lobe that covers less than this share of a cone across is not seen beside it.
+const HIDDEN_LOBE = 0.3;
+
+// What a place of a rough mirror reflects, before tint and Fresnel's share.
+struct RoughLight {
+    // The mean radiance over the lobe, times its weight against what the sharp ray shows.
+    radiance: vec3f,
+    weight: f32,
+    // The share of light that facets neither mask nor shadow.
+    share: f32,
+    // Of what is reflected sharply.
+    distance: f32,
+    // Of the lobe's bright part, in pixels of the sharp reflection.
+    width_px: f32,
+    // The object that is seen there, and 1; 0: none is.
+    object: u32,
+}
+
+// True if grids of rays tell what a rough surface reflects: one without a map of normals.
+fn is_blurred(object: u32) -> bool {
+    let surface = surface_of(object);
+    return HAS_BLURS && surface.mirror_roughness > 0.0 && surface.turning_map == NONE;
+}
+
+// The angle across a lobe of mirrored directions where it is half as bright as in its middle.
+fn lobe_width(alpha: f32) -> f32 {
+    return 2.57 * alpha;
+}
+
+// The angle across a cone that stands for such a lobe.
+fn cone_width(alpha: f32) -> f32 {
+    return 2.82842712 * alpha;
+}
+
+// How much closer points of the disc are towards its rim, where few facets lean far: what is bright there counts.
+const TAIL = 1.5;
+
+// The first number of a point of the disc for an even one, and the part of the disc that it stands for, in units of their
+// mean; a point alone is as likely everywhere.
+fn facet_number(number: vec2f, count: f32) -> vec2f {
+    let rest = 1.0 - number.x;
+    return select(vec2f(1.0 - pow(rest, TAIL), TAIL * pow(rest, TAIL - 1.0)), vec2f(number.x, 1.0), count <= 1.0);
+}
+
+// Two axes of the plane across a unit vector (Duff et al. 2017).
+fn axes_across(axis: vec3f) -> array<vec3f, 2> {
+    let sign = select(1.0, -1.0, axis.z < 0.0);
+    let a = -1.0 / (sign + axis.z);
+    let b = axis.x * axis.y * a;
+    return array<vec3f, 2>(
+        vec3f(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
+        vec3f(b, sign + axis.y * axis.y * a, -axis.y),
+    );
+}
+
+// One of `count` points that fill the unit square evenly (Hammersley 1960).
+fn hammersley(index: u32, count: f32) -> vec2f {
+    return vec2f((f32(index) + 0.5) / count, f32(reverseBits(index)) * (1.0 / 4294967296.0));
+}
