@@ -23,7 +23,7 @@ pub const ENVIRONMENT_MAPS: usize = 8;
 /// The most reductions of the environment's picture: those of a width of 32,768 texels.
 pub const MAX_REDUCTIONS: usize = 12;
 /// The most specular events of a path.
-pub const MAX_ORDER: u32 = 8;
+pub const MAX_ORDER: u32 = 16;
 /// The most children of the nodes of the hierarchy that tiles walk.
 pub const WIDTH: usize = 8;
 /// The deepest hierarchy that shaders can walk.
@@ -445,6 +445,12 @@ pub struct Frame {
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
     /// The same of those reductions.
     pub reductions: [[u32; 4]; MAX_REDUCTIONS],
+    /// The place of a single sample from the pixel's corner.
+    pub sample_place: [f32; 2],
+    /// The side of the square that it stands for, in pixels.
+    pub sample_side: f32,
+    /// Padding.
+    pub unused: f32,
 }
 
 /// What a pass of tiles works on.

@@ -78,7 +78,8 @@ fn records() -> Vec<Record> {
         } before exact),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
-            first_row, extent, cells, tiled_events, followed, maps, reductions,
+            first_row, extent, cells, tiled_events, followed, maps, reductions, sample_place,
+            sample_side,
         }),
     ]
 }

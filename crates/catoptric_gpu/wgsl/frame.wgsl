@@ -58,7 +58,7 @@ fn shade_one_sample(@builtin(global_invocation_id) invocation: vec3u) {
     let ray = (invocation.x & 1u) | ((invocation.y & 1u) << 1u);
     let hit = hits[hit_index(cell, 0u, 0u)][ray];
     if !is_followed(hit) {
-        let color = seen_radiance(vec2f(pixel) + 0.5, triangle_of(hit), 1.0, 1u);
+        let color = seen_radiance(vec2f(pixel) + frame.sample_place, triangle_of(hit), frame.sample_side, 1u);
         textureStore(colors, pixel, vec4f(color, 1.0));
     }
 }

@@ -23,7 +23,7 @@ struct PathList {
 
 @vertex
 fn confined_corner(@location(0) position: vec4f, @location(1) at: vec2f, @location(2) hit: u32) -> Corner {
-    return Corner(position, hit, at, 1.0);
+    return Corner(shifted(position), hit, at, 1.0);
 }
 
 // True where the object is seen that the path's last event is at.

@@ -38,7 +38,7 @@ fn confined_corner(@builtin(vertex_index) index: u32) -> Corner {
     let place = index % 3u;
     let position = vec4f(vertex_of(corners_of(triangle)[place]).position, 1.0);
     var result: Corner;
-    result.position = path.clip_from_scene * position;
+    result.position = shifted(path.clip_from_scene * position);
     // A mirror never shows itself.
     if mirror_of(triangle) == path.mirror {
         result.position = vec4f(0.0, 0.0, -1.0, 1.0);

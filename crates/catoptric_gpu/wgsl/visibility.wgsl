@@ -23,7 +23,8 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let triangle = triangle_of(hit);
     let place = index % 3u;
     var result: Corner;
-    result.position = frame.clip_from_world * vec4f(vertex_of(corners_of(triangle)[place]).position, 1.0);
+    let position = vec4f(vertex_of(corners_of(triangle)[place]).position, 1.0);
+    result.position = shifted(frame.clip_from_world * position);
     result.hit = hit;
     result.at = vec2f(f32(place == 1u), f32(place == 2u));
     return result;

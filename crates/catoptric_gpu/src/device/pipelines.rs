@@ -2,6 +2,7 @@
 
 use super::frame::confined::ConfinedPipelines;
 use super::frame::rough::{self, RoughPipelines};
+use super::frame::samples::SumPipelines;
 use super::frame::tiles::TilePipelines;
 use super::frame::{fields, layers, lists, mirrors};
 use crate::shader;
@@ -15,8 +16,11 @@ pub(crate) const ID_FORMAT: TextureFormat = TextureFormat::Rg16Uint;
 /// Linear colours.
 pub(crate) const COLOR_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
-/// The numbers of samples a pixel that devices can draw.
+/// The numbers of samples a pixel that devices draw at once.
 pub(crate) const SAMPLE_COUNTS: [u32; 2] = [1, 4];
+
+/// Rays for each sample where light is looked up on surfaces that spread it, as on the processor.
+const RAYS_A_SAMPLE: f64 = 16.0;
 
 /// Pipelines for one number of samples a pixel.
 #[derive(Debug)]
@@ -66,6 +70,8 @@ pub(crate) struct Pipelines {
     pub(crate) tiles: TilePipelines,
     /// Grids that tell what rough mirrors reflect.
     pub(crate) rough: RoughPipelines,
+    /// Sums of samples that are drawn one after the other.
+    pub(crate) sums: SumPipelines,
     /// Those of mirrored scenes, and of virtual geometry.
     pub(crate) mirrors: ConfinedPipelines,
     pub(crate) lists: ConfinedPipelines,
@@ -154,6 +160,7 @@ impl Pipelines {
             picture,
             tiles,
             rough,
+            sums: SumPipelines::new(device),
             mirrors,
             lists,
             maps,
@@ -179,6 +186,9 @@ impl Pipelines {
             constants.push(("SAMPLES", f64::from(samples)));
             if meeting != Meeting::Maps {
                 constants.push(("TRACES", if traces { 1.0 } else { 0.0 }));
+            }
+            if matches!(meeting, Meeting::Fields | Meeting::Layers) {
+                constants.push(("RAYS_A_SAMPLE", RAYS_A_SAMPLE));
             }
             if meeting == Meeting::Layers {
                 constants.push(("TWO_PATHS", 1.0));
@@ -233,7 +243,7 @@ pub(crate) const fn table(binding: u32) -> (u32, BindingType) {
 }
 
 /// The colours, as they are written.
-fn written(binding: u32) -> (u32, BindingType) {
+pub(crate) fn written(binding: u32) -> (u32, BindingType) {
     let access = wgpu::StorageTextureAccess::WriteOnly;
     (binding, BindingType::StorageTexture { access, format: COLOR_FORMAT, view_dimension: TextureViewDimension::D2 })
 }

@@ -31,7 +31,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Method::prepare`](catoptric::methods::Method::prepare); [`RenderError::Limit`] for what the device cannot
-    /// draw: other numbers of samples than 1 and 4, orders above 8, some scenes.
+    /// draw: other numbers of samples than 1, 2, 4, 8 and 16, orders above 16, scenes beyond its limits.
     pub fn new(
         method: &DeviceMethod,
         scene: &Arc<Scene>,

@@ -163,6 +163,7 @@ fn follow(@builtin(global_invocation_id) invocation: vec3u) {
     place.side = 1.0;
     place.samples = 1u;
     place.rays = RAYS_OF_SEEN;
+    place.numbers = RayNumbers(moved_by(vec3f(at, 0.0), vec3f(0.0)), 0u, 1u, RAYS_OF_SEEN);
     let first = nearest(frame.root, child.ray, 0.0, FAR, child.own, 0u);
     let sharp = finite(light_along(child, (first.triangle + 1u) | HIT_REFLECTS, place));
     var passage: Passage;

@@ -108,6 +108,10 @@ struct Frame {
     // The fourth number of the first is that of the picture's reductions, whose places follow.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     reductions: array<vec4u, MAX_REDUCTIONS>,
+    // Of a single sample: its place from the pixel's corner, and the side of the square that it stands for.
+    sample_place: vec2f,
+    sample_side: f32,
+    unused0: f32,
 }
 
 struct Vertex {
@@ -219,6 +223,12 @@ struct TextureRecord {
 @group(0) @binding(4) var texture_table: texture_2d<u32>;
 // Of all textures, in rows of TEXEL_ROW: 65535 for 1.
 @group(0) @binding(5) var texels: texture_2d<u32>;
+
+// A corner in clip space, moved so that a pixel's single sample lies in its middle.
+fn shifted(position: vec4f) -> vec4f {
+    let step = (vec2f(0.5) - frame.sample_place) * vec2f(2.0, -2.0) / vec2f(f32(frame.width), f32(frame.height));
+    return vec4f(position.xy + step * position.w, position.zw);
+}
 
 // The place of a texel of a table.
 fn row_of(index: u32) -> vec2u {

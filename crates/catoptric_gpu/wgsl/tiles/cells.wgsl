@@ -30,7 +30,7 @@ fn pixel_of(cell: vec2u, ray: u32) -> vec2u {
 // The place of a ray in the picture, in pixels.
 fn position_of(cell: vec2u, ray: u32) -> vec2f {
     let corner = vec2f(pixel_of(cell, ray) + vec2u(0u, frame.first_row));
-    return corner + select(four_samples[ray], vec2f(0.5), SAMPLES == 1u);
+    return corner + select(four_samples[ray], frame.sample_place, SAMPLES == 1u);
 }
 
 // NONE where nothing is hit.

@@ -12,7 +12,8 @@ fn follow_one_sample(@builtin(workgroup_id) group: vec3u, @builtin(local_invocat
     let ray = (in_band.x & 1u) | ((in_band.y & 1u) << 1u);
     let hit = hits[hit_index(cell, 0u, 0u)][ray];
     if is_followed(hit) {
-        let color = followed_radiance(vec2f(pixel) + 0.5, cell, ray, triangle_of(hit), 1.0, 1u);
+        let place = vec2f(pixel) + frame.sample_place;
+        let color = followed_radiance(place, cell, ray, triangle_of(hit), frame.sample_side, 1u);
         textureStore(colors, pixel, vec4f(color, 1.0));
     }
 }

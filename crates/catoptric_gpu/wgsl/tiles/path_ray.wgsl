@@ -33,7 +33,8 @@ fn path_ray(cell: vec2u, ray: u32, chain: Chain) -> PathRay {
     // How rays differ from pixel to pixel says which texels of a map turn the normal.
     var change: RayDifferential;
     if HAS_TURNS {
-        change = scaled_change(eye_ray_differential(position_of(cell, ray)), select(0.5, 1.0, SAMPLES == 1u));
+        let side = select(0.5, frame.sample_side, SAMPLES == 1u);
+        change = scaled_change(eye_ray_differential(position_of(cell, ray)), side);
     }
     for (var event = 0u; event < min(tiling.events, MOST_EVENTS); event++) {
         let hit = chain.hits[event][ray];

@@ -7,6 +7,7 @@ pub(super) mod lists;
 pub(super) mod maps;
 pub(super) mod mirrors;
 pub(super) mod rough;
+pub(super) mod samples;
 pub(super) mod targets;
 pub(super) mod tiles;
 pub(super) mod timer;
@@ -21,6 +22,7 @@ use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{Mat4, Vec3, Vec4};
 use lists::DeviceLists;
+use samples::{Part, Sums, parts_of};
 use std::sync::Arc;
 use targets::PictureTables;
 use tiles::{Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
@@ -45,8 +47,8 @@ pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
         let (what, remedy) = ("the picture".into(), "use the CPU backend");
         Err(GpuError::Limit { what, needed, allowed, remedy })
     };
-    if !SAMPLE_COUNTS.contains(&quality.samples) {
-        return refuse(format!("{} samples a pixel", quality.samples), "1 or 4".into());
+    if parts_of(quality.samples).is_empty() {
+        return refuse(format!("{} samples a pixel", quality.samples), "1, 2, 4, 8 or 16".into());
     }
     if quality.order > MAX_ORDER {
         return refuse(format!("order {}", quality.order), format!("up to {MAX_ORDER}"));
@@ -99,9 +101,40 @@ pub(crate) fn encode(
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
 ) -> Result<Drawing, GpuError> {
-    let Context { device, pipelines, .. } = context;
     let Sight { scene, view, quality, lists } = sight;
-    let index = SAMPLE_COUNTS.iter().position(|count| *count == quality.samples).unwrap_or_default();
+    let mut report = Report::default();
+    let lists = lists.map(|lists| DeviceLists::new(context, scene, view, lists, &mut report)).transpose()?;
+    let parts = parts_of(quality.samples);
+    let mut sums = Sums::new(context, [view.width, view.height], parts.len());
+    let mut drawn = None;
+    for part in parts {
+        let Drawing { tables, report: of_part } =
+            encode_part(context, resident, (sight, part), lists.as_ref(), encoder, timer)?;
+        if let Some(sums) = &mut sums {
+            sums.add(encoder, context, &tables.targets.colors, timer);
+        }
+        // That of all parts is the same.
+        drawn = Some((tables, of_part));
+    }
+    context.check()?;
+    let (tables, of_parts) = drawn.ok_or_else(|| GpuError::Device { problem: "nothing was drawn".into() })?;
+    report.add(of_parts);
+    Ok(Drawing { tables, report })
+}
+
+/// The same of a part of the samples.
+fn encode_part(
+    context: &Context,
+    resident: &DeviceScene,
+    (sight, part): (Sight<'_>, Part),
+    lists: Option<&DeviceLists>,
+    encoder: &mut wgpu::CommandEncoder,
+    timer: &mut Timer,
+) -> Result<Drawing, GpuError> {
+    let Context { device, pipelines, .. } = context;
+    let Sight { scene, view, quality: Quality { order, .. }, .. } = sight;
+    let quality = Quality { samples: part.samples, order };
+    let index = SAMPLE_COUNTS.iter().position(|count| *count == part.samples).unwrap_or_default();
     let paths = Paths::of(resident, quality.order);
     // What paths are shaded by, beside the hits on them.
     let (meeting, hierarchy, looked_up) = match &resident.reflections {
@@ -132,6 +165,7 @@ pub(crate) fn encode(
     let mut record = frame_record(scene, view, quality, resident);
     record.tiled_events = paths.known_events();
     record.followed = tables.followed();
+    (record.sample_place, record.sample_side) = (part.place, part.side);
     let (bands, records) = bands_of(&record, rows, samples);
     // A copy in the order of the work: the caller may draw other views before all is submitted.
     let descriptor = BufferInitDescriptor { label: Some("frames"), contents: &records, usage: BufferUsages::COPY_SRC };
@@ -144,11 +178,10 @@ pub(crate) fn encode(
         let what = (scene, view, quality);
         mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, &mut report)?;
     }
-    let lists = lists.map(|lists| DeviceLists::new(context, scene, view, lists, &mut report)).transpose()?;
-    if let Some(lists) = &lists {
+    if let Some(lists) = lists {
         lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
     }
-    let of_objects = lists.as_ref().map(|lists| &lists.of_objects);
+    let of_objects = lists.map(|lists| &lists.of_objects);
     let known = Seen { targets, of_objects, rough };
     rough.encode(encoder, context, (resident, scene, view), timer);
     if paths.has_grids {
@@ -175,7 +208,6 @@ pub(crate) fn encode(
             }
         }
     }
-    context.check()?;
     Ok(Drawing { tables: picture_tables.clone(), report })
 }
 
@@ -270,6 +302,9 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         cells: [0; 2],
         tiled_events: 0,
         followed: 0,
+        sample_place: [0.5; 2],
+        sample_side: 1.0,
+        unused: 0.0,
         maps: resident.pictures.places.maps,
         reductions: resident.pictures.places.reductions,
     }

@@ -94,7 +94,10 @@ impl Targets {
         let drawn = (0..paths).map(|_| target("triangles on a path", CONFINED_FORMAT, samples, read));
         let drawn = drawn.map(|texture| texture.create_view(&Default::default())).collect();
         let depth = target("depth", DEPTH_FORMAT, samples, attached);
-        let used = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC;
+        let used = TextureUsages::STORAGE_BINDING
+            | TextureUsages::TEXTURE_BINDING
+            | TextureUsages::COPY_SRC
+            | TextureUsages::COPY_DST;
         let colors = target("colours", COLOR_FORMAT, 1, used);
         context.check()?;
         let [ids, depth] = [ids, depth].map(|texture| texture.create_view(&Default::default()));

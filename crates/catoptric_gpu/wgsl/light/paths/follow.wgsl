@@ -11,15 +11,15 @@ struct PictureRay {
     ray: u32,
     side: f32,
     samples: u32,
-    // Rays that leave the first surface which spreads light.
+    // Rays that leave the first surface which spreads light, and what chooses them.
     rays: f32,
+    numbers: RayNumbers,
 }
 
 // Of rays that leave a surface which spreads light, those that are still to be followed. Paths that began there have but
 // one such child each: there is one surface at a time.
 struct Waiting {
     spread: Spread,
-    turns: vec4f,
     // Rays in all, how many have begun, and how many paths waited when they did.
     count: u32,
     begun: u32,
@@ -42,7 +42,7 @@ fn next_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
             continue;
         }
         let index = select(number, number >> 1u, is_by_both);
-        child = spread_ray((*waiting).spread, index, place.rays, kind, (*waiting).turns, place.side);
+        child = spread_ray((*waiting).spread, index, place.rays, kind, place.numbers, place.side);
         if carries_light(child) {
             return child;
         }
@@ -54,18 +54,19 @@ fn next_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
 // The children of a path at a surface that spreads light; of a path that stands for a pixel, the rays wait.
 fn begin_spread(children: ptr<function, Children>, segment: Segment, place: PictureRay, paths: u32) -> Waiting {
     var waiting: Waiting;
-    let turns = turns_of(segment.ray.direction, (*children).spread.met.point.position);
+    let moved = moved_by(segment.ray.direction, (*children).spread.met.point.position);
+    let numbers = RayNumbers(moved, 0u, 1u, 1.0);
     for (var kind = REFLECT; kind <= select(REFLECT, TRANSMIT, HAS_LENSES); kind++) {
         (*children).goes_on[kind] = segment.is_single && (*children).spread.goes_on[kind];
         if (*children).goes_on[kind] {
-            let child = spread_ray((*children).spread, 0u, 1.0, kind, turns, place.side);
+            let child = spread_ray((*children).spread, 0u, 1.0, kind, numbers, place.side);
             (*children).segments[kind] = child;
             (*children).goes_on[kind] = carries_light(child);
         }
     }
     if !segment.is_single {
         let kinds = select(1u, 2u, HAS_LENSES && (*children).spread.goes_on[TRANSMIT]);
-        waiting = Waiting((*children).spread, turns, kinds * u32(place.rays), 0u, paths);
+        waiting = Waiting((*children).spread, kinds * u32(place.rays), 0u, paths);
     }
     return waiting;
 }

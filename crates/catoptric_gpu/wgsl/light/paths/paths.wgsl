@@ -8,7 +8,7 @@ override TWO_PATHS: bool = false;
 
 const MIN_THROUGHPUT = 1e-5;
 // Paths of more events are refused before anything is drawn.
-const MAX_ORDER = 8u;
+const MAX_ORDER = 16u;
 
 // A ray that waits to be traced.
 struct Segment {

@@ -28,6 +28,14 @@ struct Spread {
     goes_on: array<bool, 2>,
 }
 
+// The numbers that choose rays: of so many in all every `step`th from the first, moved alike.
+struct RayNumbers {
+    moved: vec4f,
+    first: u32,
+    step: u32,
+    total: f32,
+}
+
 fn spreads_light() -> bool {
     return HAS_TURNS || HAS_ROUGH;
 }
@@ -85,11 +93,15 @@ fn unit_numbers(bits: vec2u) -> vec2f {
     return vec2f(bits >> vec2u(8u)) * (1.0 / 16777216.0);
 }
 
-// How far a path's numbers are moved, by its direction and where it is: the same path always has the same children.
-fn turns_of(incoming: vec3f, at: vec3f) -> vec4f {
+// How far numbers are moved, by what they are for: the same path always has the same children.
+fn moved_by(incoming: vec3f, at: vec3f) -> vec4f {
     let first = mixed(bitcast<vec3u>(incoming) ^ mixed(bitcast<vec3u>(at)));
     let second = mixed(first);
     return vec4f(unit_numbers(first.xy), unit_numbers(second.xy));
+}
+
+fn number_of(numbers: RayNumbers, index: u32) -> vec2f {
+    return fract(hammersley(numbers.first + index * numbers.step, numbers.total) + numbers.moved.xy);
 }
 
 // The share of light that a facet reflects, from that at the mean normal.
@@ -112,15 +124,15 @@ fn reflected_by_facet(object: u32, reflected: vec3f, normal: vec3f, facet: vec3f
 
 // One of `count` rays that leave a surface where it spreads light, by an event, for a part of a pixel of a side; without
 // direction where no light goes.
-fn spread_ray(spread: Spread, index: u32, count: f32, kind: u32, turns: vec4f, side: f32) -> Segment {
+fn spread_ray(spread: Spread, index: u32, count: f32, kind: u32, numbers: RayNumbers, side: f32) -> Segment {
     var child = spread.path;
     child.is_cone = true;
     child.is_single = true;
     child.deferred_own /= count;
     if HAS_ROUGH && spread.by == BY_FACETS {
-        facet_ray(spread, &child, fract(hammersley(index, count) + turns.xy), count, side);
+        facet_ray(spread, &child, number_of(numbers, index), count, side);
     } else {
-        bump_ray(spread, &child, index, count, kind, turns);
+        bump_ray(spread, &child, index, count, kind, numbers);
     }
     child.throughput *= 1.0 / count;
     return child;
@@ -160,17 +172,17 @@ fn bump_ray(
     index: u32,
     count: f32,
     kind: u32,
-    turns: vec4f,
+    numbers: RayNumbers,
 ) {
     let side = inverseSqrt(count);
-    let offset = fract(hammersley(index, count) + turns.xy) - 0.5;
+    let offset = number_of(numbers, index) - 0.5;
     let part = part_of_encounter(spread.met, offset, side);
     let found = normal_of_map(part.point);
     let arriving = spread.path.ray.direction;
     let moved = spread.path.change.direction_dx * offset.x + spread.path.change.direction_dy * offset.y;
     let incoming = normalize_or(arriving + moved, arriving);
     // Of two normally distributed numbers whose squares have this sum in the mean (Box and Muller).
-    let slope = fract(vec2f(0.7548777, 0.5698403) * f32(index) + turns.zw);
+    let slope = fract(vec2f(0.7548777, 0.5698403) * f32(numbers.first + index * numbers.step) + numbers.moved.zw);
     let axes = axes_across(found.normal);
     let far = sqrt(max(-found.variance * log(max(1.0 - slope.y, 1e-37)), 0.0));
     let aside = (axes[0] * cos(TAU * slope.x) + axes[1] * sin(TAU * slope.x)) * far;

@@ -4,6 +4,9 @@
 
 // True if there are paths longer than those that tiles have followed.
 override TRACES: bool = true;
+// Where light is looked up each sample has so many rays of surfaces that spread light, as on the processor; 0: each pixel
+// has `RAYS_A_PIXEL`.
+override RAYS_A_SAMPLE: f32 = 0.0;
 
 fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
     let is_traced = segment.order > frame.tiled_events || (spreads_light() && segment.is_cone);
@@ -16,6 +19,14 @@ fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
 // The radiance that arrives at a position of the picture along all paths of a ray of a cell, which stands for so many
 // samples.
 fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32) -> vec3f {
-    let place = PictureRay(position, cell, ray, side, samples, RAYS_A_PIXEL * side * side);
+    let rays = max(floor(select(RAYS_A_PIXEL * side * side, RAYS_A_SAMPLE, RAYS_A_SAMPLE > 0.0)), 1.0);
+    // Those of four samples make up an even pattern together; other pixels have others.
+    let are_four = SAMPLES == 4u && side < 1.0;
+    let moved = moved_by(vec3f(select(position, floor(position), are_four), 0.0), vec3f(0.0));
+    var numbers = RayNumbers(moved, 0u, 1u, rays);
+    if are_four {
+        numbers = RayNumbers(moved, ray, 4u, 4.0 * rays);
+    }
+    let place = PictureRay(position, cell, ray, side, samples, rays, numbers);
     return finite(light_along(eye_segment(position, side), hits[hit_index(cell, 0u, 0u)][ray], place));
 }
