@@ -1,7 +1,7 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
 use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
-use crate::tables::is_blurred;
+use crate::tables::{Moved, is_blurred};
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::{Role, Scene};
@@ -96,13 +96,14 @@ impl Hierarchy {
 
     /// The same with up to [`WIDTH`] children a node, the root first: where many threads walk together. Without
     /// triangles it has one node without children.
-    pub fn wide(&self) -> Vec<[WideChild; WIDTH]> {
+    pub fn wide(&self) -> WideHierarchy {
         let mut wide = vec![[WideChild::default(); WIDTH]];
+        let mut narrow_codes = vec![[NONE; WIDTH]];
         // Narrow nodes, and the places of the wide ones that stand for them.
         let mut waiting = Vec::new();
         match self.nodes.first() {
             Some(_) => waiting.push((0u32, 0usize)),
-            None => wide[0][0] = self.child(self.root),
+            None => (wide[0][0], narrow_codes[0][0]) = (self.child(self.root), self.root),
         }
         while let Some((node, place)) = waiting.pop() {
             let mut children = [WideChild::default(); WIDTH];
@@ -115,14 +116,16 @@ impl Hierarchy {
                 let divided = &self.nodes[children[largest].code as usize];
                 (children[largest], children[count]) = (divided.first(), divided.second());
             }
+            narrow_codes[place] = children.map(|child| child.code);
             for child in children.iter_mut().filter(|child| child.code & LEAF == 0) {
                 waiting.push((child.code, wide.len()));
                 child.code = wide.len() as u32;
                 wide.push([WideChild::default(); WIDTH]);
+                narrow_codes.push([NONE; WIDTH]);
             }
             wide[place] = children;
         }
-        wide
+        WideHierarchy { nodes: wide, narrow_codes }
     }
 
     /// A leaf or [`NONE`] as a child.
@@ -132,6 +135,38 @@ impl Hierarchy {
         }
         let bounds = bounds_of(code, &self.nodes, &self.triangles);
         WideChild { low: bounds.min.to_array(), code, high: bounds.max.to_array(), unused: 0 }
+    }
+
+    /// Brings the hierarchy to another moment of the scene that it is of, `before`; `None`, and nothing has changed, if
+    /// other triangles have an extent than before. Where much has moved, rays take longer than through a new hierarchy.
+    pub(crate) fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> Option<MovedPlaces> {
+        let objects = scene.objects.iter().zip(&moved.objects).filter_map(|(object, moved)| moved.then_some(object));
+        let mut triangles = objects.flat_map(|object| object.triangles.clone());
+        if triangles.any(|triangle| has_extent(before, triangle) != has_extent(scene, triangle)) {
+            return None;
+        }
+        let mut places = MovedPlaces { triangles: vec![false; self.triangles.len()], nodes: Vec::new() };
+        for (leaf, place) in self.triangles.iter_mut().zip(&mut places.triangles) {
+            if moved.has(leaf.object) {
+                (*leaf, *place) = (leaf_triangle(scene, leaf.triangle), true);
+            }
+        }
+        places.nodes = vec![false; self.nodes.len()];
+        for index in (0..self.nodes.len()).rev() {
+            let mut node = self.nodes[index];
+            let has_moved = [node.child0, node.child1].map(|child| places.has(child));
+            if has_moved[0] {
+                let bounds = bounds_of(node.child0, &self.nodes, &self.triangles);
+                (node.low0, node.high0) = (bounds.min.to_array(), bounds.max.to_array());
+            }
+            if has_moved[1] {
+                let bounds = bounds_of(node.child1, &self.nodes, &self.triangles);
+                (node.low1, node.high1) = (bounds.min.to_array(), bounds.max.to_array());
+            }
+            self.nodes[index] = node;
+            places.nodes[index] = has_moved[0] || has_moved[1];
+        }
+        Some(places)
     }
 
     /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
@@ -154,6 +189,60 @@ impl Hierarchy {
         }
         Some(Self { root: self.root, nodes, triangles })
     }
+}
+
+/// The places of a hierarchy where something has moved.
+#[derive(Clone, Debug)]
+pub struct MovedPlaces {
+    /// Of triangles of leaves.
+    pub triangles: Vec<bool>,
+    /// Of nodes.
+    pub nodes: Vec<bool>,
+}
+
+impl MovedPlaces {
+    /// Whether something in a child of a node has: a node, a leaf, or [`NONE`].
+    fn has(&self, code: u32) -> bool {
+        if code == NONE {
+            return false;
+        }
+        if code & LEAF == 0 {
+            return self.nodes[code as usize];
+        }
+        let (start, count) = leaf_range(code);
+        self.triangles[start..start + count].contains(&true)
+    }
+}
+
+/// A hierarchy of up to [`WIDTH`] children a node.
+#[derive(Clone, Debug)]
+pub struct WideHierarchy {
+    /// The root first.
+    pub nodes: Vec<[WideChild; WIDTH]>,
+    /// What the children are in the narrow hierarchy: nodes or leaves; [`NONE`]: there is none.
+    narrow_codes: Vec<[u32; WIDTH]>,
+}
+
+impl WideHierarchy {
+    /// Follows the narrow hierarchy, in which something has moved; tells which nodes change.
+    pub fn move_to(&mut self, hierarchy: &Hierarchy, places: &MovedPlaces) -> Vec<bool> {
+        let nodes = self.nodes.iter_mut().zip(&self.narrow_codes);
+        let changes = nodes.map(|(children, codes)| {
+            let mut has_moved = false;
+            for (child, code) in children.iter_mut().zip(codes).filter(|(_, code)| places.has(**code)) {
+                let bounds = bounds_of(*code, &hierarchy.nodes, &hierarchy.triangles);
+                (child.low, child.high) = (bounds.min.to_array(), bounds.max.to_array());
+                has_moved = true;
+            }
+            has_moved
+        });
+        changes.collect()
+    }
+}
+
+/// The first triangle of a leaf, and their number.
+fn leaf_range(code: u32) -> (usize, usize) {
+    (((code & !LEAF) >> 3) as usize, (code & 7) as usize)
 }
 
 impl Node {
@@ -182,7 +271,7 @@ fn bounds_of(child: u32, nodes: &[Node], triangles: &[LeafTriangle]) -> BvhBox {
         }
         return bounds;
     }
-    let (start, count) = (((child & !LEAF) >> 3) as usize, (child & 7) as usize);
+    let (start, count) = leaf_range(child);
     for LeafTriangle { a, b, c, .. } in &triangles[start..start + count] {
         for corner in [a, b, c] {
             bounds.extend((*corner).into());

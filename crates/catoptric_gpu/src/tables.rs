@@ -7,6 +7,7 @@ mod fields;
 mod layers;
 mod light;
 mod maps;
+mod moved;
 mod surfaces;
 mod textures;
 
@@ -15,6 +16,7 @@ pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes};
 pub use layers::{LayerMaps, layer_maps};
 pub use light::{EnvironmentPlaces, EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
+pub use moved::Moved;
 pub(crate) use surfaces::is_blurred;
 pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
@@ -97,19 +99,21 @@ fn vertices(scene: &Scene) -> Vec<Vertex> {
     for (triangle, part) in scene.triangles.iter().zip(&scene.triangle_parts) {
         triangle.iter().for_each(|vertex| parts[*vertex as usize] = *part);
     }
-    let vertex = |index: usize| {
-        let [first, second] = scene.uvs[index];
-        Vertex {
-            position: scene.positions[index].to_array(),
-            u0: first.x,
-            normal: scene.normals[index].to_array(),
-            v0: first.y,
-            color: scene.colors.get(index).copied().unwrap_or([1.0; 4]),
-            tangent: scene.tangents.get(index).copied().unwrap_or_default().to_array(),
-            uv1: second.to_array(),
-            part: parts[index],
-            unused: 0,
-        }
-    };
-    (0..scene.positions.len()).map(vertex).collect()
+    parts.into_iter().enumerate().map(|(index, part)| vertex(scene, index, part)).collect()
+}
+
+/// The record of a vertex, whose triangles are of a part.
+fn vertex(scene: &Scene, index: usize, part: u32) -> Vertex {
+    let [first, second] = scene.uvs[index];
+    Vertex {
+        position: scene.positions[index].to_array(),
+        u0: first.x,
+        normal: scene.normals[index].to_array(),
+        v0: first.y,
+        color: scene.colors.get(index).copied().unwrap_or([1.0; 4]),
+        tangent: scene.tangents.get(index).copied().unwrap_or_default().to_array(),
+        uv1: second.to_array(),
+        part,
+        unused: 0,
+    }
 }

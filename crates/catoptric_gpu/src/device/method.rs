@@ -288,6 +288,25 @@ impl PreparedScene {
 }
 
 impl PreparedScene {
+    /// Follows the scene in place, if nothing but places and lights have changed; else false.
+    fn move_to(&mut self, scene: &Arc<Scene>, quality: Quality) -> Result<bool, RenderError> {
+        let DeviceMethod { context, info, .. } = &self.method;
+        let refuse = |error: GpuError| failed(info, &error);
+        frame::check_quality(quality).map_err(refuse)?;
+        let watch = Stopwatch::new();
+        if !self.resident.move_to(context, scene).map_err(refuse)? {
+            return Ok(false);
+        }
+        let mut report = Report { stages_ms: vec![("upload", watch.elapsed_ms())], ..Report::default() };
+        report.bytes.insert("gpu", self.resident.byte_count);
+        if info.id == AUTO {
+            report.choices = choices(scene);
+        }
+        report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
+        (self.scene, self.quality, self.report) = (scene.clone(), quality, report);
+        Ok(true)
+    }
+
     /// What it takes to draw a view.
     pub(crate) fn device_frame(
         &mut self,
@@ -310,12 +329,15 @@ impl Prepared for PreparedScene {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        let loaded = self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?;
-        let Loaded { resident, fields, layers, mut report } = loaded;
         if let Some(projection) = &mut self.projection {
             projection.update(scene, quality, progress)?;
-            report.add(projection.report().clone());
         }
+        if matches!(self.method.way, Way::Follow | Way::Project(_)) && self.move_to(scene, quality)? {
+            return Ok(());
+        }
+        let loaded = self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?;
+        let Loaded { resident, fields, layers, mut report } = loaded;
+        report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
         (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
         (self.scene, self.quality) = (scene.clone(), quality);
         Ok(())

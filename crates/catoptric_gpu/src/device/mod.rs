@@ -4,6 +4,7 @@ mod adapter;
 mod context;
 mod frame;
 mod method;
+mod moving;
 mod pipelines;
 mod renderer;
 mod upload;

@@ -42,7 +42,8 @@ impl Renderer {
         Ok(Self { prepared: method.prepare_scene(scene, quality, bake, progress)? })
     }
 
-    /// Replaces the scene after something has moved or changed; what holds is kept.
+    /// Replaces the scene after something has moved or changed; what holds is kept, and what moves is written in place:
+    /// what was drawn before must have been submitted.
     ///
     /// # Errors
     /// As [`Self::new`]; the earlier scene stays then.

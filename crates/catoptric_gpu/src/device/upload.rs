@@ -6,13 +6,13 @@ use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::targets::PictureTables;
+use super::moving::{StoredTables, object_texels, write_rows};
 use crate::error::GpuError;
-use crate::hierarchy::Hierarchy;
+use crate::hierarchy::{Hierarchy, WideHierarchy};
 use crate::layout::{LightRecord, MAX_LIGHTS, TEXEL_ROW};
 use crate::tables::{Earlier, EnvironmentPlaces, SceneFeatures, SceneTables};
 use crate::tables::{environment_texels, light_records, texture_tables};
 use bytemuck::Pod;
-use catoptric::methods::projection::multiperspective::ObjectShape;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::{Environment, Scene, Texture};
 use std::num::NonZeroU64;
@@ -43,10 +43,11 @@ pub(crate) struct DeviceScene {
     pub(crate) light_count: u32,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
-    /// On the processor, for the next moment of the scene: what it is now, and what may hold still then.
-    source: Arc<Scene>,
-    boxes: Hierarchy,
-    shapes: Vec<ObjectShape>,
+    /// On the processor, for the next moment of the scene: what it is now, and its tables.
+    pub(super) source: Arc<Scene>,
+    pub(super) tables: SceneTables,
+    pub(super) wide_hierarchy: WideHierarchy,
+    pub(super) stored: StoredTables,
     /// The hierarchy's root.
     pub(crate) root: u32,
     pub(crate) reflections: Reflections,
@@ -84,6 +85,15 @@ impl Reflections {
         }
     }
 
+    /// What of a scene's features is drawn so.
+    fn narrowed(&self, features: SceneFeatures) -> SceneFeatures {
+        match self {
+            Self::Mirrored(_) => features.of_smooth_mirrors(),
+            Self::Projected => features.with_lists(),
+            _ => features,
+        }
+    }
+
     /// True for triangles of reflectors and lenses that show anything but their own light.
     fn show(&self, triangle: u32) -> bool {
         match self {
@@ -114,17 +124,14 @@ impl DeviceScene {
         old: Option<&Self>,
         reflections: Reflections,
     ) -> Result<Self, GpuError> {
-        let earlier = old.map(|old| Earlier { scene: &old.source, hierarchy: &old.boxes, shapes: &old.shapes });
+        let earlier =
+            old.map(|old| Earlier { scene: &old.source, hierarchy: &old.tables.hierarchy, shapes: &old.tables.shapes });
         let tables = SceneTables::new(scene, earlier, |triangle| reflections.show(triangle));
         let features = SceneFeatures::of(scene, &tables.surfaces);
         let mut lights = light_records(scene)?;
         let light_count = lights.len() as u32;
         lights.resize(MAX_LIGHTS, LightRecord::default());
-        let features = match reflections {
-            Reflections::Mirrored(_) => features.of_smooth_mirrors(),
-            Reflections::Projected => features.with_lists(),
-            _ => features,
-        };
+        let features = reflections.narrowed(features);
         let spreads_light = features.spreads_light();
         let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.serve(scene, spreads_light));
         let pictures = match kept {
@@ -139,25 +146,28 @@ impl DeviceScene {
             usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let mut objects: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
-        objects.extend(&tables.programs);
-        let views = [
-            upload.table("the scene's vertices", &tables.vertices)?,
-            upload.table("the scene's triangles", &tables.triangles)?,
-            upload.table("the scene's objects", &objects)?,
-        ];
+        let wide_hierarchy = tables.hierarchy.wide();
+        let vertices = upload.stored("the scene's vertices", &tables.vertices)?;
+        let objects = upload.stored("the scene's objects", &object_texels(&tables))?;
+        let view = |texture: &wgpu::Texture| texture.create_view(&Default::default());
+        let triangles = upload.table("the scene's triangles", &tables.triangles)?;
+        let views = [view(&vertices), triangles, view(&objects)];
         let record = wgpu::BufferBinding { buffer: &frame, offset: 0, size: NonZeroU64::new(FRAME_SIZE) };
         let mut resources = vec![(0, BindingResource::Buffer(record))];
         resources.extend((1..).zip(views.iter().chain(&pictures.views).map(BindingResource::TextureView)));
         let lights = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("lights"),
             contents: bytemuck::cast_slice(&lights),
-            usage: BufferUsages::UNIFORM,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
         });
         resources.push((9, lights.as_entire_binding()));
         let pipelines = &context.pipelines;
-        let wide = upload.table("the hierarchy of tiles", &tables.hierarchy.wide())?;
-        let hierarchy = upload.hierarchy(&tables.hierarchy, &wide)?;
+        let nodes = upload.stored("the scene's hierarchy", &tables.hierarchy.nodes)?;
+        let leaves = upload.stored("the hierarchy's triangles", &tables.hierarchy.triangles)?;
+        let wide_nodes = upload.stored("the hierarchy of tiles", &wide_hierarchy.nodes)?;
+        let [of_nodes, of_leaves, wide] = [&nodes, &leaves, &wide_nodes].map(view);
+        let hierarchy = [&of_nodes, &of_leaves, &wide].map(BindingResource::TextureView);
+        let hierarchy = group(device, &pipelines.hierarchy, (0..).zip(hierarchy));
         let order = upload.buffer("the order of triangles", &tables.draw_order)?;
         let byte_count = upload.byte_count;
         let root = tables.hierarchy.root;
@@ -175,8 +185,9 @@ impl DeviceScene {
             features,
             pictures,
             source: scene.clone(),
-            boxes: tables.hierarchy,
-            shapes: tables.shapes,
+            tables,
+            wide_hierarchy,
+            stored: StoredTables { vertices, objects, nodes, leaves, wide: wide_nodes, lights },
             root,
             has_specular: !scene.specular_objects().is_empty(),
             reflections,
@@ -189,7 +200,7 @@ impl DeviceScene {
 impl DeviceScene {
     /// The hierarchy, on the processor.
     pub(crate) fn boxes(&self) -> &Hierarchy {
-        &self.boxes
+        &self.tables.hierarchy
     }
 }
 
@@ -261,9 +272,18 @@ pub(crate) struct Upload<'a> {
 impl Upload<'_> {
     /// A table as a picture of four numbers a texel.
     pub(crate) fn table<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::TextureView, GpuError> {
+        Ok(self.stored(what, records)?.create_view(&Default::default()))
+    }
+
+    /// The same, to be changed later on.
+    pub(super) fn stored<T: Pod>(&mut self, what: &str, records: &[T]) -> Result<wgpu::Texture, GpuError> {
         const { assert!(size_of::<T>().is_multiple_of(size_of::<[u32; 4]>())) };
         let texels: &[[u32; 4]] = bytemuck::cast_slice(records);
-        self.picture(what, TextureFormat::Rgba32Uint, size_in_rows(texels.len()), texels)
+        let size = size_in_rows(texels.len());
+        let texture =
+            self.layers(what, "make it smaller, or use the CPU backend", TextureFormat::Rgba32Uint, size, 1)?;
+        self.layer(&texture, 0, texels);
+        Ok(texture)
     }
 
     /// The tables of a hierarchy, with that which tiles walk.
@@ -347,33 +367,12 @@ impl Upload<'_> {
     /// Fills one of several pictures, row by row; texels that are missing at its end are zero.
     pub(crate) fn layer<T: Pod>(&mut self, texture: &wgpu::Texture, layer: u32, texels: &[T]) {
         self.byte_count += size_of_val(texels) as u64;
-        let (queue, size) = (&self.context.queue, [texture.width(), texture.height()]);
+        let queue = &self.context.queue;
         // In parts, with all whole rows of a part at once: copies on their way take memory, too.
-        let row = size[0] as usize;
+        let row = texture.width() as usize;
         let rows = (BYTES_AT_ONCE / size_of_val(&texels[..row.min(texels.len())]).max(1)).max(1);
         for (part, texels) in texels.chunks(row * rows).enumerate() {
-            let (whole, rest) = texels.split_at(texels.len() / row * row);
-            let whole_rows = (whole.len() / row) as u32;
-            let first = (part * rows) as u32;
-            for (y, height, texels) in [(first, whole_rows, whole), (first + whole_rows, 1, rest)] {
-                let width = (texels.len() as u32).min(size[0]);
-                if texels.is_empty() {
-                    continue;
-                }
-                queue.write_texture(
-                    wgpu::TexelCopyTextureInfo {
-                        origin: wgpu::Origin3d { x: 0, y, z: layer },
-                        ..texture.as_image_copy()
-                    },
-                    bytemuck::cast_slice(texels),
-                    wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(width * size_of::<T>() as u32),
-                        rows_per_image: None,
-                    },
-                    wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                );
-            }
+            write_rows(queue, texture, [(part * rows) as u32, layer], texels);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::cast_shadows;
-use catoptric::methods::{self, Method, Quality};
+use catoptric::methods::{self, Method, Prepared, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::Camera;
 use catoptric::scene::model::{LocalTransform, Model};
@@ -30,7 +30,54 @@ pub(crate) fn trials(context: &Arc<Context>) -> Vec<Trial> {
         let context = context.clone();
         Trial::test(format!("{id}: {frames} frames with everything moving"), move || draw(&context, id, frames))
     };
-    METHODS.map(trial).into()
+    let in_place = |scene: &'static str| {
+        let context = context.clone();
+        Trial::test(format!("moved in place: {scene}"), move || compare_moved(&context, scene))
+    };
+    METHODS
+        .map(trial)
+        .into_iter()
+        .chain(["planar_mirror", "brushed", "rippled", "glass_sphere"].map(in_place))
+        .collect()
+}
+
+/// Objects that move one after the other, whose tables change in place: the pictures are those of scenes that are
+/// loaded as they have become. A few pixels may show the other one of two surfaces at the same place.
+fn compare_moved(context: &Arc<Context>, scene: &str) -> Result<(), Failed> {
+    const MOST_OTHERS: usize = 8;
+    let mut model = builtin::parse(scene)?;
+    let method = catoptric_gpu::create(context, "multiperspective", &Default::default())?.ok_or("drawn on the CPU")?;
+    let quality = Quality { samples: 4, order: 2 };
+    let [width, height] = [96, 64];
+    let mut prepared: Option<Box<dyn Prepared>> = None;
+    for frame in 0..5 {
+        let count = model.nodes.len();
+        for (index, node) in model.nodes.iter_mut().enumerate().filter(|(index, _)| index % 5 == frame || frame == 4) {
+            node.local = moved(&node.local, Vec3::new(0.03, 0.02, -0.05) * (index as f32 / count as f32 + 0.5));
+        }
+        let mut scene = model.pose(&Default::default())?;
+        cast_shadows(&mut scene);
+        let scene = Arc::new(scene);
+        let mut fresh = method.prepare(&scene, quality, None, &Silent)?;
+        let followed = match &mut prepared {
+            None => prepared.insert(method.prepare(&scene, quality, None, &Silent)?),
+            Some(prepared) => {
+                prepared.update(&scene, quality, &Silent)?;
+                prepared
+            }
+        };
+        let view = scene.default_view(width, height);
+        let mut pictures = [Framebuffer::new(width, height), Framebuffer::new(width, height)];
+        fresh.frame(&view, &Silent)?.draw(&mut pictures[0], &Silent)?;
+        followed.frame(&view, &Silent)?.draw(&mut pictures[1], &Silent)?;
+        let is_other = |(a, b): &(&[f32; 4], &[f32; 4])| (0..3).any(|channel| (a[channel] - b[channel]).abs() > 1e-3);
+        let others = pictures[0].pixels.iter().zip(&pictures[1].pixels).filter(is_other).count();
+        if others > MOST_OTHERS {
+            return Err(format!("frame {frame}: {others} pixels differ from those of the scene loaded anew").into());
+        }
+    }
+    context.check()?;
+    Ok(())
 }
 
 fn draw(context: &Arc<Context>, id: &str, frames: u32) -> Result<(), Failed> {

@@ -40,7 +40,7 @@ fn spreads_light() -> bool {
     return HAS_TURNS || HAS_ROUGH;
 }
 
-// The same after an event.
+// The angle across a cone after an event, from bumps or facets of such a width.
 fn cone_width_after(step: LightStep, kind: u32, incoming: vec3f, alpha: f32) -> f32 {
     if kind == REFLECT {
         return cone_width(alpha);

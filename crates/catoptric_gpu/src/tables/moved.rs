@@ -1,0 +1,70 @@
+//! What has moved between two moments of a scene.
+
+use super::{SceneTables, surface_records, surfaces, vertex};
+use crate::hierarchy::MovedPlaces;
+use catoptric::scene::{Object, Scene};
+use std::sync::Arc;
+
+/// The objects that differ between two moments of a scene in the places of their vertices, and nothing else but lights.
+#[derive(Clone, Debug)]
+pub struct Moved {
+    /// Whether each object does.
+    pub objects: Vec<bool>,
+}
+
+impl Moved {
+    /// What has moved; `None` if other things have changed, too.
+    pub fn between(before: &Scene, now: &Scene) -> Option<Self> {
+        let is_same_object = |(a, b): (&Object, &Object)| {
+            let surfaces = [a, b].map(|object| object.surface.is_some());
+            (a.material, &a.triangles, &a.vertices, a.inside) == (b.material, &b.triangles, &b.vertices, b.inside)
+                && surfaces[0] == surfaces[1]
+        };
+        let has_same_pictures = before.textures.len() == now.textures.len()
+            && before.textures.iter().zip(&now.textures).all(|(a, b)| Arc::ptr_eq(a, b))
+            && match (&before.environment, &now.environment) {
+                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                (a, b) => a.is_none() && b.is_none(),
+            };
+        let is_same = before.objects.len() == now.objects.len()
+            && before.objects.iter().zip(&now.objects).all(is_same_object)
+            && before.materials == now.materials
+            && has_same_pictures
+            && before.light_visibility.is_some() == now.light_visibility.is_some()
+            && before.triangles == now.triangles
+            && before.triangle_objects == now.triangle_objects
+            && before.triangle_parts == now.triangle_parts
+            && before.uvs == now.uvs
+            && before.colors == now.colors
+            && [before.positions.len(), before.normals.len(), before.tangents.len()]
+                == [now.positions.len(), now.normals.len(), now.tangents.len()];
+        let has_moved = |object: &Object| {
+            let range = object.vertices.start as usize..object.vertices.end as usize;
+            before.positions.get(range.clone()) != now.positions.get(range.clone())
+                || before.normals.get(range.clone()) != now.normals.get(range.clone())
+                || before.tangents.get(range.clone()) != now.tangents.get(range)
+        };
+        is_same.then(|| Self { objects: now.objects.iter().map(has_moved).collect() })
+    }
+
+    /// Whether an object has.
+    pub fn has(&self, object: u32) -> bool {
+        self.objects[object as usize]
+    }
+}
+
+impl SceneTables {
+    /// Brings the tables to another moment of the scene that they are of, `before`, and tells what changes in the
+    /// hierarchy; `None`, and nothing has changed, if other triangles have an extent than before.
+    pub fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> Option<MovedPlaces> {
+        let places = self.hierarchy.move_to(before, scene, moved)?;
+        self.shapes = surfaces::shapes(scene, Some((before, &self.shapes)));
+        (self.surfaces, self.programs) = surface_records(scene, &self.shapes);
+        for object in scene.objects.iter().zip(&moved.objects).filter_map(|(object, moved)| moved.then_some(object)) {
+            for index in object.vertices.start as usize..object.vertices.end as usize {
+                self.vertices[index] = vertex(scene, index, self.vertices[index].part);
+            }
+        }
+        Some(places)
+    }
+}
