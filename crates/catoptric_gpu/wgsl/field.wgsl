@@ -12,8 +12,10 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
 //#include "light/paths/tabled.wgsl"
+//#include "light/paths/nothing_known.wgsl"
 //#include "light/reflectors.wgsl"
 //#include "light/slabs.wgsl"
+//#include "tiles/one_surface.wgsl"
 //#include "tiles/followed.wgsl"
 
 // The region whose paths are followed, from 1.
@@ -36,12 +38,6 @@ fn distance_beyond(segment: Segment) -> f32 {
     return slab_distance(region_number, region, segment.ray);
 }
 
-// Nothing is.
-fn known_light(object: u32, position: vec2f) -> RoughLight {
-    var none: RoughLight;
-    return none;
-}
-
 // What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     region_number = 0u;
@@ -53,8 +49,4 @@ fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f
     }
     region = field_region_of(region_number);
     return path_radiance(place, cell, ray, side, samples);
-}
-
-fn is_shaded_once(ids: vec4u, cell: vec2u, pixel: vec2u) -> bool {
-    return is_one_surface(ids, vec2f(pixel));
 }

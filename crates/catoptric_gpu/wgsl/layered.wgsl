@@ -12,7 +12,9 @@
 //#include "tiles/cells.wgsl"
 //#include "tiles/pixels.wgsl"
 //#include "light/paths/tabled.wgsl"
+//#include "light/paths/nothing_known.wgsl"
 //#include "light/layered/layers.wgsl"
+//#include "tiles/one_surface.wgsl"
 //#include "tiles/followed.wgsl"
 
 // The group whose paths are followed.
@@ -35,12 +37,6 @@ fn distance_beyond(segment: Segment) -> f32 {
     return layers_distance(group_of_paths, segment.ray);
 }
 
-// Nothing is.
-fn known_light(object: u32, position: vec2f) -> RoughLight {
-    var none: RoughLight;
-    return none;
-}
-
 // What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     var number = 0u;
@@ -52,8 +48,4 @@ fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f
     }
     group_of_paths = layer_group_of(number);
     return path_radiance(place, cell, ray, side, samples);
-}
-
-fn is_shaded_once(ids: vec4u, cell: vec2u, pixel: vec2u) -> bool {
-    return is_one_surface(ids, vec2f(pixel));
 }

@@ -13,13 +13,10 @@
 //#include "tiles/pixels.wgsl"
 //#include "light/paths/paths.wgsl"
 //#include "light/reflectors.wgsl"
+//#include "tiles/one_surface.wgsl"
 //#include "tiles/followed.wgsl"
 
 // What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     return look_radiance(place, triangle, side, samples);
-}
-
-fn is_shaded_once(ids: vec4u, cell: vec2u, pixel: vec2u) -> bool {
-    return is_one_surface(ids, vec2f(pixel));
 }

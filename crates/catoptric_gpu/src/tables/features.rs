@@ -96,6 +96,11 @@ impl SceneFeatures {
         self.has_any(&[TURNS, ROUGH])
     }
 
+    /// True if some mirrors or coats are rough.
+    pub fn has_rough(&self) -> bool {
+        self.has_any(&[ROUGH])
+    }
+
     /// True if grids of rays tell what rough mirrors reflect.
     pub fn has_blurs(&self) -> bool {
         self.has_any(&[BLURS])

@@ -11,6 +11,17 @@ fn normalize_or(vector: vec3f, otherwise: vec3f) -> vec3f {
     return select(otherwise, vector * inverseSqrt(length2), length2 > 1e-36 && length2 < 1e37);
 }
 
+// Two axes of the plane across a unit vector (Duff et al. 2017).
+fn axes_across(axis: vec3f) -> array<vec3f, 2> {
+    let sign = select(1.0, -1.0, axis.z < 0.0);
+    let a = -1.0 / (sign + axis.z);
+    let b = axis.x * axis.y * a;
+    return array<vec3f, 2>(
+        vec3f(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
+        vec3f(b, sign + axis.y * axis.y * a, -axis.y),
+    );
+}
+
 fn mirrored(incoming: vec3f, normal: vec3f) -> vec3f {
     return incoming - normal * (2.0 * dot(incoming, normal));
 }

@@ -12,6 +12,7 @@
 //#include "light/trace.wgsl"
 //#include "tiles/cells.wgsl"
 //#include "light/paths/follow.wgsl"
+//#include "light/paths/nothing_known.wgsl"
 //#include "light/paths/whole_scene.wgsl"
 //#include "rough/tables.wgsl"
 
@@ -31,11 +32,6 @@ const NEAR_NARROW = 4u;
 // Everything is traced.
 fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
     return traced_hit(segment);
-}
-
-fn known_light(object: u32, position: vec2f) -> RoughLight {
-    var none: RoughLight;
-    return none;
 }
 
 // What is near in a cell's row and column: a bit of `rough_near` within so many rows.

@@ -97,17 +97,6 @@ struct TileFrame {
     forward: vec3f,
 }
 
-// Two unit vectors at right angles to a unit vector and to each other (Duff et al. 2017).
-fn basis(forward: vec3f) -> array<vec3f, 2> {
-    let sign = select(-1.0, 1.0, forward.z >= 0.0);
-    let a = -1.0 / (sign + forward.z);
-    let b = forward.x * forward.y * a;
-    return array<vec3f, 2>(
-        vec3f(1.0 + sign * forward.x * forward.x * a, sign * b, -sign * forward.x),
-        vec3f(b, sign + forward.y * forward.y * a, -forward.y),
-    );
-}
-
 fn in_frame(tile: TileFrame, position: vec3f) -> vec3f {
     let relative = position - tile.origin;
     return vec3f(dot(relative, tile.across), dot(relative, tile.along), dot(relative, tile.forward));
@@ -366,7 +355,7 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     var tile: TileFrame;
     tile.origin = total[0].xyz / max(count, 1.0);
     tile.forward = normalize_or(total[1].xyz, vec3f(0.0, 0.0, 1.0));
-    let axes = basis(tile.forward);
+    let axes = axes_across(tile.forward);
 
     // Rays in the frame, across it along any two axes.
     var rays: Rays;

@@ -275,7 +275,7 @@ impl RoughTables {
         band: &Band,
         timer: &mut Timer,
     ) {
-        if self.grids.is_none() {
+        if !resident.features.has_rough() {
             return;
         }
         let Context { device, pipelines, .. } = context;

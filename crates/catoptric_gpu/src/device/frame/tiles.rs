@@ -352,7 +352,9 @@ impl TileTables {
             let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));
             pass.dispatch_workgroups(across, down, 1);
         }
-        rough.mark(encoder, context, (scene, &self.hits, samples), band, timer);
+        if self.paths.way.follows_rays() && self.paths.events > 0 {
+            rough.mark(encoder, context, (scene, &self.hits, samples), band, timer);
+        }
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         // Where nothing is to be followed it is enough to know where something is seen.
         let paths =

@@ -82,7 +82,8 @@ fn lit_by_known(children: ptr<function, Children>, known: RoughLight, is_all: bo
         light += settled(path, weight);
         factor *= weight;
     }
-    light += factor * reflected * known.radiance;
+    // Where no ray is followed the mean is all of it, also beside places where its weight is 1.
+    light += factor * reflected * known.radiance / select(1.0, max(known.weight, 0.5), is_all);
     var child = (*children).segments[REFLECT];
     child.throughput = factor * reflected * select(1.0 - known.weight, 0.0, is_all);
     child.deferred = NONE;

@@ -44,17 +44,6 @@ fn facet_number(number: vec2f, count: f32) -> vec2f {
     return select(vec2f(1.0 - pow(rest, TAIL), TAIL * pow(rest, TAIL - 1.0)), vec2f(number.x, 1.0), count <= 1.0);
 }
 
-// Two axes of the plane across a unit vector (Duff et al. 2017).
-fn axes_across(axis: vec3f) -> array<vec3f, 2> {
-    let sign = select(1.0, -1.0, axis.z < 0.0);
-    let a = -1.0 / (sign + axis.z);
-    let b = axis.x * axis.y * a;
-    return array<vec3f, 2>(
-        vec3f(1.0 + sign * axis.x * axis.x * a, sign * b, -sign * axis.x),
-        vec3f(b, sign + axis.y * axis.y * a, -axis.y),
-    );
-}
-
 // One of `count` points that fill the unit square evenly (Hammersley 1960).
 fn hammersley(index: u32, count: f32) -> vec2f {
     return vec2f((f32(index) + 0.5) / count, f32(reverseBits(index)) * (1.0 / 4294967296.0));
