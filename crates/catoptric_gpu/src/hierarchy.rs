@@ -1,7 +1,7 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
 use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
-use crate::tables::{Moved, is_blurred};
+use crate::tables::Moved;
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::{Role, Scene};
@@ -332,7 +332,7 @@ fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
         (flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0),
         (flags::REFLECTS, role != Role::Diffuse),
         (flags::REFRACTS, role == Role::Lens),
-        (flags::BLURS, is_blurred(scene, scene.material_of(object))),
+        (flags::IS_ROUGH, scene.material_of(object).reflection_roughness() > 0.0),
     ]);
     LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
 }

@@ -212,8 +212,8 @@ pub mod triangle_flags {
         REFLECTS = 3;
         /// Its surface refracts.
         REFRACTS = 4;
-        /// Its surface is rough, without a map of normals.
-        BLURS = 5;
+        /// It is a rough mirror or coat.
+        IS_ROUGH = 5;
     }
 }
 

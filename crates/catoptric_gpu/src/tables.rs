@@ -17,7 +17,6 @@ pub use layers::{LayerMaps, layer_maps};
 pub use light::{EnvironmentPlaces, EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
 pub use moved::Moved;
-pub(crate) use surfaces::is_blurred;
 pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
 

@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_f
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 19;
+const COUNT: usize = 18;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -25,7 +25,6 @@ const NAMES: [&str; COUNT] = [
     "HAS_EXPRESSIONS",
     TURNS,
     ROUGH,
-    BLURS,
     LISTS,
 ];
 
@@ -37,11 +36,9 @@ const LISTS: &str = "HAS_LISTS";
 const TURNS: &str = "HAS_TURNS";
 /// Some mirrors or coats are rough.
 const ROUGH: &str = "HAS_ROUGH";
-/// Some of them have no maps of normals.
-const BLURS: &str = "HAS_BLURS";
 /// Those that decide where rays go; the last ones if normal maps turn these.
 const OF_RAYS: [&str; 8] =
-    [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, BLURS, LISTS];
+    [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS];
 const OF_TURNED_RAYS: [&str; 2] = ["HAS_NORMAL_MAPS", "HAS_SECOND_UVS"];
 
 /// What a scene has.
@@ -79,7 +76,6 @@ impl SceneFeatures {
                 surfaces.iter().any(|surface| surface.exact.kind == EXPRESSION),
                 surfaces.iter().any(|surface| surface.turning_map != NONE),
                 surfaces.iter().any(|surface| surface.mirror_roughness > 0.0),
-                surfaces.iter().any(|surface| surface.mirror_roughness > 0.0 && surface.turning_map == NONE),
                 false,
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
@@ -101,11 +97,6 @@ impl SceneFeatures {
         self.has_any(&[ROUGH])
     }
 
-    /// True if grids of rays tell what rough mirrors reflect.
-    pub fn has_blurs(&self) -> bool {
-        self.has_any(&[BLURS])
-    }
-
     fn has_any(&self, names: &[&str]) -> bool {
         NAMES.iter().zip(self.has).any(|(name, has)| has && names.contains(name))
     }
@@ -117,7 +108,7 @@ impl SceneFeatures {
 
     /// The same without refraction, where all mirrors are smooth.
     pub fn of_smooth_mirrors(self) -> Self {
-        Self { has: self.those(|name| ![LENSES, TURNS, ROUGH, BLURS].contains(&name)), ..self }
+        Self { has: self.those(|name| ![LENSES, TURNS, ROUGH].contains(&name)), ..self }
     }
 
     /// Those alone that decide where rays go.

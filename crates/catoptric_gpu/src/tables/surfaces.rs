@@ -160,11 +160,6 @@ fn flags_of(object: &Object, material: &Material, shape: &ObjectShape) -> u32 {
     ])
 }
 
-/// True if a material is that of a rough mirror or coat without a map of normals.
-pub(crate) fn is_blurred(scene: &Scene, material: &Material) -> bool {
-    material.reflection_roughness() > 0.0 && turning_map(scene, material) == NONE
-}
-
 /// The place of the map that turns rays among a material's textures. Without tangents normal maps say nothing.
 fn turning_map(scene: &Scene, material: &Material) -> u32 {
     let place = if material.role == Role::Coated { BindingPlace::CoatNormals } else { BindingPlace::Normals };

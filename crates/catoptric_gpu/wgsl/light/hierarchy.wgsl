@@ -64,8 +64,8 @@ const TURNED = 4u;
 // Its surface reflects, and refracts.
 const REFLECTS = 8u;
 const REFRACTS = 16u;
-// It is rough, without a map of normals.
-const BLURS = 32u;
+// It is a rough mirror or coat.
+const IS_ROUGH = 32u;
 
 // Faces of an object that is not closed count from behind only at this share of its extent.
 const AROUND = 0.05;

@@ -253,7 +253,8 @@ fn blur(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let shape = shape_of_cell(index);
     let weight = rough_light[2u * index].w;
-    if shape.object == 0u || !(weight > 0.0) {
+    // Without a width it has been found by rays of its own.
+    if shape.object == 0u || shape.width_px == 0.0 || !(weight > 0.0) {
         return;
     }
     let level = grids.level;

@@ -18,6 +18,9 @@
 
 // Rays from rough mirrors that are seen in rough mirrors: blurred once more, their noise hardly shows.
 const RAYS_OF_SEEN = 4.0;
+// Rays from each of the finest cells of a rough mirror with a map of normals: what rays of neighbouring cells show says
+// little of each other.
+const RAYS_OF_BUMPY = 16u;
 // Lobes may look for cells that something hides, or beyond the picture, up to so many of the largest cells away, and
 // where lobes are narrow in the next coarser grid, in its cells.
 const MARGIN = 16;
@@ -104,7 +107,7 @@ fn meet(@builtin(global_invocation_id) invocation: vec3u) {
     }
     let ray = eye_ray(at);
     let triangle = nearest(frame.root, ray, near_distance(ray), FAR, NO_RULE, 0u).triangle;
-    if triangle != NONE && is_blurred(object_of(triangle)) {
+    if triangle != NONE && is_rough(object_of(triangle)) {
         rough_met[index] = (triangle + 1u) | IS_SEEN;
     }
 }
@@ -118,7 +121,7 @@ fn hidden_triangle(cell: vec2u) -> u32 {
         return NONE;
     }
     let ray = eye_ray(middle_of_cell(grids.level, cell));
-    return nearest(frame.root, ray, near_distance(ray), FAR, NO_RULE, BLURS).triangle;
+    return nearest(frame.root, ray, near_distance(ray), FAR, NO_RULE, IS_ROUGH).triangle;
 }
 
 // The places that were met, and what their sharp rays show.
@@ -144,24 +147,70 @@ fn follow(@builtin(global_invocation_id) invocation: vec3u) {
     let met = drawn_encounter(triangle, path.ray, path.change, 1u, 0u);
     let object = met.point.object;
     var step: LightStep;
-    step.facing = facing(incoming, met.point.geometric_normal, met.point.normal);
+    let turned = turned_encounter(met);
+    step.facing = facing(incoming, met.point.geometric_normal, turned.met.point.normal);
     step.eta = 1.0;
+    step.reflected = vec3f(1.0);
     let is_blind = step.facing.outside && (surface_of(object).flags & INSIDE) != 0u;
     if is_blind {
         return;
     }
     path.order = 1u;
-    let child = departed(path, REFLECT, vec3f(1.0), met, step);
-    let alpha = facets_alpha(object, 0.0);
+    let alpha = facets_alpha(object, turned.variance);
+    let is_bumpy = HAS_TURNS && surface_of(object).turning_map != NONE;
+    var spread: Spread;
+    spread.by = BY_FACETS;
+    spread.alpha = alpha;
+    spread.path = path;
+    spread.met = turned.met;
+    spread.step = step;
     let normal = step.facing.normal;
     let reflected = reflected_surroundings(sqrt(alpha), max(-dot(incoming, normal), 1e-3));
     var place: PictureRay;
     place.side = 1.0;
     place.samples = 1u;
     place.rays = RAYS_OF_SEEN;
-    place.numbers = RayNumbers(moved_by(vec3f(at, 0.0), vec3f(0.0)), 0u, 1u, RAYS_OF_SEEN);
-    let first = nearest(frame.root, child.ray, 0.0, FAR, child.own, 0u);
-    let sharp = finite(light_along(child, (first.triangle + 1u) | HIT_REFLECTS, place));
+    let moved = moved_by(vec3f(at, 0.0), vec3f(0.0));
+    place.numbers = RayNumbers(moved, 0u, 1u, RAYS_OF_SEEN);
+    // The mean of rays of the lobe where bumps are, at cells that are seen in the finest grid, or else the sharp ray's.
+    let is_finest = grids.level == GRIDS - 1u;
+    let lobe_rays = select(0u, RAYS_OF_BUMPY, is_finest && is_seen);
+    let rays = select(1u, lobe_rays, is_bumpy);
+    var child: Segment;
+    var sum = vec4f(0.0);
+    var met_at = FAR;
+    for (var ray = 0u; ray < rays; ray++) {
+        var share = 1.0;
+        if is_bumpy {
+            let count = f32(RAYS_OF_BUMPY);
+            child = spread_ray(spread, ray, count, REFLECT, RayNumbers(moved, 0u, 1u, count), 1.0);
+            share = child.throughput.x;
+            child.throughput = vec3f(1.0);
+        } else {
+            child = departed(path, REFLECT, vec3f(1.0), met, step);
+        }
+        if !(share > 0.0) || all(child.ray.direction == vec3f(0.0)) {
+            continue;
+        }
+        let first = nearest(frame.root, child.ray, 0.0, FAR, child.own, 0u);
+        let radiance = finite(light_along(child, (first.triangle + 1u) | HIT_REFLECTS, place));
+        sum += vec4f(radiance, 1.0) * share;
+        met_at = min(met_at, first.distance);
+    }
+    let sharp = sum.xyz / max(sum.w, 1e-12);
+    var light: RoughLight;
+    light.share = reflected.x + reflected.y;
+    light.distance = min(met_at, NO_DISTANCE);
+    if is_seen {
+        light.object = object + 1u;
+    }
+    if is_bumpy {
+        // Its cells do not tell of others.
+        light.weight = select(0.0, 1.0, sum.w > 0.0);
+        light.radiance = sharp;
+        set_light(index, light);
+        return;
+    }
     var passage: Passage;
     let axes = axes_across(child.ray.direction);
     let dx = child.change.origin_dx;
@@ -172,22 +221,16 @@ fn follow(@builtin(global_invocation_id) invocation: vec3u) {
     passage.direction = child.ray.direction;
     passage.start = vec4f(dot(dx, axes[0]), dot(dx, axes[1]), dot(dy, axes[0]), dot(dy, axes[1]));
     passage.growth = vec4f(dot(turn_x, axes[0]), dot(turn_x, axes[1]), dot(turn_y, axes[0]), dot(turn_y, axes[1]));
-    passage.distance = min(first.distance, grids.greatest_distance);
+    passage.distance = min(met_at, grids.greatest_distance);
     passage.object = object + 1u;
     set_passage(index, passage);
     rough_lobes[2u * index] = vec4f(normal, alpha);
     rough_lobes[2u * index + 1u] = vec4f(step.facing.geometric, 0.0);
     rough_sharp[index] = vec4f(sharp, 1.0);
-    var light: RoughLight;
-    light.share = reflected.x + reflected.y;
-    light.distance = min(first.distance, NO_DISTANCE);
     light.width_px = lobe_width(alpha) / sqrt(cell_extent(passage, passage.distance)) * cell_px;
     let finest_px = f32(grids.levels[GRIDS - 1u].z);
     let width_in_finest = light.width_px / finest_px;
     light.weight = clamp((width_in_finest - SHARP_CELLS.x) / (SHARP_CELLS.y - SHARP_CELLS.x), 0.0, 1.0);
     light.radiance = sharp * light.weight;
-    if is_seen {
-        light.object = object + 1u;
-    }
     set_light(index, light);
 }

@@ -144,5 +144,7 @@ fn rough_light_at(object: u32, position: vec2f) -> RoughLight {
             light = found;
         }
     }
+    // Rays of their own are for the finest cells.
+    light.object = select(light.object, 0u, light.width_px == 0.0 && light.weight == 0.0);
     return light;
 }

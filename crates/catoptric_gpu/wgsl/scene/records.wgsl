@@ -46,8 +46,6 @@ override HAS_SECOND_UVS: bool = true;
 // Normal maps turn what mirrors, glass or coats reflect and refract; mirrors or coats are rough.
 override HAS_TURNS: bool = true;
 override HAS_ROUGH: bool = true;
-// Some of them have no maps of normals.
-override HAS_BLURS: bool = true;
 // What paths show is drawn as geometry, which may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
 // The first textures of surfaces that any of them has.

@@ -1,5 +1,4 @@
-// Marks what is hit on rough mirrors whose light is known, or found by rays of its own: none needs to be followed from
-// there.
+// Marks what is hit on rough mirrors whose light is known: no ray needs to be followed from there.
 
 //#include "scene/records.wgsl"
 //#include "optics/step.wgsl"
@@ -22,12 +21,10 @@ fn mark_blurred(@builtin(global_invocation_id) invocation: vec3u) {
             continue;
         }
         let object = object_of(triangle_of(found[ray]));
-        var is_closed = surface_of(object).mirror_roughness > 0.0;
-        if is_blurred(object) {
+        if is_rough(object) {
             let light = rough_light_at(object, position_of(cell, ray));
-            is_closed = light.object != 0u && light.weight >= 1.0;
+            found[ray] |= select(0u, HIT_BLURRED, light.object != 0u && light.weight >= 1.0);
         }
-        found[ray] |= select(0u, HIT_BLURRED, is_closed);
     }
     hits[index] = found;
 }

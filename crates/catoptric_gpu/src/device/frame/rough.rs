@@ -275,7 +275,7 @@ impl RoughTables {
         band: &Band,
         timer: &mut Timer,
     ) {
-        if !resident.features.has_rough() {
+        if self.grids.is_none() {
             return;
         }
         let Context { device, pipelines, .. } = context;

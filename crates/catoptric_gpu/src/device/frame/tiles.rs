@@ -100,7 +100,7 @@ impl Paths {
         };
         let events = if scene.has_specular { order.min(most) } else { 0 };
         let has_lenses = scene.features.has_lenses() && way.follows_rays();
-        let has_grids = scene.features.has_blurs() && way.follows_rays() && events > 0;
+        let has_grids = scene.features.has_rough() && way.follows_rays() && events > 0;
         Self { events, has_lenses, has_grids, way }
     }
 
@@ -352,9 +352,7 @@ impl TileTables {
             let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));
             pass.dispatch_workgroups(across, down, 1);
         }
-        if self.paths.way.follows_rays() && self.paths.events > 0 {
-            rough.mark(encoder, context, (scene, &self.hits, samples), band, timer);
-        }
+        rough.mark(encoder, context, (scene, &self.hits, samples), band, timer);
         encoder.clear_buffer(&self.work, SHADED * 4, Some(4));
         // Where nothing is to be followed it is enough to know where something is seen.
         let paths =

@@ -124,7 +124,7 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
         }
         if spreads_light() && children.spread.by != NO_SPREAD {
             var known: RoughLight;
-            if HAS_BLURS && segment.order == 0u {
+            if HAS_ROUGH && segment.order == 0u {
                 known = known_light(children.spread.met.point.object, place.position);
             }
             if known.object != 0u {

@@ -18,10 +18,9 @@ struct RoughLight {
     object: u32,
 }
 
-// True if grids of rays tell what a rough surface reflects: one without a map of normals.
-fn is_blurred(object: u32) -> bool {
-    let surface = surface_of(object);
-    return HAS_BLURS && surface.mirror_roughness > 0.0 && surface.turning_map == NONE;
+// True for rough mirrors and coats: grids of rays tell what they reflect.
+fn is_rough(object: u32) -> bool {
+    return HAS_ROUGH && surface_of(object).mirror_roughness > 0.0;
 }
 
 // The angle across a lobe of mirrored directions where it is half as bright as in its middle.
