@@ -1,7 +1,6 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
 use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
-use crate::tables::Moved;
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
 use catoptric::scene::{Role, Scene};
@@ -137,17 +136,12 @@ impl Hierarchy {
         WideChild { low: bounds.min.to_array(), code, high: bounds.max.to_array(), unused: 0 }
     }
 
-    /// Brings the hierarchy to another moment of the scene that it is of, `before`; `None`, and nothing has changed, if
-    /// other triangles have an extent than before. Where much has moved, rays take longer than through a new hierarchy.
-    pub(crate) fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> Option<MovedPlaces> {
-        let objects = scene.objects.iter().zip(&moved.objects).filter_map(|(object, moved)| moved.then_some(object));
-        let mut triangles = objects.flat_map(|object| object.triangles.clone());
-        if triangles.any(|triangle| has_extent(before, triangle) != has_extent(scene, triangle)) {
-            return None;
-        }
+    /// Brings the hierarchy to another moment of its scene, in which some objects have moved and the same triangles
+    /// have an extent. Where much has moved, rays take longer than through a new hierarchy.
+    pub(crate) fn move_to(&mut self, scene: &Scene, has_moved: impl Fn(u32) -> bool) -> MovedPlaces {
         let mut places = MovedPlaces { triangles: vec![false; self.triangles.len()], nodes: Vec::new() };
         for (leaf, place) in self.triangles.iter_mut().zip(&mut places.triangles) {
-            if moved.has(leaf.object) {
+            if has_moved(leaf.object) {
                 (*leaf, *place) = (leaf_triangle(scene, leaf.triangle), true);
             }
         }
@@ -166,11 +160,10 @@ impl Hierarchy {
             self.nodes[index] = node;
             places.nodes[index] = has_moved[0] || has_moved[1];
         }
-        Some(places)
+        places
     }
 
     /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
-    /// Where much has moved, rays take longer than through a new hierarchy.
     pub fn refitted(&self, scene: &Scene) -> Option<Self> {
         let known = self.triangles.iter().map(|leaf| leaf.triangle);
         let count = (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).count();
@@ -178,16 +171,9 @@ impl Hierarchy {
         if count != self.triangles.len() || !known.clone().all(is_same) {
             return None;
         }
-        let triangles: Vec<LeafTriangle> = known.map(|triangle| leaf_triangle(scene, triangle)).collect();
-        let mut nodes = self.nodes.clone();
-        for index in (0..nodes.len()).rev() {
-            let mut node = nodes[index];
-            let [first, second] = [node.child0, node.child1].map(|child| bounds_of(child, &nodes, &triangles));
-            (node.low0, node.high0) = (first.min.to_array(), first.max.to_array());
-            (node.low1, node.high1) = (second.min.to_array(), second.max.to_array());
-            nodes[index] = node;
-        }
-        Some(Self { root: self.root, nodes, triangles })
+        let mut refitted = self.clone();
+        refitted.move_to(scene, |_| true);
+        Some(refitted)
     }
 }
 

@@ -17,6 +17,8 @@ pub use layers::{LayerMaps, layer_maps};
 pub use light::{EnvironmentPlaces, EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};
 pub use moved::Moved;
+#[cfg(feature = "wgpu")]
+pub(crate) use moved::has_pictures;
 pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
 

@@ -1,5 +1,6 @@
 //! Shaders without a device: every one is valid, and reads records as they are written.
 
+use catoptric::surface::Implicit;
 use catoptric_gpu::layout::{
     Binding, ExactSurface, FieldRegion, FieldSlab, Frame, GRIDS, Grids, Layer, LayerGroup, LeafTriangle, Level,
     LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS, MirrorPath, Node, PathList,
@@ -184,6 +185,7 @@ fn limits_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
     assert_eq!(TEXEL_ROW, 1 << 13);
     assert!(source.contains("const TEXEL_ROW_LOG2 = 13u;"));
+    assert!(source.contains(&format!("const MOST_VALUES = {}u;", Implicit::MAX_DEPTH)));
     for (name, value) in [("MAX_ORDER", MAX_ORDER as usize), ("MAX_LIGHTS", MAX_LIGHTS), ("MAX_DEPTH", MAX_DEPTH)] {
         assert!(source.contains(&format!("const {name} = {value}u;")), "{name} is not {value} in the shaders");
     }

@@ -9,6 +9,7 @@ use super::frame::timer::Timer;
 use super::frame::{self, Drawing, Sight};
 use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
+use crate::tables::Moved;
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
@@ -288,23 +289,18 @@ impl PreparedScene {
 }
 
 impl PreparedScene {
-    /// Follows the scene in place, if nothing but places and lights have changed; else false.
-    fn move_to(&mut self, scene: &Arc<Scene>, quality: Quality) -> Result<bool, RenderError> {
+    /// Follows the scene in place.
+    fn move_to(&mut self, scene: &Arc<Scene>, moved: &Moved) -> Result<(), RenderError> {
         let DeviceMethod { context, info, .. } = &self.method;
-        let refuse = |error: GpuError| failed(info, &error);
-        frame::check_quality(quality).map_err(refuse)?;
         let watch = Stopwatch::new();
-        if !self.resident.move_to(context, scene).map_err(refuse)? {
-            return Ok(false);
-        }
+        self.resident.move_to(context, scene, moved).map_err(|error| failed(info, &error))?;
         let mut report = Report { stages_ms: vec![("upload", watch.elapsed_ms())], ..Report::default() };
         report.bytes.insert("gpu", self.resident.byte_count);
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
-        (self.scene, self.quality, self.report) = (scene.clone(), quality, report);
-        Ok(true)
+        self.report = report;
+        Ok(())
     }
 
     /// What it takes to draw a view.
@@ -329,17 +325,25 @@ impl Prepared for PreparedScene {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        frame::check_quality(quality).map_err(|error| failed(self.method.info, &error))?;
+        let changes_in_place = matches!(self.method.way, Way::Follow | Way::Project(_));
+        let moved = if changes_in_place { self.resident.moved_to(scene) } else { None };
+        // What may be refused comes first; what changes in place, last.
+        let loaded = match &moved {
+            Some(_) => None,
+            None => Some(self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?),
+        };
         if let Some(projection) = &mut self.projection {
             projection.update(scene, quality, progress)?;
         }
-        if matches!(self.method.way, Way::Follow | Way::Project(_)) && self.move_to(scene, quality)? {
-            return Ok(());
+        if let Some(Loaded { resident, fields, layers, report }) = loaded {
+            (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
         }
-        let loaded = self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?;
-        let Loaded { resident, fields, layers, mut report } = loaded;
-        report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
-        (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
+        if let Some(moved) = moved {
+            self.move_to(scene, &moved)?;
+        }
         (self.scene, self.quality) = (scene.clone(), quality);
+        self.report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
         Ok(())
     }
 

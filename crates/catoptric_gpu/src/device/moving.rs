@@ -3,7 +3,6 @@
 use super::context::Context;
 use super::upload::DeviceScene;
 use crate::error::GpuError;
-use crate::layout::{LightRecord, MAX_LIGHTS};
 use crate::tables::{Moved, SceneTables, light_records};
 use bytemuck::Pod;
 use catoptric::scene::Scene;
@@ -11,34 +10,31 @@ use std::sync::Arc;
 use wgpu::{Buffer, Texture};
 
 impl DeviceScene {
-    /// Follows the scene to another moment, if nothing but places and lights have changed; else false, and nothing has
-    /// been done. What was drawn before must have been submitted: tables change in place.
-    pub(crate) fn move_to(&mut self, context: &Context, scene: &Arc<Scene>) -> Result<bool, GpuError> {
-        let Some(moved) = Moved::between(&self.source, scene) else { return Ok(false) };
-        let mut lights = light_records(scene)?;
-        let has_lights = !lights.is_empty();
-        if has_lights != (self.light_count > 0) {
-            return Ok(false);
-        }
-        let Some(places) = self.tables.move_to(&self.source, scene, &moved) else { return Ok(false) };
+    /// What has moved since the scene was loaded, if nothing but places and lights have changed.
+    pub(crate) fn moved_to(&self, scene: &Scene) -> Option<Moved> {
+        Moved::between(&self.source, scene)
+    }
+
+    /// Follows the scene to another moment, in which this has moved. What was drawn before must have been submitted:
+    /// tables change in place.
+    pub(crate) fn move_to(&mut self, context: &Context, scene: &Arc<Scene>, moved: &Moved) -> Result<(), GpuError> {
+        let lights = light_records(scene)?;
+        let places = self.tables.move_to(&self.source, scene, moved);
         let wide = self.wide_hierarchy.move_to(&self.tables.hierarchy, &places);
-        self.light_count = lights.len() as u32;
-        lights.resize(MAX_LIGHTS, LightRecord::default());
+        self.light_count = scene.lights.len() as u32;
         let (queue, Self { tables, stored, .. }) = (&context.queue, &*self);
         queue.write_buffer(&stored.lights, 0, bytemuck::cast_slice(&lights));
         let mut vertices = vec![false; tables.vertices.len()];
-        for (object, _) in scene.objects.iter().zip(&moved.objects).filter(|(_, moved)| **moved) {
+        for object in moved.of(scene) {
             vertices[object.vertices.start as usize..object.vertices.end as usize].fill(true);
         }
-        let objects = object_texels(tables);
-        write_changed(queue, &stored.objects, &objects, &vec![true; objects.len()]);
+        write_rows(queue, &stored.objects, [0; 2], &object_texels(tables));
         write_changed(queue, &stored.vertices, &tables.vertices, &vertices);
         write_changed(queue, &stored.leaves, &tables.hierarchy.triangles, &places.triangles);
         write_changed(queue, &stored.nodes, &tables.hierarchy.nodes, &places.nodes);
         write_changed(queue, &stored.wide, &self.wide_hierarchy.nodes, &wide);
         self.source = scene.clone();
-        context.check()?;
-        Ok(true)
+        context.check()
     }
 }
 

@@ -9,9 +9,9 @@ use super::frame::targets::PictureTables;
 use super::moving::{StoredTables, object_texels, write_rows};
 use crate::error::GpuError;
 use crate::hierarchy::{Hierarchy, WideHierarchy};
-use crate::layout::{LightRecord, MAX_LIGHTS, TEXEL_ROW};
+use crate::layout::TEXEL_ROW;
 use crate::tables::{Earlier, EnvironmentPlaces, SceneFeatures, SceneTables};
-use crate::tables::{environment_texels, light_records, texture_tables};
+use crate::tables::{environment_texels, has_pictures, light_records, texture_tables};
 use bytemuck::Pod;
 use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::{Environment, Scene, Texture};
@@ -128,9 +128,7 @@ impl DeviceScene {
             old.map(|old| Earlier { scene: &old.source, hierarchy: &old.tables.hierarchy, shapes: &old.tables.shapes });
         let tables = SceneTables::new(scene, earlier, |triangle| reflections.show(triangle));
         let features = SceneFeatures::of(scene, &tables.surfaces);
-        let mut lights = light_records(scene)?;
-        let light_count = lights.len() as u32;
-        lights.resize(MAX_LIGHTS, LightRecord::default());
+        let lights = light_records(scene)?;
         let features = reflections.narrowed(features);
         let spreads_light = features.spreads_light();
         let kept = old.map(|old| &old.pictures).filter(|pictures| pictures.serve(scene, spreads_light));
@@ -181,7 +179,7 @@ impl DeviceScene {
             frame,
             solid_count: tables.solid_count,
             triangle_count: tables.triangles.len() as u32,
-            light_count,
+            light_count: scene.lights.len() as u32,
             features,
             pictures,
             source: scene.clone(),
@@ -232,14 +230,7 @@ impl DevicePictures {
 
     /// True if they are a scene's, with reductions where it needs these.
     fn serve(&self, scene: &Scene, spreads_light: bool) -> bool {
-        let is_same = |(a, b): (&Arc<Texture>, &Arc<Texture>)| Arc::ptr_eq(a, b);
-        let of_textures =
-            self.textures.len() == scene.textures.len() && self.textures.iter().zip(&scene.textures).all(is_same);
-        let of_environment = match (&self.environment, &scene.environment) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        of_textures && of_environment && (self.has_reductions || !spreads_light)
+        has_pictures(scene, &self.textures, self.environment.as_ref()) && (self.has_reductions || !spreads_light)
     }
 }
 

@@ -4,7 +4,7 @@ use crate::error::GpuError;
 use crate::layout::{ENVIRONMENT_MAPS, LightRecord, MAX_LIGHTS, MAX_REDUCTIONS};
 use catoptric::scene::{Environment, LightKind, Scene};
 
-/// The records of a scene's lights.
+/// The records of a scene's lights, with empty ones behind them: [`MAX_LIGHTS`] in all.
 ///
 /// # Errors
 /// [`GpuError::Limit`] for more than [`MAX_LIGHTS`].
@@ -34,7 +34,7 @@ pub fn light_records(scene: &Scene) -> Result<Vec<LightRecord>, GpuError> {
             unused: [0.0; 3],
         }
     });
-    Ok(records.collect())
+    Ok(records.chain(std::iter::repeat(LightRecord::default())).take(MAX_LIGHTS).collect())
 }
 
 /// An environment's pictures for shaders.

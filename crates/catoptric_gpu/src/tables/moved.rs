@@ -2,7 +2,9 @@
 
 use super::{SceneTables, surface_records, surfaces, vertex};
 use crate::hierarchy::MovedPlaces;
-use catoptric::scene::{Object, Scene};
+use crate::layout::MAX_LIGHTS;
+use catoptric::light::tracer::has_extent;
+use catoptric::scene::{Environment, Object, Scene, Texture};
 use std::sync::Arc;
 
 /// The objects that differ between two moments of a scene in the places of their vertices, and nothing else but lights.
@@ -13,23 +15,19 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// What has moved; `None` if other things have changed, too.
+    /// What has moved; `None` if other things have changed, too, such as which triangles have an extent.
     pub fn between(before: &Scene, now: &Scene) -> Option<Self> {
         let is_same_object = |(a, b): (&Object, &Object)| {
             let surfaces = [a, b].map(|object| object.surface.is_some());
             (a.material, &a.triangles, &a.vertices, a.inside) == (b.material, &b.triangles, &b.vertices, b.inside)
                 && surfaces[0] == surfaces[1]
         };
-        let has_same_pictures = before.textures.len() == now.textures.len()
-            && before.textures.iter().zip(&now.textures).all(|(a, b)| Arc::ptr_eq(a, b))
-            && match (&before.environment, &now.environment) {
-                (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-                (a, b) => a.is_none() && b.is_none(),
-            };
         let is_same = before.objects.len() == now.objects.len()
             && before.objects.iter().zip(&now.objects).all(is_same_object)
             && before.materials == now.materials
-            && has_same_pictures
+            && has_pictures(now, &before.textures, before.environment.as_ref())
+            && before.lights.is_empty() == now.lights.is_empty()
+            && now.lights.len() <= MAX_LIGHTS
             && before.light_visibility.is_some() == now.light_visibility.is_some()
             && before.triangles == now.triangles
             && before.triangle_objects == now.triangle_objects
@@ -44,7 +42,15 @@ impl Moved {
                 || before.normals.get(range.clone()) != now.normals.get(range.clone())
                 || before.tangents.get(range.clone()) != now.tangents.get(range)
         };
-        is_same.then(|| Self { objects: now.objects.iter().map(has_moved).collect() })
+        let moved = is_same.then(|| Self { objects: now.objects.iter().map(has_moved).collect() })?;
+        let keeps_extent = |triangle: u32| has_extent(before, triangle) == has_extent(now, triangle);
+        let keep_extents = moved.of(now).all(|object| object.triangles.clone().all(keeps_extent));
+        keep_extents.then_some(moved)
+    }
+
+    /// The objects of the scene that have.
+    pub fn of<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = &'a Object> {
+        scene.objects.iter().zip(&self.objects).filter_map(|(object, moved)| moved.then_some(object))
     }
 
     /// Whether an object has.
@@ -55,16 +61,27 @@ impl Moved {
 
 impl SceneTables {
     /// Brings the tables to another moment of the scene that they are of, `before`, and tells what changes in the
-    /// hierarchy; `None`, and nothing has changed, if other triangles have an extent than before.
-    pub fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> Option<MovedPlaces> {
-        let places = self.hierarchy.move_to(before, scene, moved)?;
+    /// hierarchy.
+    pub fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> MovedPlaces {
+        let places = self.hierarchy.move_to(scene, |object| moved.has(object));
         self.shapes = surfaces::shapes(scene, Some((before, &self.shapes)));
         (self.surfaces, self.programs) = surface_records(scene, &self.shapes);
-        for object in scene.objects.iter().zip(&moved.objects).filter_map(|(object, moved)| moved.then_some(object)) {
+        for object in moved.of(scene) {
             for index in object.vertices.start as usize..object.vertices.end as usize {
                 self.vertices[index] = vertex(scene, index, self.vertices[index].part);
             }
         }
-        Some(places)
+        places
     }
+}
+
+/// True if these are a scene's textures and its environment.
+pub(crate) fn has_pictures(scene: &Scene, textures: &[Arc<Texture>], environment: Option<&Arc<Environment>>) -> bool {
+    let has_environment = match (environment, &scene.environment) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    has_environment
+        && textures.len() == scene.textures.len()
+        && textures.iter().zip(&scene.textures).all(|(a, b)| Arc::ptr_eq(a, b))
 }

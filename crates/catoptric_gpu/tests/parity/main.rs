@@ -194,7 +194,9 @@ mod pictures {
         let bounds = scene.objects[ball].bounds;
         let radius = f64::from(bounds.size().x) * 0.5;
         let corner = [1.1 * radius; 3];
-        let text = format!("sqrt(x^2 + y^2 + z^2) - {radius} * (1 + 0.004 * sin(7 * x) * cos(9 * y) * exp(-z^2 / 4))");
+        // All functions and operators.
+        let wave = "sin(7 * x) * cos(9 * y) * exp(-z^2 / 4) * (1 + x^2)^0.7 * 2^sin(y) * abs(y - 9) / 9";
+        let text = format!("sqrt(x^2 + y^2 + z^2) - {radius} * (1 + 0.003 * {wave})");
         let surface = AnalyticSurface::Implicit(Implicit::new(&text, corner.map(|side| -side), corner)?);
         let world_from_surface = DAffine3::from_translation(bounds.center().as_dvec3());
         scene.objects[ball].surface = Some(PlacedSurface { surface, world_from_surface });

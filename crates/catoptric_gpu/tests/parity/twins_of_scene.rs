@@ -7,7 +7,7 @@ use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::shade::SurfacePoint;
 use catoptric::scene::{Environment, Scene, UvFootprint};
 use catoptric_gpu::Context;
-use catoptric_gpu::layout::{Frame, LightRecord, MAX_LIGHTS, TEXEL_ROW};
+use catoptric_gpu::layout::{Frame, TEXEL_ROW};
 use catoptric_gpu::tables::{SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
 use catoptric_scenes::builtin;
 use glam::{Vec2, Vec3, Vec4};
@@ -196,15 +196,14 @@ fn evaluate(context: &Context, scene: &Scene, inputs: &[Input]) -> Result<Vec<Ou
         table(bytemuck::cast_slice(&tables.hierarchy.nodes)),
         table(bytemuck::cast_slice(&tables.hierarchy.triangles)),
     ];
-    let mut lights = light_records(scene)?;
+    let lights = light_records(scene)?;
     let frame = Frame {
-        light_count: lights.len() as u32,
+        light_count: scene.lights.len() as u32,
         root: tables.hierarchy.root,
         maps: environment.places.maps,
         reductions: environment.places.reductions,
         ..Frame::zeroed()
     };
-    lights.resize(MAX_LIGHTS, LightRecord::default());
     let uniform = |contents: &[u8]| {
         let usage = BufferUsages::UNIFORM;
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })

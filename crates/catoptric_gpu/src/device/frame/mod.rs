@@ -183,7 +183,9 @@ fn encode_part(
     }
     let of_objects = lists.map(|lists| &lists.of_objects);
     let known = Seen { targets, of_objects, rough };
-    rough.encode(encoder, context, (resident, scene, view), timer);
+    if part.is_first {
+        rough.encode(encoder, context, (resident, scene, view), timer);
+    }
     if paths.has_grids {
         report.bytes.insert("gpu_rough_mirrors", rough.byte_count());
     }

@@ -22,16 +22,23 @@ pub(crate) struct Part {
     pub(crate) place: [f32; 2],
     /// The side of the square that a single one stands for, in pixels.
     pub(crate) side: f32,
+    /// What is the same for all parts is found with it.
+    pub(crate) is_first: bool,
 }
 
 /// The parts of so many samples; none if devices cannot draw them.
 pub(crate) fn parts_of(samples: u32) -> Vec<Part> {
     if SAMPLE_COUNTS.contains(&samples) {
-        return vec![Part { samples, place: [0.5; 2], side: 1.0 }];
+        return vec![Part { samples, place: [0.5; 2], side: 1.0, is_first: true }];
     }
     let side = 1.0 / (samples as f32).sqrt();
-    let part = |place: &glam::Vec2| Part { samples: 1, place: place.to_array(), side };
-    sample_positions(samples).unwrap_or_default().iter().map(part).collect()
+    let part = |(number, place): (usize, &glam::Vec2)| Part {
+        samples: 1,
+        place: place.to_array(),
+        side,
+        is_first: number == 0,
+    };
+    sample_positions(samples).unwrap_or_default().iter().enumerate().map(part).collect()
 }
 
 /// Pipelines that add up the colours of parts.
