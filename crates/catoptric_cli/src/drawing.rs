@@ -116,7 +116,7 @@ impl<'a> Shot<'a> {
         let model = scene_source::load(&args.scene, args.environment.as_deref())?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
-        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, args.shadows)?);
+        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, args.shadows, None)?);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bakes.open_ms));
@@ -195,7 +195,7 @@ impl<'a> Shot<'a> {
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
                 let time = self.time + frame as f32 / FRAMES_PER_SECOND;
-                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows)?;
+                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, Some(&drawing.scene))?;
                 stages.push(("pose", milliseconds(start)));
                 drawing.scene = Arc::new(scene);
                 drawing.prepared.update(&drawing.scene, self.quality, progress)?;

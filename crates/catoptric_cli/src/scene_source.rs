@@ -4,6 +4,7 @@ use crate::args::{PoseArgs, SceneArgs, Shadows};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::SceneError;
+use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, PoseOptions, Role, Scene};
 use catoptric_scenes::{builtin, import};
@@ -24,8 +25,15 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Fai
     Ok(model)
 }
 
-/// The scene at one moment, with shadows of its lights if wanted.
-pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule], shadows: Shadows) -> Result<Scene, Failure> {
+/// The scene at one moment, with shadows of its lights if wanted: those of another moment, if that is given, as far as
+/// they hold.
+pub(crate) fn pose(
+    model: &Model,
+    time: f32,
+    roles: &[RoleRule],
+    shadows: Shadows,
+    before: Option<&Scene>,
+) -> Result<Scene, Failure> {
     let posed = model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
         // The one message that does not name its scene.
         SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
@@ -33,7 +41,10 @@ pub(crate) fn pose(model: &Model, time: f32, roles: &[RoleRule], shadows: Shadow
     });
     let mut scene = posed?;
     if shadows == Shadows::On {
-        catoptric::light::visibility::cast_shadows(&mut scene);
+        match before {
+            Some(before) => cast_shadows_as(before, &mut scene),
+            None => cast_shadows(&mut scene),
+        }
     }
     Ok(scene)
 }

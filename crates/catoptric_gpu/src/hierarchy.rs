@@ -3,6 +3,7 @@
 use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
 use catoptric::light::tracer::has_extent;
 use catoptric::light::visibility::casts_shadows;
+use catoptric::parallel;
 use catoptric::scene::{Role, Scene};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -10,6 +11,7 @@ use obvhs::aabb::Aabb as BvhBox;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
+use std::ops::Range;
 
 /// The most triangles of a leaf.
 const LARGEST_LEAF: u32 = 4;
@@ -27,7 +29,12 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// The scene's triangles in the order of the leaves.
     pub triangles: Vec<LeafTriangle>,
+    /// Whether it holds each of the scene's triangles.
+    pub holds: Vec<bool>,
 }
+
+/// Records that are worked on at once. A size for threads.
+const RECORDS_AT_ONCE: usize = 2048;
 
 /// A node on its own: its box, and the first of two children, or of so many triangles.
 #[derive(Clone, Copy)]
@@ -46,11 +53,12 @@ impl Hierarchy {
     /// The same over some objects.
     pub fn of(scene: &Scene, is_wanted: impl Fn(u32) -> bool) -> Self {
         let is_there =
-            |triangle: &u32| is_wanted(scene.triangle_objects[*triangle as usize]) && has_extent(scene, *triangle);
-        let triangles: Vec<u32> = (0..scene.triangles.len() as u32).filter(is_there).collect();
+            |triangle: u32| is_wanted(scene.triangle_objects[triangle as usize]) && has_extent(scene, triangle);
+        let holds: Vec<bool> = (0..scene.triangles.len() as u32).map(is_there).collect();
+        let triangles: Vec<u32> = (0..).zip(&holds).filter_map(|(triangle, holds)| holds.then_some(triangle)).collect();
         let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(scene, *triangle))).collect();
         if boxes.is_empty() {
-            return Self { root: NONE, nodes: Vec::new(), triangles: Vec::new() };
+            return Self { root: NONE, nodes: Vec::new(), triangles: Vec::new(), holds };
         }
         let preset = match boxes.len() {
             0..=CAREFUL_BUILD => BvhBuildParams::medium_build(),
@@ -74,9 +82,10 @@ impl Hierarchy {
             nodes if depth(&nodes) <= MAX_DEPTH => (nodes, tree.primitive_indices),
             _ => halved(&boxes),
         };
-        let of_place = |place: &u32| leaf_triangle(scene, triangles[*place as usize]);
+        let flags = flags_of_objects(scene);
+        let of_place = |place: &u32| leaf_triangle(scene, &flags, triangles[*place as usize]);
         let (root, nodes) = joined(&nodes);
-        Self { root, nodes, triangles: order.iter().map(of_place).collect() }
+        Self { root, nodes, triangles: order.iter().map(of_place).collect(), holds }
     }
 
     /// Adds the nodes and triangles of another, and returns its root.
@@ -138,14 +147,15 @@ impl Hierarchy {
 
     /// Brings the hierarchy to another moment of its scene, in which some objects have moved and the same triangles
     /// have an extent. Where much has moved, rays take longer than through a new hierarchy.
-    pub(crate) fn move_to(&mut self, scene: &Scene, has_moved: impl Fn(u32) -> bool) -> MovedPlaces {
-        let mut places = MovedPlaces { triangles: vec![false; self.triangles.len()], nodes: Vec::new() };
-        for (leaf, place) in self.triangles.iter_mut().zip(&mut places.triangles) {
-            if has_moved(leaf.object) {
-                (*leaf, *place) = (leaf_triangle(scene, leaf.triangle), true);
+    pub(crate) fn move_to(&mut self, scene: &Scene, has_moved: impl Fn(u32) -> bool + Sync) -> MovedPlaces {
+        let flags = flags_of_objects(scene);
+        parallel::for_each_chunk_mut(&mut self.triangles, RECORDS_AT_ONCE, |_, leaves| {
+            for leaf in leaves.iter_mut().filter(|leaf| has_moved(leaf.object)) {
+                *leaf = leaf_triangle(scene, &flags, leaf.triangle);
             }
-        }
-        places.nodes = vec![false; self.nodes.len()];
+        });
+        let triangles = self.triangles.iter().map(|leaf| has_moved(leaf.object)).collect();
+        let mut places = MovedPlaces { triangles, nodes: vec![false; self.nodes.len()] };
         for index in (0..self.nodes.len()).rev() {
             let mut node = self.nodes[index];
             let has_moved = [node.child0, node.child1].map(|child| places.has(child));
@@ -163,12 +173,20 @@ impl Hierarchy {
         places
     }
 
+    /// True if, of some of the scene's triangles, those have an extent that the hierarchy over all holds.
+    pub(crate) fn has_same_extents(&self, scene: &Scene, triangles: Range<u32>) -> bool {
+        let chunks = (triangles.len()).div_ceil(RECORDS_AT_ONCE);
+        let is_same = |triangle: u32| self.holds.get(triangle as usize) == Some(&has_extent(scene, triangle));
+        let are_same = parallel::map_collect(chunks, |chunk| {
+            let start = triangles.start + (chunk * RECORDS_AT_ONCE) as u32;
+            (start..triangles.end.min(start + RECORDS_AT_ONCE as u32)).all(is_same)
+        });
+        !are_same.contains(&false)
+    }
+
     /// The same nodes about the places where triangles are now; `None` if other triangles have an extent than before.
     pub fn refitted(&self, scene: &Scene) -> Option<Self> {
-        let known = self.triangles.iter().map(|leaf| leaf.triangle);
-        let count = (0..scene.triangles.len() as u32).filter(|triangle| has_extent(scene, *triangle)).count();
-        let is_same = |triangle: u32| (triangle as usize) < scene.triangles.len() && has_extent(scene, triangle);
-        if count != self.triangles.len() || !known.clone().all(is_same) {
+        if self.holds.len() != scene.triangles.len() || !self.has_same_extents(scene, 0..scene.triangles.len() as u32) {
             return None;
         }
         let mut refitted = self.clone();
@@ -212,17 +230,16 @@ pub struct WideHierarchy {
 impl WideHierarchy {
     /// Follows the narrow hierarchy, in which something has moved; tells which nodes change.
     pub fn move_to(&mut self, hierarchy: &Hierarchy, places: &MovedPlaces) -> Vec<bool> {
-        let nodes = self.nodes.iter_mut().zip(&self.narrow_codes);
-        let changes = nodes.map(|(children, codes)| {
-            let mut has_moved = false;
-            for (child, code) in children.iter_mut().zip(codes).filter(|(_, code)| places.has(**code)) {
+        let Self { nodes, narrow_codes } = self;
+        parallel::for_each_chunk_mut(nodes, RECORDS_AT_ONCE / WIDTH, |chunk, nodes| {
+            let codes = &narrow_codes[chunk * (RECORDS_AT_ONCE / WIDTH)..];
+            let children = nodes.iter_mut().flatten().zip(codes.iter().flatten());
+            for (child, code) in children.filter(|(_, code)| places.has(**code)) {
                 let bounds = bounds_of(*code, &hierarchy.nodes, &hierarchy.triangles);
                 (child.low, child.high) = (bounds.min.to_array(), bounds.max.to_array());
-                has_moved = true;
             }
-            has_moved
         });
-        changes.collect()
+        narrow_codes.iter().map(|codes| codes.iter().any(|code| places.has(*code))).collect()
     }
 }
 
@@ -306,20 +323,28 @@ fn joined(nodes: &[Lone]) -> (u32, Vec<Node>) {
     (code(&nodes[0], 0), joined)
 }
 
-fn leaf_triangle(scene: &Scene, triangle: u32) -> LeafTriangle {
+/// The flags that all triangles of an object have.
+fn flags_of_objects(scene: &Scene) -> Vec<u32> {
+    let of_object = |object: u32| {
+        let material = scene.material_of(object);
+        bits(&[
+            (flags::HIDES_LIGHTS, casts_shadows(material)),
+            (flags::MAY_HAVE_HOLES, scene.is_alpha_tested(object)),
+            (flags::REFLECTS, material.role != Role::Diffuse),
+            (flags::REFRACTS, material.role == Role::Lens),
+            (flags::IS_ROUGH, material.reflection_roughness() > 0.0),
+        ])
+    };
+    (0..scene.objects.len() as u32).map(of_object).collect()
+}
+
+fn leaf_triangle(scene: &Scene, flags_of_objects: &[u32], triangle: u32) -> LeafTriangle {
     let vertices = scene.triangles[triangle as usize].map(|vertex| vertex as usize);
     let [a, b, c] = vertices.map(|vertex| scene.positions[vertex]);
     let normal: Vec3 = vertices.iter().map(|vertex| scene.normals[*vertex]).sum();
     let object = scene.triangle_objects[triangle as usize];
-    let role = scene.material_of(object).role;
-    let flags = bits(&[
-        (flags::HIDES_LIGHTS, casts_shadows(scene.material_of(object))),
-        (flags::MAY_HAVE_HOLES, scene.is_alpha_tested(object)),
-        (flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0),
-        (flags::REFLECTS, role != Role::Diffuse),
-        (flags::REFRACTS, role == Role::Lens),
-        (flags::IS_ROUGH, scene.material_of(object).reflection_roughness() > 0.0),
-    ]);
+    let turned = bits(&[(flags::TURNED, (b - a).cross(c - a).dot(normal) < 0.0)]);
+    let flags = flags_of_objects[object as usize] | turned;
     LeafTriangle { a: a.to_array(), triangle, b: b.to_array(), object, c: c.to_array(), flags }
 }
 

@@ -23,7 +23,7 @@ fn known_light(object: u32, position: vec2f) -> RoughLight {
     return rough_light_at(object, position);
 }
 
-// True if four samples hit the same triangles on all paths.
+// True if four samples hit one surface on each of their paths.
 fn is_one_bundle(cell: vec2u) -> bool {
     // Of the paths whose hits are known: in the order of the table.
     var known = 1u;
@@ -35,9 +35,7 @@ fn is_one_bundle(cell: vec2u) -> bool {
                 continue;
             }
             let all_hits = hits[hit_index(cell, events, kinds)];
-            is_one = is_one && all(all_hits == vec4u(all_hits.x));
-            // The environment is looked up without a filter.
-            is_one = is_one && !(HAS_ENVIRONMENT && all_hits.x == 0u);
+            is_one = is_one && are_of_one_surface(all_hits);
             let next = select(events + 1u, (2u << events) - 1u, HAS_LENSES);
             known |= select(0u, 1u << (next + kinds), goes_on(all_hits.x, REFLECT));
             if HAS_LENSES {

@@ -21,6 +21,23 @@ pub fn cast_shadows(scene: &mut Scene) {
     }
 }
 
+/// The same for another moment of a scene that has them, `before`: where the same triangles are elsewhere and the same
+/// objects cast shadows, the means move with them, which takes a part of the time.
+pub fn cast_shadows_as(before: &Scene, scene: &mut Scene) {
+    let casting = |scene: &Scene| -> Vec<bool> {
+        (0..scene.objects.len() as u32).map(|object| casts_shadows(scene.material_of(object))).collect()
+    };
+    let is_same = !scene.lights.is_empty()
+        && before.triangles == scene.triangles
+        && before.triangle_objects == scene.triangle_objects
+        && casting(before) == casting(scene);
+    let means = before.light_visibility.as_ref().filter(|_| is_same);
+    match means.and_then(|means| means.moved_to(scene)) {
+        Some(moved) => scene.light_visibility = Some(moved),
+        None => cast_shadows(scene),
+    }
+}
+
 /// Returns true for the materials of objects that cast shadows.
 pub fn casts_shadows(material: &Material) -> bool {
     material.role != Role::Lens && !material.unlit
@@ -43,5 +60,9 @@ impl LightVisibility for Shadows {
             static TREELET: RefCell<Treelet> = RefCell::default();
         }
         TREELET.with_borrow_mut(|treelet| self.tracer.find_blocked(scene, light, points, treelet, hidden));
+    }
+
+    fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        Some(Arc::new(Self { tracer: self.tracer.refitted(scene)? }))
     }
 }

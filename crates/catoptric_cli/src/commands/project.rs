@@ -69,7 +69,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     files::check_writable(&args.output)?;
     let mut points = Points::open(&args.points)?;
     let model = scene_source::load(&args.scene, None)?;
-    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off)?);
+    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 

@@ -4,6 +4,7 @@ use super::{Light, Ray, Scene};
 use crate::math::lanes::Lanes;
 use glam::{Vec2, Vec3};
 use std::fmt::Debug;
+use std::sync::Arc;
 
 /// The means of a scene to tell what stands between two points, for shadows of lights.
 pub trait LightVisibility: Debug + Send + Sync {
@@ -17,6 +18,12 @@ pub trait LightVisibility: Debug + Send + Sync {
         for (point, hidden) in points.iter().zip(hidden) {
             *hidden = light.way_from(*point).is_some_and(|(ray, distance)| self.is_blocked(scene, &ray, distance));
         }
+    }
+
+    /// The means for another moment of the scene, in which the same triangles are elsewhere; `None` if they have to be
+    /// made anew.
+    fn moved_to(&self, _scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        None
     }
 }
 

@@ -12,7 +12,7 @@ use wgpu::{Buffer, Texture};
 impl DeviceScene {
     /// What has moved since the scene was loaded, if nothing but places and lights have changed.
     pub(crate) fn moved_to(&self, scene: &Scene) -> Option<Moved> {
-        Moved::between(&self.source, scene)
+        Moved::between(&self.source, scene, &self.tables.hierarchy)
     }
 
     /// Follows the scene to another moment, in which this has moved. What was drawn before must have been submitted:

@@ -135,11 +135,11 @@ impl Pipelines {
         let drawing = pipeline_layout(device, &[&scene, &order]);
         let samples = [0, 1].map(|index| {
             let (module, layout, samples) = (&visibility, &drawing, SAMPLE_COUNTS[index]);
-            let draws = |fragment| {
-                let (vertex, corners, format) = ("corner", None, ID_FORMAT);
+            let draws = |vertex, fragment| {
+                let (corners, format) = (None, ID_FORMAT);
                 draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, constants: &[] })
             };
-            SamplePipelines { solid: draws("solid"), with_holes: draws("with_holes") }
+            SamplePipelines { solid: draws("solid_corner", "solid"), with_holes: draws("corner", "with_holes") }
         });
         let of_maps = [table(0), numbers(1)];
         let maps = layout(device, "maps", shades, &of_maps);

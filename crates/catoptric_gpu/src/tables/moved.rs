@@ -1,11 +1,14 @@
 //! What has moved between two moments of a scene.
 
 use super::{SceneTables, surface_records, surfaces, vertex};
-use crate::hierarchy::MovedPlaces;
+use crate::hierarchy::{Hierarchy, MovedPlaces};
 use crate::layout::MAX_LIGHTS;
-use catoptric::light::tracer::has_extent;
+use catoptric::parallel;
 use catoptric::scene::{Environment, Object, Scene, Texture};
 use std::sync::Arc;
+
+/// Vertices that are worked on at once. A size for threads.
+const VERTICES_AT_ONCE: usize = 2048;
 
 /// The objects that differ between two moments of a scene in the places of their vertices, and nothing else but lights.
 #[derive(Clone, Debug)]
@@ -15,8 +18,9 @@ pub struct Moved {
 }
 
 impl Moved {
-    /// What has moved; `None` if other things have changed, too, such as which triangles have an extent.
-    pub fn between(before: &Scene, now: &Scene) -> Option<Self> {
+    /// What has moved; `None` if other things have changed, too, such as which triangles have an extent, by the
+    /// hierarchy over all of them.
+    pub fn between(before: &Scene, now: &Scene, hierarchy: &Hierarchy) -> Option<Self> {
         let is_same_object = |(a, b): (&Object, &Object)| {
             let surfaces = [a, b].map(|object| object.surface.is_some());
             (a.material, &a.triangles, &a.vertices, a.inside) == (b.material, &b.triangles, &b.vertices, b.inside)
@@ -43,8 +47,7 @@ impl Moved {
                 || before.tangents.get(range.clone()) != now.tangents.get(range)
         };
         let moved = is_same.then(|| Self { objects: now.objects.iter().map(has_moved).collect() })?;
-        let keeps_extent = |triangle: u32| has_extent(before, triangle) == has_extent(now, triangle);
-        let keep_extents = moved.of(now).all(|object| object.triangles.clone().all(keeps_extent));
+        let keep_extents = moved.of(now).all(|object| hierarchy.has_same_extents(now, object.triangles.clone()));
         keep_extents.then_some(moved)
     }
 
@@ -67,9 +70,13 @@ impl SceneTables {
         self.shapes = surfaces::shapes(scene, Some((before, &self.shapes)));
         (self.surfaces, self.programs) = surface_records(scene, &self.shapes);
         for object in moved.of(scene) {
-            for index in object.vertices.start as usize..object.vertices.end as usize {
-                self.vertices[index] = vertex(scene, index, self.vertices[index].part);
-            }
+            let first = object.vertices.start as usize;
+            let vertices = &mut self.vertices[first..object.vertices.end as usize];
+            parallel::for_each_chunk_mut(vertices, VERTICES_AT_ONCE, |chunk, vertices| {
+                for (index, known) in (first + chunk * VERTICES_AT_ONCE..).zip(vertices) {
+                    *known = vertex(scene, index, known.part);
+                }
+            });
         }
         places
     }

@@ -3,12 +3,16 @@
 use crate::layout::surface_flags as flags;
 use crate::layout::{BINDINGS, Binding, BindingPlace, EXPRESSION, ExactSurface, NONE, Surface, bits};
 use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
+use catoptric::parallel;
 use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
 use catoptric::surface::{AnalyticSurface, Instruction, PlacedSurface, Taylor2};
 use glam::{DVec3, Vec3};
 
 /// How far edges may be off, as a share of the object's size, in an object that has moved as a whole.
 const SAME_EDGES: f32 = 1e-5;
+
+/// Triangles that are compared at once. A size for threads.
+const TRIANGLES_AT_ONCE: usize = 2048;
 
 /// The shapes of all objects; those of an earlier moment of the scene, if they are given, while all mirrors and lenses
 /// have at most moved as a whole: finding them takes seconds where meshes are large.
@@ -46,7 +50,9 @@ fn is_moved_as_whole(scene: &Scene, before: &Scene, object: usize) -> bool {
         let ([length, lean], [old_length, old_lean]) = (edge(scene, ends), edge(before, ends));
         (length - old_length).abs() <= tolerance && (lean - old_lean).abs() <= tolerance
     };
-    now == then && now.iter().all(|&[a, b, c]| [[a, b], [b, c], [c, a]].into_iter().all(is_same))
+    let chunks: Vec<&[[u32; 3]]> = now.chunks(TRIANGLES_AT_ONCE).collect();
+    let are_same = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]].into_iter().all(is_same);
+    now == then && !parallel::map_collect(chunks.len(), |chunk| chunks[chunk].iter().all(are_same)).contains(&false)
 }
 
 /// The records of all objects, by their shapes, and the programs of surfaces that are given by expressions: they lie

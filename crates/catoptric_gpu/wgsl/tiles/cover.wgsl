@@ -25,15 +25,17 @@ const LEAF_SIZE = 4u;
 // The most nodes that wait, and triangles in a tile's beam.
 const MAX_WAITING = 512u;
 const MAX_TRIANGLES = 768u;
-// Triangles that blocks look at at a time.
-const BATCH = 128u;
-const WORDS = 4u;
+// Triangles that blocks look at at a time: what rays ask of each is found once, in `scratch`.
+const BATCH = 64u;
+const WORDS = 2u;
 // Rays of tiles that spread further from the mean are traced.
 const LEAST_COSINE_TO_MEAN = 0.25;
 // Beams are wider by this share of the scene's size, for rounding.
 const ROUNDING = 2e-6;
 
 var<workgroup> scratch: array<vec4f, 512>;
+// The numbers and objects of the triangles of a batch.
+var<workgroup> batch_ids: array<vec2u, BATCH>;
 // Of every block: two values after each other, and of the tile.
 var<workgroup> of_blocks: array<vec4f, 32>;
 var<workgroup> total: array<vec4f, 2>;
@@ -46,7 +48,8 @@ var<workgroup> waiting_count: atomic<u32>;
 var<workgroup> to_do: u32;
 var<workgroup> is_failed: u32;
 // Of each block, the triangles of a batch that it can see.
-var<workgroup> seen_by_block: array<atomic<u32>, 64>;
+var<workgroup> seen_by_block: array<atomic<u32>, 32>;
+var<workgroup> pair_count: atomic<u32>;
 // Blocks that have rays to be traced.
 var<workgroup> is_traced: array<atomic<u32>, 16>;
 var<workgroup> tile_of_group: u32;
@@ -220,14 +223,21 @@ fn walk(thread: u32, bounds: Beam, tile: TileFrame, left: u32) {
     }
 }
 
+// The corners of a triangle in the tile's frame.
+struct Corners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f,
+}
+
+fn corners_in_frame(triangle: LeafTriangle, tile: TileFrame) -> Corners {
+    return Corners(in_frame(tile, triangle.a), in_frame(tile, triangle.b), in_frame(tile, triangle.c));
+}
+
 // True if a triangle may meet rays of a beam.
-fn is_met(place: u32, bounds: Beam, tile: TileFrame) -> bool {
-    let triangle = leaf_triangle_of(place);
-    let a = in_frame(tile, triangle.a);
-    let b = in_frame(tile, triangle.b);
-    let c = in_frame(tile, triangle.c);
-    let farthest = max(a.z, max(b.z, c.z));
-    let best = max(inside(bounds, a), max(inside(bounds, b), inside(bounds, c)));
+fn is_met(corners: Corners, bounds: Beam) -> bool {
+    let farthest = max(corners.a.z, max(corners.b.z, corners.c.z));
+    let best = max(inside(bounds, corners.a), max(inside(bounds, corners.b), inside(bounds, corners.c)));
     return all(best >= vec4f(0.0)) && farthest >= bounds.start - ROUNDING * frame.extent;
 }
 
@@ -238,7 +248,11 @@ fn collect(thread: u32, bounds: Beam, tile: TileFrame, left: u32) {
         let leaf = leaves[index / LEAF_SIZE];
         let in_leaf = index % LEAF_SIZE;
         let place = ((leaf & ~LEAF) >> 3u) + in_leaf;
-        if in_leaf < (leaf & 7u) && leaf_triangle_of(place).object != left && is_met(place, bounds, tile) {
+        if in_leaf >= (leaf & 7u) {
+            continue;
+        }
+        let triangle = leaf_triangle_of(place);
+        if triangle.object != left && is_met(corners_in_frame(triangle, tile), bounds) {
             let found = atomicAdd(&triangle_count, 1u);
             if found < MAX_TRIANGLES {
                 places[found] = place;
@@ -264,36 +278,57 @@ struct OwnRules {
     from_behind: vec4f,
 }
 
-// On which side of an edge rays pass: the volume that each spans with it. The same with opposite sign from both
-// triangles beside it, to the last bit.
-fn edge_side(p: vec3f, q: vec3f, rays: Rays, mz: vec4f) -> vec4f {
-    let moment = cross(p + q, q - p);
-    let edge = 2.0 * (q - p);
-    return moment.x * rays.sx + moment.y * rays.sy + moment.z + edge.x * rays.oy - edge.y * rays.ox + edge.z * mz;
+// Where a winding is opposite to the normals, the object's number in a batch has this bit.
+const TURNED_OBJECT = 0x80000000u;
+
+// Keeps an edge of a triangle of a batch: its moment and direction (its Pluecker coordinates, twice), and two numbers
+// more. Both triangles beside it have the same with opposite sign, to the last bit.
+fn keep_edge(item: u32, edge: u32, p: vec3f, q: vec3f, more: vec2f) {
+    scratch[2u * edge * BATCH + item] = vec4f(cross(p + q, q - p), more.x);
+    scratch[(2u * edge + 1u) * BATCH + item] = vec4f(2.0 * (q - p), more.y);
 }
 
-// Tests four rays against a triangle.
-fn test(place: u32, tile: TileFrame, rays: Rays, mz: vec4f, own: OwnRules, best: Best) -> Best {
-    let triangle = leaf_triangle_of(place);
-    let a = in_frame(tile, triangle.a);
-    let b = in_frame(tile, triangle.b);
-    let c = in_frame(tile, triangle.c);
-    let e0 = edge_side(b, c, rays, mz);
-    let e1 = edge_side(c, a, rays, mz);
-    let e2 = edge_side(a, b, rays, mz);
-    let least = min(e0, min(e1, e2));
-    let greatest = max(e0, max(e1, e2));
-    let normal = cross(b - a, c - a);
-    let cosine = normal.x * rays.sx + normal.y * rays.sy + normal.z;
-    let depth = (dot(normal, a) - normal.x * rays.ox - normal.y * rays.oy) / cosine - rays.start;
+// Keeps what rays ask of a triangle: edges, the normal and its product with a corner, the number and the object.
+fn keep(item: u32, triangle: LeafTriangle, corners: Corners) {
+    let normal = cross(corners.b - corners.a, corners.c - corners.a);
+    keep_edge(item, 0u, corners.b, corners.c, vec2f(normal.x, dot(normal, corners.a)));
+    keep_edge(item, 1u, corners.c, corners.a, vec2f(normal.y, 0.0));
+    keep_edge(item, 2u, corners.a, corners.b, vec2f(normal.z, 0.0));
     let goes_on = (triangle.flags & (REFLECTS | REFRACTS)) * (HIT_REFLECTS / REFLECTS);
     // Holes have to be looked up.
     let has_holes = HAS_HOLES && (triangle.flags & MAY_HAVE_HOLES) != 0u;
-    let id = vec4u(select((triangle.triangle + 1u) | goes_on, UNRESOLVED, has_holes));
+    let id = select((triangle.triangle + 1u) | goes_on, UNRESOLVED, has_holes);
+    let turned = select(0u, TURNED_OBJECT, (triangle.flags & TURNED) != 0u);
+    batch_ids[item] = vec2u(id, triangle.object | turned);
+}
+
+// On which side of an edge rays pass: the volume that each spans with it.
+fn edge_side(moment: vec3f, edge: vec3f, rays: Rays, mz: vec4f) -> vec4f {
+    return moment.x * rays.sx + moment.y * rays.sy + moment.z + edge.x * rays.oy - edge.y * rays.ox + edge.z * mz;
+}
+
+// Tests four rays against a triangle of a batch.
+fn test(item: u32, rays: Rays, mz: vec4f, own: OwnRules, best: Best) -> Best {
+    let moment0 = scratch[item];
+    let edge0 = scratch[BATCH + item];
+    let moment1 = scratch[2u * BATCH + item];
+    let edge1 = scratch[3u * BATCH + item];
+    let moment2 = scratch[4u * BATCH + item];
+    let edge2 = scratch[5u * BATCH + item];
+    let e0 = edge_side(moment0.xyz, edge0.xyz, rays, mz);
+    let e1 = edge_side(moment1.xyz, edge1.xyz, rays, mz);
+    let e2 = edge_side(moment2.xyz, edge2.xyz, rays, mz);
+    let least = min(e0, min(e1, e2));
+    let greatest = max(e0, max(e1, e2));
+    let normal = vec3f(moment0.w, moment1.w, moment2.w);
+    let cosine = normal.x * rays.sx + normal.y * rays.sy + normal.z;
+    let depth = (edge0.w - normal.x * rays.ox - normal.y * rays.oy) / cosine - rays.start;
+    let ids = batch_ids[item];
+    let id = vec4u(ids.x);
     // Along its outer normal a ray meets a triangle from within.
-    let is_turned = vec4<bool>((triangle.flags & TURNED) != 0u);
+    let is_turned = vec4<bool>((ids.y & TURNED_OBJECT) != 0u);
     let from_within = (cosine > vec4f(0.0)) != is_turned;
-    let is_own = vec4u(triangle.object) == own.object;
+    let is_own = vec4u(ids.y & ~TURNED_OBJECT) == own.object;
     let allowed = select(
         vec4<bool>(true),
         !own.none & ((from_within != own.outside) | (depth >= own.from_behind)),
@@ -383,7 +418,6 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
             moments += vec4f(third.x * third.x, third.x * third.y, third.y * third.y, 0.0);
         }
     }
-    let counts_of_blocks = of_blocks[min(thread, BLOCKS - 1u)].w;
     gather_over_tile(thread, least, moments, false, true);
     let start = total[0].x;
     let least_cosine = total[0].y;
@@ -417,10 +451,12 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     gather_over_tile(thread, near, far, false, false);
     let whole = beam(total[0], total[1], start, end);
     let block = thread / (THREADS / BLOCKS);
-    let of_block = beam(of_blocks[block], of_blocks[BLOCKS + block], start, end);
     workgroupBarrier();
     if thread < BLOCKS {
-        of_blocks[thread].w = counts_of_blocks;
+        // Beams in place of bounds.
+        let of_block = beam(of_blocks[thread], of_blocks[BLOCKS + thread], start, end);
+        of_blocks[thread] = of_block.near;
+        of_blocks[BLOCKS + thread] = of_block.slope;
         atomicStore(&is_traced[thread], 0u);
     }
     if thread == 0u {
@@ -440,8 +476,8 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         if is_in_picture {
             hits[index] = known;
         }
-        // `of_blocks` holds the numbers of rays of blocks.
-        if thread < BLOCKS && of_blocks[thread].w > 0.0 {
+        // Blocks without rays have no bounds.
+        if thread < BLOCKS && of_blocks[thread].x < 0.5 * FAR {
             pass_on(origin, thread);
         }
         return;
@@ -449,36 +485,48 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
     if thread == 0u {
         to_do = atomicLoad(&triangle_count);
         atomicAdd(&work[CANDIDATES], to_do);
+        atomicStore(&pair_count, 0u);
     }
     let triangles = workgroupUniformLoad(&to_do);
     own.from_behind /= rays.length;
     let mz = rays.ox * rays.sy - rays.oy * rays.sx;
     var best = Best(vec4u(0u), vec4f(FAR));
-    let in_block = THREADS / BLOCKS;
+    let in_batch = thread % BATCH;
+    // Each triangle is compared with the blocks by some threads.
+    let of_thread = BLOCKS / (THREADS / BATCH);
+    var pairs = 0u;
     for (var first = 0u; first < triangles; first += BATCH) {
-        for (var word = thread; word < BLOCKS * WORDS; word += THREADS) {
-            atomicStore(&seen_by_block[word], 0u);
+        if thread < BLOCKS * WORDS {
+            atomicStore(&seen_by_block[thread], 0u);
         }
         workgroupBarrier();
-        let count_of_batch = min(BATCH, triangles - first);
-        for (var item = thread % in_block; item < count_of_batch; item += in_block) {
-            if is_met(places[first + item], of_block, tile) {
-                atomicOr(&seen_by_block[block * WORDS + item / 32u], 1u << (item % 32u));
+        if first + in_batch < triangles {
+            let triangle = leaf_triangle_of(places[first + in_batch]);
+            let corners = corners_in_frame(triangle, tile);
+            if thread < BATCH {
+                keep(in_batch, triangle, corners);
+            }
+            for (var index = 0u; index < of_thread; index++) {
+                let other = thread / BATCH * of_thread + index;
+                if is_met(corners, Beam(of_blocks[other], of_blocks[BLOCKS + other], start)) {
+                    atomicOr(&seen_by_block[other * WORDS + in_batch / 32u], 1u << (in_batch % 32u));
+                }
             }
         }
         workgroupBarrier();
         for (var word = 0u; word < WORDS; word++) {
             var bits = atomicLoad(&seen_by_block[block * WORDS + word]);
-            if thread % in_block == 0u {
-                atomicAdd(&work[PAIRS], countOneBits(bits));
-            }
+            pairs += countOneBits(bits);
             while bits != 0u {
                 let item = word * 32u + firstTrailingBit(bits);
                 bits &= bits - 1u;
-                best = test(places[first + item], tile, rays, mz, own, best);
+                best = test(item, rays, mz, own, best);
             }
         }
         workgroupBarrier();
+    }
+    if thread % (THREADS / BLOCKS) == 0u {
+        atomicAdd(&pair_count, pairs);
     }
     let result = select(known, best.id, active_rays);
     if is_in_picture {
@@ -488,6 +536,9 @@ fn cover(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
         }
     }
     workgroupBarrier();
+    if thread == 0u {
+        atomicAdd(&work[PAIRS], atomicLoad(&pair_count));
+    }
     if thread < BLOCKS && atomicLoad(&is_traced[thread]) != 0u {
         pass_on(origin, thread);
     }

@@ -16,6 +16,64 @@ fn plane_distance(triangle: u32, ray: Ray) -> f32 {
     return dot(a - ray.origin, face) / dot(ray.direction, face);
 }
 
+// Where a ray meets the plane of a triangle: the distance, and the least of the weights of its corners there, which is
+// below 0 beside it.
+fn place_in_plane(triangle: u32, ray: Ray) -> vec2f {
+    let corners = corners_of(triangle);
+    let a = vertex_of(corners.x).position;
+    let ab = vertex_of(corners.y).position - a;
+    let ac = vertex_of(corners.z).position - a;
+    let face = cross(ab, ac);
+    let distance = dot(a - ray.origin, face) / dot(ray.direction, face);
+    let relative = ray.origin + ray.direction * distance - a;
+    let weights = vec2f(dot(relative, cross(ac, face)), dot(relative, cross(face, ab))) / dot(face, face);
+    return vec2f(distance, min(min(weights.x, weights.y), 1.0 - weights.x - weights.y));
+}
+
+// True if four hits on a path are of one surface: exact, or triangles that hang together; not if they show the
+// environment, where there is one, as that is looked up without a filter.
+fn are_of_one_surface(found: vec4u) -> bool {
+    if all(found == vec4u(found.x)) {
+        return !(HAS_ENVIRONMENT && found.x == 0u);
+    }
+    let goes_on_alike = all((found & vec4u(~HIT_TRIANGLE)) == vec4u(found.x & ~HIT_TRIANGLE));
+    if !goes_on_alike || any(found == vec4u(0u)) || any(found == vec4u(UNRESOLVED)) || (frame.flags & APART) != 0u {
+        return false;
+    }
+    let first = corners_of(triangle_of(found.x));
+    let part = part_of(first.x);
+    let is_exact = (surface_of(first.w).flags & EXACT) != 0u;
+    for (var sample = 1u; sample < RAYS; sample++) {
+        let other = corners_of(triangle_of(found[sample]));
+        if other.w != first.w || !(is_exact || (part != 0u && part_of(other.x) == part)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// That of four hits of one surface which a ray through the middle of their samples meets.
+fn shared_hit(found: vec4u, ray: Ray) -> u32 {
+    if all(found == vec4u(found.x)) {
+        return found.x;
+    }
+    var best = found.x;
+    var nearest_place = vec2f(0.0, -FAR);
+    var distances: vec4f;
+    for (var sample = 0u; sample < RAYS; sample++) {
+        let place = place_in_plane(triangle_of(found[sample]), ray);
+        distances[sample] = place.x;
+        if place.y > nearest_place.y {
+            nearest_place = place;
+            best = found[sample];
+        }
+    }
+    let depth = nearest_place.x;
+    let are_near = all(abs(distances - vec4f(depth)) <= vec4f(SAME_DEPTH * abs(depth)));
+    shows_several = shows_several || !are_near || !(nearest_place.y >= -HARDLY_BESIDE);
+    return best;
+}
+
 // True if four samples of a pixel show parts of one smooth surface whose look does not depend on the triangle: of
 // meshes those that are neither mirror nor lens.
 fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {

@@ -69,7 +69,7 @@ impl Recipe {
         let roles = scene_source::rules(&self.roles)?;
         let model = scene_source::load(&self.scene, self.environment.as_deref())?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
-        let scene = scene_source::pose(&model, self.time, &roles, shadows)?;
+        let scene = scene_source::pose(&model, self.time, &roles, shadows, None)?;
         let chosen = settings::choose(&self.method, &model, &self.settings)?;
         let quality = Quality { samples: 1, order: self.order };
         Ok(Ingredients { scene, settings: chosen.settings, method: chosen.info, quality })

@@ -25,21 +25,24 @@ use lists::DeviceLists;
 use samples::{Part, Sums, parts_of};
 use std::sync::Arc;
 use targets::PictureTables;
-use tiles::{Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
+use tiles::{BLOCKS, Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
 use timer::Timer;
 use wgpu::BufferUsages;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// The most pixels of a piece of work: longer ones would let a screen freeze, and a dispatch has at most 65,535 groups,
-/// of which tracing may need one for 16 pixels.
-const PIXELS_AT_ONCE: u32 = 1 << 19;
+/// The most pixels of a piece of work: longer ones would let a screen freeze.
+const PIXELS_AT_ONCE: u32 = 1 << 20;
+/// The most tiles: a dispatch has at most 65,535 groups, of which tracing may need one for each of their blocks.
+const TILES_AT_ONCE: u32 = 65_535 / BLOCKS;
 /// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
-const HIT_BYTES_AT_ONCE: u64 = 1 << 26;
+const HIT_BYTES_AT_ONCE: u64 = 1 << 27;
 /// The most bytes that are read at a time.
 const BYTES_AT_ONCE: u32 = 1 << 26;
 /// What shades pixels without mirrors and glass, and those with them; for each of [`SAMPLE_COUNTS`].
 const ENTRIES: [[&str; 2]; 2] =
     [["shade_one_sample", "follow_one_sample"], ["shade_four_samples", "follow_four_samples"]];
+/// The last of them for scenes in which light spreads.
+const SPREADING: &str = "follow_four_samples_spreading";
 
 /// Refuses what no pipeline draws.
 pub(crate) fn check_quality(quality: Quality) -> Result<(), GpuError> {
@@ -145,7 +148,10 @@ fn encode_part(
     };
     // What leaves surfaces that spread light is traced.
     let traces = quality.order > paths.known_events() || resident.features.spreads_light();
-    let [seen, followed] = ENTRIES[index];
+    let [seen, mut followed] = ENTRIES[index];
+    if resident.features.spreads_light() && part.samples > 1 {
+        followed = SPREADING;
+    }
     let (samples, features) = (quality.samples, resident.features);
     let shade = |entry, meeting| pipelines.shade(device, Shading { entry, samples, features, traces, meeting });
     let seen = shade(seen, Meeting::Followed);
@@ -231,14 +237,17 @@ fn cells_of(width: u32, rows: u32, samples: u32) -> [u32; 2] {
     [width, rows].map(|count| count.div_ceil(cell_side(samples)))
 }
 
-/// Rows of a picture that are drawn at a time: whole tiles, whose tables fit into a binding.
+/// Rows of a picture that are drawn at a time: whole tiles, whose tables fit into a binding, and about as many in every
+/// band.
 fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
     let unit = tile_rows(samples);
+    let units = view.height.div_ceil(unit);
     let bytes = hit_bytes(cells_of(view.width, unit, samples), paths);
     let of_table = (HIT_BYTES_AT_ONCE / bytes) as u32;
     let of_pixels = PIXELS_AT_ONCE / (view.width * unit);
-    let least = view.height.div_ceil(MAX_BANDS).div_ceil(unit);
-    of_table.min(of_pixels).max(least).min(view.height.div_ceil(unit)) * unit
+    let of_tiles = TILES_AT_ONCE / view.width.div_ceil(unit);
+    let most = of_table.min(of_pixels).min(of_tiles).max(units.div_ceil(MAX_BANDS));
+    units.div_ceil(units.div_ceil(most)) * unit
 }
 
 /// Reads colours, some rows at a time.

@@ -23,7 +23,7 @@ const RAYS: u32 = 4;
 /// Cells along a side of a tile.
 const TILE: u32 = 16;
 /// Blocks of a tile.
-const BLOCKS: u32 = 16;
+pub(crate) const BLOCKS: u32 = 16;
 /// Pixels along a side of a workgroup that shades, and cells of one that gathers.
 pub(crate) const WORKGROUP: u32 = 8;
 /// Longer paths are traced.

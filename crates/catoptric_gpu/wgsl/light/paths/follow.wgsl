@@ -159,6 +159,9 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             break;
         }
         hit = hit_on_path(segment, place);
+        if shows_several {
+            break;
+        }
     }
     return sum;
 }

@@ -7,6 +7,8 @@
 override TWO_PATHS: bool = false;
 
 const MIN_THROUGHPUT = 1e-5;
+// Set where four samples that are shaded as one turn out to show different places: what is found then does not count.
+var<private> shows_several: bool;
 // Paths of more events are refused before anything is drawn.
 const MAX_ORDER = 16u;
 

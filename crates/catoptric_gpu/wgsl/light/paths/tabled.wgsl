@@ -13,7 +13,23 @@ fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
     if TRACES && is_traced {
         return traced_hit(segment);
     }
-    return hits[hit_index(place.cell, segment.order, segment.kinds)][place.ray];
+    return known_hit(hits[hit_index(place.cell, segment.order, segment.kinds)], segment, place.ray, place.samples);
+}
+
+// Where directions change by more than this within a pixel, they change unevenly: its samples are followed apart. The
+// twin of `path_shader`'s.
+const EVEN_CHANGE = 0.03;
+
+// Of the hits of a cell that of one of its rays, or that of four samples which are shaded as one. Where light is looked
+// up, what is seen directly is all that is known.
+fn known_hit(found: vec4u, segment: Segment, ray: u32, samples: u32) -> u32 {
+    if SAMPLES != RAYS || samples != RAYS || frame.tiled_events == 0u {
+        return found[ray];
+    }
+    let change = segment.change;
+    let most = max(dot(change.direction_dx, change.direction_dx), dot(change.direction_dy, change.direction_dy));
+    shows_several = shows_several || !(most <= EVEN_CHANGE * EVEN_CHANGE);
+    return shared_hit(found, segment.ray);
 }
 
 // The radiance that arrives at a position of the picture along all paths of a ray of a cell, which stands for so many
@@ -28,5 +44,7 @@ fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32
         numbers = RayNumbers(moved, ray, 4u, 4.0 * rays);
     }
     let place = PictureRay(position, cell, ray, side, samples, rays, numbers);
-    return finite(light_along(eye_segment(position, side), hits[hit_index(cell, 0u, 0u)][ray], place));
+    let first = eye_segment(position, side);
+    let hit = known_hit(hits[hit_index(cell, 0u, 0u)], first, ray, samples);
+    return finite(light_along(first, hit, place));
 }
