@@ -64,6 +64,7 @@ sources!(
     "tiles/trace.wgsl",
     "tiles/work.wgsl",
     "twins.wgsl",
+    "twins_of_encounters.wgsl",
     "twins_of_scene.wgsl",
     "visibility.wgsl",
 );
@@ -86,6 +87,7 @@ pub const SHADERS: &[&str] = &[
     "tiles/gather.wgsl",
     "tiles/trace.wgsl",
     "twins.wgsl",
+    "twins_of_encounters.wgsl",
     "twins_of_scene.wgsl",
     "visibility.wgsl",
 ];

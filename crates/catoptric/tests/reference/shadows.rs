@@ -1,10 +1,10 @@
 //! Shadows of lights against closed forms: where they lie, what casts them, and that smooth meshes cast none on
 //! themselves.
 
-use catoptric::light::visibility::cast_shadows;
+use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::methods::Quality;
 use catoptric::scene::model::{LightAsset, LocalTransform, Node};
-use catoptric::scene::{LightKind, Material, Role, Scene};
+use catoptric::scene::{Camera, LightKind, Material, Role, Scene};
 use catoptric_testkit::drawing::picture;
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::Vec3;
@@ -59,6 +59,32 @@ fn floor(scene: &Scene) -> Vec<(bool, f32)> {
         }
     }
     places
+}
+
+#[test]
+fn shadows_move_with_what_casts_them() {
+    for is_mesh in [false, true] {
+        let mut builder = floor_and_ball(Material::diffuse("ball", Vec3::ONE), is_mesh);
+        let before = with_shadows(builder.model_mut().pose(&Default::default()).unwrap());
+        let ball = builder.model_mut().nodes.iter_mut().find(|node| node.name == "ball").expect("it is there");
+        let step = Vec3::new(0.3, 0.2, -0.4);
+        ball.local = LocalTransform::at(if is_mesh { step } else { CENTER + step });
+        let mut moved = builder.model_mut().pose(&Default::default()).unwrap();
+        cast_shadows_as(&before, &mut moved);
+        let means = |scene: &Scene| scene.light_visibility.clone().expect("there is a lamp");
+        assert!(means(&before).moved_to(&moved).is_some(), "the means can move");
+        let anew = with_shadows(builder.model_mut().pose(&Default::default()).unwrap());
+        let picture = |scene: &Scene| {
+            let camera = Camera::look_at("above", Vec3::new(0.0, 8.0, 0.01), Vec3::ZERO, Vec3::Y, 40.0);
+            picture("reference", "", scene, &scene.view(&camera, 120, 120), Quality { samples: 1, order: 0 }).pixels
+        };
+        assert_eq!(picture(&moved), picture(&anew));
+        assert_ne!(picture(&moved), picture(&before));
+        // What is no other moment of the scene has means of its own.
+        let mut other = floor_and_ball(Material::diffuse("ball", Vec3::ONE), !is_mesh).build();
+        cast_shadows_as(&moved, &mut other);
+        assert_eq!(picture(&other), picture(&with_shadows(other.clone())));
+    }
 }
 
 #[test]

@@ -39,7 +39,8 @@ fn trials() -> Vec<Trial> {
             let mut trials = pictures::trials(&context);
             trials.extend(motion::trials(&context));
             trials.extend(renderer::trials(&context));
-            trials.extend([twins::trial(&context), twins_of_scene::trial(&context)]);
+            trials
+                .extend([twins::trial, twins_of_scene::trial, twins_of_encounters::trial].map(|trial| trial(&context)));
             trials
         }
         Err(error @ GpuError::NoAdapter) => ignored(&error.to_string()),
@@ -53,7 +54,11 @@ mod motion;
 #[cfg(feature = "wgpu")]
 mod renderer;
 #[cfg(feature = "wgpu")]
+mod resources;
+#[cfg(feature = "wgpu")]
 mod twins;
+#[cfg(feature = "wgpu")]
+mod twins_of_encounters;
 #[cfg(feature = "wgpu")]
 mod twins_of_scene;
 

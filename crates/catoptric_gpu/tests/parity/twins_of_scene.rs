@@ -1,20 +1,16 @@
 //! How points of surfaces look: textures, lights, environment, normal maps, in the library and in shaders.
 
+use super::resources::SceneResources;
 use super::twins::run;
 use bytemuck::{Pod, Zeroable};
 use catoptric::math::random::Stream;
-use catoptric::scene::microfacets::{CELLS, ReflectanceTable};
 use catoptric::scene::shade::SurfacePoint;
 use catoptric::scene::{Environment, Scene, UvFootprint};
 use catoptric_gpu::Context;
-use catoptric_gpu::layout::{Frame, TEXEL_ROW};
-use catoptric_gpu::tables::{SceneFeatures, SceneTables, environment_texels, light_records, texture_tables};
 use catoptric_scenes::builtin;
 use glam::{Vec2, Vec3, Vec4};
 use libtest_mimic::{Failed, Trial};
 use std::sync::Arc;
-use wgpu::util::DeviceExt;
-use wgpu::{BindGroupEntry, BindingResource, BufferUsages, TextureFormat};
 
 const COUNT: usize = 100_000;
 /// Of differences, as a share of what is compared and 1.
@@ -157,63 +153,8 @@ fn compare(context: &Context) -> Result<(), Failed> {
 
 /// What shaders give.
 fn evaluate(context: &Context, scene: &Scene, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
-    let (device, queue) = (context.device(), context.queue());
-    let picture = |format: TextureFormat, [width, height]: [u32; 2], texels: &[u8]| {
-        let mut texels = texels.to_vec();
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        texels.resize((width * height * format.block_copy_size(None).expect("no depth")) as usize, 0);
-        let descriptor = wgpu::TextureDescriptor {
-            label: None,
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        };
-        let order = wgpu::util::TextureDataOrder::LayerMajor;
-        device.create_texture_with_data(queue, &descriptor, order, &texels).create_view(&Default::default())
-    };
-    let rows = |count: usize| [count.clamp(1, TEXEL_ROW) as u32, count.div_ceil(TEXEL_ROW).max(1) as u32];
-    let table = |bytes: &[u8]| picture(TextureFormat::Rgba32Uint, rows(bytes.len() / 16), bytes);
-    let tables = SceneTables::new(scene, None, |_| true);
-    let environment = environment_texels(scene.environment.as_deref(), true);
-    let textures = texture_tables(scene)?;
-    let cells: Vec<[f32; 4]> = ReflectanceTable::get().rows().iter().flatten().map(|cell| cell.to_array()).collect();
-    let numbers = TextureFormat::Rgba32Float;
-    let views = [
-        table(bytemuck::cast_slice(&tables.vertices)),
-        table(bytemuck::cast_slice(&tables.triangles)),
-        table(bytemuck::cast_slice(&tables.surfaces)),
-        table(bytemuck::cast_slice(&textures.records)),
-        picture(TextureFormat::Rgba16Uint, rows(textures.texels.len()), bytemuck::cast_slice(&textures.texels)),
-        picture(numbers, environment.size, bytemuck::cast_slice(&environment.picture)),
-        picture(numbers, environment.maps_size, bytemuck::cast_slice(&environment.maps)),
-        picture(numbers, [CELLS as u32 + 1; 2], bytemuck::cast_slice(&cells)),
-    ];
-    let hierarchy = [
-        table(bytemuck::cast_slice(&tables.hierarchy.nodes)),
-        table(bytemuck::cast_slice(&tables.hierarchy.triangles)),
-    ];
-    let lights = light_records(scene)?;
-    let frame = Frame {
-        light_count: scene.lights.len() as u32,
-        root: tables.hierarchy.root,
-        maps: environment.places.maps,
-        reductions: environment.places.reductions,
-        ..Frame::zeroed()
-    };
-    let uniform = |contents: &[u8]| {
-        let usage = BufferUsages::UNIFORM;
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
-    };
-    let (frame, lights) = (uniform(bytemuck::bytes_of(&frame)), uniform(bytemuck::cast_slice(&lights)));
-    let entry = |(binding, view)| BindGroupEntry { binding, resource: BindingResource::TextureView(view) };
-    let mut first: Vec<BindGroupEntry<'_>> = (1..).zip(&views).map(entry).collect();
-    first.push(BindGroupEntry { binding: 0, resource: frame.as_entire_binding() });
-    first.push(BindGroupEntry { binding: 9, resource: lights.as_entire_binding() });
-    let second: Vec<BindGroupEntry<'_>> = (0..).zip(&hierarchy).map(entry).collect();
-    let constants = SceneFeatures::of(scene, &tables.surfaces).constants();
-    run(context, "twins_of_scene.wgsl", &constants, inputs, &first, &second)
+    let resources = SceneResources::new(context, scene)?;
+    let all: Vec<u32> = (0..=9).collect();
+    let (first, second) = (resources.of_scene(&all), resources.of_hierarchy());
+    run(context, "twins_of_scene.wgsl", &resources.constants, inputs, &first, &second)
 }
