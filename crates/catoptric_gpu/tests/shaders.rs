@@ -11,7 +11,7 @@ use catoptric_gpu::shader;
 use naga::front::wgsl;
 use naga::proc::Layouter;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use naga::{Module, TypeInner};
+use naga::{Block, Module, Statement, TypeInner};
 use std::mem::offset_of;
 
 fn module(path: &str) -> Module {
@@ -238,6 +238,50 @@ const RESERVED: &str = "NULL Self abstract active alignas alignof as asm asm_fra
     self set shared sizeof smooth snorm static static_assert static_cast std subroutine super target template this \
     thread_local throw trait try type typedef typeid typename typeof union unless unorm unsafe unsized use using \
     varying virtual volatile wgsl where with writeonly yield";
+
+/// True if a block has a barrier, at any depth.
+fn has_barrier(block: &Block) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::ControlBarrier(_) | Statement::WorkGroupUniformLoad { .. } => true,
+        Statement::Block(inner) => has_barrier(inner),
+        Statement::If { accept, reject, .. } => has_barrier(accept) || has_barrier(reject),
+        Statement::Switch { cases, .. } => cases.iter().any(|case| has_barrier(&case.body)),
+        Statement::Loop { body, continuing, .. } => has_barrier(body) || has_barrier(continuing),
+        _ => false,
+    })
+}
+
+/// True if a block of a loop with a barrier (`in_one`), or a loop in it that has one, begins its loop again from its
+/// midst.
+fn continues_past_barriers(block: &Block, in_one: bool) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::Continue => in_one,
+        Statement::Block(inner) => continues_past_barriers(inner, in_one),
+        Statement::If { accept, reject, .. } => {
+            continues_past_barriers(accept, in_one) || continues_past_barriers(reject, in_one)
+        }
+        Statement::Switch { cases, .. } => cases.iter().any(|case| continues_past_barriers(&case.body, in_one)),
+        Statement::Loop { body, .. } => continues_past_barriers(body, has_barrier(body)),
+        _ => false,
+    })
+}
+
+/// Barriers are for all threads of a group: browsers refuse loops in which some may begin again before the others.
+#[test]
+fn all_threads_meet_at_barriers() {
+    let mut loops = 0;
+    for path in shader::SHADERS {
+        let module = module(path);
+        let functions = module.functions.iter().map(|(_, function)| function);
+        for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
+            let name = function.name.as_deref().unwrap_or_default();
+            assert!(!continues_past_barriers(&function.body, false), "{path}: {name}");
+            let is_one = |statement: &Statement| matches!(statement, Statement::Loop { body, .. } if has_barrier(body));
+            loops += function.body.iter().filter(|statement| is_one(statement)).count();
+        }
+    }
+    assert!(loops > 2, "there are some: {loops}");
+}
 
 /// Browsers' compilers are stricter than naga: names may not be reserved words, and `&&` and `||` may not be mixed
 /// without parentheses.

@@ -3,6 +3,7 @@
 mod adapter;
 mod context;
 mod frame;
+mod kept;
 mod method;
 mod moving;
 mod pipelines;

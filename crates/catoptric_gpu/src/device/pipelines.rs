@@ -5,10 +5,9 @@ use super::frame::rough::{self, RoughPipelines};
 use super::frame::samples::SumPipelines;
 use super::frame::tiles::TilePipelines;
 use super::frame::{fields, layers, lists, mirrors};
+use super::kept::Kept;
 use crate::shader;
 use crate::tables::SceneFeatures;
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 use wgpu::{BindingType, BufferBindingType, ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension};
 
 /// Triangles' numbers, in two halves: 32 bits in one number cannot be antialiased.
@@ -91,8 +90,8 @@ pub(crate) struct Pipelines {
     shaders: [wgpu::ShaderModule; 4],
     present: wgpu::ShaderModule,
     /// Those that draw to targets, by their formats.
-    presenting: Mutex<HashMap<TextureFormat, wgpu::RenderPipeline>>,
-    shade: Mutex<HashMap<Shading, wgpu::ComputePipeline>>,
+    presenting: Kept<TextureFormat, wgpu::RenderPipeline>,
+    shade: Kept<Shading, wgpu::ComputePipeline>,
 }
 
 impl Pipelines {
@@ -152,7 +151,7 @@ impl Pipelines {
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &fields]),
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &layers]),
         ];
-        let (shade, presenting) = (Mutex::default(), Mutex::default());
+        let (shade, presenting) = (Kept::default(), Kept::default());
         Self {
             scene,
             hierarchy,
@@ -178,9 +177,8 @@ impl Pipelines {
 
     /// The pipeline that shades pixels in a way.
     pub(crate) fn shade(&self, device: &wgpu::Device, how: Shading) -> wgpu::ComputePipeline {
-        let mut known = self.shade.lock().unwrap_or_else(PoisonError::into_inner);
         let Shading { entry, samples, features, traces, meeting } = how;
-        let pipeline = known.entry(how).or_insert_with(|| {
+        self.shade.get(how, || {
             let (layout, module) = (&self.shading[meeting as usize], &self.shaders[meeting as usize]);
             let mut constants = features.constants();
             constants.push(("SAMPLES", f64::from(samples)));
@@ -201,14 +199,12 @@ impl Pipelines {
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 cache: None,
             })
-        });
-        pipeline.clone()
+        })
     }
 
     /// The pipeline that draws colours to targets of a format.
     pub(crate) fn present(&self, device: &wgpu::Device, format: TextureFormat) -> wgpu::RenderPipeline {
-        let mut known = self.presenting.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry(format).or_insert_with(|| {
+        self.presenting.get(format, || {
             let layout = pipeline_layout(device, &[&self.colors]);
             let (module, compilation_options) = (&self.present, wgpu::PipelineCompilationOptions::default());
             device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -232,8 +228,7 @@ impl Pipelines {
                 multiview_mask: None,
                 cache: None,
             })
-        });
-        pipeline.clone()
+        })
     }
 }
 

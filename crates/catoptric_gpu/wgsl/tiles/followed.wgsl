@@ -109,24 +109,23 @@ fn follow_four_samples(
         let place_in_queue = done + thread;
         // More may be added meanwhile.
         done = min(done + PIXELS, count);
-        if place_in_queue >= count {
-            continue;
-        }
-        let item = to_shade[place_in_queue];
-        let index = item / 8u;
-        let is_one = item % 8u == ALL_SAMPLES;
-        let ray = select(item % 8u, 0u, is_one);
-        let cell = followed_pixel(group, vec3u(index % 8u, index / 8u, 0u));
-        let corner = vec2f(cell + vec2u(0u, frame.first_row));
-        let place = corner + select(four_samples[ray], vec2f(0.5), is_one);
-        let triangle = triangle_of(hits[hit_index(cell, 0u, 0u)][ray]);
-        shows_several = false;
-        let side = select(0.5, 1.0, is_one);
-        let color = followed_radiance(place, cell, ray, triangle, side, select(1u, RAYS, is_one));
-        if is_one && shows_several {
-            let_wait(index, false);
-        } else {
-            of_samples[index * RAYS + ray] = vec4f(color, side * side);
+        if place_in_queue < count {
+            let item = to_shade[place_in_queue];
+            let index = item / 8u;
+            let is_one = item % 8u == ALL_SAMPLES;
+            let ray = select(item % 8u, 0u, is_one);
+            let cell = followed_pixel(group, vec3u(index % 8u, index / 8u, 0u));
+            let corner = vec2f(cell + vec2u(0u, frame.first_row));
+            let place = corner + select(four_samples[ray], vec2f(0.5), is_one);
+            let triangle = triangle_of(hits[hit_index(cell, 0u, 0u)][ray]);
+            shows_several = false;
+            let side = select(0.5, 1.0, is_one);
+            let color = followed_radiance(place, cell, ray, triangle, side, select(1u, RAYS, is_one));
+            if is_one && shows_several {
+                let_wait(index, false);
+            } else {
+                of_samples[index * RAYS + ray] = vec4f(color, side * side);
+            }
         }
     }
     if is_shown {

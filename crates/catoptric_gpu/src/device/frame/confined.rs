@@ -1,13 +1,13 @@
 //! What is drawn by hardware where a picture shows something: hits one event further.
 
 use crate::device::context::Context;
+use crate::device::kept::Kept;
 use crate::device::pipelines::{Draws, draws, layout, pipeline_layout, texture, uniform};
 use crate::device::upload::group;
 use crate::shader;
 use bytemuck::Pod;
-use std::collections::HashMap;
 use std::num::NonZeroU64;
-use std::sync::{Mutex, PoisonError};
+
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferUsages};
 use wgpu::{RenderPipeline, ShaderStages, TextureFormat, TextureSampleType, TextureView, VertexBufferLayout};
@@ -38,7 +38,7 @@ pub(crate) struct ConfinedPipelines {
     module: wgpu::ShaderModule,
     corners: Option<VertexBufferLayout<'static>>,
     /// By the place of the number of samples, and whether surfaces have holes.
-    known: Mutex<HashMap<(usize, bool), RenderPipeline>>,
+    known: Kept<(usize, bool), RenderPipeline>,
 }
 
 impl ConfinedPipelines {
@@ -52,20 +52,18 @@ impl ConfinedPipelines {
         let layouts = [0, 1].map(|index| pipeline_layout(device, &[scene, order, &paths[index]]));
         let source = wgpu::ShaderSource::Wgsl(shader::source(label).into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source });
-        Self { paths, layouts, module, corners, known: Mutex::default() }
+        Self { paths, layouts, module, corners, known: Kept::default() }
     }
 
     /// The pipeline for a place of the number of samples.
     pub(crate) fn get(&self, device: &wgpu::Device, index: usize, has_holes: bool) -> RenderPipeline {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((index, has_holes)).or_insert_with(|| {
+        self.known.get((index, has_holes), || {
             let (fragment, samples) = [("confined_one_sample", 1), ("confined_four_samples", 4)][index];
             let constants = [("HAS_HOLES", if has_holes { 1.0 } else { 0.0 })];
             let (module, layout, format) = (&self.module, &self.layouts[index], CONFINED_FORMAT);
             let (vertex, corners) = ("confined_corner", self.corners.as_ref());
             draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, constants: &constants })
-        });
-        pipeline.clone()
+        })
     }
 
     /// What a pass reads: records of paths, a table if there is one, and what is seen before.

@@ -3,6 +3,7 @@
 use super::tiles::{Band, WORKGROUP, begin};
 use super::timer::Timer;
 use crate::device::context::Context;
+use crate::device::kept::Kept;
 use crate::device::pipelines::{layout, pipeline_layout, storage, uniform, written_storage};
 use crate::device::upload::{DeviceScene, group};
 use crate::layout::{GRIDS, Grids, LIGHT_BYTES, MOST_REDUCTIONS, PASSAGE_BYTES, SHARP_BYTES, WORD_BYTES};
@@ -10,9 +11,8 @@ use crate::shader;
 use crate::tables::SceneFeatures;
 use catoptric::scene::{Scene, View};
 use glam::Vec3;
-use std::collections::HashMap;
 use std::num::NonZeroU64;
-use std::sync::{Mutex, PoisonError};
+
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferUsages};
 use wgpu::{ComputePipeline, ShaderStages};
@@ -43,7 +43,7 @@ pub(crate) struct RoughPipelines {
     /// Of rays, of means, and of the marking of hits.
     modules: [wgpu::ShaderModule; 3],
     /// By entries, what scenes have, and samples.
-    known: Mutex<HashMap<(&'static str, SceneFeatures, u32), ComputePipeline>>,
+    known: Kept<(&'static str, SceneFeatures, u32), ComputePipeline>,
 }
 
 /// The passes over a grid, by the place of their module.
@@ -71,7 +71,7 @@ impl RoughPipelines {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
         });
-        Self { tables, marking, layouts, modules, known: Mutex::default() }
+        Self { tables, marking, layouts, modules, known: Kept::default() }
     }
 
     fn get(
@@ -83,8 +83,7 @@ impl RoughPipelines {
     ) -> ComputePipeline {
         // Means need to know no more of a scene than that there are rough mirrors.
         let features = if module == 0 { features } else { features.of_rays() };
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((entry, features, samples)).or_insert_with(|| {
+        self.known.get((entry, features, samples), || {
             let mut constants = features.constants();
             if module != 1 {
                 constants.push(("SAMPLES", f64::from(samples)));
@@ -97,8 +96,7 @@ impl RoughPipelines {
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 cache: None,
             })
-        });
-        pipeline.clone()
+        })
     }
 }
 

@@ -3,12 +3,12 @@
 use super::tiles::{WORKGROUP, begin};
 use super::timer::Timer;
 use crate::device::context::Context;
+use crate::device::kept::Kept;
 use crate::device::pipelines::{COLOR_FORMAT, SAMPLE_COUNTS, layout, pipeline_layout, texture, written};
 use crate::device::upload::group;
 use crate::shader;
 use catoptric::raster::sample_positions;
-use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+
 use wgpu::{
     BindGroupLayout, BindingResource, ComputePipeline, ShaderStages, Texture, TextureSampleType, TextureUsages,
 };
@@ -48,7 +48,7 @@ pub(crate) struct SumPipelines {
     whole: wgpu::PipelineLayout,
     module: wgpu::ShaderModule,
     /// By the number of parts, and whether there are some before.
-    known: Mutex<HashMap<(u32, bool), ComputePipeline>>,
+    known: Kept<(u32, bool), ComputePipeline>,
 }
 
 impl SumPipelines {
@@ -58,12 +58,11 @@ impl SumPipelines {
         let whole = pipeline_layout(device, &[&layout]);
         let source = wgpu::ShaderSource::Wgsl(shader::source("sum.wgsl").into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sum.wgsl"), source });
-        Self { layout, whole, module, known: Mutex::default() }
+        Self { layout, whole, module, known: Kept::default() }
     }
 
     fn get(&self, device: &wgpu::Device, parts: u32, goes_on: bool) -> ComputePipeline {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((parts, goes_on)).or_insert_with(|| {
+        self.known.get((parts, goes_on), || {
             let constants = [("SHARE", 1.0 / f64::from(parts)), ("GOES_ON", if goes_on { 1.0 } else { 0.0 })];
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some("add"),
@@ -73,8 +72,7 @@ impl SumPipelines {
                 compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
                 cache: None,
             })
-        });
-        pipeline.clone()
+        })
     }
 }
 

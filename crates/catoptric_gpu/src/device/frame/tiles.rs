@@ -4,6 +4,7 @@ use super::rough::RoughTables;
 use super::targets::Targets;
 use super::timer::Timer;
 use crate::device::context::Context;
+use crate::device::kept::Kept;
 use crate::device::pipelines::{Pipelines, layout, pipeline_layout, table, texture, uniform, written_storage};
 use crate::device::upload::{DeviceScene, Reflections, Upload, group};
 use crate::error::GpuError;
@@ -11,9 +12,8 @@ use crate::layout::{NONE, Tiling};
 use crate::shader;
 use crate::tables::SceneFeatures;
 use bytemuck::{Pod, Zeroable};
-use std::collections::HashMap;
 use std::num::NonZeroU64;
-use std::sync::{Mutex, PoisonError};
+
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages};
 use wgpu::{ComputePipeline, ShaderStages, TextureSampleType, TextureView};
@@ -164,7 +164,7 @@ pub(crate) struct TilePipelines {
     modules: [wgpu::ShaderModule; 3],
     layouts: [wgpu::PipelineLayout; 2],
     /// By samples and what scenes have.
-    known: Mutex<HashMap<(u32, SceneFeatures, Pass), ComputePipeline>>,
+    known: Kept<(u32, SceneFeatures, Pass), ComputePipeline>,
 }
 
 impl TilePipelines {
@@ -186,14 +186,13 @@ impl TilePipelines {
             pipeline_layout(device, &[scene, &empty, &working]),
             pipeline_layout(device, &[scene, hierarchy, &working]),
         ];
-        Self { gathering, working, gather_layouts, gather, modules, layouts, known: Mutex::default() }
+        Self { gathering, working, gather_layouts, gather, modules, layouts, known: Kept::default() }
     }
 
     fn get(&self, device: &wgpu::Device, samples: u32, features: SceneFeatures, pass: Pass) -> ComputePipeline {
         // All but tracing need to know no more of a scene than what changes rays.
         let features = if pass == Pass::Trace { features } else { features.of_rays() };
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        let pipeline = known.entry((samples, features, pass)).or_insert_with(|| {
+        self.known.get((samples, features, pass), || {
             let mut constants = features.constants();
             constants.push(("SAMPLES", f64::from(samples)));
             let (layout, module, entry) = match pass {
@@ -208,8 +207,7 @@ impl TilePipelines {
                 Pass::Trace => (&self.layouts[1], &self.modules[2], "trace"),
             };
             compute(device, layout, module, entry, &constants)
-        });
-        pipeline.clone()
+        })
     }
 }
 
