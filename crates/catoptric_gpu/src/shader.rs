@@ -63,9 +63,9 @@ sources!(
     "tiles/pixels.wgsl",
     "tiles/trace.wgsl",
     "tiles/work.wgsl",
-    "twins.wgsl",
-    "twins_of_encounters.wgsl",
-    "twins_of_scene.wgsl",
+    "twins/encounters.wgsl",
+    "twins/events.wgsl",
+    "twins/points.wgsl",
     "visibility.wgsl",
 );
 
@@ -86,9 +86,9 @@ pub const SHADERS: &[&str] = &[
     "tiles/cover.wgsl",
     "tiles/gather.wgsl",
     "tiles/trace.wgsl",
-    "twins.wgsl",
-    "twins_of_encounters.wgsl",
-    "twins_of_scene.wgsl",
+    "twins/encounters.wgsl",
+    "twins/events.wgsl",
+    "twins/points.wgsl",
     "visibility.wgsl",
 ];
 

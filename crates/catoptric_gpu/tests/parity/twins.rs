@@ -131,7 +131,7 @@ fn compare(context: &Context) -> Result<(), Failed> {
 
 /// What the shaders give.
 fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
-    run(context, "twins.wgsl", &[], inputs, &[], &[])
+    run(context, "twins/events.wgsl", &[], inputs, &[], &[])
 }
 
 fn entry(binding: u32, buffer: &wgpu::Buffer) -> wgpu::BindGroupEntry<'_> {

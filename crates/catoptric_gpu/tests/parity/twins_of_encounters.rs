@@ -164,7 +164,7 @@ fn compare(context: &Context) -> Result<(), Failed> {
     let inputs = inputs(&scene);
     let resources = SceneResources::new(context, &scene)?;
     let (first, second) = (resources.of_scene(&[0, 1, 2, 3, 4, 5]), resources.of_hierarchy());
-    let found: Vec<Output> = run(context, "twins_of_encounters.wgsl", &resources.constants, &inputs, &first, &second)?;
+    let found: Vec<Output> = run(context, "twins/encounters.wgsl", &resources.constants, &inputs, &first, &second)?;
     let mut met = vec![0usize; scene.objects.len()];
     let mut off = [0usize; LIMITS.len()];
     for (given, found) in inputs.iter().zip(&found).filter(|(_, found)| found.triangle != NONE) {

@@ -156,5 +156,5 @@ fn evaluate(context: &Context, scene: &Scene, inputs: &[Input]) -> Result<Vec<Ou
     let resources = SceneResources::new(context, scene)?;
     let all: Vec<u32> = (0..=9).collect();
     let (first, second) = (resources.of_scene(&all), resources.of_hierarchy());
-    run(context, "twins_of_scene.wgsl", &resources.constants, inputs, &first, &second)
+    run(context, "twins/points.wgsl", &resources.constants, inputs, &first, &second)
 }
