@@ -9,12 +9,13 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::methods::{self, Method, Quality};
 use catoptric::progress::Silent;
-use catoptric::scene::model::{LocalTransform, Model};
+use catoptric::scene::model::Model;
 use catoptric::scene::{PoseOptions, Scene, View};
 use catoptric_gpu::{Context, Renderer};
 use catoptric_scenes::{builtin, import};
+use catoptric_testkit::scenes::moved;
 use clap::{Parser, ValueEnum};
-use glam::{Affine3A, Mat4, Quat, Vec3};
+use glam::{Affine3A, Quat, Vec3};
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
@@ -287,15 +288,7 @@ fn move_all(model: &mut Model, number: u32) {
     for (index, node) in model.nodes.iter_mut().enumerate() {
         let angle = 0.1 * number as f32 + index as f32;
         let step = Vec3::new(angle.sin(), 0.0, angle.cos()) * 0.001;
-        node.local = match node.local {
-            LocalTransform::Matrix(matrix) => LocalTransform::Matrix(Mat4::from_translation(step) * matrix),
-            LocalTransform::Parts { translation, rotation, scale } => {
-                LocalTransform::Parts { translation: translation + step, rotation, scale }
-            }
-            LocalTransform::Rigid { translation, rotation } => {
-                LocalTransform::Rigid { translation: translation + step.as_dvec3(), rotation }
-            }
-        };
+        node.local = moved(&node.local, step);
     }
 }
 

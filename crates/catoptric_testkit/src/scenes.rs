@@ -3,7 +3,7 @@
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric::scene::{Camera, Material, PoseOptions, Sampler, Scene, Texture};
 use catoptric::surface::AnalyticSurface;
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
 use std::sync::Arc;
 
 /// Collects parts of a scene.
@@ -135,6 +135,19 @@ impl SceneBuilder {
         let mut scene = self.model.pose(&PoseOptions::default()).expect("test scenes are valid");
         scene.cameras.extend(self.camera);
         scene
+    }
+}
+
+/// A node's place a step further, in its parent's space.
+pub fn moved(local: &LocalTransform, step: Vec3) -> LocalTransform {
+    match *local {
+        LocalTransform::Matrix(matrix) => LocalTransform::Matrix(Mat4::from_translation(step) * matrix),
+        LocalTransform::Parts { translation, rotation, scale } => {
+            LocalTransform::Parts { translation: translation + step, rotation, scale }
+        }
+        LocalTransform::Rigid { translation, rotation } => {
+            LocalTransform::Rigid { translation: translation + step.as_dvec3(), rotation }
+        }
     }
 }
 

@@ -5,10 +5,11 @@ use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::{self, Method, Prepared, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::Camera;
-use catoptric::scene::model::{LocalTransform, Model};
+use catoptric::scene::model::Model;
 use catoptric_gpu::Context;
 use catoptric_scenes::builtin;
-use glam::{Mat4, Vec3};
+use catoptric_testkit::scenes::moved;
+use glam::Vec3;
 use libtest_mimic::{Failed, Trial};
 use std::sync::Arc;
 
@@ -116,16 +117,4 @@ fn draw(context: &Arc<Context>, id: &str, frames: u32) -> Result<(), Failed> {
     }
     context.check()?;
     Ok(())
-}
-
-fn moved(local: &LocalTransform, step: Vec3) -> LocalTransform {
-    match *local {
-        LocalTransform::Matrix(matrix) => LocalTransform::Matrix(Mat4::from_translation(step) * matrix),
-        LocalTransform::Parts { translation, rotation, scale } => {
-            LocalTransform::Parts { translation: translation + step, rotation, scale }
-        }
-        LocalTransform::Rigid { translation, rotation } => {
-            LocalTransform::Rigid { translation: translation + step.as_dvec3(), rotation }
-        }
-    }
 }

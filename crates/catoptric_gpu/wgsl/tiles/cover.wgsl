@@ -48,7 +48,7 @@ var<workgroup> waiting_count: atomic<u32>;
 var<workgroup> to_do: u32;
 var<workgroup> is_failed: u32;
 // Of each block, the triangles of a batch that it can see.
-var<workgroup> seen_by_block: array<atomic<u32>, 32>;
+var<workgroup> seen_by_block: array<atomic<u32>, BLOCKS * WORDS>;
 var<workgroup> pair_count: atomic<u32>;
 // Blocks that have rays to be traced.
 var<workgroup> is_traced: array<atomic<u32>, 16>;

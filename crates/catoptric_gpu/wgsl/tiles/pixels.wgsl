@@ -8,14 +8,6 @@
 // Parts of one surface that meet in a pixel differ in depth by less than this share of it.
 const SAME_DEPTH = 2e-3;
 
-// The distance along a ray of the plane of a triangle.
-fn plane_distance(triangle: u32, ray: Ray) -> f32 {
-    let corners = corners_of(triangle);
-    let a = vertex_of(corners.x).position;
-    let face = cross(vertex_of(corners.y).position - a, vertex_of(corners.z).position - a);
-    return dot(a - ray.origin, face) / dot(ray.direction, face);
-}
-
 // Where a ray meets the plane of a triangle: the distance, and the least of the weights of its corners there, which is
 // below 0 beside it.
 fn place_in_plane(triangle: u32, ray: Ray) -> vec2f {
@@ -96,8 +88,8 @@ fn is_one_surface(ids: vec4u, corner: vec2f) -> bool {
         let is_exact = (head.flags & EXACT) != 0u;
         let is_part = head.role == DIFFUSE && part != 0u && part_of(other.x) == part;
         let ray = eye_ray(corner + four_samples[sample]);
-        let here = plane_distance(triangle_of(ids.x), ray);
-        let there = plane_distance(triangle_of(ids[sample]), ray);
+        let here = place_in_plane(triangle_of(ids.x), ray).x;
+        let there = place_in_plane(triangle_of(ids[sample]), ray).x;
         is_one = is_one && other.w == first.w && (is_exact || is_part) && abs(here - there) <= SAME_DEPTH * abs(there);
     }
     return is_one;
