@@ -4,9 +4,11 @@
 
 mod lookups;
 mod rough;
+mod virtual_mesh;
 
 pub use lookups::{FieldRegion, FieldSlab, Layer, LayerGroup, MAX_VIEWPOINTS, ReflectorMap};
 pub use rough::{GRIDS, Grids, LIGHT_BYTES, MOST_REDUCTIONS, PASSAGE_BYTES, SHARP_BYTES, WORD_BYTES};
+pub use virtual_mesh::{Appearance, GRID_SIDE, PICTURE_SIDE, Piece, Point, Reflection, START_RAY_BYTES};
 
 use bytemuck::{Pod, Zeroable};
 

@@ -66,6 +66,16 @@ sources!(
     "twins/encounters.wgsl",
     "twins/events.wgsl",
     "twins/points.wgsl",
+    "virtual_mesh/divide.wgsl",
+    "virtual_mesh/explosion.wgsl",
+    "virtual_mesh/points.wgsl",
+    "virtual_mesh/project.wgsl",
+    "virtual_mesh/reflection.wgsl",
+    "virtual_mesh/reflector.wgsl",
+    "virtual_mesh/search.wgsl",
+    "virtual_mesh/spheres.wgsl",
+    "virtual_mesh/starts.wgsl",
+    "virtual_mesh/work.wgsl",
     "visibility.wgsl",
 );
 
@@ -89,6 +99,10 @@ pub const SHADERS: &[&str] = &[
     "twins/encounters.wgsl",
     "twins/events.wgsl",
     "twins/points.wgsl",
+    "virtual_mesh/divide.wgsl",
+    "virtual_mesh/explosion.wgsl",
+    "virtual_mesh/project.wgsl",
+    "virtual_mesh/reflector.wgsl",
     "visibility.wgsl",
 ];
 

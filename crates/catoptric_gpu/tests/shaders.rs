@@ -2,10 +2,10 @@
 
 use catoptric::surface::Implicit;
 use catoptric_gpu::layout::{
-    Binding, ExactSurface, FieldRegion, FieldSlab, Frame, GRIDS, Grids, Layer, LayerGroup, LeafTriangle, Level,
-    LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS, MirrorPath, Node, PathList,
-    ReflectorMap, Surface, TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags,
-    surface_flags, triangle_flags,
+    Appearance, Binding, ExactSurface, FieldRegion, FieldSlab, Frame, GRID_SIDE, GRIDS, Grids, Layer, LayerGroup,
+    LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS, MirrorPath,
+    Node, PICTURE_SIDE, PathList, Piece, Point, Reflection, ReflectorMap, START_RAY_BYTES, Surface, TEXEL_ROW,
+    TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -176,6 +176,20 @@ fn passes_read_their_own_records_as_they_are_written() {
         assert!(source.contains(&format!("const {name} = {value}u;")), "{name}");
     }
     compare("lists.wgsl", &[record!("PathList": PathList { object, parent, number })]);
+    let reflection = record!("Reflection": Reflection {
+        clip_from_world, low, size, shown_low, shown_high, box_low, radius, box_high, object, axis, near, far,
+        edge_error_px, piece_px, shortest, own_vertices, own_triangles, vertex_count, triangle_count,
+        most_appearances, most_pieces, most_drawn, number, most_points, shows_itself, map_x, far_radius, map_y, map_z,
+    });
+    let point = record!("Point": Point { position, first, weights, count });
+    let appearance = record!("Appearance": Appearance { image_px, w, depth, change_x, state, change_y, is_turned });
+    let piece = record!("Piece": Piece { corners, source });
+    compare("virtual_mesh/divide.wgsl", &[reflection, point, appearance, piece]);
+    let source = shader::source("virtual_mesh/divide.wgsl");
+    for (name, value) in [("PICTURE_SIDE", PICTURE_SIDE), ("GRID_SIDE", GRID_SIDE)] {
+        assert!(source.contains(&format!("const {name} = {value}u;")), "{name}");
+    }
+    assert_eq!(START_RAY_BYTES, 2 * 16, "two vectors");
     compare("tiles/cover.wgsl", &[tiling, record!("WideChild": WideChild { low, code, high })]);
     assert!(shader::source("tiles/cover.wgsl").contains(&format!("const WIDTH = {WIDTH}u;")));
 }

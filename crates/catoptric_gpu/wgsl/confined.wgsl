@@ -18,7 +18,7 @@ fn confined(corner: Corner, shown: vec4u) -> vec4u {
     let at = Barycentrics(corner.at, dpdx(corner.at), dpdy(corner.at));
     let triangle = triangle_of(shown.x | (shown.y << 16u));
     let is_there = corner.height > 0.0 && shown.z == path.parent && triangle != NONE && is_seen(triangle);
-    if !is_there || (HAS_HOLES && !is_present(triangle_of(corner.hit), at)) {
+    if !is_there || (HAS_HOLES && corner.hit != 0u && !is_present(triangle_of(corner.hit), at)) {
         discard;
     }
     return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, 0u);

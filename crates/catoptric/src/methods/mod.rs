@@ -241,7 +241,7 @@ pub trait Prepared: Send {
 }
 
 /// One view of a prepared scene: can be drawn and queried, as often as needed.
-pub trait Frame: Sync {
+pub trait Frame: Send + Sync {
     /// Times and counts of building the frame.
     fn report(&self) -> &Report;
 

@@ -6,7 +6,9 @@ use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::timer::Timer;
-use super::frame::{self, Drawing, Sight};
+use super::frame::virtual_mesh::{OnDevice, Search, VirtualCounts};
+use super::frame::{self, Drawing, Found, Geometry, Sight};
+use super::projection::{PreparedProjection, Projection};
 use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
 use crate::tables::Moved;
@@ -18,7 +20,9 @@ use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
 use catoptric::methods::lookup::layered_environment_map::{LayeredEnvironmentMapSettings, LayeredMaps};
 use catoptric::methods::lookup::light_field::{Background, LightFieldSettings, LightFields, Transfer};
 use catoptric::methods::path_query::PathSearch;
+use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Variant, VirtualVertex};
 use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
+use catoptric::methods::projection::reflector_search::{Refine, ReflectorSearchSettings};
 use catoptric::methods::projector::VertexProjector;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
@@ -41,9 +45,30 @@ pub fn create(context: &Arc<Context>, id: &str, settings: &toml::Table) -> Resul
         LAYERED_MAP => Way::Layers(LayeredEnvironmentMapSettings::from_table(settings)?),
         PLANAR_MIRROR => Way::Mirror(PlanarMirrorSettings::from_table(settings)?),
         MULTIPERSPECTIVE | AUTO => Way::Follow,
-        _ => Way::Project((info.create)(settings)?.into()),
+        _ => Way::Project((info.create)(settings)?.into(), search_on_device(id, settings)?),
     };
     Ok(info.gpu.then(|| DeviceMethod { context: context.clone(), info, way }))
+}
+
+/// How a device itself finds the virtual geometry of a method; `None` for methods and settings that are the processor's
+/// alone: on the device every point gets its place by Newton's method, however it is looked for.
+fn search_on_device(id: &str, settings: &toml::Table) -> Result<Option<Search>, RenderError> {
+    Ok(match id {
+        REFLECTOR_SEARCH => {
+            let settings = ReflectorSearchSettings::from_table(settings)?;
+            let ReflectorSearchSettings { edge_error_px, piece_px, .. } = settings;
+            let search = Search { map_size: None, edge_error_px, piece_px };
+            (settings.refine == Refine::Corrected).then_some(search)
+        }
+        EXPLOSION_MAP => {
+            let settings = ExplosionMapSettings::from_table(settings)?;
+            let ExplosionMapSettings { edge_error_px, piece_px, map_size, .. } = settings;
+            let search = Search { map_size: Some(map_size), edge_error_px, piece_px };
+            let is_exact = settings.variant == Variant::Subdivision;
+            (is_exact && settings.virtual_vertex == VirtualVertex::Corrected).then_some(search)
+        }
+        _ => None,
+    })
 }
 
 /// What becomes of light at mirrors and glass.
@@ -60,7 +85,8 @@ enum Way {
     /// The scene is mirrored in flat mirrors.
     Mirror(PlanarMirrorSettings),
     /// Geometry is drawn where the processor's method says that it appears.
-    Project(Arc<dyn Method>),
+    /// A device finds that itself where reflectors let it, if a search is given.
+    Project(Arc<dyn Method>, Option<Search>),
 }
 
 /// The method that looks light up in environment maps.
@@ -71,6 +97,10 @@ const LIGHT_FIELD: &str = "light_field";
 const LAYERED_MAP: &str = "layered_environment_map";
 /// And that which mirrors the scene.
 const PLANAR_MIRROR: &str = "planar_mirror";
+
+/// Those that devices can do.
+const REFLECTOR_SEARCH: &str = "reflector_search";
+const EXPLOSION_MAP: &str = "explosion_map";
 
 /// Those that follow rays; the second chooses others on the processor.
 const MULTIPERSPECTIVE: &str = "multiperspective";
@@ -103,7 +133,7 @@ pub(crate) struct PreparedScene {
     layers: Option<LayeredMaps>,
     bake: Option<Arc<dyn Baked>>,
     /// The processor's part of methods that project.
-    projection: Option<Box<dyn Prepared>>,
+    projection: Option<PreparedProjection>,
     report: Report,
 }
 
@@ -113,7 +143,9 @@ pub(crate) struct DeviceFrame<'a> {
     scene: &'a Scene,
     quality: Quality,
     resident: &'a DeviceScene,
-    projection: Option<Box<dyn Frame + 'a>>,
+    /// Where the device finds virtual geometry.
+    found: Option<Found>,
+    projection: Projection<'a>,
     view: View,
     report: Report,
 }
@@ -153,10 +185,11 @@ impl DeviceMethod {
         let Loaded { resident, fields, layers, mut report } =
             self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {
-            Way::Project(method) => Some(method.prepare(scene, quality, None, progress)?),
+            Way::Project(method, _) => Some(method.prepare(scene, quality, None, progress)?),
             _ => None,
         };
         report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
+        let projection = projection.map(PreparedProjection::new);
         let (method, scene) = (self.clone(), scene.clone());
         Ok(PreparedScene { method, scene, quality, resident, fields, layers, bake, projection, report })
     }
@@ -223,13 +256,17 @@ impl DeviceMethod {
                 report = of_mirrors;
                 Reflections::Mirrored(mirrors)
             }
-            Way::Project(_) => Reflections::Projected,
+            Way::Project(..) => Reflections::Projected(None),
             // Maps, light fields and layers are captured below.
             Way::Follow | Way::LookUp(_) | Way::Fields(_) | Way::Layers(_) => Reflections::Followed,
         };
         let before = old.map(|old| &old.resident);
         let mut resident = DeviceScene::new(context, scene, before, reflections).map_err(refuse)?;
         let mut bytes = resident.byte_count;
+        if let Way::Project(_, Some(search)) = way {
+            let on_device = OnDevice::new(context, scene, &resident, *search).map_err(refuse)?;
+            resident.reflections = Reflections::Projected(on_device);
+        }
         report.stages_ms.push(("upload", watch.elapsed_ms()));
         stage.advance(1)?;
         if let Way::LookUp(settings) = way {
@@ -311,11 +348,15 @@ impl PreparedScene {
     ) -> Result<DeviceFrame<'_>, RenderError> {
         let of_layers = self.load_layers(view, progress)?;
         let Self { method, scene, quality, resident, projection, .. } = self;
-        let projection = projection.as_mut().map(|projection| projection.frame(view, progress)).transpose()?;
-        let mut report = projection.as_ref().map(|frame| frame.report().clone()).unwrap_or_default();
+        let found = Found::new(&method.context, resident, scene, view).map_err(|error| failed(method.info, &error))?;
+        let mut projection = Projection::new(projection.as_mut());
+        if found.is_none() {
+            projection.build(view, progress)?;
+        }
+        let mut report = projection.frame().map(|frame| frame.report().clone()).unwrap_or_default();
         report.add(of_layers);
         let (quality, view) = (*quality, view.clone());
-        Ok(DeviceFrame { method, scene, quality, resident, projection, view, report })
+        Ok(DeviceFrame { method, scene, quality, resident, found, projection, view, report })
     }
 }
 
@@ -326,15 +367,20 @@ impl Prepared for PreparedScene {
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
         frame::check_quality(quality).map_err(|error| failed(self.method.info, &error))?;
-        let changes_in_place = matches!(self.method.way, Way::Follow | Way::Project(_));
+        let changes_in_place = matches!(self.method.way, Way::Follow | Way::Project(..));
         let moved = if changes_in_place { self.resident.moved_to(scene) } else { None };
         // What may be refused comes first; what changes in place, last.
         let loaded = match &moved {
             Some(_) => None,
             None => Some(self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?),
         };
+        let mut of_projection = Report::default();
         if let Some(projection) = &mut self.projection {
-            projection.update(scene, quality, progress)?;
+            projection.update_later(scene, quality);
+            let resident = loaded.as_ref().map_or(&self.resident, |loaded| &loaded.resident);
+            if matches!(resident.reflections, Reflections::Projected(None)) {
+                of_projection = projection.updated(progress)?.report().clone();
+            }
         }
         if let Some(Loaded { resident, fields, layers, report }) = loaded {
             (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
@@ -343,7 +389,7 @@ impl Prepared for PreparedScene {
             self.move_to(scene, &moved)?;
         }
         (self.scene, self.quality) = (scene.clone(), quality);
-        self.report.add(self.projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
+        self.report.add(of_projection);
         Ok(())
     }
 
@@ -365,10 +411,12 @@ impl DeviceFrame<'_> {
         timer: &mut Timer,
         progress: &dyn Progress,
     ) -> Result<Drawing, RenderError> {
-        let Self { method: DeviceMethod { context, .. }, scene, quality, resident, projection, view, .. } = self;
-        let lists = projection.as_ref().map(|frame| frame.path_lists(progress)).transpose()?.flatten();
+        let Self { method: DeviceMethod { context, .. }, scene, quality, resident, found, projection, view, .. } = self;
+        let lists = projection.frame().filter(|_| found.is_none());
+        let lists = lists.map(|frame| frame.path_lists(progress)).transpose()?.flatten();
         let of_lists = lists.as_ref().map(|lists| lists.report.clone());
-        let sight = Sight { scene, view, quality: *quality, lists: lists.as_ref() };
+        let geometry = found.as_ref().map(Geometry::OnDevice).or(lists.as_ref().map(Geometry::Lists));
+        let sight = Sight { scene, view, quality: *quality, geometry };
         let drawing = frame::encode(context, resident, sight, encoder, timer);
         let mut drawing = drawing.map_err(|error| self.failed(&error))?;
         let of_drawing = std::mem::replace(&mut drawing.report, of_lists.unwrap_or_default());
@@ -408,19 +456,27 @@ impl Frame for DeviceFrame<'_> {
             ("candidates", u64::from(counts.candidates)),
             ("pairs", u64::from(counts.pairs)),
         ]);
+        if let Some(VirtualCounts { drawn, projected, unfinished, left_reflectors }) = drawn.virtual_counts {
+            report
+                .counts
+                .extend([("virtual_triangles", u64::from(drawn)), ("vertices_projected", u64::from(projected))]);
+            report.add_fallback("undivided_pieces", u64::from(unfinished));
+            report.add_fallback("paths_drawn_by_tiles", u64::from(left_reflectors));
+        }
         report.stages_ms.push(("gpu", watch.elapsed_ms()));
         report.stages_ms.extend(drawn.stages_ms);
         Ok(report)
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
-        self.projection.as_ref()?.projector()
+        self.projection.frame_of(&self.view).ok()??.projector()
     }
 
     fn path_search(&self, eye: DVec3, objects: &[u32]) -> Result<Option<Box<dyn PathSearch + '_>>, RenderError> {
-        match &self.projection {
-            Some(projection) => projection.path_search(eye, objects),
-            None => Ok(None),
+        match self.projection.frame_of(&self.view) {
+            Err(error) => Err(RenderError::Limit { method: self.method.info.id, problem: error.to_string() }),
+            Ok(Some(projection)) => projection.path_search(eye, objects),
+            Ok(None) => Ok(None),
         }
     }
 }

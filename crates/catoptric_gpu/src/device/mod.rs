@@ -7,6 +7,7 @@ mod kept;
 mod method;
 mod moving;
 mod pipelines;
+mod projection;
 mod renderer;
 mod upload;
 

@@ -4,6 +4,7 @@ use super::frame::confined::ConfinedPipelines;
 use super::frame::rough::{self, RoughPipelines};
 use super::frame::samples::SumPipelines;
 use super::frame::tiles::TilePipelines;
+use super::frame::virtual_mesh::VirtualPipelines;
 use super::frame::{fields, layers, lists, mirrors};
 use super::kept::Kept;
 use crate::shader;
@@ -74,6 +75,8 @@ pub(crate) struct Pipelines {
     /// Those of mirrored scenes, and of virtual geometry.
     pub(crate) mirrors: ConfinedPipelines,
     pub(crate) lists: ConfinedPipelines,
+    /// What smooth reflectors show, found on the device.
+    pub(crate) virtual_mesh: VirtualPipelines,
     /// Environment maps.
     pub(crate) maps: wgpu::BindGroupLayout,
     /// Light fields, with environment maps.
@@ -124,6 +127,7 @@ impl Pipelines {
         let rough = RoughPipelines::new(device, &scene, &hierarchy);
         let [mirrors, lists] =
             [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
+        let virtual_mesh = VirtualPipelines::new(device, &scene);
         let module = |path: &str| {
             let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
             device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
@@ -162,6 +166,7 @@ impl Pipelines {
             sums: SumPipelines::new(device),
             mirrors,
             lists,
+            virtual_mesh,
             maps,
             fields,
             layers,

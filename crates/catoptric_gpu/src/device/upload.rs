@@ -6,6 +6,7 @@ use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::targets::PictureTables;
+use super::frame::virtual_mesh::{OnDevice, VirtualTables};
 use super::moving::{StoredTables, object_texels, write_rows};
 use crate::error::GpuError;
 use crate::hierarchy::{Hierarchy, WideHierarchy};
@@ -55,6 +56,8 @@ pub(crate) struct DeviceScene {
     pub(crate) has_specular: bool,
     /// Those of the size of the last picture.
     pub(crate) picture: Mutex<Option<Arc<PictureTables>>>,
+    /// For virtual geometry that is found on the device.
+    pub(crate) virtual_tables: Mutex<Option<Arc<VirtualTables>>>,
     /// Memory that it takes on the device.
     pub(crate) byte_count: u64,
 }
@@ -72,8 +75,8 @@ pub(crate) enum Reflections {
     Fields(DeviceFields),
     /// Light is looked up in layers about groups.
     Layers(Box<DeviceLayers>),
-    /// Each frame comes with geometry that appears on paths.
-    Projected,
+    /// Each frame comes with geometry that appears on paths; where the device can find that, what it takes.
+    Projected(Option<OnDevice>),
 }
 
 impl Reflections {
@@ -89,7 +92,7 @@ impl Reflections {
     fn narrowed(&self, features: SceneFeatures) -> SceneFeatures {
         match self {
             Self::Mirrored(_) => features.of_smooth_mirrors(),
-            Self::Projected => features.with_lists(),
+            Self::Projected(_) => features.with_lists(),
             _ => features,
         }
     }
@@ -171,6 +174,8 @@ impl DeviceScene {
         let root = tables.hierarchy.root;
         context.check()?;
         let picture = old.and_then(|old| old.picture.lock().unwrap_or_else(PoisonError::into_inner).clone());
+        let virtual_tables =
+            old.and_then(|old| old.virtual_tables.lock().unwrap_or_else(PoisonError::into_inner).clone());
         Ok(Self {
             scene: group(device, &pipelines.scene, resources),
             hierarchy,
@@ -190,6 +195,7 @@ impl DeviceScene {
             has_specular: !scene.specular_objects().is_empty(),
             reflections,
             picture: Mutex::new(picture),
+            virtual_tables: Mutex::new(virtual_tables),
             byte_count,
         })
     }

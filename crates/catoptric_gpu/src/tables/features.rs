@@ -18,7 +18,7 @@ const NAMES: [&str; COUNT] = [
     "HAS_LENSES",
     "HAS_ATTENUATION",
     "HAS_EXACT",
-    "HAS_HOLES",
+    HOLES,
     "HAS_COLORS",
     "HAS_SECOND_UVS",
     "HAS_HIGHER_DEGREES",
@@ -28,6 +28,8 @@ const NAMES: [&str; COUNT] = [
     LISTS,
 ];
 
+/// Surfaces have holes where their alpha is low.
+const HOLES: &str = "HAS_HOLES";
 /// Something refracts.
 const LENSES: &str = "HAS_LENSES";
 /// The geometry of paths is drawn.
@@ -37,8 +39,7 @@ const TURNS: &str = "HAS_TURNS";
 /// Some mirrors or coats are rough.
 const ROUGH: &str = "HAS_ROUGH";
 /// Those that decide where rays go; the last ones if normal maps turn these.
-const OF_RAYS: [&str; 8] =
-    [LENSES, "HAS_EXACT", "HAS_HOLES", "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS];
+const OF_RAYS: [&str; 8] = [LENSES, "HAS_EXACT", HOLES, "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS];
 const OF_TURNED_RAYS: [&str; 2] = ["HAS_NORMAL_MAPS", "HAS_SECOND_UVS"];
 
 /// What a scene has.
@@ -95,6 +96,11 @@ impl SceneFeatures {
     /// True if some mirrors or coats are rough.
     pub fn has_rough(&self) -> bool {
         self.has_any(&[ROUGH])
+    }
+
+    /// True if some surfaces have holes.
+    pub fn has_holes(&self) -> bool {
+        self.has_any(&[HOLES])
     }
 
     fn has_any(&self, names: &[&str]) -> bool {

@@ -101,7 +101,7 @@ mod pictures {
                 };
                 let is_possible = |info: &MethodInfo| match info.id {
                     "auto" => false,
-                    // What the processor has found is always drawn in the same way.
+                    // What has been found is always drawn in the same way.
                     id if PROJECTING.contains(&id) => (order, samples) == (2, 4),
                     // Of several samples the processor shades those of one triangle of its mesh at once.
                     LAYERED => samples == 1,
@@ -135,15 +135,21 @@ mod pictures {
         trials
     }
 
-    /// Methods and scenes with numbers of samples that are drawn one after the other, and with long paths.
-    const OTHER_QUALITIES: [(&str, &str, u32, u32); 4] = [
+    /// Methods and scenes whose virtual geometry is found on the device; numbers of samples that are drawn one after
+    /// the other; and long paths.
+    const OTHER_QUALITIES: [(&str, &str, u32, u32); 9] = [
+        ("explosion_map", "sphere_room", 1, 1),
+        ("explosion_map", "two_spheres", 4, 2),
+        ("reflector_search", "two_spheres", 1, 2),
+        ("reflector_search", "sphere_room", 16, 2),
+        ("reflector_search", "highlights", 4, 1),
         ("multiperspective", "planar_mirror", 16, 2),
         ("multiperspective", "two_spheres", 8, 16),
         ("planar_mirror", "planar_mirror", 2, 16),
         ("sample_based_camera", "sphere_room", 16, 1),
     ];
 
-    /// Methods whose geometry is found by the processor.
+    /// Methods that draw virtual geometry.
     const PROJECTING: [&str; 4] = ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"];
 
     const LAYERED: &str = "layered_environment_map";

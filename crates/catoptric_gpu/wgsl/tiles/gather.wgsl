@@ -7,6 +7,8 @@
 // Events before what the picture shows, and their kinds.
 override EVENTS: u32 = 0u;
 override KINDS: u32 = 0u;
+// Where nothing is drawn rays are still to be followed: not all is drawn that there is.
+override HOLES_WAIT: bool = false;
 
 @group(1) @binding(0) var<storage, read_write> hits: array<vec4u>;
 @group(1) @binding(1) var seen: texture_2d<u32>;
@@ -36,7 +38,7 @@ fn known_hit(drawn: u32, parent: u32) -> u32 {
         return drawn | textureLoad(lists_of_objects, row_of(object / 4u), 0)[object % 4u];
     }
     let kind = (KINDS >> (max(EVENTS, 1u) - 1u)) & 1u;
-    let is_known = goes_on(parent, kind) && list_goes_on(parent, kind);
+    let is_known = goes_on(parent, kind) && list_goes_on(parent, kind) && !(HOLES_WAIT && drawn == 0u);
     return select(UNRESOLVED, drawn, is_known);
 }
 

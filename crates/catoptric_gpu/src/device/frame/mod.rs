@@ -11,12 +11,13 @@ pub(super) mod samples;
 pub(super) mod targets;
 pub(super) mod tiles;
 pub(super) mod timer;
+pub(super) mod virtual_mesh;
 
 use super::context::Context;
 use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, MAX_ORDER, bits, frame_flags};
+use crate::layout::{Frame, MAX_ORDER, Reflection, bits, frame_flags};
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
@@ -24,11 +25,12 @@ use glam::{Mat4, Vec3, Vec4};
 use lists::DeviceLists;
 use samples::{Part, Sums, parts_of};
 use std::sync::Arc;
-use targets::PictureTables;
+use targets::{PictureTables, Targets};
 use tiles::{BLOCKS, Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
 use timer::Timer;
-use wgpu::BufferUsages;
+use virtual_mesh::{VirtualCounts, VirtualTables};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::{BufferUsages, TextureView};
 
 /// The most pixels of a piece of work: longer ones would let a screen freeze.
 const PIXELS_AT_ONCE: u32 = 1 << 20;
@@ -65,13 +67,47 @@ pub(crate) struct Sight<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) view: &'a View,
     pub(crate) quality: Quality,
-    pub(crate) lists: Option<&'a PathLists>,
+    pub(crate) geometry: Option<Geometry<'a>>,
+}
+
+/// The geometry of a view's paths.
+#[derive(Clone, Copy)]
+pub(crate) enum Geometry<'a> {
+    /// The processor has found it.
+    Lists(&'a PathLists),
+    /// The device finds it.
+    OnDevice(&'a Found),
+}
+
+/// What the device finds the geometry of a view with.
+#[derive(Debug)]
+pub(crate) struct Found {
+    reflectors: Vec<Reflection>,
+    tables: Arc<VirtualTables>,
+}
+
+impl Found {
+    /// For a view; `None` where the processor finds it.
+    pub(crate) fn new(
+        context: &Context,
+        resident: &DeviceScene,
+        scene: &Scene,
+        view: &View,
+    ) -> Result<Option<Self>, GpuError> {
+        let Reflections::Projected(Some(on_device)) = &resident.reflections else { return Ok(None) };
+        let clip_from_world = clip_from_world(scene, view, view.rays().perspective);
+        let Some(reflectors) = on_device.seen_in(scene, view, &clip_from_world) else { return Ok(None) };
+        let tables = VirtualTables::get(context, resident, on_device, [view.width, view.height])?;
+        Ok(tables.map(|tables| Self { reflectors, tables }))
+    }
 }
 
 /// What is known of a view that has been drawn.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drawn {
     pub(crate) counts: TileCounts,
+    /// What virtual geometry the device has found.
+    pub(crate) virtual_counts: Option<VirtualCounts>,
     /// Times of stages in milliseconds, where the device has a clock.
     pub(crate) stages_ms: Vec<(&'static str, f64)>,
 }
@@ -79,6 +115,7 @@ pub(crate) struct Drawn {
 /// A view that has been drawn, once the work is done.
 pub(crate) struct Drawing {
     tables: Arc<PictureTables>,
+    virtual_tables: Option<Arc<VirtualTables>>,
     /// Of what has been left out.
     pub(crate) report: Report,
 }
@@ -92,7 +129,9 @@ impl Drawing {
     /// Waits for the work, and reads its colours: linear, with alpha 1, rows from the top.
     pub(crate) fn read(&self, context: &Context, timer: &Timer, pixels: &mut [[f32; 4]]) -> Result<Drawn, GpuError> {
         read(context, &self.tables.targets.colors, pixels)?;
-        Ok(Drawn { counts: self.tables.tiles.counts(context)?, stages_ms: timer.stages_ms(context)? })
+        let virtual_counts = self.virtual_tables.as_ref().map(|tables| tables.counts(context)).transpose()?;
+        let (counts, stages_ms) = (self.tables.tiles.counts(context)?, timer.stages_ms(context)?);
+        Ok(Drawn { counts, virtual_counts, stages_ms })
     }
 }
 
@@ -104,15 +143,22 @@ pub(crate) fn encode(
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
 ) -> Result<Drawing, GpuError> {
-    let Sight { scene, view, quality, lists } = sight;
+    let Sight { scene, view, quality, geometry } = sight;
     let mut report = Report::default();
-    let lists = lists.map(|lists| DeviceLists::new(context, scene, view, lists, &mut report)).transpose()?;
+    let (mut lists, mut virtual_tables) = (None, None);
+    match geometry {
+        Some(Geometry::Lists(found)) => lists = Some(DeviceLists::new(context, scene, view, found, &mut report)?),
+        Some(Geometry::OnDevice(found)) => {
+            report.bytes.insert("gpu_virtual_geometry", found.tables.byte_count());
+            virtual_tables = Some(found.tables.clone());
+        }
+        None => {}
+    }
     let parts = parts_of(quality.samples);
     let mut sums = Sums::new(context, [view.width, view.height], parts.len());
     let mut drawn = None;
     for part in parts {
-        let Drawing { tables, report: of_part } =
-            encode_part(context, resident, (sight, part), lists.as_ref(), encoder, timer)?;
+        let (tables, of_part) = encode_part(context, resident, (sight, part), lists.as_ref(), encoder, timer)?;
         if let Some(sums) = &mut sums {
             sums.add(encoder, context, &tables.targets.colors, timer);
         }
@@ -122,7 +168,7 @@ pub(crate) fn encode(
     context.check()?;
     let (tables, of_parts) = drawn.ok_or_else(|| GpuError::Device { problem: "nothing was drawn".into() })?;
     report.add(of_parts);
-    Ok(Drawing { tables, report })
+    Ok(Drawing { tables, virtual_tables, report })
 }
 
 /// The same of a part of the samples.
@@ -133,12 +179,12 @@ fn encode_part(
     lists: Option<&DeviceLists>,
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
-) -> Result<Drawing, GpuError> {
+) -> Result<(Arc<PictureTables>, Report), GpuError> {
     let Context { device, pipelines, .. } = context;
-    let Sight { scene, view, quality: Quality { order, .. }, .. } = sight;
+    let Sight { scene, view, quality: Quality { order, .. }, geometry } = sight;
     let quality = Quality { samples: part.samples, order };
     let index = SAMPLE_COUNTS.iter().position(|count| *count == part.samples).unwrap_or_default();
-    let paths = Paths::of(resident, quality.order);
+    let paths = Paths::of(resident, quality.order, matches!(geometry, Some(Geometry::OnDevice(_))));
     // What paths are shaded by, beside the hits on them.
     let (meeting, hierarchy, looked_up) = match &resident.reflections {
         Reflections::LookedUp(maps) => (Meeting::Maps, &resident.hierarchy, Some(&maps.group)),
@@ -179,15 +225,8 @@ fn encode_part(
     encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
     targets.draw_ids(encoder, context, resident, index, timer);
     let mut report = Report::default();
-    let clip_from_world = Mat4::from_cols_array_2d(&record.clip_from_world);
-    if let Reflections::Mirrored(mirrors) = &resident.reflections {
-        let what = (scene, view, quality);
-        mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, &mut report)?;
-    }
-    if let Some(lists) = lists {
-        lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
-    }
-    let of_objects = lists.map(|lists| &lists.of_objects);
+    let canvas = Canvas { context, resident, targets, index, is_first: part.is_first };
+    let of_objects = draw_paths(encoder, canvas, (sight, quality, paths), lists, timer, &mut report)?;
     let known = Seen { targets, of_objects, rough };
     if part.is_first {
         rough.encode(encoder, context, (resident, scene, view), timer);
@@ -216,7 +255,50 @@ fn encode_part(
             }
         }
     }
-    Ok(Drawing { tables: picture_tables.clone(), report })
+    Ok((picture_tables.clone(), report))
+}
+
+/// What the geometry of paths is drawn with.
+#[derive(Clone, Copy)]
+struct Canvas<'a> {
+    context: &'a Context,
+    resident: &'a DeviceScene,
+    targets: &'a Targets,
+    /// The place of the number of samples.
+    index: usize,
+    is_first: bool,
+}
+
+/// Draws what of paths hardware draws; returns the bits of objects where that is virtual geometry.
+fn draw_paths<'a>(
+    encoder: &mut wgpu::CommandEncoder,
+    canvas: Canvas<'a>,
+    (sight, quality, paths): (Sight<'_>, Quality, Paths),
+    lists: Option<&'a DeviceLists>,
+    timer: &mut Timer,
+    report: &mut Report,
+) -> Result<Option<&'a TextureView>, GpuError> {
+    let Canvas { context, resident, targets, index, is_first } = canvas;
+    let Sight { scene, view, geometry, .. } = sight;
+    if let Reflections::Mirrored(mirrors) = &resident.reflections {
+        let clip_from_world = clip_from_world(scene, view, view.rays().perspective);
+        let what = (scene, view, quality);
+        mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, report)?;
+    }
+    if let Some(lists) = lists {
+        lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
+        return Ok(Some(&lists.of_objects));
+    }
+    let (Some(Geometry::OnDevice(found)), Reflections::Projected(Some(on_device))) = (geometry, &resident.reflections)
+    else {
+        return Ok(None);
+    };
+    let Found { reflectors, tables } = found;
+    if is_first {
+        tables.find(encoder, context, resident, reflectors, timer);
+    }
+    tables.draw(encoder, context, resident, (reflectors, index), targets, timer);
+    Ok(Some(&on_device.of_objects))
 }
 
 /// The bands of a picture, of so many rows each, and a record for each, made from the picture's.

@@ -78,25 +78,29 @@ enum Way {
     Mirrors,
     /// Hardware has drawn what is seen on some paths; tiles follow the others.
     Lists,
+    /// It has drawn what is seen after one event, but not all of that; tiles follow the rest and longer paths.
+    FirstLists,
 }
 
 impl Way {
     fn follows_rays(self) -> bool {
-        matches!(self, Self::Tiles | Self::Lists)
+        matches!(self, Self::Tiles | Self::Lists | Self::FirstLists)
     }
 
     fn draws(self) -> bool {
-        matches!(self, Self::Mirrors | Self::Lists)
+        matches!(self, Self::Mirrors | Self::Lists | Self::FirstLists)
     }
 }
 
 impl Paths {
-    pub(crate) fn of(scene: &DeviceScene, order: u32) -> Self {
+    /// Of a scene; `first_lists` if virtual geometry is found on the device.
+    pub(crate) fn of(scene: &DeviceScene, order: u32, first_lists: bool) -> Self {
         let (way, most) = match &scene.reflections {
             Reflections::Followed => (Way::Tiles, MOST_EVENTS),
             Reflections::LookedUp(_) | Reflections::Fields(_) | Reflections::Layers(_) => (Way::LookUp, 1),
             Reflections::Mirrored(_) => (Way::Mirrors, order),
-            Reflections::Projected => (Way::Lists, MOST_EVENTS),
+            Reflections::Projected(_) if first_lists => (Way::FirstLists, MOST_EVENTS),
+            Reflections::Projected(_) => (Way::Lists, MOST_EVENTS),
         };
         let events = if scene.has_specular { order.min(most) } else { 0 };
         let has_lenses = scene.features.has_lenses() && way.follows_rays();
@@ -111,7 +115,11 @@ impl Paths {
 
     /// The number of paths on which hardware draws what is seen.
     pub(crate) fn drawn(self) -> usize {
-        if self.way.draws() { self.all().count() } else { 0 }
+        match self.way {
+            Way::FirstLists => self.events.min(1) as usize,
+            way if way.draws() => self.all().count(),
+            _ => 0,
+        }
     }
 
     /// Paths with their events and kinds, shorter ones first.
@@ -145,7 +153,11 @@ pub(crate) fn hit_bytes(cells: [u32; 2], paths: Paths) -> u64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Pass {
     /// Reads a picture of what is seen after so many events of kinds.
-    Gather(u32, u32),
+    Gather {
+        events: u32,
+        kinds: u32,
+        holes_wait: bool,
+    },
     Classify,
     Cover,
     Trace,
@@ -196,8 +208,9 @@ impl TilePipelines {
             let mut constants = features.constants();
             constants.push(("SAMPLES", f64::from(samples)));
             let (layout, module, entry) = match pass {
-                Pass::Gather(events, kinds) => {
-                    constants.extend([("EVENTS", f64::from(events)), ("KINDS", f64::from(kinds))]);
+                Pass::Gather { events, kinds, holes_wait } => {
+                    let numbers = [("EVENTS", events), ("KINDS", kinds), ("HOLES_WAIT", u32::from(holes_wait))];
+                    constants.extend(numbers.map(|(name, number)| (name, f64::from(number))));
                     let index = usize::from(samples > 1);
                     let entry = ["gather_one_sample", "gather_four_samples"][index];
                     (&self.gather_layouts[index], &self.gather, entry)
@@ -275,7 +288,11 @@ impl TileTables {
         let mut records = Vec::new();
         for (events, kinds) in paths.all() {
             let shade_queue = if (events, kinds) == (1, 0) { followed } else { NONE };
-            let some_known = u32::from(paths.way == Way::Lists);
+            let some_known = match paths.way {
+                Way::Lists => 1,
+                Way::FirstLists => u32::from(events == 1),
+                _ => 0,
+            };
             let record = Tiling { events, kinds, queue, traced_queue, shade_queue, some_known, ..Tiling::default() };
             records.extend_from_slice(bytemuck::bytes_of(&record));
             records.resize(records.len().next_multiple_of(TILING_STRIDE as usize), 0);
@@ -344,7 +361,8 @@ impl TileTables {
             let resources = [(0, self.hits.as_entire_binding()), (1 + index as u32, picture), (3, of_objects)];
             let gathered = group(device, &pipelines.gathering[index], resources);
             let mut pass = begin(encoder, timer.compute("gather"));
-            pass.set_pipeline(&of_pass(Pass::Gather(events, kinds)));
+            let holes_wait = self.paths.way == Way::FirstLists;
+            pass.set_pipeline(&of_pass(Pass::Gather { events, kinds, holes_wait }));
             pass.set_bind_group(0, &scene.scene, &[band.record]);
             pass.set_bind_group(1, &gathered, &[]);
             let [across, down] = band.cells.map(|count| count.div_ceil(WORKGROUP));

@@ -1,0 +1,142 @@
+//! Pipelines that find what smooth reflectors show.
+
+use crate::device::kept::Kept;
+use crate::device::pipelines::{DEPTH_FORMAT, layout, pipeline_layout, texture, uniform, written_storage};
+use crate::shader;
+use crate::tables::SceneFeatures;
+use wgpu::{BindGroupLayout, ComputePipeline, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType};
+
+/// Of a reflector's own picture: numbers of triangles and 1.
+pub(super) const PICTURE_FORMAT: TextureFormat = TextureFormat::R32Uint;
+/// Of explosion maps: places of the picture, and 1.
+pub(super) const MAP_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+
+/// A step of the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Step {
+    /// The rays from which searches begin.
+    Rays,
+    /// Before the first piece of a reflector.
+    Begin,
+    /// Where vertices appear.
+    Vertices,
+    /// Triangles become pieces.
+    Pieces,
+    /// Between rounds.
+    Arrange,
+    /// A round of division.
+    Divide,
+    /// What the reflector's pieces are drawn with.
+    End,
+}
+
+impl Step {
+    /// The module's place, and the shader's function.
+    fn entry(self) -> (usize, &'static str) {
+        match self {
+            Self::Rays => (0, "take_rays"),
+            Self::Vertices => (0, "project_vertices"),
+            Self::Pieces => (0, "start_pieces"),
+            Self::Begin => (1, "begin"),
+            Self::Arrange => (1, "arrange"),
+            Self::Divide => (1, "divide"),
+            Self::End => (1, "end"),
+        }
+    }
+}
+
+/// The pipelines.
+#[derive(Debug)]
+pub(crate) struct VirtualPipelines {
+    /// A reflector's record, for its own picture.
+    pub(super) drawing: BindGroupLayout,
+    /// That, its picture and the tables.
+    pub(super) working: BindGroupLayout,
+    pub(super) picture: RenderPipeline,
+    /// Explosion maps of the near and of the far sphere.
+    pub(super) maps: [RenderPipeline; 2],
+    layout: wgpu::PipelineLayout,
+    /// Of projection and of division.
+    modules: [wgpu::ShaderModule; 2],
+    /// By what scenes have, and whether searches begin at explosion maps.
+    known: Kept<(SceneFeatures, bool, Step), ComputePipeline>,
+}
+
+impl VirtualPipelines {
+    pub(crate) fn new(device: &wgpu::Device, scene: &BindGroupLayout) -> Self {
+        let everywhere = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+        let drawing = layout(device, "a reflector", everywhere, &[(0, uniform(true))]);
+        let tables = [(0, uniform(true)), texture(1, TextureSampleType::Uint, false)];
+        let maps = [8, 9].map(|binding| texture(binding, TextureSampleType::Float { filterable: false }, false));
+        let bindings: Vec<_> = tables.into_iter().chain((2..8).chain([10]).map(written_storage)).chain(maps).collect();
+        let working = layout(device, "what a reflector shows", ShaderStages::COMPUTE, &bindings);
+        let nothing = layout(device, "nothing", ShaderStages::COMPUTE, &[]);
+        let module = |path: &str| {
+            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
+            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
+        };
+        let [of_picture, of_maps] = ["virtual_mesh/reflector.wgsl", "virtual_mesh/explosion.wgsl"].map(module);
+        let drawn = pipeline_layout(device, &[scene, &nothing, &drawing]);
+        let draws = |module, [vertex, fragment]: [&str; 2], format: TextureFormat, sphere: Option<u32>| {
+            let constants: Vec<_> = sphere.map(|sphere| ("SPHERE", f64::from(sphere))).into_iter().collect();
+            let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                label: Some(fragment),
+                layout: Some(&drawn),
+                vertex: wgpu::VertexState {
+                    module,
+                    entry_point: Some(vertex),
+                    compilation_options: compilation_options.clone(),
+                    buffers: &[],
+                },
+                primitive: Default::default(),
+                // Convex reflectors explode without overlaps.
+                depth_stencil: sphere.is_none().then(|| wgpu::DepthStencilState {
+                    format: DEPTH_FORMAT,
+                    depth_write_enabled: Some(true),
+                    depth_compare: Some(wgpu::CompareFunction::Greater),
+                    stencil: Default::default(),
+                    bias: Default::default(),
+                }),
+                multisample: Default::default(),
+                fragment: Some(wgpu::FragmentState {
+                    module,
+                    entry_point: Some(fragment),
+                    compilation_options,
+                    targets: &[Some(format.into())],
+                }),
+                multiview_mask: None,
+                cache: None,
+            })
+        };
+        let picture = draws(&of_picture, ["reflector_corner", "reflector_number"], PICTURE_FORMAT, None);
+        let maps = [0, 1].map(|sphere| draws(&of_maps, ["map_corner", "map_record"], MAP_FORMAT, Some(sphere)));
+        let layout = pipeline_layout(device, &[scene, &nothing, &working]);
+        let modules = ["virtual_mesh/project.wgsl", "virtual_mesh/divide.wgsl"].map(module);
+        Self { drawing, working, picture, maps, layout, modules, known: Kept::default() }
+    }
+
+    /// The pipeline of a step for scenes with such features.
+    pub(super) fn get(
+        &self,
+        device: &wgpu::Device,
+        features: SceneFeatures,
+        from_maps: bool,
+        step: Step,
+    ) -> ComputePipeline {
+        let features = features.of_rays();
+        self.known.get((features, from_maps, step), || {
+            let (module, entry) = step.entry();
+            let mut constants = features.constants();
+            constants.push(("FROM_MAPS", f64::from(u8::from(from_maps))));
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: Some(&self.layout),
+                module: &self.modules[module],
+                entry_point: Some(entry),
+                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
+                cache: None,
+            })
+        })
+    }
+}
