@@ -7,7 +7,7 @@ use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::timer::Timer;
 use super::frame::virtual_mesh::{OnDevice, Search, VirtualCounts};
-use super::frame::{self, Drawing, Found, Geometry, Sight};
+use super::frame::{self, Drawing, Found, Geometry, Sight, VertexAppearance};
 use super::projection::{PreparedProjection, Projection};
 use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
@@ -326,6 +326,14 @@ impl PreparedScene {
 }
 
 impl PreparedScene {
+    /// Where vertices appear, if the device finds that.
+    pub(crate) fn vertex_appearances(&self, view: &View) -> Result<Option<Vec<VertexAppearance>>, RenderError> {
+        let Self { method: DeviceMethod { context, info, .. }, scene, quality, resident, .. } = self;
+        let found = Found::new(context, resident, scene, view).map_err(|error| failed(info, &error))?;
+        let look = |found: Found| frame::vertex_appearances(context, resident, (scene, view, *quality), &found);
+        found.map(look).transpose().map_err(|error| failed(info, &error))
+    }
+
     /// Follows the scene in place.
     fn move_to(&mut self, scene: &Arc<Scene>, moved: &Moved) -> Result<(), RenderError> {
         let DeviceMethod { context, info, .. } = &self.method;

@@ -13,5 +13,6 @@ mod upload;
 
 pub use adapter::{AdapterDescription, adapters};
 pub use context::Context;
+pub use frame::VertexAppearance;
 pub use method::{DeviceMethod, create};
 pub use renderer::Renderer;

@@ -1,6 +1,7 @@
 //! Drawing into textures of the caller's, among other work: for engines and windows.
 
 use super::context::Context;
+use super::frame::VertexAppearance;
 use super::frame::timer::Timer;
 use super::method::{DeviceMethod, PreparedScene};
 use super::upload::group;
@@ -56,8 +57,20 @@ impl Renderer {
         self.prepared.report()
     }
 
+    /// Where every vertex of the scene appears in the reflectors of a view, by the method's own search, made exact by
+    /// Newton's method in single precision: to about 0.01 pixels. What hides vertices on their way is not looked at.
+    /// Waits for the device. `None` for methods and scenes whose vertices the processor projects
+    /// ([`Frame::projector`](catoptric::methods::Frame::projector)).
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the device fails.
+    pub fn vertex_appearances(&mut self, view: &View) -> Result<Option<Vec<VertexAppearance>>, RenderError> {
+        self.prepared.vertex_appearances(view)
+    }
+
     /// Adds the drawing of a view to `encoder`, into a target of the view's size that can be rendered to. Colours are
-    /// linear; targets of an sRGB format encode them. Methods that project find geometry on the processor meanwhile.
+    /// linear; targets of an sRGB format encode them. Methods that project may find geometry on the processor
+    /// meanwhile.
     ///
     /// # Errors
     /// [`RenderError::Limit`] for views that are too large, and where the device fails; [`RenderError::Cancelled`].

@@ -39,6 +39,7 @@ fn trials() -> Vec<Trial> {
             let mut trials = pictures::trials(&context);
             trials.extend(motion::trials(&context));
             trials.extend(renderer::trials(&context));
+            trials.extend(projected::trials(&context));
             trials
                 .extend([twins::trial, twins_of_scene::trial, twins_of_encounters::trial].map(|trial| trial(&context)));
             trials
@@ -51,6 +52,8 @@ fn trials() -> Vec<Trial> {
 
 #[cfg(feature = "wgpu")]
 mod motion;
+#[cfg(feature = "wgpu")]
+mod projected;
 #[cfg(feature = "wgpu")]
 mod renderer;
 #[cfg(feature = "wgpu")]

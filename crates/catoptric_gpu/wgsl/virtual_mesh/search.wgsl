@@ -46,10 +46,25 @@ fn triangle_at_px(image_px: vec2f) -> u32 {
     return textureLoad(reflector_picture, vec2u(at), 0).x - 1u;
 }
 
+// Where a ray meets the reflector near one of its triangles. At the silhouette the plane of that may be met anywhere.
+fn reflector_encounter(index: u32, ray: Ray, change: RayDifferential) -> SurfaceInteraction {
+    let triangle = triangle_at(index);
+    if HAS_EXACT && (surface_of(triangle.object).flags & EXACT) != 0u {
+        let middle = (triangle.a.position + triangle.b.position + triangle.c.position) / 3.0;
+        let distance = refine(exact_of(triangle.object), ray, dot(middle - ray.origin, ray.direction));
+        if distance >= 0.0 {
+            return exact_encounter(triangle.object, ray, distance, change);
+        }
+    }
+    var met = plane_met(triangle, ray, change);
+    met.at.value = known_place(triangle, ray, met);
+    return encounter(triangle, met.at, 1u);
+}
+
 fn leaving_at(image_px: vec2f, triangle: u32) -> LeavingRay {
     let arriving = eye_ray(image_px);
     let change = eye_ray_differential(image_px);
-    let met = drawn_encounter(triangle, arriving, change, 1u, 0u);
+    let met = reflector_encounter(triangle, arriving, change);
     let at = facing(arriving.direction, met.point.geometric_normal, met.point.normal);
     let side = select(-1.0, 1.0, at.outside);
     let direction = mirrored(arriving.direction, at.normal);
@@ -103,19 +118,18 @@ fn appearance_from(point: vec3f, start_px: vec2f) -> Appearance {
     var is_found = false;
     var last_size = FARTHEST_STEP_PX;
     var strays = 0u;
+    var last_by = vec2f(0.0);
     for (var count = 0u; count < MOST_SEARCH_STEPS && triangle != NONE && !is_found; count++) {
         let leaving = leaving_at(image_px, triangle);
         let step = search_step(leaving, point);
         let size = length(step.by);
-        // What lies behind, and what is not a number.
+        // Where the ray leads away from the point the last step was too long; what is not a number is no place, either.
         if !(leaving.is_there && step.distance > reflection.shortest && size < FARTHEST_STEP_PX) {
-            break;
-        }
-        // Steps that do not become shorter lead nowhere if there are many.
-        strays += u32(size > SHRINKING * last_size);
-        last_size = size;
-        if strays > MOST_STRAYS {
-            break;
+            last_by *= 0.5;
+            image_px -= last_by;
+            triangle = select(NONE, triangle_at_px(image_px), length(last_by) > LAST_SEARCH_STEP_PX);
+            last_size = FARTHEST_STEP_PX;
+            continue;
         }
         let longest = LONGEST_SEARCH_STEP * min(reflection.size.x, reflection.size.y);
         var by = step.by * min(1.0, longest / max(size, 1e-20));
@@ -123,6 +137,13 @@ fn appearance_from(point: vec3f, start_px: vec2f) -> Appearance {
         for (var halving = 0u; halving < MOST_HALVINGS && next == NONE; halving++) {
             by *= 0.5;
             next = triangle_at_px(image_px + by);
+        }
+        // Steps that do not become shorter lead nowhere if there are many; those that were cut do not count.
+        let is_cut = length(by) < 0.9 * size;
+        strays += u32(size > SHRINKING * last_size && !is_cut);
+        last_size = select(size, FARTHEST_STEP_PX, is_cut);
+        if strays > MOST_STRAYS {
+            break;
         }
         let is_last = size < LAST_SEARCH_STEP_PX || count + 1u == MOST_SEARCH_STEPS;
         // At the silhouette there is no further to go.
@@ -143,6 +164,7 @@ fn appearance_from(point: vec3f, start_px: vec2f) -> Appearance {
             is_found = true;
         }
         image_px += by;
+        last_by = by;
         triangle = next;
     }
     // Behind the eye's plane there is no picture.

@@ -19,8 +19,10 @@ override FROM_MAPS: bool = false;
 @group(2) @binding(9) var far_map: texture_2d<f32>;
 
 fn start_px(number: u32) -> vec2f {
-    let cell = vec2f(vec2u(number % GRID_SIDE, number / GRID_SIDE)) + 0.5;
-    return reflection.low + cell / f32(GRID_SIDE) * reflection.size;
+    // In the middle of a texel: rounding finds the same one again.
+    let cell = vec2u(number % GRID_SIDE, number / GRID_SIDE);
+    let texel = cell * (PICTURE_SIDE / GRID_SIDE) + PICTURE_SIDE / GRID_SIDE / 2u;
+    return reflection.low + (vec2f(texel) + 0.5) / f32(PICTURE_SIDE) * reflection.size;
 }
 
 // By the records of both spheres in the direction of a point: between them places of the reflector move about evenly

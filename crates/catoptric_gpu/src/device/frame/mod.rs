@@ -17,7 +17,7 @@ use super::context::Context;
 use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
 use crate::error::GpuError;
-use crate::layout::{Frame, MAX_ORDER, Reflection, bits, frame_flags};
+use crate::layout::{Appearance, Frame, MAX_ORDER, Reflection, bits, frame_flags};
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
@@ -219,10 +219,7 @@ fn encode_part(
     record.followed = tables.followed();
     (record.sample_place, record.sample_side) = (part.place, part.side);
     let (bands, records) = bands_of(&record, rows, samples);
-    // A copy in the order of the work: the caller may draw other views before all is submitted.
-    let descriptor = BufferInitDescriptor { label: Some("frames"), contents: &records, usage: BufferUsages::COPY_SRC };
-    let staged = device.create_buffer_init(&descriptor);
-    encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
+    write_frames(encoder, context, resident, &records);
     targets.draw_ids(encoder, context, resident, index, timer);
     let mut report = Report::default();
     let canvas = Canvas { context, resident, targets, index, is_first: part.is_first };
@@ -257,6 +254,59 @@ fn encode_part(
     }
     Ok((picture_tables.clone(), report))
 }
+
+/// Writes the records of frames in the order of the work: the caller may draw other views before all is submitted.
+fn write_frames(encoder: &mut wgpu::CommandEncoder, context: &Context, resident: &DeviceScene, records: &[u8]) {
+    let descriptor = BufferInitDescriptor { label: Some("frames"), contents: records, usage: BufferUsages::COPY_SRC };
+    let staged = context.device.create_buffer_init(&descriptor);
+    encoder.copy_buffer_to_buffer(&staged, 0, &resident.frame, 0, records.len() as u64);
+}
+
+/// Where the vertices of a scene appear in a view, reflector by reflector: waits for the device.
+pub(crate) fn vertex_appearances(
+    context: &Context,
+    resident: &DeviceScene,
+    (scene, view, quality): (&Scene, &View, Quality),
+    found: &Found,
+) -> Result<Vec<VertexAppearance>, GpuError> {
+    let Found { reflectors, tables } = found;
+    let record = frame_record(scene, view, quality, resident);
+    let axis = -Vec3::from(view.world_from_view.matrix3.z_axis);
+    let mut all = Vec::new();
+    for reflector in reflectors {
+        let alone = Reflection { number: 0, ..*reflector };
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        write_frames(&mut encoder, context, resident, bytemuck::bytes_of(&record));
+        tables.find(&mut encoder, context, resident, &[alone], &mut Timer::none());
+        context.queue.submit([encoder.finish()]);
+        for (vertex, Appearance { image_px, depth, state, .. }) in tables.appearances(context, &alone)? {
+            let direction = view.ray_with_differential(image_px[0], image_px[1]).0.direction;
+            let path_length = depth / direction.dot(axis);
+            let (reflector, is_beside) = (alone.object, state != WITHIN);
+            all.push(VertexAppearance { reflector, vertex, image_px, path_length, is_beside });
+        }
+    }
+    context.check()?;
+    Ok(all)
+}
+
+/// Where a vertex of the scene appears in a reflector.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexAppearance {
+    /// The object that reflects it.
+    pub reflector: u32,
+    /// The number of the vertex.
+    pub vertex: u32,
+    /// Its place in the picture, in pixels from the upper left corner.
+    pub image_px: [f32; 2],
+    /// From the eye by the reflector to the vertex (orthographic: from the eye's plane).
+    pub path_length: f32,
+    /// It appears next to the reflector, where that does not show it any more.
+    pub is_beside: bool,
+}
+
+/// The state of appearances in the reflector.
+const WITHIN: u32 = 1;
 
 /// What the geometry of paths is drawn with.
 #[derive(Clone, Copy)]

@@ -48,6 +48,8 @@ const MOST_REFLECTORS: usize = 64;
 /// Words before the arguments of drawing, and those that are counted in a picture: see `wgsl/virtual_mesh/work.wgsl`.
 const COUNTERS: u64 = 16;
 const COUNTED: u64 = 6;
+/// The word that counts appearances.
+const APPEARANCES: u64 = 10;
 
 /// What was found in a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -72,6 +74,8 @@ pub(crate) struct VirtualTables {
     work: Buffer,
     dispatch: Buffer,
     arguments: Buffer,
+    points: Buffer,
+    appearances: Buffer,
     corners: Buffer,
     picture: TextureView,
     depth: TextureView,
@@ -202,8 +206,9 @@ impl VirtualTables {
         };
         let storage = BufferUsages::STORAGE;
         let rays = buffer("rays of a reflector", u64::from(GRID_SIDE * GRID_SIDE) * START_RAY_BYTES, storage);
-        let appearances = buffer("appearances", room.appearance_bytes(), storage);
-        let points = buffer("points", room.point_bytes(), storage);
+        let read = storage | BufferUsages::COPY_SRC;
+        let appearances = buffer("appearances", room.appearance_bytes(), read);
+        let points = buffer("points", room.point_bytes(), read);
         let pieces = [0, 1].map(|_| buffer("pieces of triangles", room.piece_bytes(), storage));
         let corners = buffer("virtual geometry", room.corner_bytes(), storage | BufferUsages::VERTEX);
         let words = COUNTERS + 4 * MOST_REFLECTORS as u64;
@@ -246,7 +251,21 @@ impl VirtualTables {
             let resources = [record()].into_iter().chain(views);
             group(device, &pipelines.working, resources.chain(buffers))
         });
-        Self { room, records, work, dispatch, arguments, corners, picture, depth, maps, drawing, working }
+        Self {
+            points,
+            appearances,
+            room,
+            records,
+            work,
+            dispatch,
+            arguments,
+            corners,
+            picture,
+            depth,
+            maps,
+            drawing,
+            working,
+        }
     }
 
     /// Finds the virtual geometry of reflectors in a view, whose record lies first in the scene's buffer.
@@ -386,6 +405,31 @@ impl VirtualTables {
             pass.set_bind_group(2, &group, &[PathRecords::offset(place)]);
             pass.draw_indirect(&self.arguments, 16 * place as u64);
         }
+    }
+
+    /// Where a scene's vertices appear in the one reflector that was looked at last.
+    pub(crate) fn appearances(
+        &self,
+        context: &Context,
+        reflector: &Reflection,
+    ) -> Result<Vec<(u32, Appearance)>, GpuError> {
+        let encoder = || context.device.create_command_encoder(&Default::default());
+        let count: Vec<u32> = context.read_buffer(encoder(), &self.work, APPEARANCES * 4, 1)?;
+        let count = count.into_iter().next().unwrap_or_default().min(self.room.appearances) as usize;
+        let points: Vec<Point> = context.read_buffer(encoder(), &self.points, 0, self.room.vertices as usize)?;
+        let appearances: Vec<Appearance> = match count {
+            0 => Vec::new(),
+            count => context.read_buffer(encoder(), &self.appearances, 0, count)?,
+        };
+        let mut all = Vec::new();
+        let [first, end] = reflector.own_vertices;
+        for (vertex, point) in (0..).zip(points) {
+            let is_own = (first..end).contains(&vertex) && reflector.shows_itself == 0;
+            let range = point.first as usize..point.first.saturating_add(point.count) as usize;
+            let own = appearances.get(range).filter(|_| !is_own).unwrap_or_default();
+            all.extend(own.iter().map(|appearance| (vertex, *appearance)));
+        }
+        Ok(all)
     }
 
     /// What was found in the last picture, once its work is done.
