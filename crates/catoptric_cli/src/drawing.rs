@@ -13,7 +13,7 @@ use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Re
 use catoptric::progress::Progress;
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Camera, Model, Projection, Scene, View};
+use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use clap::ArgMatches;
 use glam::{Affine3A, Quat, Vec3};
 use std::collections::BTreeMap;
@@ -190,12 +190,14 @@ impl<'a> Shot<'a> {
             error_px: None,
         };
         drawing.note(&drawing.prepared.report().clone());
+        let mut memory = PoseMemory::default();
         for frame in 0..self.frames {
             let start = Instant::now();
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
                 let time = self.time + frame as f32 / FRAMES_PER_SECOND;
-                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, Some(&drawing.scene))?;
+                let before = Some((&*drawing.scene, &mut memory));
+                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, before)?;
                 stages.push(("pose", milliseconds(start)));
                 drawing.scene = Arc::new(scene);
                 drawing.prepared.update(&drawing.scene, self.quality, progress)?;

@@ -6,7 +6,7 @@ use crate::settings;
 use catoptric::error::SceneError;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Model, PoseOptions, Role, Scene};
+use catoptric::scene::{Model, PoseMemory, PoseOptions, Role, Scene};
 use catoptric_scenes::{builtin, import};
 use clap::ArgMatches;
 use std::path::Path;
@@ -25,16 +25,21 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Fai
     Ok(model)
 }
 
-/// The scene at one moment, with shadows of its lights if wanted: those of another moment, if that is given, as far as
-/// they hold.
+/// The scene at one moment, with shadows of its lights if wanted. Of another moment, if that is given with what its
+/// pose was made of, all is used that holds.
 pub(crate) fn pose(
     model: &Model,
     time: f32,
     roles: &[RoleRule],
     shadows: Shadows,
-    before: Option<&Scene>,
+    before: Option<(&Scene, &mut PoseMemory)>,
 ) -> Result<Scene, Failure> {
-    let posed = model.pose(&PoseOptions { time, roles: roles.to_vec() }).map_err(|error| match error {
+    let options = PoseOptions { time, roles: roles.to_vec() };
+    let (before, posed) = match before {
+        Some((before, memory)) => (Some(before), model.pose_again(&options, memory)),
+        None => (None, model.pose(&options)),
+    };
+    let posed = posed.map_err(|error| match error {
         // The one message that does not name its scene.
         SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
         error => error.into(),

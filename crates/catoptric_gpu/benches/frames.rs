@@ -10,7 +10,7 @@ use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::methods::{self, Method, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::model::Model;
-use catoptric::scene::{PoseOptions, Scene, View};
+use catoptric::scene::{PoseMemory, PoseOptions, Scene, View};
 use catoptric_gpu::{Context, Renderer};
 use catoptric_scenes::{builtin, import};
 use catoptric_testkit::scenes::moved;
@@ -106,13 +106,14 @@ fn measure(context: &Arc<Context>, name: &str, id: &str, arguments: &Arguments) 
         true => import::load(Path::new(name))?,
         false => builtin::parse(name)?,
     };
-    let scene = pose(&model, 0.0, None)?;
+    let mut memory = PoseMemory::default();
+    let scene = pose(&model, 0.0, None, &mut memory)?;
     let settings = arguments.set.parse::<toml::Table>()?;
     let method = catoptric_gpu::create(context, id, &settings)?.ok_or("it draws on the processor alone")?;
     let start = Instant::now();
     let renderer = Renderer::new(&method, &scene, quality, None, &Silent)?;
     let loading_ms = milliseconds(start);
-    let times = Film { model, scene: scene.clone(), size, quality, renderer }.times(context, arguments)?;
+    let times = Film { model, memory, scene: scene.clone(), size, quality, renderer }.times(context, arguments)?;
     let (stages, counts) = stages(&method, &scene, size, quality)?;
     say(&format!(
         "{name} {id} {}x{} {} samples order {}: {times}; loading {loading_ms:.0} ms",
@@ -128,6 +129,7 @@ fn measure(context: &Arc<Context>, name: &str, id: &str, arguments: &Arguments) 
 /// A scene that is drawn again and again.
 struct Film {
     model: Model,
+    memory: PoseMemory,
     scene: Arc<Scene>,
     size: [u32; 2],
     quality: Quality,
@@ -153,7 +155,7 @@ impl Film {
             Motion::Animation => {}
             Motion::Everything => move_all(&mut self.model, number),
         }
-        self.scene = pose(&self.model, number as f32 / FRAMES_PER_SECOND, Some(&self.scene))?;
+        self.scene = pose(&self.model, number as f32 / FRAMES_PER_SECOND, Some(&self.scene), &mut self.memory)?;
         let pose_ms = milliseconds(start);
         self.renderer.update(&self.scene, self.quality, &Silent)?;
         Ok([pose_ms, milliseconds(start) - pose_ms])
@@ -274,8 +276,13 @@ fn error(
     ))
 }
 
-fn pose(model: &Model, time: f32, before: Option<&Scene>) -> Result<Arc<Scene>, Box<dyn Error>> {
-    let mut scene = model.pose(&PoseOptions { time, ..PoseOptions::default() })?;
+fn pose(
+    model: &Model,
+    time: f32,
+    before: Option<&Scene>,
+    memory: &mut PoseMemory,
+) -> Result<Arc<Scene>, Box<dyn Error>> {
+    let mut scene = model.pose_again(&PoseOptions { time, ..PoseOptions::default() }, memory)?;
     match before {
         Some(before) => cast_shadows_as(before, &mut scene),
         None => cast_shadows(&mut scene),

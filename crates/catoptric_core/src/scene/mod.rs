@@ -18,7 +18,7 @@ pub use light::{Light, LightKind};
 pub use light_visibility::LightVisibility;
 pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding};
 pub use model::Model;
-pub use pose::{MAX_TRIANGLES, PoseOptions};
+pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::bumps::TurnedEncounter;
 pub use shading::environment::{Environment, LightMap};

@@ -4,12 +4,37 @@ use super::parts::shapes::{self, Shape};
 use super::pots::{VASE_HEIGHT, pot_body, vase_radius, vase_wall};
 use super::*;
 use catoptric_core::math::Aabb;
-use catoptric_core::scene::{PoseOptions, Projection, Role, Scene};
+use catoptric_core::scene::model::LocalTransform;
+use catoptric_core::scene::{PoseMemory, PoseOptions, Projection, Role, Scene};
 use glam::{IVec3, Vec2, Vec3};
 use std::collections::HashMap;
 
 fn pose(spec: &str, time: f32) -> Scene {
     parse(spec).unwrap().pose(&PoseOptions { time, ..PoseOptions::default() }).unwrap()
+}
+
+#[test]
+fn poses_are_the_same_after_others() {
+    for builtin in all() {
+        let mut model = parse(builtin.name).unwrap();
+        let mut memory = PoseMemory::default();
+        for (number, time) in [0.0, 0.4, 0.4, 1.3].into_iter().enumerate() {
+            let options = PoseOptions { time, ..PoseOptions::default() };
+            let (again, alone) = (model.pose_again(&options, &mut memory).unwrap(), model.pose(&options).unwrap());
+            let of = |scene: &Scene| {
+                let Scene { positions, normals, uvs, colors, tangents, triangles, .. } = scene.clone();
+                let objects: Vec<_> = scene.objects.iter().map(|object| format!("{object:?}")).collect();
+                let numbers = (triangles, scene.triangle_objects.clone(), scene.triangle_parts.clone());
+                ((positions, normals, uvs), (colors, tangents), numbers, objects, scene.bounds)
+            };
+            assert!(of(&again) == of(&alone), "{} at {time}", builtin.name);
+            // Nodes may be elsewhere the next time.
+            let moved = number % model.nodes.len();
+            if let LocalTransform::Parts { translation, .. } = &mut model.nodes[moved].local {
+                translation.y += 0.25;
+            }
+        }
+    }
 }
 
 /// The count of each directed edge, after equal positions are taken for one vertex.

@@ -1,4 +1,5 @@
 use super::*;
+use catoptric_core::scene::PoseMemory;
 use catoptric_core::scene::model::{ChannelValues, Interpolation};
 use glam::Vec3;
 
@@ -60,6 +61,12 @@ fn morph_targets_and_their_weights() {
     file.json["accessors"][weights]["normalized"] = json!(true);
     animate(&mut file, 0, "weights", "LINEAR", times, weights);
     assert_eq!(at(&file, 0.25), Vec3::new(1.0, 0.0, 0.25));
+    // What the pose before was made of is used where it holds alone.
+    let (model, mut memory) = (file.model(), PoseMemory::default());
+    for (time, height) in [(0.25, 0.25), (0.75, 0.75), (0.75, 0.75), (0.25, 0.25)] {
+        let scene = model.pose_again(&PoseOptions { time, ..Default::default() }, &mut memory).unwrap();
+        assert_eq!(scene.positions[1], Vec3::new(1.0, 0.0, height));
+    }
     file.json["accessors"][weights]["count"] = json!(3);
     file.assert_error("animations[0].channels[0].sampler.output: 3 values; 2 keys need 4");
 }
