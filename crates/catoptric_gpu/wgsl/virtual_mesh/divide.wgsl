@@ -335,7 +335,9 @@ fn draw_whole(numbers: array<u32, 3>, piece: Piece, hit: u32) {
 // Between two rounds of division.
 @compute @workgroup_size(1)
 fn arrange() {
-    let count = min(atomicLoad(&work[PIECES_NEXT]), reflection.most_pieces);
+    // Where there is no room for all, nothing is drawn in the end.
+    let is_full = atomicLoad(&work[IS_FULL]) != 0u;
+    let count = select(min(atomicLoad(&work[PIECES_NEXT]), reflection.most_pieces), 0u, is_full);
     let groups = (count + 63u) / 64u;
     // A dispatch has at most 65,535 groups a dimension.
     let across = min(groups, 32768u);
