@@ -344,6 +344,10 @@ fn draw_paths<'a>(
         return Ok(None);
     };
     let Found { reflectors, tables } = found;
+    // At order 0 nothing is reflected.
+    if targets.drawn.is_empty() {
+        return Ok(None);
+    }
     if is_first {
         tables.find(encoder, context, resident, reflectors, timer);
     }

@@ -277,6 +277,10 @@ impl VirtualTables {
         reflectors: &[Reflection],
         timer: &mut Timer,
     ) {
+        encoder.clear_buffer(&self.work, 0, Some(COUNTERS * 4));
+        if reflectors.is_empty() {
+            return;
+        }
         let Self { room, .. } = *self;
         let mut bytes = Vec::new();
         for reflector in reflectors {
@@ -294,7 +298,6 @@ impl VirtualTables {
             BufferInitDescriptor { label: Some("reflectors"), contents: &bytes, usage: BufferUsages::COPY_SRC };
         let staged = context.device.create_buffer_init(&descriptor);
         encoder.copy_buffer_to_buffer(&staged, 0, &self.records, 0, bytes.len() as u64);
-        encoder.clear_buffer(&self.work, 0, Some(COUNTERS * 4));
         for (index, reflector) in reflectors.iter().enumerate() {
             self.find_one(encoder, context, resident, (index, reflector), timer);
         }
