@@ -23,7 +23,6 @@ const MOST_PICTURES: f32 = 4.0;
 pub(crate) struct Search {
     /// Texels along a side of explosion maps; `None`: by the reflector's picture.
     pub(crate) map_size: Option<u32>,
-
     /// The error of edges, in pixels.
     pub(crate) edge_error_px: f32,
     /// The smallest pieces, in pixels.
