@@ -42,6 +42,10 @@ const PIXELS_A_PIECE: u32 = 2;
 const MOST_PIECES: u32 = 1 << 20;
 /// Appearances of a point in reflectors that are not convex, on the average. A bound on memory; chosen, not measured.
 const APPEARANCES_A_POINT: u32 = 3;
+/// Vertices times reflectors of the scenes whose virtual geometry is found on the device, and the searches for one that
+/// may appear several times. Bounds on time; chosen, not measured.
+const MOST_SEARCHES: usize = 1 << 20;
+const SEARCHES_A_POINT: usize = 4;
 /// Scenes of more reflectors are left to the processor. Chosen, not measured.
 const MOST_REFLECTORS: usize = 64;
 
@@ -161,6 +165,11 @@ impl OnDevice {
         let found = reflectors_of(scene, &resident.tables).filter(|found| found.len() <= MOST_REFLECTORS);
         let Some(reflectors) = found else { return Ok(None) };
         let are_convex = reflectors.iter().all(|reflector| reflector.is_convex);
+        // What each of many reflectors shows of a large scene takes longer than the processor's way, which has a limit.
+        let most = if are_convex { MOST_SEARCHES } else { MOST_SEARCHES / SEARCHES_A_POINT };
+        if scene.positions.len() * reflectors.len() > most {
+            return Ok(None);
+        }
         // Maps hold one record in each direction.
         if search.map_size.is_some() && !are_convex {
             return Ok(None);
