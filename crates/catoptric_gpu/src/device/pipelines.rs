@@ -128,10 +128,7 @@ impl Pipelines {
         let [mirrors, lists] =
             [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
         let virtual_mesh = VirtualPipelines::new(device, &scene);
-        let module = |path: &str| {
-            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
-        };
+        let module = |path: &str| shader_module(device, path);
         let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
         let shaders = ["frame.wgsl", "look.wgsl", "field.wgsl", "layered.wgsl"].map(module);
         let [visibility, present] = ["visibility.wgsl", "present.wgsl"].map(module);
@@ -139,8 +136,11 @@ impl Pipelines {
         let samples = [0, 1].map(|index| {
             let (module, layout, samples) = (&visibility, &drawing, SAMPLE_COUNTS[index]);
             let draws = |vertex, fragment| {
-                let (corners, format) = (None, ID_FORMAT);
-                draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, constants: &[] })
+                let (corners, format, has_depth) = (None, ID_FORMAT, true);
+                draws(
+                    device,
+                    &Draws { module, layout, vertex, corners, fragment, format, samples, has_depth, constants: &[] },
+                )
             };
             SamplePipelines { solid: draws("solid_corner", "solid"), with_holes: draws("corner", "with_holes") }
         });
@@ -277,6 +277,12 @@ pub(crate) const fn array_texture(binding: u32, sample_type: TextureSampleType) 
     (binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
+/// A shader with all that it includes.
+pub(crate) fn shader_module(device: &wgpu::Device, path: &str) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
+    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
+}
+
 pub(crate) fn layout(
     device: &wgpu::Device,
     label: &str,
@@ -308,11 +314,13 @@ pub(crate) struct Draws<'a> {
     pub(crate) fragment: &'a str,
     pub(crate) format: TextureFormat,
     pub(crate) samples: u32,
+    /// The nearest is drawn, not the last.
+    pub(crate) has_depth: bool,
     pub(crate) constants: &'a [(&'a str, f64)],
 }
 
 pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipeline {
-    let Draws { module, layout, vertex, corners, fragment, format, samples, constants } = *how;
+    let Draws { module, layout, vertex, corners, fragment, format, samples, has_depth, constants } = *how;
     let buffers: Vec<_> = corners.into_iter().cloned().map(Some).collect();
     let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -325,7 +333,7 @@ pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipel
             buffers: &buffers,
         },
         primitive: Default::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
+        depth_stencil: has_depth.then(|| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Greater),

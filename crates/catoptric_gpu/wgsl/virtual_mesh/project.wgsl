@@ -21,11 +21,15 @@ fn take_rays(@builtin(global_invocation_id) invocation: vec3u) {
     start_rays[number] = taken;
 }
 
+// True for vertices or triangles of a reflector that shows nothing of itself.
+fn is_skipped(number: u32, own: vec2u) -> bool {
+    return reflection.shows_itself == 0u && number >= own.x && number < own.y;
+}
+
 @compute @workgroup_size(64)
 fn project_vertices(@builtin(global_invocation_id) invocation: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let vertex = invocation.x + invocation.y * groups.x * 64u;
-    let is_own = vertex >= reflection.own_vertices.x && vertex < reflection.own_vertices.y;
-    if vertex >= reflection.vertex_count || (is_own && reflection.shows_itself == 0u) {
+    if vertex >= reflection.vertex_count || is_skipped(vertex, reflection.own_vertices) {
         return;
     }
     points[vertex] = projected(vertex_of(vertex).position, vec2f(0.0), false);
@@ -34,8 +38,7 @@ fn project_vertices(@builtin(global_invocation_id) invocation: vec3u, @builtin(n
 @compute @workgroup_size(64)
 fn start_pieces(@builtin(global_invocation_id) invocation: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let triangle = invocation.x + invocation.y * groups.x * 64u;
-    let is_own = triangle >= reflection.own_triangles.x && triangle < reflection.own_triangles.y;
-    if triangle >= reflection.triangle_count || (is_own && reflection.shows_itself == 0u) {
+    if triangle >= reflection.triangle_count || is_skipped(triangle, reflection.own_triangles) {
         return;
     }
     // There is room for all.

@@ -62,7 +62,8 @@ impl ConfinedPipelines {
             let constants = [("HAS_HOLES", if has_holes { 1.0 } else { 0.0 })];
             let (module, layout, format) = (&self.module, &self.layouts[index], CONFINED_FORMAT);
             let (vertex, corners) = ("confined_corner", self.corners.as_ref());
-            draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, constants: &constants })
+            let (has_depth, constants) = (true, &constants);
+            draws(device, &Draws { module, layout, vertex, corners, fragment, format, samples, has_depth, constants })
         })
     }
 

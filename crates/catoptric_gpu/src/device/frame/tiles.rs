@@ -5,11 +5,12 @@ use super::targets::Targets;
 use super::timer::Timer;
 use crate::device::context::Context;
 use crate::device::kept::Kept;
-use crate::device::pipelines::{Pipelines, layout, pipeline_layout, table, texture, uniform, written_storage};
+use crate::device::pipelines::{
+    Pipelines, layout, pipeline_layout, shader_module, table, texture, uniform, written_storage,
+};
 use crate::device::upload::{DeviceScene, Reflections, Upload, group};
 use crate::error::GpuError;
 use crate::layout::{NONE, Tiling};
-use crate::shader;
 use crate::tables::SceneFeatures;
 use bytemuck::{Pod, Zeroable};
 use std::num::NonZeroU64;
@@ -186,10 +187,7 @@ impl TilePipelines {
         let gathering = [seen(1, false), seen(2, true)]
             .map(|seen| layout(device, "gathering", stage, &[written_storage(0), seen, table(3)]));
         let working = layout(device, "tiles", stage, &[written_storage(0), written_storage(1), (2, uniform(true))]);
-        let module = |path: &str| {
-            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
-        };
+        let module = |path: &str| shader_module(device, path);
         let gather = module("tiles/gather.wgsl");
         let gather_layouts = [0, 1].map(|index| pipeline_layout(device, &[scene, &gathering[index]]));
         let modules = [module("tiles/classify.wgsl"), module("tiles/cover.wgsl"), module("tiles/trace.wgsl")];
@@ -224,7 +222,8 @@ impl TilePipelines {
     }
 }
 
-fn compute(
+/// A pipeline that computes.
+pub(crate) fn compute(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,

@@ -1,8 +1,10 @@
 //! Pipelines that find what smooth reflectors show.
 
+use crate::device::frame::tiles::compute;
 use crate::device::kept::Kept;
-use crate::device::pipelines::{DEPTH_FORMAT, layout, pipeline_layout, texture, uniform, written_storage};
-use crate::shader;
+use crate::device::pipelines::{
+    Draws, draws, layout, pipeline_layout, shader_module, texture, uniform, written_storage,
+};
 use crate::tables::SceneFeatures;
 use wgpu::{BindGroupLayout, ComputePipeline, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType};
 
@@ -71,46 +73,21 @@ impl VirtualPipelines {
         let bindings: Vec<_> = tables.into_iter().chain((2..8).chain([10]).map(written_storage)).chain(maps).collect();
         let working = layout(device, "what a reflector shows", ShaderStages::COMPUTE, &bindings);
         let nothing = layout(device, "nothing", ShaderStages::COMPUTE, &[]);
-        let module = |path: &str| {
-            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
-        };
+        let module = |path: &str| shader_module(device, path);
         let [of_picture, of_maps] = ["virtual_mesh/reflector.wgsl", "virtual_mesh/explosion.wgsl"].map(module);
         let drawn = pipeline_layout(device, &[scene, &nothing, &drawing]);
-        let draws = |module, [vertex, fragment]: [&str; 2], format: TextureFormat, sphere: Option<u32>| {
+        let draw = |module, [vertex, fragment]: [&str; 2], format, sphere: Option<u32>| {
             let constants: Vec<_> = sphere.map(|sphere| ("SPHERE", f64::from(sphere))).into_iter().collect();
-            let compilation_options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(fragment),
-                layout: Some(&drawn),
-                vertex: wgpu::VertexState {
-                    module,
-                    entry_point: Some(vertex),
-                    compilation_options: compilation_options.clone(),
-                    buffers: &[],
-                },
-                primitive: Default::default(),
-                // Convex reflectors explode without overlaps.
-                depth_stencil: sphere.is_none().then(|| wgpu::DepthStencilState {
-                    format: DEPTH_FORMAT,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: Default::default(),
-                    bias: Default::default(),
-                }),
-                multisample: Default::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module,
-                    entry_point: Some(fragment),
-                    compilation_options,
-                    targets: &[Some(format.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
+            let (layout, corners, constants) = (&drawn, None, constants.as_slice());
+            // Convex reflectors explode without overlaps.
+            let has_depth = sphere.is_none();
+            draws(
+                device,
+                &Draws { module, layout, vertex, corners, fragment, format, samples: 1, has_depth, constants },
+            )
         };
-        let picture = draws(&of_picture, ["reflector_corner", "reflector_number"], PICTURE_FORMAT, None);
-        let maps = [0, 1].map(|sphere| draws(&of_maps, ["map_corner", "map_record"], MAP_FORMAT, Some(sphere)));
+        let picture = draw(&of_picture, ["reflector_corner", "reflector_number"], PICTURE_FORMAT, None);
+        let maps = [0, 1].map(|sphere| draw(&of_maps, ["map_corner", "map_record"], MAP_FORMAT, Some(sphere)));
         let layout = pipeline_layout(device, &[scene, &nothing, &working]);
         let modules = ["virtual_mesh/project.wgsl", "virtual_mesh/divide.wgsl"].map(module);
         Self { drawing, working, picture, maps, layout, modules, known: Kept::default() }
@@ -129,14 +106,7 @@ impl VirtualPipelines {
             let (module, entry) = step.entry();
             let mut constants = features.constants();
             constants.push(("FROM_MAPS", f64::from(u8::from(from_maps))));
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&self.layout),
-                module: &self.modules[module],
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-                cache: None,
-            })
+            compute(device, &self.layout, &self.modules[module], entry, &constants)
         })
     }
 }
