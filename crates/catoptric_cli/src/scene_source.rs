@@ -34,7 +34,7 @@ pub(crate) fn pose(
     shadows: Shadows,
     before: Option<(&Scene, &mut PoseMemory)>,
 ) -> Result<Scene, Failure> {
-    let options = PoseOptions { time, roles: roles.to_vec() };
+    let options = PoseOptions { time, roles: roles.to_vec(), ..PoseOptions::default() };
     let (before, posed) = match before {
         Some((before, memory)) => (Some(before), model.pose_again(&options, memory)),
         None => (None, model.pose(&options)),

@@ -1,5 +1,8 @@
 //! Pictures: linear radiance in floating point, and their conversion to sRGB.
 
+use crate::parallel;
+use std::sync::LazyLock;
+
 /// A picture of linear RGBA radiance, rows from the top, pixels from the left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Framebuffer {
@@ -25,7 +28,64 @@ impl Framebuffer {
 
     /// The picture as 8-bit sRGB, three bytes a pixel; values are clamped, no tone curve.
     pub fn to_srgb8(&self) -> Vec<u8> {
-        self.pixels.iter().flat_map(|p| [p[0], p[1], p[2]].map(|c| (srgb_from_linear(c) * 255.0 + 0.5) as u8)).collect()
+        self.encoded(|[r, g, b, _], code| [code.of(r), code.of(g), code.of(b)])
+    }
+
+    /// The same with a fourth byte, which is 255: what windows and textures take.
+    pub fn to_srgba8(&self) -> Vec<u8> {
+        self.encoded(|[r, g, b, _], code| [code.of(r), code.of(g), code.of(b), 255])
+    }
+
+    fn encoded<const N: usize>(&self, encode: impl Fn([f32; 4], &Srgb8) -> [u8; N] + Sync + Send) -> Vec<u8> {
+        let mut bytes = vec![0; self.pixels.len() * N];
+        let code = &*SRGB8;
+        parallel::for_each_chunk_mut(&mut bytes, CHUNK * N, |chunk, bytes| {
+            for (pixel, bytes) in self.pixels[chunk * CHUNK..].iter().zip(bytes.chunks_exact_mut(N)) {
+                bytes.copy_from_slice(&encode(*pixel, code));
+            }
+        });
+        bytes
+    }
+}
+
+/// Pixels that a thread encodes at once. A size for threads; chosen, not measured.
+const CHUNK: usize = 4096;
+
+/// 8-bit sRGB by tables, to the bit as [`srgb_from_linear`] rounds it.
+struct Srgb8 {
+    /// For the upper half of a value's bits the code of the least value that has them.
+    codes: Vec<u8>,
+    /// For each code but the first the least value that has it.
+    least: [f32; 255],
+}
+
+static SRGB8: LazyLock<Srgb8> = LazyLock::new(Srgb8::new);
+
+impl Srgb8 {
+    fn new() -> Self {
+        let code = |bits: u32| (srgb_from_linear(f32::from_bits(bits)) * 255.0 + 0.5) as u8;
+        let one = 1f32.to_bits();
+        let least = std::array::from_fn(|index| {
+            // Bits of positive numbers rise with them, and so do codes.
+            let (mut below, mut above) = (0, one);
+            while above - below > 1 {
+                let middle = below + (above - below) / 2;
+                if usize::from(code(middle)) > index { above = middle } else { below = middle }
+            }
+            f32::from_bits(above)
+        });
+        Self { codes: (0..=one >> 16).map(|upper| code(upper << 16)).collect(), least }
+    }
+
+    /// The code of a linear value; NaN gives 0.
+    #[inline]
+    fn of(&self, linear: f32) -> u8 {
+        let value = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
+        let mut code = usize::from(self.codes[(value.to_bits() >> 16) as usize]);
+        while code < self.least.len() && value >= self.least[code] {
+            code += 1;
+        }
+        code as u8
     }
 }
 
@@ -53,6 +113,13 @@ mod tests {
             assert!((srgb_from_linear(linear_from_srgb(value)) - value).abs() < 1e-5, "{value}");
         }
         assert_eq!(srgb_from_linear(f32::NAN), 0.0);
+        let code = |linear: f32| (srgb_from_linear(linear) * 255.0 + 0.5) as u8;
+        let around = |value: f32| [value.next_down(), value, value.next_up()];
+        let even = (0..1 << 20).map(|step| step as f32 / (1 << 20) as f32);
+        let odd = SRGB8.least.into_iter().flat_map(around).chain([-1.0, -0.0, 1e-30, 2.0, f32::INFINITY, f32::NAN]);
+        for value in even.chain(odd) {
+            assert_eq!(SRGB8.of(value), code(value), "{value}");
+        }
         assert_eq!(srgb_from_linear(7.0), srgb_from_linear(1.0));
     }
 }

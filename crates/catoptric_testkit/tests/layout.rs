@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 /// The modules of the library from the lowest layer up: a module uses those of lower layers only.
 const LAYERS: [&[&str]; 8] = [
     &["clock", "progress"],
-    &["error", "framebuffer", "parallel"],
-    &["math", "output"],
+    &["error", "parallel"],
+    &["framebuffer", "math", "output"],
     &["picture", "surface"],
     &["scene"],
     &["optics"],

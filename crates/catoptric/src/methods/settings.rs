@@ -79,6 +79,9 @@ pub struct SettingInfo {
     pub choices: &'static [ChoiceSpec],
     /// The allowed values of a number, in words; empty if all are allowed.
     pub allowed: String,
+    /// The same for widgets.
+    #[serde(skip)]
+    pub limits: Limits,
     /// The unit of a number; empty for pure numbers, counts included.
     pub unit: &'static str,
     /// Its effect, in sentences.
@@ -291,6 +294,7 @@ impl SettingSpec {
             range: self.limits.range(),
             choices,
             allowed: self.limits.to_string(),
+            limits: self.limits,
             unit: self.unit,
             help: self.help,
         }

@@ -2,6 +2,7 @@
 
 mod animation;
 mod blend;
+pub mod edits;
 pub mod hit;
 mod identity;
 mod light;

@@ -42,8 +42,12 @@ pub struct Model {
     pub roles: Vec<super::roles::RoleRule>,
     /// The file's blends of mirrors by name, over their materials; later ones win.
     pub blends: Vec<super::roles::BlendRule>,
-    /// Lines of the file by fields that are checked later than they are read: `role.NAME`, `blend.NAME`, `method.ID`
-    /// and `method.ID.KEY`.
+    /// What is moved by name, whatever animations do; ways add up.
+    pub moves: Vec<super::edits::MoveRule>,
+    /// Looks by name, over all materials; later ones win.
+    pub looks: Vec<super::edits::LookRule>,
+    /// Lines of the file by fields that are checked later than they are read: `role.NAME`, `blend.NAME`, `move.NAME`,
+    /// `material.NAME`, `method.ID` and `method.ID.KEY`.
     pub lines: BTreeMap<String, usize>,
     /// The parts left out or mended while reading, for the user.
     pub warnings: Vec<String>,

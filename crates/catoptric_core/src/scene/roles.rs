@@ -1,24 +1,36 @@
 //! Settings of objects by name, over the materials of the file: roles, and blends of mirrors.
 
-use super::{Blend, Material, Model, Role, Scene};
+use super::edits::LookRule;
+use super::{Blend, Material, Model, PoseOptions, Role, Scene};
 use crate::error::SceneError;
 use globset::{Glob, GlobMatcher};
 
 /// A name of nodes or materials, or a glob with `*`, `?`, `[...]`, `{a,b}`.
 #[derive(Clone, Debug)]
-struct NamePattern {
+pub(super) struct NamePattern {
     text: String,
     matcher: GlobMatcher,
 }
 
 impl NamePattern {
+    /// A pattern as the part `kind` of a scene names it.
+    pub(super) fn read(kind: &str, text: &str) -> Result<Self, SceneError> {
+        let invalid = |error| SceneError::invalid(kind, text, format!("is neither a name nor a glob: {error}"));
+        Self::new(text).map_err(invalid)
+    }
+
+    /// The pattern as it was given.
+    pub(super) fn text(&self) -> &str {
+        &self.text
+    }
+
     fn new(text: &str) -> Result<Self, globset::Error> {
         // A name that is no valid glob is still matched literally.
         let glob = Glob::new(text).or_else(|_| Glob::new(&globset::escape(text)))?;
         Ok(Self { text: text.into(), matcher: glob.compile_matcher() })
     }
 
-    fn matches(&self, node: &str, material: &str) -> bool {
+    pub(super) fn matches(&self, node: &str, material: &str) -> bool {
         // What has no name at all is still among everything.
         let has_name = !(node.is_empty() && material.is_empty());
         let is_match = |name: &str| !(has_name && name.is_empty()) && self.matcher.is_match(name);
@@ -39,8 +51,7 @@ impl BlendRule {
     /// # Errors
     /// [`SceneError::Invalid`] when the pattern is too large.
     pub fn new(pattern: &str, blend: Blend) -> Result<Self, SceneError> {
-        let invalid = |error| SceneError::invalid("blend", pattern, format!("is neither a name nor a glob: {error}"));
-        Ok(Self { pattern: NamePattern::new(pattern).map_err(invalid)?, blend })
+        Ok(Self { pattern: NamePattern::read("blend", pattern)?, blend })
     }
 
     /// The pattern as it was given.
@@ -66,8 +77,7 @@ impl RoleRule {
     /// A rule for `pattern` (a name, or a glob with `*`, `?`, `[...]`, `{a,b}`); the index of refraction is for lenses.
     pub fn new(pattern: &str, role: Role, ior: Option<f32>) -> Result<Self, SceneError> {
         let invalid = |problem: String| SceneError::invalid("role", pattern, problem);
-        let names =
-            NamePattern::new(pattern).map_err(|error| invalid(format!("is neither a name nor a glob: {error}")))?;
+        let names = NamePattern::read("role", pattern)?;
         if let Some(ior) = ior.filter(|ior| !(0.1..=10.0).contains(ior)) {
             return Err(invalid(format!("the index of refraction {ior} is outside 0.1 to 10")));
         }
@@ -123,18 +133,30 @@ pub(super) struct MaterialRules<'a> {
     roles: Vec<&'a RoleRule>,
     role_used: Vec<bool>,
     blend_uses: Vec<BlendUse>,
+    looks: Vec<&'a LookRule>,
+    look_used: Vec<bool>,
+}
+
+/// The numbers of the rules that win for a node's material, of each kind the last one that matches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Winners {
+    role: Option<usize>,
+    blend: Option<usize>,
+    look: Option<usize>,
 }
 
 impl<'a> MaterialRules<'a> {
-    /// The rules of a model, then further roles.
-    pub(super) fn new(model: &'a Model, roles: &'a [RoleRule]) -> Self {
-        let roles: Vec<&RoleRule> = model.roles.iter().chain(roles).collect();
+    /// The rules of a model, then further ones.
+    pub(super) fn new(model: &'a Model, options: &'a PoseOptions) -> Self {
+        let roles: Vec<&RoleRule> = model.roles.iter().chain(&options.roles).collect();
+        let looks: Vec<&LookRule> = model.looks.iter().chain(&options.looks).collect();
         let (role_used, blend_uses) = (vec![false; roles.len()], vec![BlendUse::None; model.blends.len()]);
-        Self { model, roles, role_used, blend_uses }
+        let look_used = vec![false; looks.len()];
+        Self { model, roles, role_used, blend_uses, looks, look_used }
     }
 
-    /// The numbers of the role and of the blend that win for a node's material: the last ones that match.
-    pub(super) fn winners(&mut self, node: &str, material: &Material) -> [Option<usize>; 2] {
+    /// The rules that win for a node's material.
+    pub(super) fn winners(&mut self, node: &str, material: &Material) -> Winners {
         let mut role = None;
         for (index, rule) in self.roles.iter().enumerate() {
             if rule.matches(node, &material.name) {
@@ -158,14 +180,24 @@ impl<'a> MaterialRules<'a> {
                 self.blend_uses[index] = BlendUse::Other(name.into());
             }
         }
-        [role, blend]
+        let mut look = None;
+        for (index, rule) in self.looks.iter().enumerate() {
+            if rule.pattern.matches(node, &material.name) {
+                self.look_used[index] = true;
+                look = Some(index);
+            }
+        }
+        Winners { role, blend, look }
     }
 
     /// The material as the winners make it.
-    pub(super) fn apply(&self, [role, blend]: [Option<usize>; 2], material: &Material) -> Material {
+    pub(super) fn apply(&self, Winners { role, blend, look }: Winners, material: &Material) -> Material {
         let mut changed = role.map_or_else(|| material.clone(), |rule| self.roles[rule].apply(material));
         if let Some(rule) = blend {
             changed.blend = Some(self.model.blends[rule].blend);
+        }
+        if let Some(rule) = look {
+            self.looks[rule].look.apply(&mut changed);
         }
         changed
     }
@@ -188,16 +220,27 @@ impl<'a> MaterialRules<'a> {
                 let name = self.model.blends[unused].pattern();
                 (name, format!("blend.{name}"))
             }
-            (None, None) => return Ok(()),
+            (None, None) => {
+                let Some(unused) = self.look_used.iter().position(|used| !used) else { return Ok(()) };
+                let name = self.looks[unused].pattern();
+                (name, if unused < self.model.looks.len() { format!("material.{name}") } else { String::new() })
+            }
         };
-        let unknown = SceneError::Unknown { kind: "node or material", name: name.into(), known: self.names(scene) };
-        if field.is_empty() { Err(unknown) } else { Err(self.model.invalid(&field, unknown.to_string())) }
+        self.unknown("node or material", name, &field, scene)
     }
 
-    /// The names that rules can match, for messages.
-    fn names(&self, scene: &Scene) -> String {
+    /// The error about a name that nothing has; the field of the file is empty for names that the user gives beyond it.
+    pub(super) fn unknown(&self, kind: &'static str, name: &str, field: &str, scene: &Scene) -> Result<(), SceneError> {
+        let unknown = SceneError::Unknown { kind, name: name.into(), known: self.names(kind, scene) };
+        if field.is_empty() { Err(unknown) } else { Err(self.model.invalid(field, unknown.to_string())) }
+    }
+
+    /// The names of a kind that rules can match, for messages.
+    fn names(&self, kind: &str, scene: &Scene) -> String {
         let mut names: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
-        names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
+        if kind != "node" {
+            names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
+        }
         names.retain(|name| !name.is_empty());
         names.sort_unstable();
         names.dedup();

@@ -53,6 +53,15 @@ impl Camera {
         let center = bounds.center();
         Self::look_at("framing", center + direction * distance, center, Vec3::Y, fov_deg)
     }
+
+    /// The point on its axis at the depth of a box's centre; where that is not in front, the box's size ahead.
+    pub fn point_looked_at(&self, bounds: &Aabb) -> Vec3 {
+        let eye = Vec3::from(self.world_from_camera.translation);
+        let forward = -Vec3::from(self.world_from_camera.matrix3.z_axis);
+        let depth = (bounds.center() - eye).dot(forward);
+        let depth = if depth > bounds.diagonal() * 1e-8 { depth } else { bounds.diagonal() };
+        eye + forward * depth
+    }
 }
 
 fn placement(eye: Vec3, forward: Vec3, up: Vec3) -> Affine3A {
@@ -428,6 +437,15 @@ mod tests {
         let camera = Camera::look_at("", Vec3::new(1.0, 2.0, 3.0), Vec3::new(-0.5, 0.0, 0.2), Vec3::Y, 50.0);
         let ortho = Camera { projection: Projection::Orthographic { half_height: 2.0 }, ..camera.clone() };
         [View::new(&camera, 640, 360, 0.01), View::new(&ortho, 640, 360, 0.01)]
+    }
+
+    #[test]
+    fn a_camera_looks_at_the_depth_of_the_centre_or_ahead() {
+        let bounds = Aabb { min: Vec3::new(-1.0, -1.0, -1.0), max: Vec3::ONE };
+        let camera = Camera::look_at("", Vec3::new(0.5, 0.0, 4.0), Vec3::new(0.5, 0.0, 0.0), Vec3::Y, 40.0);
+        assert!((camera.point_looked_at(&bounds) - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-5);
+        let away = Camera::look_at("", Vec3::new(0.0, 0.0, 4.0), Vec3::new(0.0, 0.0, 9.0), Vec3::Y, 40.0);
+        assert!(away.point_looked_at(&bounds).z > 4.0);
     }
 
     #[test]

@@ -16,14 +16,27 @@ const MAX_SIDE: u64 = 16_384;
 /// [`SceneError`] when the file cannot be read, is broken, is of another kind or is larger than 8192 x 4096 pixels.
 pub fn load_environment(path: &Path) -> Result<Environment, SceneError> {
     let name = path.display().to_string();
-    let extension = super::extension(path);
-    match extension.as_str() {
-        "hdr" => from_hdr(&name, &files::read(path, MAX_SCENE_BYTES)?),
-        "exr" => from_exr(&name, &files::read(path, MAX_SCENE_BYTES)?),
+    check_kind(&name)?;
+    environment_from(&name, &files::read(path, MAX_SCENE_BYTES)?)
+}
+
+/// Refuses names of other kinds of files, before anything is read.
+fn check_kind(name: &str) -> Result<(), SceneError> {
+    match super::extension(Path::new(name)).as_str() {
+        "hdr" | "exr" => Ok(()),
         other => {
             let problem = format!("`.{other}` is no kind of environment; allowed are .hdr and .exr");
             Err(SceneError::invalid(name, "extension", problem))
         }
+    }
+}
+
+/// The same from memory, by the extension of its name.
+pub(super) fn environment_from(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
+    check_kind(name)?;
+    match super::extension(Path::new(name)).as_str() {
+        "hdr" => from_hdr(name, bytes),
+        _ => from_exr(name, bytes),
     }
 }
 

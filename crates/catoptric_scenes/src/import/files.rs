@@ -71,8 +71,12 @@ pub(super) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, SceneError> {
 
 /// The text of a plain file of at most `limit` bytes.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, SceneError> {
-    String::from_utf8(read(path, limit)?).map_err(|error| {
-        let problem = format!("byte {} is no UTF-8 text", error.utf8_error().valid_up_to());
-        SceneError::invalid(path.display().to_string(), "file", problem)
-    })
+    let bytes = read(path, limit)?;
+    text(&path.display().to_string(), &bytes).map(str::to_owned)
+}
+
+/// The text that a file's bytes are; `name` is for messages.
+pub(super) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, SceneError> {
+    std::str::from_utf8(bytes)
+        .map_err(|error| SceneError::invalid(name, "file", format!("byte {} is no UTF-8 text", error.valid_up_to())))
 }

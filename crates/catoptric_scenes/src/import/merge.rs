@@ -4,7 +4,8 @@ use catoptric_core::scene::model::{ChannelValues, Model};
 
 /// Adds everything of `other` to `model`, with all indices moved up.
 ///
-/// Region, settings, roles, blends and environment of `model` stay unless it has none.
+/// Where both say something, `model` wins: its roles, blends and looks are the later ones, its settings, region and
+/// environment stay, its cameras come first.
 pub(super) fn append(model: &mut Model, other: Model) {
     let offset = Offsets {
         node: model.nodes.len(),
@@ -60,10 +61,13 @@ pub(super) fn append(model: &mut Model, other: Model) {
         model.region = other.region;
     }
     for (method, settings) in other.method_settings {
-        model.method_settings.entry(method).or_insert(settings);
+        let own = model.method_settings.entry(method).or_default();
+        *own = settings.into_iter().chain(std::mem::take(own)).collect();
     }
     model.roles.splice(0..0, other.roles);
     model.blends.splice(0..0, other.blends);
+    model.looks.splice(0..0, other.looks);
+    model.moves.splice(0..0, other.moves);
     model.warnings.extend(other.warnings);
 }
 

@@ -14,6 +14,7 @@ pub mod obj;
 mod picture;
 pub mod toml_scene;
 
+use environment::environment_from;
 pub use environment::load_environment;
 pub use files::{Folder, NoFiles, Resolver};
 
@@ -30,11 +31,26 @@ pub fn load(path: &Path) -> Result<Model, SceneError> {
         "glb" | "gltf" => load_gltf(path),
         "obj" => obj::load(path),
         "toml" => toml_scene::load(path),
-        other => {
-            let problem = format!("`.{other}` is no kind of scene; allowed are .glb, .gltf, .obj and .toml");
-            Err(SceneError::invalid(path.display().to_string(), "extension", problem))
-        }
+        other => Err(no_scene(&path.display().to_string(), other)),
     }
+}
+
+/// Reads a scene from memory, by the extension of its name; `resolver` finds the files that it names.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_bytes(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+    match extension(Path::new(name)).as_str() {
+        "glb" | "gltf" => gltf_from(name, bytes, resolver),
+        "obj" => obj::from_slice(name, bytes, resolver),
+        "toml" => toml_scene::from_slice(name, bytes, resolver),
+        other => Err(no_scene(name, other)),
+    }
+}
+
+fn no_scene(name: &str, extension: &str) -> SceneError {
+    let problem = format!("`.{extension}` is no kind of scene; allowed are .glb, .gltf, .obj and .toml");
+    SceneError::invalid(name, "extension", problem)
 }
 
 /// The extension in lower case; empty without one.
@@ -42,16 +58,18 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-#[cfg(feature = "gltf")]
 fn load_gltf(path: &Path) -> Result<Model, SceneError> {
     let bytes = files::read(path, files::MAX_SCENE_BYTES)?;
-    gltf::from_slice(&path.display().to_string(), &bytes, &Folder::of(path))
+    gltf_from(&path.display().to_string(), &bytes, &Folder::of(path))
 }
 
+#[cfg(feature = "gltf")]
+use gltf::from_slice as gltf_from;
+
 #[cfg(not(feature = "gltf"))]
-fn load_gltf(path: &Path) -> Result<Model, SceneError> {
+fn gltf_from(name: &str, _: &[u8], _: &dyn Resolver) -> Result<Model, SceneError> {
     Err(SceneError::Unsupported {
-        file: path.display().to_string(),
+        file: name.into(),
         feature: "glTF".into(),
         remedy: "this program was built without the feature `gltf`".into(),
     })

@@ -107,6 +107,11 @@ impl Prepared for PreparedReference {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        if Arc::ptr_eq(&self.scene, scene) {
+            // The hierarchy holds for any number of samples.
+            (self.quality, self.report.stages_ms) = (quality, Vec::new());
+            return Ok(());
+        }
         *self = Self::new(&self.settings, scene, quality, progress)?;
         Ok(())
     }

@@ -2,8 +2,9 @@
 
 mod pieces;
 
+use super::edits::{LookRule, MoveRule};
 use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
-use super::roles::{MaterialRules, RoleRule};
+use super::roles::{MaterialRules, RoleRule, Winners};
 use super::{Camera, Light, Object, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
@@ -20,6 +21,10 @@ pub struct PoseOptions {
     pub time: f32,
     /// Roles by name, over those of the model; later ones win.
     pub roles: Vec<RoleRule>,
+    /// Looks by name, over those of the model; later ones win.
+    pub looks: Vec<LookRule>,
+    /// Moves by name, beside those of the model.
+    pub moves: Vec<MoveRule>,
 }
 
 /// More triangles than this are refused: they would not fit into the memory of most machines.
@@ -42,6 +47,8 @@ struct NodeState {
     /// The same in double precision.
     exact: DMat4,
     weights: Option<Vec<f32>>,
+    /// The way by which rules move it, and it alone.
+    moved: Vec3,
 }
 
 impl Model {
@@ -62,11 +69,12 @@ impl Model {
     /// As [`Self::pose`].
     pub fn pose_again(&self, options: &PoseOptions, memory: &mut PoseMemory) -> Result<Scene, SceneError> {
         let invalid = |field: String, problem: &str| SceneError::invalid(&self.name, field, problem);
-        let states = self.animated(options.time)?;
+        let mut states = self.animated(options.time)?;
+        let idle = self.apply_moves(options, &mut states);
         let worlds = self.world_transforms(&states)?;
         let mut builder = SceneBuilder {
             model: self,
-            rules: MaterialRules::new(self, &options.roles),
+            rules: MaterialRules::new(self, options),
             overridden: HashMap::new(),
             has: Has {
                 tangents: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.tangents.is_empty()),
@@ -105,7 +113,11 @@ impl Model {
                 Some(skin) => {
                     let skin =
                         self.skins.get(skin).ok_or_else(|| invalid(format!("nodes[{index}].skin"), "no such skin"))?;
-                    Some(joint_matrices(skin, &worlds).ok_or_else(|| invalid("skins".into(), "a joint is no node"))?)
+                    let moved = states[index].moved;
+                    Some(
+                        joint_matrices(skin, &worlds, moved)
+                            .ok_or_else(|| invalid("skins".into(), "a joint is no node"))?,
+                    )
                 }
                 None => None,
             };
@@ -124,6 +136,9 @@ impl Model {
             }
         }
         builder.rules.check(&builder.scene)?;
+        if let Some((name, field)) = idle {
+            builder.rules.unknown("node", &name, &field, &builder.scene)?;
+        }
         memory.pieces = builder.pieces;
         let mut scene = builder.scene;
         self.add_cameras(&worlds, &mut scene.cameras)?;
@@ -184,8 +199,32 @@ impl Model {
             local: local.matrix(),
             exact: local.exact_matrix(),
             weights,
+            moved: Vec3::ZERO,
         });
         Ok(states.collect())
+    }
+
+    /// Writes what rules move into the nodes' states. Returns the name of a rule that has moved nothing, with its field
+    /// in the file, which is empty for rules beyond it.
+    fn apply_moves(&self, options: &PoseOptions, states: &mut [NodeState]) -> Option<(String, String)> {
+        let mut idle = None;
+        for (index, rule) in self.moves.iter().chain(&options.moves).enumerate() {
+            let mut has_moved = false;
+            for (node, state) in self.nodes.iter().zip(&mut *states) {
+                let of_mesh = node.mesh.and_then(|mesh| self.meshes.get(mesh)).map_or("", |mesh| &mesh.name);
+                let name = if node.name.is_empty() { of_mesh } else { &node.name };
+                if !name.is_empty() && rule.pattern.matches(name, "") {
+                    state.moved += rule.by;
+                    has_moved = true;
+                }
+            }
+            if !has_moved {
+                let name = rule.pattern();
+                let field = if index < self.moves.len() { format!("move.{name}") } else { String::new() };
+                idle.get_or_insert((name.to_owned(), field));
+            }
+        }
+        idle
     }
 
     fn world_transforms(&self, states: &[NodeState]) -> Result<Vec<Affine3A>, SceneError> {
@@ -214,7 +253,9 @@ impl Model {
                 }
             };
             for &node in chain.iter().rev() {
-                world *= states[node].local;
+                let NodeState { local, moved, .. } = &states[node];
+                world *= *local;
+                world.w_axis += moved.extend(0.0);
                 worlds[node] = Some(world);
             }
         }
@@ -226,12 +267,15 @@ impl Model {
     /// The place of a node in double precision; none of its ancestors may be its own.
     fn exact_world(&self, states: &[NodeState], node: usize) -> DAffine3 {
         let mut world = states[node].exact;
+        let mut moved = states[node].moved.as_dvec3();
         let mut parent = self.nodes[node].parent;
         while let Some(node) = parent {
             world = states[node].exact * world;
+            moved += states[node].moved.as_dvec3();
             parent = self.nodes[node].parent;
         }
-        DAffine3::from_mat4(world)
+        let world = DAffine3::from_mat4(world);
+        DAffine3 { translation: world.translation + moved, ..world }
     }
 }
 
@@ -275,10 +319,12 @@ impl LocalTransform {
     }
 }
 
-fn joint_matrices(skin: &Skin, worlds: &[Affine3A]) -> Option<Vec<Mat4>> {
+/// What bends a mesh, which is moved by so much whatever its joints do.
+fn joint_matrices(skin: &Skin, worlds: &[Affine3A], moved: Vec3) -> Option<Vec<Mat4>> {
     let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY);
     let joints = skin.joints.iter().enumerate();
-    joints.map(|(joint, node)| Some(Mat4::from(*worlds.get(*node)?) * bind(joint))).collect()
+    let moved = Mat4::from_translation(moved);
+    joints.map(|(joint, node)| Some(moved * Mat4::from(*worlds.get(*node)?) * bind(joint))).collect()
 }
 
 /// Positions, normals and tangents of a primitive after morphing; borrowed where nothing changes.
@@ -349,7 +395,7 @@ struct SceneBuilder<'a> {
     model: &'a Model,
     rules: MaterialRules<'a>,
     /// Materials made by rules: by original material and the rules that won.
-    overridden: HashMap<(usize, [Option<usize>; 2]), u32>,
+    overridden: HashMap<(usize, Winners), u32>,
     has: Has,
     /// The pieces of the last pose that have not had their turn, and those of this one.
     earlier: std::vec::IntoIter<Piece>,
@@ -362,7 +408,7 @@ impl SceneBuilder<'_> {
     fn material(&mut self, name: &str, material: usize) -> u32 {
         let original = &self.model.materials[material];
         let winners = self.rules.winners(name, original);
-        if winners == [None; 2] {
+        if winners == Winners::default() {
             return material as u32;
         }
         *self.overridden.entry((material, winners)).or_insert_with(|| {

@@ -118,13 +118,15 @@ impl<'t, 'i> Keys<'t, 'i> {
         count: usize,
     ) -> Result<Option<Located<Vec<f64>>>, SceneError> {
         let Some((begin, value)) = self.take(key) else { return Ok(None) };
-        let list = value.get_ref().as_array();
-        let numbers =
-            list.and_then(|list| list.iter().map(|number| number_of(number.get_ref())).collect::<Option<Vec<_>>>());
-        match numbers.filter(|numbers| numbers.len() == count) {
+        match list_of(value).filter(|numbers| numbers.len() == count) {
             Some(value) => Ok(Some(Located { begin, value })),
             None => Err(self.wrong(key, begin, format!("must be {count} finite numbers in brackets"))),
         }
+    }
+
+    /// `N` finite numbers that a value is.
+    pub(super) fn numbers_of<const N: usize>(value: &Spanned<DeValue<'_>>) -> Option<[f64; N]> {
+        list_of(value)?.try_into().ok()
     }
 
     /// A table in this one.
@@ -166,6 +168,10 @@ fn number_of(value: &DeValue<'_>) -> Option<f64> {
         _ => None,
     };
     number.filter(|number: &f64| number.is_finite())
+}
+
+fn list_of(value: &Spanned<DeValue<'_>>) -> Option<Vec<f64>> {
+    value.get_ref().as_array()?.iter().map(|number| number_of(number.get_ref())).collect()
 }
 
 fn kind_of(value: &Spanned<DeValue<'_>>) -> String {

@@ -1,18 +1,20 @@
 //! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles, blends and settings.
 
 mod blend;
+mod edits;
 mod keys;
 mod light;
 mod reflector;
 #[cfg(test)]
 mod tests;
 
-use super::files::{self, MAX_SCENE_BYTES};
+use super::files::{self, MAX_SCENE_BYTES, Resolver};
+use crate::builtin;
 use catoptric_core::error::SceneError;
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::model::{AnalyticAsset, CameraAsset, Model, Node};
 use catoptric_core::scene::roles::RoleRule;
-use catoptric_core::scene::{Camera, Role};
+use catoptric_core::scene::{Camera, Environment, Role};
 use glam::Vec3;
 use keys::{Keys, Located, Text};
 use std::path::Path;
@@ -22,6 +24,8 @@ use toml::de::DeTable;
 /// A scene file as it was read; the files that it names are not.
 #[derive(Clone, Debug, Default)]
 pub struct SceneFile {
+    /// The scene that this one changes: a file relative to this one, or `builtin:NAME`.
+    pub base: Option<String>,
     /// Names of glTF files, relative to this one.
     pub gltf: Vec<String>,
     /// Name of the environment's picture, relative to this file.
@@ -33,24 +37,95 @@ pub struct SceneFile {
 /// Line numbers by fields.
 type Lines = std::collections::BTreeMap<String, usize>;
 
+/// Files that are the base of each other, at most.
+const MAX_BASES: u32 = 8;
+
 /// Reads a scene file and all files that it names.
 ///
 /// # Errors
 /// [`SceneError`] when a file cannot be read or something in one is wrong; the message names the line.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    let text = files::read_text(path, MAX_SCENE_BYTES)?;
-    let SceneFile { gltf, environment, mut model } = parse(&path.display().to_string(), &text)?;
+    load_nested(path, 0)
+}
+
+fn load_nested(path: &Path, depth: u32) -> Result<Model, SceneError> {
+    let file = parse(&path.display().to_string(), &files::read_text(path, MAX_SCENE_BYTES)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    for (index, file) in gltf.iter().enumerate() {
-        let loaded = super::load_gltf(&folder.join(file));
-        let loaded = loaded.map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
+    let base = |name: &str| match super::extension(Path::new(name)).as_str() {
+        "toml" => load_nested(&folder.join(name), depth + 1),
+        _ => super::load(&folder.join(name)),
+    };
+    let environment = |name: &str| super::load_environment(&folder.join(name));
+    complete(file, depth, &base, &|name| super::load_gltf(&folder.join(name)), &environment)
+}
+
+/// Reads a scene file from memory; `name` is for messages, `resolver` finds the files that it names.
+///
+/// # Errors
+/// As [`load`].
+pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+    nested_from(name, bytes, resolver, 0)
+}
+
+fn nested_from(name: &str, bytes: &[u8], resolver: &dyn Resolver, depth: u32) -> Result<Model, SceneError> {
+    let file = parse(name, files::text(name, bytes)?)?;
+    let base = |name: &str| {
+        let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
+        let (bytes, within) = (resolver.read(name, MAX_SCENE_BYTES)?, Within { folder, resolver });
+        match super::extension(Path::new(name)).as_str() {
+            "toml" => nested_from(name, &bytes, &within, depth + 1),
+            _ => super::load_bytes(name, &bytes, &within),
+        }
+    };
+    let environment = |name: &str| super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?);
+    complete(file, depth, &base, &base, &environment)
+}
+
+/// A folder among the files that another resolver finds.
+struct Within<'a> {
+    folder: &'a str,
+    resolver: &'a dyn Resolver,
+}
+
+impl Resolver for Within<'_> {
+    fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SceneError> {
+        match self.folder {
+            "" => self.resolver.read(name, limit),
+            folder => self.resolver.read(&format!("{folder}/{name}"), limit),
+        }
+    }
+}
+
+/// Reads a file by its name relative to the scene file.
+type Load<'a, T> = &'a dyn Fn(&str) -> Result<T, SceneError>;
+
+/// The model of a scene file with the files that it names.
+fn complete(
+    file: SceneFile,
+    depth: u32,
+    base: Load<'_, Model>,
+    gltf: Load<'_, Model>,
+    environment: Load<'_, Environment>,
+) -> Result<Model, SceneError> {
+    let SceneFile { base: base_name, gltf: names, environment: light, mut model } = file;
+    for (index, name) in names.iter().enumerate() {
+        let loaded = gltf(name).map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
         super::merge::append(&mut model, loaded);
     }
-    if let Some(file) = environment {
-        let loaded = super::load_environment(&folder.join(file));
-        let loaded = loaded.map_err(|error| model.invalid("environment", error.to_string()))?;
+    if let Some(name) = light {
+        let loaded = environment(&name).map_err(|error| model.invalid("environment", error.to_string()))?;
         model.environment = Some(Arc::new(loaded));
     }
+    let Some(name) = base_name else { return Ok(model) };
+    if depth >= MAX_BASES {
+        return Err(model.invalid("base", format!("more than {MAX_BASES} files are the base of each other")));
+    }
+    let loaded = match name.strip_prefix("builtin:") {
+        Some(spec) => builtin::parse(spec),
+        None => base(&name),
+    };
+    let loaded = loaded.map_err(|error| model.invalid("base", error.to_string()))?;
+    super::merge::append(&mut model, loaded);
     Ok(model)
 }
 
@@ -67,6 +142,10 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     let mut keys = Keys::new(source, "", 0, document.get_ref());
     let mut scene = SceneFile { model: Model { name: name.into(), ..Model::default() }, ..SceneFile::default() };
     let lines = &mut scene.model.lines;
+    if let Some(Located { begin, value }) = keys.string("base")? {
+        lines.insert("base".into(), source.line(begin));
+        scene.base = Some(value);
+    }
     scene.gltf = read_gltf(source, &mut keys, lines)?;
     scene.environment = read_environment(source, &mut keys, lines)?;
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
@@ -74,6 +153,8 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     read_lights(source, &mut keys, &mut scene.model)?;
     scene.model.roles = read_roles(source, &mut keys, &mut scene.model.lines)?;
     scene.model.blends = blend::read_rules(source, &mut keys, &mut scene.model.lines)?;
+    scene.model.moves = edits::read_moves(source, &mut keys, &mut scene.model.lines)?;
+    scene.model.looks = edits::read_looks(source, &mut keys, &mut scene.model.lines)?;
     scene.model.region = read_region(source, &mut keys)?;
     read_settings(source, &mut keys, &mut scene.model)?;
     keys.finish()?;

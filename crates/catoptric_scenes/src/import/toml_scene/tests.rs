@@ -4,7 +4,7 @@ use catoptric_core::scene::model::LocalTransform;
 use catoptric_core::scene::roles::BlendRule;
 use catoptric_core::scene::{Attenuation, Blend, PoseOptions, Projection};
 use catoptric_core::surface::AnalyticSurface;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 fn read(text: &str) -> Model {
     parse("scene.toml", text).unwrap().model
@@ -80,7 +80,8 @@ accuracy_px = 1.0
 
 #[test]
 fn everything_is_read() {
-    let SceneFile { gltf, environment, model } = parse("scene.toml", FULL).unwrap();
+    let SceneFile { base, gltf, environment, model } = parse("scene.toml", FULL).unwrap();
+    assert_eq!((base, gltf.len()), (None, 2));
     assert_eq!(gltf, ["room.glb", "more/chairs.gltf"]);
     assert_eq!(environment.as_deref(), Some("sky.hdr"));
     let camera = &model.cameras[0];
@@ -135,7 +136,7 @@ fn reflectors_become_objects() {
 fn errors_name_the_line() {
     assert_error("a = \n", 1, "TOML");
     assert_error("\n\n[camera\n", 3, "TOML");
-    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: gltf, environment, camera, reflector, light, role");
+    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: base, gltf, environment, camera");
     assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
     assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
     assert_error("gltf = [1]\n", 1, "gltf");
@@ -225,6 +226,65 @@ fn blends_are_given_by_name_and_the_last_one_wins() {
     let roles = vec![RoleRule::new("ball", Role::Lens, None).unwrap()];
     let scene = read(&format!("{ball}{rules}")).pose(&PoseOptions { roles, ..PoseOptions::default() }).unwrap();
     assert_eq!((scene.role_of(0), scene.material_of(0).blend), (Role::Lens, None));
+}
+
+#[test]
+fn moves_and_looks_are_given_by_name() {
+    let ball = "[[reflector]]\nname = \"ball\"\nsurface = \"sphere\"\ncenter = [0, 1, 0]\nradius = 1\n";
+    let posed = |text: &str| read(&format!("{ball}{text}")).pose(&PoseOptions::default());
+    let plain = posed("").unwrap();
+    // Ways add up; the exact surface and its triangles go alike.
+    let moved = posed("[move]\nball = [1, 0, -2]\n\"b*\" = [0, 0.5, 0]\n").unwrap();
+    let by = Vec3::new(1.0, 0.5, -2.0);
+    for (before, after) in plain.positions.iter().zip(&moved.positions) {
+        assert!((*after - *before - by).length() < 1e-6);
+    }
+    let center = |scene: &catoptric_core::scene::Scene| {
+        scene.objects[0].surface.as_ref().unwrap().world_from_surface.translation.as_vec3()
+    };
+    assert_eq!(center(&moved), center(&plain) + by);
+    let looks = "[material.\"*\"]\ncolor = [0.5, 0.25, 1]\n[material.ball]\nroughness = 0.9\n";
+    let scene = posed(looks).unwrap();
+    // Of several the last one wins, whole.
+    assert_eq!((scene.material_of(0).mirror_roughness, scene.material_of(0).base_color.x), (0.5, 1.0));
+    let glass = posed("[role]\nball = \"lens\"\n[material.ball]\ncolor = [0.5, 0.25, 1]\nior = 1.7\n").unwrap();
+    assert_eq!((glass.role_of(0), glass.material_of(0).ior), (Role::Lens, 1.7));
+    assert_eq!(glass.material_of(0).base_color.truncate(), Vec3::new(0.5, 0.25, 1.0));
+    let problem = |text: &str| posed(text).unwrap_err().to_string();
+    assert!(problem("[move]\nbell = [1, 0, 0]\n").contains("move.bell: there is no node `bell`; there are: ball"));
+    assert!(problem("[material.bell]\nior = 2\n").contains("material.bell: there is no node or material `bell`"));
+    assert_error("\n[move]\nball = 3\n", 3, "move.ball: must be a way");
+    assert_error("[material.ball]\n", 1, "material.ball: says nothing");
+    assert_error("[material.ball]\nroughness = 7\n", 1, "the roughness 7 is outside 0 to 1");
+    assert_error("[material.ball]\ntint = [1, 1, 1]\n", 2, "material.ball.tint: unknown key");
+}
+
+#[test]
+fn a_scene_can_change_another_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let base = "base = \"builtin:sphere_room\"\n[method.light_field]\npreset = \"full\"\n";
+    write("room.toml", base);
+    let text = "base = \"room.toml\"\n[camera]\neye = [0, 1, 3]\ntarget = [0, 1, 0]\n[move]\nsphere = [0.5, 0, 0]\n\
+                [method.light_field]\ntransfer = \"stored\"\n";
+    let model = load(&write("moved.toml", text)).unwrap();
+    let plain = crate::builtin::parse("sphere_room").unwrap();
+    let [scene, before] = [&model, &plain].map(|model| model.pose(&PoseOptions::default()).unwrap());
+    assert_eq!(scene.positions.len(), before.positions.len());
+    assert_eq!(scene.camera(None).unwrap().world_from_camera.translation, glam::Vec3A::new(0.0, 1.0, 3.0));
+    let ball = before.objects.iter().position(|object| object.name == "sphere").unwrap();
+    let by = scene.objects[ball].bounds.min - before.objects[ball].bounds.min;
+    assert!((by - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-6, "{by}");
+    assert_eq!(model.method_settings["light_field"].len(), 2);
+    // A file that is its own base has an end.
+    let own = write("own.toml", "base = \"own.toml\"\n");
+    assert!(load(&own).unwrap_err().to_string().contains("are the base of each other"));
+    let missing = load(&write("lost.toml", "\nbase = \"none.glb\"\n")).unwrap_err().to_string();
+    assert!(missing.contains("line 2: base") && missing.contains("none.glb"), "{missing}");
 }
 
 #[test]
