@@ -1,0 +1,81 @@
+//! Objects under the hand: picked, and dragged through the scene.
+
+use super::Viewer;
+use super::shown::Picked;
+use crate::studio::order::Order;
+use catoptric::scene::{Camera, View};
+use eframe::egui::{Pos2, Rect, Response};
+use glam::{Vec2, Vec3};
+
+/// What dragging with the first button does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Tool {
+    /// Turns the view.
+    #[default]
+    Turn,
+    /// Moves the object under the pointer.
+    Move,
+}
+
+/// An object in the hand.
+#[derive(Clone, Debug)]
+pub(super) struct Grip {
+    /// The number of the order that finds out what it is.
+    number: u64,
+    /// Its name, where it was taken, and how far it had been moved before; `None` until that is known.
+    held: Option<(String, Vec3, Vec3)>,
+}
+
+impl Viewer {
+    /// Asks what is seen at a place of the window.
+    pub(super) fn pick(&mut self, at: Pos2, rect: Rect, scale: f32) -> u64 {
+        let position_px = [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale];
+        self.picks += 1;
+        self.shown.picked = Some(Picked { number: self.picks, position_px, path: Vec::new() });
+        self.link.send(Order::Pick { number: self.picks, position_px });
+        self.picks
+    }
+
+    /// Moves the object that was under the pointer when dragging began, across the view: its point under the pointer
+    /// stays there.
+    pub(super) fn drag_object(&mut self, response: &Response, rect: Rect, scale: f32) {
+        let Some(at) = response.interact_pointer_pos() else { return };
+        if response.drag_started() {
+            let from = response.ctx.input(|input| input.pointer.press_origin()).unwrap_or(at);
+            let number = self.pick(from, rect, scale);
+            self.grip = Some(Grip { number, held: None });
+        }
+        self.take_hold();
+        let (Some(Grip { held: Some((name, point, before)), .. }), Some(navigator)) = (&self.grip, &self.navigator)
+        else {
+            return;
+        };
+        let [width, height] = self.size;
+        let view = View::new(navigator.camera(), width, height, 0.0);
+        let px = Vec2::new(at.x - rect.left(), at.y - rect.top()) * scale;
+        if let Some(target) = at_depth_of(&view, navigator.camera(), px, *point) {
+            self.changes.moves.insert(name.clone(), *before + (target - *point));
+        }
+    }
+
+    /// Learns what is in the hand, once that is told.
+    fn take_hold(&mut self) {
+        let Some(grip) = self.grip.as_mut().filter(|grip| grip.held.is_none()) else { return };
+        let Some(picked) = self.shown.picked.as_ref().filter(|picked| picked.number == grip.number) else { return };
+        let Some(first) = picked.path.first() else { return };
+        let object = self.scene.as_ref().and_then(|scene| scene.objects.get(first.object as usize));
+        if let Some(name) = object.map(|object| object.name.clone()).filter(|name| !name.is_empty()) {
+            let before = self.changes.moves.get(&name).copied().unwrap_or_default();
+            grip.held = Some((name, first.position, before));
+        }
+    }
+}
+
+/// The point that is seen at a place of the picture, as deep as another one.
+fn at_depth_of(view: &View, camera: &Camera, px: Vec2, point: Vec3) -> Option<Vec3> {
+    let axis = -Vec3::from(camera.world_from_camera.matrix3.z_axis);
+    let ray = view.ray(px.x, px.y);
+    let distance = (point - ray.origin).dot(axis) / ray.direction.dot(axis);
+    let target = ray.origin + ray.direction * distance;
+    (distance > 0.0 && target.is_finite()).then_some(target)
+}

@@ -1,0 +1,313 @@
+//! The window's content, in egui: what is shown, and what the user wants.
+
+mod clock;
+mod hand;
+mod link;
+mod navigator;
+mod news;
+mod panels;
+mod picture;
+mod settings;
+mod shown;
+mod take_away;
+
+pub use link::Link;
+
+use crate::studio::news::SceneSummary;
+use crate::studio::order::{Changes, Drawn, Order, Source, Wish};
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{self, Quality};
+use clock::Clock;
+use eframe::egui::{self, Context, Key, Ui};
+use hand::{Grip, Tool};
+use navigator::Navigator;
+use shown::{Shown, ShownPicture};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use take_away::files::Outcome;
+
+/// What the window begins with.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The scene.
+    pub source: Source,
+    /// The method on the left.
+    pub method: String,
+    /// The method on the right, if the view is split.
+    pub against: Option<String>,
+    /// Samples and order.
+    pub quality: Quality,
+    /// The camera, by name or index.
+    pub camera: Option<String>,
+}
+
+/// A method chosen for a side, with settings for every method that was ever chosen there.
+#[derive(Clone, Debug)]
+struct Choice {
+    method: String,
+    settings: BTreeMap<String, toml::Table>,
+}
+
+/// The window's state.
+pub struct Viewer {
+    link: Link,
+    start: Start,
+    source: Source,
+    /// The number of the last load.
+    loads: u64,
+    scene: Option<SceneSummary>,
+    navigator: Option<Navigator>,
+    /// Index of the camera that was chosen last, until the user moves.
+    camera: Option<usize>,
+    choices: [Choice; 2],
+    quality: Quality,
+    /// Where the divider is, from 0 to 1; `None`: the left side alone.
+    divider: Option<f32>,
+    shows_heat: bool,
+    changes: Changes,
+    clock: Clock,
+    /// Files that are being saved.
+    saves: Vec<Outcome>,
+    /// A scene that is being chosen.
+    opening: Option<Outcome>,
+    tool: Tool,
+    grip: Option<Grip>,
+    /// The number of the last order to pick.
+    picks: u64,
+    /// Where the picture is in the window, in points, and its size in pixels.
+    rect: egui::Rect,
+    size: [u32; 2],
+    /// The last wish that was sent.
+    sent: Option<Arc<Wish>>,
+    shown: Shown,
+}
+
+impl Viewer {
+    /// Opens the first scene.
+    pub fn new(link: Link, start: Start) -> Self {
+        let choice = |method: &str| Choice { method: method.into(), settings: BTreeMap::new() };
+        let right = start.against.clone().unwrap_or_else(|| "reference".into());
+        let mut viewer = Self {
+            link,
+            source: start.source.clone(),
+            loads: 0,
+            scene: None,
+            navigator: None,
+            camera: None,
+            choices: [choice(&start.method), choice(&right)],
+            quality: start.quality,
+            divider: start.against.is_some().then_some(0.5),
+            shows_heat: false,
+            changes: Changes::default(),
+            clock: Clock::default(),
+            saves: Vec::new(),
+            opening: None,
+            tool: Tool::Turn,
+            grip: None,
+            picks: 0,
+            rect: egui::Rect::NOTHING,
+            size: [0, 0],
+            sent: None,
+            shown: Shown::default(),
+            start,
+        };
+        viewer.open(viewer.source.clone());
+        viewer
+    }
+
+    /// What is wanted now; `None` until a scene is there.
+    pub fn wish(&self) -> Option<&Wish> {
+        self.sent.as_deref()
+    }
+
+    /// The picture of a side that is shown, in linear colours.
+    pub fn picture(&self, side: usize) -> Option<&Framebuffer> {
+        self.shown.pictures.get(side)?.as_ref().map(|picture| &*picture.linear)
+    }
+
+    /// True if everything that is wanted is shown, with all pixels and samples.
+    pub fn is_sharp(&self) -> bool {
+        let Some(wish) = &self.sent else { return false };
+        let is_whole = |picture: &Option<ShownPicture>| {
+            picture.as_ref().is_some_and(|picture| picture.is_whole && picture.wish == *wish)
+        };
+        self.shown.pictures.iter().take(wish.sides.len()).all(is_whole) && self.shown.busy.is_none()
+    }
+
+    /// Where the picture is in the window, in points.
+    pub fn picture_rect(&self) -> egui::Rect {
+        self.rect
+    }
+
+    /// The error of the left side against the right one, where it is shown: the mean of FLIP.
+    pub fn flip_mean(&self) -> Option<f64> {
+        let compared = self.shown.compared.as_ref()?;
+        (self.sent.as_ref() == Some(&compared.wish)).then_some(compared.flip_mean)
+    }
+
+    /// What the user was told, the newest last.
+    pub fn messages(&self) -> impl Iterator<Item = &str> {
+        self.shown.messages.iter().map(String::as_str)
+    }
+
+    /// Loads a scene; the one that is shown stays until it is there.
+    pub fn open(&mut self, source: Source) {
+        self.loads += 1;
+        self.source = source.clone();
+        self.link.send(Order::Load { number: self.loads, source });
+    }
+
+    /// Shows everything for a frame of the window.
+    pub fn show(&mut self, ui: &mut Ui) {
+        self.read_news(ui.ctx());
+        self.take_dropped_files(ui.ctx());
+        self.read_dialogues();
+        self.follow_keys(ui.ctx());
+        panels::show(self, ui);
+        picture::show(self, ui);
+        self.send_wish(ui.ctx());
+    }
+
+    /// Tells the studio what is wanted now, if that has changed.
+    fn send_wish(&mut self, ctx: &Context) {
+        if self.clock.advance(ctx) {
+            ctx.request_repaint();
+        }
+        let (Some(scene), Some(navigator)) = (&self.scene, &self.navigator) else { return };
+        if self.size.contains(&0) {
+            return;
+        }
+        let mut sides = vec![self.drawn(0, scene)];
+        if self.divider.is_some() {
+            sides.push(self.drawn(1, scene));
+        }
+        let wish = Wish {
+            scene: scene.number,
+            time: self.clock.time(),
+            changes: self.changes.clone(),
+            camera: navigator.camera().clone(),
+            size: self.size,
+            sides,
+            compares: self.shows_heat && self.divider.is_some(),
+        };
+        if self.sent.as_deref() != Some(&wish) {
+            let wish = Arc::new(wish);
+            self.sent = Some(wish.clone());
+            self.link.wish(wish);
+        }
+    }
+
+    /// What a side is to show: the scene's settings and the user's over them.
+    fn drawn(&self, side: usize, scene: &SceneSummary) -> Drawn {
+        let Choice { method, settings } = &self.choices[side];
+        let mut all = scene.settings.get(method).cloned().unwrap_or_default();
+        all.extend(settings.get(method).cloned().unwrap_or_default());
+        let mut quality = self.quality;
+        if methods::find(method).is_ok_and(|info| info.check_samples(quality.samples).is_err()) {
+            quality.samples = 4;
+        }
+        Drawn { method: method.clone(), settings: all, quality }
+    }
+
+    fn take_dropped_files(&mut self, ctx: &Context) {
+        let dropped = ctx.input(|input| input.raw.dropped_files.first().cloned());
+        let Some(file) = dropped else { return };
+        let source = Source::File(file.path().into());
+        self.open(source);
+    }
+
+    /// Learns what has become of dialogues about files.
+    fn read_dialogues(&mut self) {
+        use std::sync::mpsc::TryRecvError::Empty;
+        let mut told = Vec::new();
+        self.saves.retain(|save| match save.try_recv() {
+            Ok(Ok(path)) => {
+                told.push(format!("saved {}", path.display()));
+                false
+            }
+            Ok(Err(problem)) => {
+                told.push(problem);
+                false
+            }
+            Err(error) => error == Empty,
+        });
+        told.into_iter().for_each(|message| self.shown.say(message));
+        match self.opening.as_ref().map(Outcome::try_recv) {
+            Some(Ok(Ok(path))) => {
+                self.opening = None;
+                self.open(Source::File(path));
+            }
+            None | Some(Err(Empty)) => {}
+            Some(_) => self.opening = None,
+        }
+    }
+
+    fn follow_keys(&mut self, ctx: &Context) {
+        if ctx.egui_wants_keyboard_input() {
+            return;
+        }
+        let pressed = |key: Key| ctx.input(|input| input.key_pressed(key));
+        if pressed(Key::F) {
+            self.frame_all();
+        }
+        if pressed(Key::Space) {
+            self.clock.toggle();
+        }
+        if pressed(Key::X) {
+            self.toggle_split();
+        }
+        if pressed(Key::H) {
+            self.toggle_heat();
+        }
+        if pressed(Key::M) {
+            self.tool = if self.tool == Tool::Turn { Tool::Move } else { Tool::Turn };
+        }
+        if pressed(Key::Escape) {
+            self.shown.picked = None;
+        }
+        let digits =
+            [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+        if let Some(index) = digits.into_iter().position(pressed) {
+            self.take_camera(index);
+        }
+    }
+
+    fn frame_all(&mut self) {
+        if let (Some(scene), Some(navigator)) = (&self.scene, &mut self.navigator) {
+            navigator.frame(&scene.bounds);
+            self.camera = None;
+        }
+    }
+
+    fn toggle_split(&mut self) {
+        self.divider = if self.divider.is_some() { None } else { Some(0.5) };
+        self.shown.compared = None;
+    }
+
+    fn toggle_heat(&mut self) {
+        self.shows_heat = !self.shows_heat;
+        if self.shows_heat && self.divider.is_none() {
+            self.divider = Some(0.5);
+        }
+    }
+
+    /// Looks through a camera of the scene, by its index.
+    fn take_camera(&mut self, index: usize) {
+        if let Some(scene) = &self.scene
+            && let Some(camera) = scene.cameras.get(index)
+        {
+            self.navigator = Some(Navigator::new(camera.clone(), &scene.bounds));
+            self.camera = Some(index);
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        [0.0, 0.0, 0.0, 1.0]
+    }
+}

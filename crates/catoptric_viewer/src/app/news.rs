@@ -1,0 +1,79 @@
+//! Reads what the studio tells.
+
+use super::Viewer;
+use super::clock::Clock;
+use super::navigator::Navigator;
+use super::shown::{Shown, ShownComparison};
+use crate::studio::news::{Compared, News, SceneSummary};
+use crate::studio::order::Changes;
+use eframe::egui::{ColorImage, Context, TextureOptions};
+
+impl Viewer {
+    /// Takes all news in.
+    pub(super) fn read_news(&mut self, ctx: &Context) {
+        while let Some(news) = self.link.news() {
+            match news {
+                News::Busy { stage, share } => self.shown.busy = Some((stage, share)),
+                News::Idle => self.shown.busy = None,
+                News::Loaded(summary) => self.begin_scene(*summary),
+                News::NotLoaded { problem, .. } => self.shown.say(problem),
+                News::Drawn(picture) => {
+                    if self.is_current(picture.wish.scene) {
+                        picture.report.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
+                        self.shown.put(ctx, *picture);
+                    }
+                }
+                News::NotDrawn { wish, side, problem } => {
+                    if self.is_current(wish.scene) {
+                        self.shown.pictures[side.min(1)] = None;
+                        self.shown.say(problem);
+                    }
+                }
+                News::Compared(compared) => self.put_comparison(ctx, *compared),
+                News::Picked { number, path } => {
+                    if let Some(picked) = self.shown.picked.as_mut().filter(|picked| picked.number == number) {
+                        picked.path = path;
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_current(&self, scene: u64) -> bool {
+        self.scene.as_ref().is_some_and(|summary| summary.number == scene)
+    }
+
+    /// Shows a scene that was loaded.
+    fn begin_scene(&mut self, summary: SceneSummary) {
+        self.shown = Shown::default();
+        summary.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
+        self.changes = Changes::default();
+        self.clock = Clock::begin(summary.duration);
+        let wanted = self.start.camera.take();
+        let by_name = |wanted: &String| {
+            let named =
+                summary.cameras.iter().position(|camera| camera.name == *wanted || camera.other_name == *wanted);
+            named.or_else(|| wanted.parse().ok())
+        };
+        let index = wanted.as_ref().and_then(by_name).filter(|index| *index < summary.cameras.len());
+        if let (Some(wanted), None) = (&wanted, index) {
+            self.shown.say(format!("there is no camera `{wanted}`; shown is the first one"));
+        }
+        let index = index.unwrap_or(0);
+        if let Some(camera) = summary.cameras.get(index) {
+            self.navigator = Some(Navigator::new(camera.clone(), &summary.bounds));
+        }
+        (self.camera, self.sent, self.scene) = (Some(index), None, Some(summary));
+    }
+
+    fn put_comparison(&mut self, ctx: &Context, compared: Compared) {
+        let Compared { wish, flip_mean, over_0_1, heat_rgb, size } = compared;
+        // Of another picture than the one that is wanted now.
+        if self.sent.as_ref() != Some(&wish) {
+            return;
+        }
+        let image = ColorImage::from_rgb(size.map(|length| length as usize), &heat_rgb);
+        let texture = ctx.load_texture("heat map", image, TextureOptions::LINEAR);
+        self.shown.compared = Some(ShownComparison { texture, wish, flip_mean, over_0_1 });
+    }
+}

@@ -1,0 +1,191 @@
+//! The panels beside the picture.
+
+mod objects;
+mod times;
+
+use super::hand::Tool;
+use super::take_away::{self, files};
+use super::{Viewer, settings};
+use crate::studio::order::Source;
+use catoptric_scenes::builtin;
+use eframe::egui::{
+    CollapsingHeader, Color32, ComboBox, DragValue, Grid, Panel, ProgressBar, RichText, ScrollArea, Slider, Ui,
+};
+
+/// Shows the panels.
+pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
+    Panel::bottom("status").show(ui, |ui| status(viewer, ui));
+    Panel::left("controls").default_size(300.0).min_size(220.0).show(ui, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            ui.spacing_mut().slider_width = 90.0;
+            scene(viewer, ui);
+            view(viewer, ui);
+            method(viewer, ui);
+            split(viewer, ui);
+            objects::picked(viewer, ui);
+            objects::list(viewer, ui);
+            take_away::show(viewer, ui);
+            times::show(viewer, ui);
+        });
+    });
+}
+
+fn scene(viewer: &mut Viewer, ui: &mut Ui) {
+    CollapsingHeader::new("Scene").default_open(true).show(ui, |ui| {
+        let mut chosen = None;
+        let shown = viewer.source.word();
+        ui.horizontal(|ui| {
+            let name = ui.label("scene").id;
+            let list = ComboBox::from_id_salt(name).selected_text(shown).width(180.0).show_ui(ui, |ui| {
+                for info in builtin::all() {
+                    if ui.selectable_label(false, info.name).on_hover_text(info.summary).clicked() {
+                        chosen = Some(Source::Builtin(info.name.into()));
+                    }
+                }
+            });
+            list.response.labelled_by(name);
+        });
+        if let Some(source) = chosen {
+            viewer.open(source);
+        }
+        if ui.button("Open...").clicked() && viewer.opening.is_none() {
+            viewer.opening = Some(files::open());
+        }
+        ui.weak("or drop a .glb, .gltf, .obj or .toml file here");
+        if let Some(scene) = &viewer.scene {
+            ui.label(format!("{} objects, {} triangles", scene.objects.len(), scene.triangles));
+        }
+        for message in viewer.shown.messages.iter().rev().take(4) {
+            ui.label(RichText::new(message).color(Color32::from_rgb(240, 170, 60)));
+        }
+    });
+}
+
+fn view(viewer: &mut Viewer, ui: &mut Ui) {
+    CollapsingHeader::new("View").default_open(true).show(ui, |ui| {
+        let names: Vec<String> =
+            viewer.scene.iter().flat_map(|scene| &scene.cameras).enumerate().map(camera_name).collect();
+        let shown = viewer.camera.and_then(|index| names.get(index)).map_or("moved by hand", String::as_str).to_owned();
+        let mut chosen = None;
+        ui.horizontal(|ui| {
+            let name = ui.label("camera").id;
+            let list = ComboBox::from_id_salt(name).selected_text(shown).show_ui(ui, |ui| {
+                for (index, name) in names.iter().enumerate() {
+                    if ui.selectable_label(viewer.camera == Some(index), name).clicked() {
+                        chosen = Some(index);
+                    }
+                }
+            });
+            list.response.labelled_by(name);
+            if ui.button("Frame all").on_hover_text("F").clicked() {
+                viewer.frame_all();
+            }
+        });
+        if let Some(index) = chosen {
+            viewer.take_camera(index);
+        }
+        if viewer.clock.duration() > 0.0 {
+            ui.horizontal(|ui| {
+                let button = if viewer.clock.plays() { "Pause" } else { "Play" };
+                if ui.button(button).on_hover_text("Space").clicked() {
+                    viewer.clock.toggle();
+                }
+                let mut time = viewer.clock.time();
+                let bar = Slider::new(&mut time, 0.0..=viewer.clock.duration()).suffix(" s").text("time");
+                if ui.add(bar).changed() {
+                    viewer.clock.set(time);
+                }
+            });
+        }
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut viewer.tool, Tool::Turn, "turn the view").on_hover_text("M changes");
+            ui.selectable_value(&mut viewer.tool, Tool::Move, "move objects").on_hover_text("M changes");
+        });
+        let help =
+            "drag: turn; shift or middle button: shift; right button: look around; wheel: nearer; W A S D Q E: fly";
+        ui.weak(help);
+    });
+}
+
+fn camera_name((index, camera): (usize, &catoptric::scene::Camera)) -> String {
+    match camera.name.as_str() {
+        "" => format!("camera {index}"),
+        name => format!("{index} {name}"),
+    }
+}
+
+fn method(viewer: &mut Viewer, ui: &mut Ui) {
+    CollapsingHeader::new("Method").default_open(true).show(ui, |ui| {
+        choice(viewer, ui, 0);
+        Grid::new("quality").num_columns(2).show(ui, |ui| {
+            let name = ui.label("order").on_hover_text("Highest number of reflections and refractions on a path").id;
+            ui.add(DragValue::new(&mut viewer.quality.order).range(0..=16).speed(0.05)).labelled_by(name);
+            ui.end_row();
+            let name = ui.label("samples").on_hover_text("Antialiasing samples a pixel").id;
+            let shown = viewer.quality.samples.to_string();
+            let list = ComboBox::from_id_salt(name).selected_text(shown).show_ui(ui, |ui| {
+                for samples in catoptric::raster::SAMPLE_COUNTS {
+                    ui.selectable_value(&mut viewer.quality.samples, samples, samples.to_string());
+                }
+            });
+            list.response.labelled_by(name);
+            ui.end_row();
+        });
+    });
+}
+
+/// A side's method and its settings.
+fn choice(viewer: &mut Viewer, ui: &mut Ui, side: usize) {
+    let choice = &mut viewer.choices[side];
+    settings::choose_method(ui, ["left", "right"][side], &mut choice.method);
+    let Ok(info) = catoptric::methods::find(&choice.method) else { return };
+    ui.weak(info.summary);
+    let of_scene = viewer.scene.as_ref().and_then(|scene| scene.settings.get(info.id)).cloned().unwrap_or_default();
+    CollapsingHeader::new("Settings").id_salt(("settings", side)).show(ui, |ui| {
+        settings::show(ui, info, &of_scene, choice.settings.entry(info.id.into()).or_default());
+    });
+}
+
+fn split(viewer: &mut Viewer, ui: &mut Ui) {
+    CollapsingHeader::new("Against").default_open(true).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let mut is_split = viewer.divider.is_some();
+            if ui.checkbox(&mut is_split, "split view").on_hover_text("X").changed() {
+                viewer.toggle_split();
+            }
+            let mut shows_heat = viewer.shows_heat;
+            if ui
+                .checkbox(&mut shows_heat, "error")
+                .on_hover_text("H: a heat map of LDR-FLIP, left against right")
+                .changed()
+            {
+                viewer.toggle_heat();
+            }
+        });
+        if viewer.divider.is_some() {
+            choice(viewer, ui, 1);
+        }
+        if let Some(compared) = viewer.shown.compared.as_ref().filter(|_| viewer.divider.is_some()) {
+            ui.label(format!("FLIP {:.4}, off by > 0.1: {:.3} %", compared.flip_mean, compared.over_0_1 * 100.0));
+        }
+    });
+}
+
+fn status(viewer: &Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        let now = ui.ctx().input(|input| input.time);
+        if let Some(picture) = &viewer.shown.pictures[0] {
+            ui.label(format!("{} frames a second, {}", viewer.shown.frames_a_second(now), picture.processor));
+        }
+        if let Some((stage, share)) = &viewer.shown.busy {
+            match share {
+                Some(share) => drop(ui.add(ProgressBar::new(*share).desired_width(120.0))),
+                None => drop(ui.spinner()),
+            }
+            ui.weak(stage);
+        }
+        if viewer.scene.is_none() {
+            ui.weak("no scene yet");
+        }
+    });
+}

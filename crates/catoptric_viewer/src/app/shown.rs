@@ -1,0 +1,109 @@
+//! What the studio has answered: pictures, times, messages.
+
+use crate::studio::news::Picture;
+use crate::studio::order::Wish;
+use crate::studio::pick::Bounce;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::Report;
+use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Frames whose times are shown.
+pub(super) const HISTORY: usize = 200;
+
+/// Messages that are kept.
+const MESSAGES: usize = 20;
+
+/// All that there is to show.
+#[derive(Default)]
+pub(super) struct Shown {
+    pub(super) pictures: [Option<ShownPicture>; 2],
+    pub(super) compared: Option<ShownComparison>,
+    /// The stage of long work and its share.
+    pub(super) busy: Option<(String, Option<f32>)>,
+    /// What the user should know, the newest last.
+    pub(super) messages: VecDeque<String>,
+    pub(super) picked: Option<Picked>,
+    /// The last frames of the left side.
+    pub(super) frames: VecDeque<FrameTimes>,
+}
+
+/// A picture on the screen.
+pub(super) struct ShownPicture {
+    pub(super) texture: TextureHandle,
+    pub(super) wish: Arc<Wish>,
+    pub(super) linear: Arc<Framebuffer>,
+    pub(super) is_whole: bool,
+    pub(super) samples: u32,
+    pub(super) report: Report,
+    pub(super) frame_ms: f64,
+    pub(super) processor: String,
+}
+
+/// The heat map on the screen.
+pub(super) struct ShownComparison {
+    pub(super) texture: TextureHandle,
+    pub(super) wish: Arc<Wish>,
+    pub(super) flip_mean: f64,
+    pub(super) over_0_1: f64,
+}
+
+/// The path of the ray through a place of the picture.
+pub(super) struct Picked {
+    pub(super) number: u64,
+    pub(super) position_px: [f32; 2],
+    pub(super) path: Vec<Bounce>,
+}
+
+/// The times of a frame.
+pub(super) struct FrameTimes {
+    pub(super) stages_ms: Vec<(&'static str, f64)>,
+    pub(super) frame_ms: f64,
+    /// When it was shown, in seconds of the window's clock.
+    pub(super) shown_at: f64,
+}
+
+impl Shown {
+    /// Adds a message, unless it was the last one.
+    pub(super) fn say(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        if self.messages.back() != Some(&message) {
+            self.messages.push_back(message);
+        }
+        while self.messages.len() > MESSAGES {
+            self.messages.pop_front();
+        }
+    }
+
+    /// Puts a picture on the screen.
+    pub(super) fn put(&mut self, ctx: &Context, picture: Picture) {
+        let Picture { side, wish, is_whole, samples, linear, rgba, report, frame_ms, processor } = picture;
+        let size = [linear.width as usize, linear.height as usize];
+        let image = ColorImage::from_rgba_premultiplied(size, &rgba);
+        let Some(place) = self.pictures.get_mut(side) else { return };
+        let texture = match place.take() {
+            Some(ShownPicture { mut texture, .. }) => {
+                texture.set(image, TextureOptions::LINEAR);
+                texture
+            }
+            None => ctx.load_texture(format!("side {side}"), image, TextureOptions::LINEAR),
+        };
+        if side == 0 {
+            self.frames.push_back(FrameTimes {
+                stages_ms: report.stages_ms.clone(),
+                frame_ms,
+                shown_at: ctx.input(|input| input.time),
+            });
+            while self.frames.len() > HISTORY {
+                self.frames.pop_front();
+            }
+        }
+        *place = Some(ShownPicture { texture, wish, linear, is_whole, samples, report, frame_ms, processor });
+    }
+
+    /// Frames of the left side in a second, over the last one.
+    pub(super) fn frames_a_second(&self, now: f64) -> f64 {
+        self.frames.iter().rev().take_while(|frame| now - frame.shown_at < 1.0).count() as f64
+    }
+}

@@ -1,0 +1,69 @@
+//! The command line that makes the same picture.
+
+use super::super::Viewer;
+use crate::studio::order::{RoleChange, Source, Wish};
+use catoptric::scene::{Projection, Role};
+use glam::Vec3;
+
+/// The command that draws the left side, to be typed or pasted.
+///
+/// # Errors
+/// What the program cannot be told: scenes that are no files, and orthographic cameras that were moved.
+pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
+    let wish = viewer.sent.as_ref().ok_or("there is no picture yet")?;
+    if let Source::Bytes { name, .. } = &viewer.source {
+        return Err(format!("`{name}` came from the browser: save it as a file to draw it by a command"));
+    }
+    let camera = viewer.camera.filter(|_| viewer.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
+    let words = words(wish, &viewer.source.word(), camera, viewer.camera.is_some())?;
+    Ok(words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
+}
+
+fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -> Result<Vec<String>, String> {
+    let drawn = &wish.sides[0];
+    let mut words: Vec<String> = ["catoptric", "render", scene].map(String::from).to_vec();
+    let mut option = |name: &str, value: String| words.push(format!("--{name}={value}"));
+    option("size", format!("{}x{}", wish.size[0], wish.size[1]));
+    match (camera, is_own_camera) {
+        (Some(index), true) => option("camera", index.to_string()),
+        (None, true) => {}
+        _ => {
+            let Projection::Perspective { fov_y } = wish.camera.projection else {
+                return Err("an orthographic camera that was moved cannot be written as a command".into());
+            };
+            let place = &wish.camera.world_from_camera;
+            let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
+            let eye = Vec3::from(place.translation);
+            option("eye", vector(eye));
+            option("target", vector(eye - Vec3::from(place.matrix3.z_axis)));
+            option("up", vector(place.matrix3.y_axis.into()));
+            option("fov", fov_y.to_degrees().to_string());
+        }
+    }
+    if wish.time > 0.0 {
+        option("time", wish.time.to_string());
+    }
+    for RoleChange { name, role, ior } in &wish.changes.roles {
+        match (role, ior) {
+            (Role::Reflector, _) => option("reflector", name.clone()),
+            (Role::Lens, Some(ior)) => option("lens", format!("{name}:{ior}")),
+            (Role::Lens, None) => option("lens", name.clone()),
+            (Role::Diffuse | Role::Coated, _) => option("diffuse", name.clone()),
+        }
+    }
+    option("method", drawn.method.clone());
+    for (key, value) in &drawn.settings {
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        option("set", format!("{key}={value}"));
+    }
+    option("samples", drawn.quality.samples.to_string());
+    option("order", drawn.quality.order.to_string());
+    words.extend(["-o", "picture.png"].map(String::from));
+    Ok(words)
+}
+
+/// A word as shells take it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}

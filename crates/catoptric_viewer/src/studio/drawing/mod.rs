@@ -1,0 +1,10 @@
+//! Drawing: the sides of the picture, on the CPU or a GPU, and their comparison.
+
+mod compare;
+mod gpu;
+mod pace;
+mod side;
+
+pub(super) use compare::compare;
+pub use gpu::{Backend, Gpu};
+pub(super) use side::{Fineness, Side, Tools, steps};

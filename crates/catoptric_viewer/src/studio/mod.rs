@@ -1,0 +1,210 @@
+//! What draws, apart from the window: takes orders and wishes, tells news. Nothing in it waits for the window or is
+//! waited for.
+//!
+//! A wish is drawn as a draft first, as fine as time allows, so that the picture moves; once nothing newer waits it is
+//! drawn whole, and given up as soon as something does.
+
+mod drawing;
+mod interrupt;
+mod mailbox;
+pub mod news;
+pub mod order;
+pub mod pick;
+mod stage;
+#[cfg(test)]
+mod tests;
+
+pub use drawing::{Backend, Gpu};
+pub use mailbox::Mailbox;
+
+use catoptric::error::RenderError;
+use drawing::{Fineness, Side, Tools};
+use mailbox::Mail;
+use news::{News, Picture};
+use order::{Order, Source, Wish};
+use stage::Stage;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The time after the last arrival before pictures are made sharp: within it a moving eye has moved on.
+const REST: Duration = Duration::from_millis(60);
+
+/// Receives news, from any thread.
+pub type Tell = Arc<dyn Fn(News) + Send + Sync>;
+
+/// What draws.
+pub struct Studio {
+    mailbox: Arc<Mailbox>,
+    tell: Tell,
+    gpu: Option<Gpu>,
+    stage: Option<Stage>,
+    sides: [Side; 2],
+    /// The wish that is drawn now.
+    current: Option<Current>,
+}
+
+/// A wish and how far it has come.
+struct Current {
+    wish: Arc<Wish>,
+    /// What is still to be drawn: sides and fineness, the next one last.
+    left: Vec<(usize, Fineness)>,
+    /// The finest pictures so far.
+    done: [Option<Picture>; 2],
+}
+
+/// What a turn of the studio has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// There is more to do.
+    More,
+    /// There is nothing to do until something arrives.
+    Idle,
+    /// The mailbox was closed.
+    Over,
+}
+
+impl Studio {
+    /// A studio without a scene.
+    pub fn new(mailbox: Arc<Mailbox>, tell: Tell, gpu: Option<Gpu>) -> Self {
+        Self { mailbox, tell, gpu, stage: None, sides: Default::default(), current: None }
+    }
+
+    /// Works until the mailbox is closed.
+    pub fn run(&mut self) {
+        loop {
+            let is_idle = self.current.as_ref().is_none_or(|current| current.left.is_empty());
+            let is_draft = self.current.as_ref().is_some_and(Current::is_draft);
+            let patience = match (is_idle, is_draft) {
+                (true, _) => None,
+                (false, true) => Some(Duration::ZERO),
+                (false, false) => Some(REST),
+            };
+            if self.turn(patience) == Turn::Over {
+                return;
+            }
+        }
+    }
+
+    /// Takes what has arrived, waiting for it as long as is given, else does the next piece of work.
+    pub fn turn(&mut self, patience: Option<Duration>) -> Turn {
+        match self.mailbox.take(patience) {
+            Mail::Closed => return Turn::Over,
+            Mail::Order(Order::Load { number, source }) => self.load(number, &source),
+            Mail::Order(Order::Pick { number, position_px }) => self.pick(number, position_px),
+            Mail::Wish(wish) => self.begin(wish),
+            Mail::Nothing => self.work(),
+        }
+        match &self.current {
+            Some(current) if !current.left.is_empty() => Turn::More,
+            _ => Turn::Idle,
+        }
+    }
+
+    fn load(&mut self, number: u64, source: &Source) {
+        (self.tell)(News::Busy { stage: format!("loading {}", source.word()), share: None });
+        match Stage::load(number, source) {
+            Ok((stage, summary)) => {
+                // Before the window can wish for anything of it.
+                self.sides.iter_mut().for_each(Side::clear);
+                (self.stage, self.current) = (Some(stage), None);
+                (self.tell)(News::Loaded(Box::new(summary)));
+            }
+            Err(error) => (self.tell)(News::NotLoaded { number, problem: error.to_string() }),
+        }
+        (self.tell)(News::Idle);
+    }
+
+    fn pick(&mut self, number: u64, position_px: [f32; 2]) {
+        let mut path = Vec::new();
+        if let (Some(stage), Some(Current { wish, .. })) = (&mut self.stage, &self.current)
+            && let Ok(scene) = stage.scene_of(wish)
+        {
+            let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
+            let order = wish.sides.iter().map(|side| side.quality.order).max().unwrap_or_default();
+            path = pick::follow(&scene, &stage.tracer(&scene), &view, position_px, order);
+        }
+        (self.tell)(News::Picked { number, path });
+    }
+
+    /// Begins with a wish. Wishes for other scenes than the one that is on are out of date.
+    fn begin(&mut self, wish: Arc<Wish>) {
+        let is_on = self.stage.as_ref().is_some_and(|stage| stage.number == wish.scene);
+        if !is_on || wish.size.contains(&0) {
+            return;
+        }
+        // Coarse before fine, and left before right.
+        let mut left: Vec<(usize, usize, Fineness)> = Vec::new();
+        for (side, drawn) in wish.sides.iter().take(2).enumerate() {
+            left.extend(drawing::steps(drawn).into_iter().enumerate().map(|(step, fineness)| (step, side, fineness)));
+        }
+        left.sort_by_key(|(step, side, _)| (*step, *side));
+        let left = left.into_iter().rev().map(|(_, side, fineness)| (side, fineness)).collect();
+        self.current = Some(Current { wish, left, done: [None, None] });
+    }
+
+    /// Draws the next picture of the wish.
+    fn work(&mut self) {
+        let Some(current) = &mut self.current else { return };
+        let Some((side, fineness)) = current.left.pop() else { return };
+        let wish = current.wish.clone();
+        if fineness != Fineness::Draft && current.has(side, fineness) {
+            return self.finish();
+        }
+        let scene = match self.stage.as_mut().map(|stage| stage.scene_of(&wish)) {
+            Some(Ok(scene)) => scene,
+            Some(Err(error)) => return self.fail(side, error.to_string()),
+            None => return,
+        };
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
+        match self.sides[side].draw((&wish, side), &scene, fineness, tools) {
+            Ok(picture) => {
+                (self.tell)(News::Drawn(Box::new(picture.clone())));
+                if let Some(current) = &mut self.current {
+                    current.done[side] = Some(picture);
+                }
+                self.finish();
+            }
+            // What waits is begun in the next turn; if that changes nothing, this is done again.
+            Err(RenderError::Cancelled(_)) => {
+                if let Some(current) = &mut self.current {
+                    current.left.push((side, fineness));
+                }
+            }
+            Err(error) => self.fail(side, error.to_string()),
+        }
+    }
+
+    /// Gives a side of the wish up.
+    fn fail(&mut self, side: usize, problem: String) {
+        let Some(current) = &mut self.current else { return };
+        current.left.retain(|(other, _)| *other != side);
+        (self.tell)(News::NotDrawn { wish: current.wish.clone(), side, problem });
+        self.finish();
+    }
+
+    /// Compares the sides and tells that nothing is left to do, if that is so.
+    fn finish(&mut self) {
+        let Some(current) = &self.current else { return };
+        if !current.left.is_empty() {
+            return;
+        }
+        if let (true, [Some(left), Some(right)]) = (current.wish.compares, &current.done) {
+            drawing::compare(&current.wish, [left, right], self.tell.clone());
+        }
+        (self.tell)(News::Idle);
+    }
+}
+
+impl Current {
+    fn is_draft(&self) -> bool {
+        matches!(self.left.last(), Some((_, Fineness::Draft)))
+    }
+
+    /// True if the side's picture is as fine already.
+    fn has(&self, side: usize, fineness: Fineness) -> bool {
+        let Fineness::Whole { samples } = fineness else { return false };
+        self.done[side].as_ref().is_some_and(|picture| {
+            [picture.linear.width, picture.linear.height] == self.wish.size && picture.samples >= samples
+        })
+    }
+}

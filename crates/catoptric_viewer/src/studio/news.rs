@@ -1,0 +1,134 @@
+//! What the studio tells the window.
+
+use super::order::Wish;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::math::Aabb;
+use catoptric::methods::Report;
+use catoptric::scene::edits::Look;
+use catoptric::scene::{Camera, Role};
+use std::sync::Arc;
+
+/// One object of the scene, for lists and for what is picked.
+#[derive(Clone, Debug)]
+pub struct ObjectSummary {
+    /// Name of its node.
+    pub name: String,
+    /// Name of its material.
+    pub material: String,
+    /// The role that the file gives it.
+    pub role: Role,
+    /// Index of refraction.
+    pub ior: f32,
+    /// What of its look can be changed, as the file gives it.
+    pub look: Look,
+    /// Number of its triangles.
+    pub triangles: u32,
+    /// The box around it at time 0.
+    pub bounds: Aabb,
+}
+
+/// What a scene holds.
+#[derive(Clone, Debug)]
+pub struct SceneSummary {
+    /// The load's number.
+    pub number: u64,
+    /// Its name.
+    pub name: String,
+    /// The cameras of the file; where there is none, one that frames the scene.
+    pub cameras: Vec<Camera>,
+    /// All objects, in the scene's order.
+    pub objects: Vec<ObjectSummary>,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// The last time of its animations in seconds; 0 without any.
+    pub duration: f32,
+    /// The box around everything at time 0.
+    pub bounds: Aabb,
+    /// Settings of methods that the file brings along.
+    pub settings: std::collections::BTreeMap<String, toml::Table>,
+    /// The parts that were left out or mended while reading.
+    pub warnings: Vec<String>,
+    /// The time that loading took, in milliseconds.
+    pub load_ms: f64,
+}
+
+/// A picture of one side.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// 0: left, 1: right.
+    pub side: usize,
+    /// The wish that it answers.
+    pub wish: Arc<Wish>,
+    /// It has all pixels and samples that were wished for; else it is a draft.
+    pub is_whole: bool,
+    /// Its samples a pixel.
+    pub samples: u32,
+    /// Linear colours.
+    pub linear: Arc<Framebuffer>,
+    /// The same as 8-bit sRGB, four bytes a pixel.
+    pub rgba: Vec<u8>,
+    /// Times of stages and counts.
+    pub report: Report,
+    /// All of its time in milliseconds.
+    pub frame_ms: f64,
+    /// The processor that drew it.
+    pub processor: String,
+}
+
+/// The difference of the two sides.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// The wish that it answers.
+    pub wish: Arc<Wish>,
+    /// Mean of LDR-FLIP: 0 (equal) to 1.
+    pub flip_mean: f64,
+    /// The share of pixels with a channel off by more than 0.1.
+    pub over_0_1: f64,
+    /// The heat map of FLIP, three bytes a pixel.
+    pub heat_rgb: Vec<u8>,
+    /// Its width and height.
+    pub size: [u32; 2],
+}
+
+/// Something that happened in the studio.
+#[derive(Clone, Debug)]
+pub enum News {
+    /// Long work goes on: the name of its stage and the share that is done, where that is known.
+    Busy {
+        /// The stage.
+        stage: String,
+        /// 0 to 1.
+        share: Option<f32>,
+    },
+    /// Nothing is left to do.
+    Idle,
+    /// A scene was loaded.
+    Loaded(Box<SceneSummary>),
+    /// A scene could not be loaded: its number and the reason. The one before stays.
+    NotLoaded {
+        /// The load's number.
+        number: u64,
+        /// The reason and the remedy.
+        problem: String,
+    },
+    /// A picture is there.
+    Drawn(Box<Picture>),
+    /// A side cannot be drawn: the wish, the side, and the reason.
+    NotDrawn {
+        /// The wish.
+        wish: Arc<Wish>,
+        /// 0: left, 1: right.
+        side: usize,
+        /// The reason.
+        problem: String,
+    },
+    /// Both sides were compared.
+    Compared(Box<Compared>),
+    /// What is seen at a place of the picture.
+    Picked {
+        /// The order's number.
+        number: u64,
+        /// The objects along the ray's path and where it meets them; empty where nothing is seen.
+        path: Vec<super::pick::Bounce>,
+    },
+}

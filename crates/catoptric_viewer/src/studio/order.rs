@@ -1,0 +1,137 @@
+//! What the window asks of the studio.
+
+use catoptric::error::SceneError;
+use catoptric::methods::Quality;
+use catoptric::scene::edits::{Look, LookRule, MoveRule};
+use catoptric::scene::roles::RoleRule;
+use catoptric::scene::{Camera, PoseOptions, Role};
+use glam::Vec3;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Where a scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A built-in scene: `NAME?key=value&...`.
+    Builtin(String),
+    /// A file with those that it names.
+    File(PathBuf),
+    /// A file that was dropped or downloaded, by its name; it must stand alone.
+    Bytes {
+        /// Its name, whose extension tells its kind.
+        name: String,
+        /// Its content.
+        bytes: std::sync::Arc<[u8]>,
+    },
+}
+
+impl Source {
+    /// The source that a word of a command line or of an address stands for: `builtin:NAME`, else a path.
+    pub fn of_word(word: &str) -> Self {
+        match word.strip_prefix("builtin:") {
+            Some(spec) => Self::Builtin(spec.into()),
+            None => Self::File(word.into()),
+        }
+    }
+
+    /// The word that stands for it.
+    pub fn word(&self) -> String {
+        match self {
+            Self::Builtin(spec) => format!("builtin:{spec}"),
+            Self::File(path) => path.display().to_string(),
+            Self::Bytes { name, .. } => name.clone(),
+        }
+    }
+}
+
+/// A method with its settings and quality: what is drawn on one side of the divider.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// The method's id.
+    pub method: String,
+    /// Settings over the scene's own.
+    pub settings: toml::Table,
+    /// Samples and order.
+    pub quality: Quality,
+}
+
+/// A role given to everything of a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoleChange {
+    /// The node's or material's name.
+    pub name: String,
+    /// The role; `Lens` with its index of refraction.
+    pub role: Role,
+    /// Index of refraction, for lenses.
+    pub ior: Option<f32>,
+}
+
+/// What is different from the scene's file, by names of nodes or materials.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// Roles; later ones win.
+    pub roles: Vec<RoleChange>,
+    /// Looks.
+    pub looks: BTreeMap<String, Look>,
+    /// Ways in the world.
+    pub moves: BTreeMap<String, Vec3>,
+}
+
+impl Changes {
+    /// True if nothing is different.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The scene's pose at a time with these changes.
+    ///
+    /// # Errors
+    /// [`SceneError`] for numbers that are not allowed.
+    pub fn pose_at(&self, time: f32) -> Result<PoseOptions, SceneError> {
+        let role = |change: &RoleChange| RoleRule::new(&change.name, change.role, change.ior);
+        Ok(PoseOptions {
+            time,
+            roles: self.roles.iter().map(role).collect::<Result<_, _>>()?,
+            looks: self.looks.iter().map(|(name, look)| LookRule::new(name, *look)).collect::<Result<_, _>>()?,
+            moves: self.moves.iter().map(|(name, by)| MoveRule::new(name, *by)).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// The picture or two that the window wants to show now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wish {
+    /// The number of the load that brought the scene.
+    pub scene: u64,
+    /// Time in the scene's animations, seconds.
+    pub time: f32,
+    /// What is different from the file.
+    pub changes: Changes,
+    /// The camera.
+    pub camera: Camera,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The left side, and the right one where the view is split.
+    pub sides: Vec<Drawn>,
+    /// Both sides are to be compared once they are done.
+    pub compares: bool,
+}
+
+/// Anything that the window asks for.
+#[derive(Clone, Debug)]
+pub enum Order {
+    /// Load a scene, which takes the place of the one before.
+    Load {
+        /// The number by which wishes name it.
+        number: u64,
+        /// Where it is.
+        source: Source,
+    },
+    /// Tell what is seen at a place of the picture (pixels) of the last wish.
+    Pick {
+        /// Told back with the answer.
+        number: u64,
+        /// Pixels from the top left corner.
+        position_px: [f32; 2],
+    },
+}

@@ -1,0 +1,201 @@
+//! The studio turn by turn, without a thread and without a window.
+
+use super::news::{Compared, News, Picture, SceneSummary};
+use super::order::{Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::*;
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{self, Quality};
+use catoptric::progress::Silent;
+use catoptric::scene::{Camera, PoseOptions, Role};
+use catoptric_scenes::builtin;
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, channel};
+
+const SCENE: &str = "sphere_room?tess=16";
+
+struct Bench {
+    studio: Studio,
+    mailbox: Arc<Mailbox>,
+    news: Receiver<News>,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let (sender, news) = channel();
+        let sender = Mutex::new(sender);
+        let mailbox = Arc::new(Mailbox::default());
+        let tell = Arc::new(move |news| sender.lock().unwrap().send(news).unwrap());
+        Self { studio: Studio::new(mailbox.clone(), tell, None), mailbox, news }
+    }
+
+    /// One with a scene.
+    fn with_scene() -> (Self, SceneSummary) {
+        let mut bench = Self::new();
+        bench.mailbox.send(Order::Load { number: 1, source: Source::Builtin(SCENE.into()) });
+        bench.turn();
+        let summary = bench.all().into_iter().find_map(|news| match news {
+            News::Loaded(summary) => Some(*summary),
+            _ => None,
+        });
+        (bench, summary.unwrap())
+    }
+
+    fn turn(&mut self) -> Turn {
+        self.studio.turn(Some(Duration::ZERO))
+    }
+
+    /// Turns until nothing is left to do.
+    fn run(&mut self) {
+        for _ in 0..100 {
+            if self.turn() == Turn::Idle && self.turn() == Turn::Idle {
+                return;
+            }
+        }
+        panic!("it never rests");
+    }
+
+    fn all(&self) -> Vec<News> {
+        self.news.try_iter().collect()
+    }
+
+    fn pictures(&self) -> Vec<Picture> {
+        let picture = |news| match news {
+            News::Drawn(picture) => Some(*picture),
+            _ => None,
+        };
+        self.all().into_iter().filter_map(picture).collect()
+    }
+}
+
+fn drawn(method: &str) -> Drawn {
+    Drawn { method: method.into(), settings: toml::Table::new(), quality: Quality { samples: 4, order: 2 } }
+}
+
+fn wish(camera: &Camera, methods: &[&str]) -> Wish {
+    let sides = methods.iter().copied().map(drawn).collect();
+    let (camera, changes) = (camera.clone(), Changes::default());
+    Wish { scene: 1, time: 0.0, changes, camera, size: [96, 64], sides, compares: false }
+}
+
+/// The same picture by the library alone.
+fn expected(wish: &Wish, side: usize, samples: u32, options: &PoseOptions) -> Framebuffer {
+    let mut scene = builtin::parse(SCENE).unwrap().pose(options).unwrap();
+    catoptric::light::visibility::cast_shadows(&mut scene);
+    let scene = Arc::new(scene);
+    let quality = Quality { samples, ..wish.sides[side].quality };
+    let method = methods::create(&wish.sides[side].method, &wish.sides[side].settings).unwrap();
+    let mut prepared = method.prepare(&scene, quality, None, &Silent).unwrap();
+    let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
+    let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
+    prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
+    picture
+}
+
+#[test]
+fn drafts_come_first_and_whole_pictures_are_the_librarys() {
+    let (mut bench, summary) = Bench::with_scene();
+    let wish = wish(&summary.cameras[0], &["auto", "reference"]);
+    bench.mailbox.wish(Arc::new(wish.clone()));
+    bench.run();
+    let pictures = bench.pictures();
+    let order: Vec<(usize, u32, bool)> =
+        pictures.iter().map(|picture| (picture.side, picture.samples, picture.linear.width < 96)).collect();
+    assert_eq!(order, [(0, 4, true), (1, 1, true), (0, 4, false), (1, 1, false), (1, 4, false), (1, 16, false)]);
+    let options = PoseOptions::default();
+    assert_eq!(*pictures[2].linear, expected(&wish, 0, 4, &options));
+    assert_eq!(*pictures[5].linear, expected(&wish, 1, 16, &options));
+    assert!(pictures[2].is_whole && pictures[5].is_whole && !pictures[0].is_whole && !pictures[3].is_whole);
+}
+
+#[test]
+fn a_moving_eye_ends_what_sharpens_and_keeps_what_is_prepared() {
+    let (mut bench, summary) = Bench::with_scene();
+    let first = wish(&summary.cameras[0], &["auto"]);
+    let mut second = first.clone();
+    second.camera.world_from_camera.translation.x += 0.1;
+    bench.mailbox.wish(Arc::new(first.clone()));
+    // The wish, then its draft.
+    assert_eq!((bench.turn(), bench.turn()), (Turn::More, Turn::More));
+    bench.mailbox.wish(Arc::new(second.clone()));
+    bench.run();
+    let pictures = bench.pictures();
+    assert_eq!(pictures.len(), 3);
+    assert!(*pictures[0].wish == first && pictures[1..].iter().all(|picture| *picture.wish == second));
+    // Prepared once: later frames have no stages of preparation.
+    let stages = |picture: &Picture| picture.report.stages_ms.len();
+    assert!(stages(&pictures[1]) < stages(&pictures[0]), "{:?}", pictures[1].report.stages_ms);
+    assert_eq!(*pictures[2].linear, expected(&second, 0, 4, &PoseOptions::default()));
+}
+
+#[test]
+fn roles_change_what_is_drawn() {
+    let (mut bench, summary) = Bench::with_scene();
+    let mirror = summary.objects.iter().find(|object| object.role == Role::Reflector).unwrap();
+    let mut wish = wish(&summary.cameras[0], &["auto"]);
+    wish.changes.roles.push(RoleChange { name: mirror.name.clone(), role: Role::Lens, ior: Some(1.4) });
+    bench.mailbox.wish(Arc::new(wish.clone()));
+    bench.run();
+    wish.changes.moves.insert(mirror.name.clone(), glam::Vec3::new(0.2, 0.1, 0.0));
+    bench.mailbox.wish(Arc::new(wish.clone()));
+    bench.run();
+    let options = wish.changes.pose_at(0.0).unwrap();
+    assert_eq!(*bench.pictures().pop().unwrap().linear, expected(&wish, 0, 4, &options));
+}
+
+#[test]
+fn what_cannot_be_loaded_or_drawn_is_told_in_words() {
+    let (mut bench, summary) = Bench::with_scene();
+    let broken = Source::Bytes { name: "broken.glb".into(), bytes: vec![1, 2, 3].into() };
+    bench.mailbox.send(Order::Load { number: 2, source: broken });
+    bench.turn();
+    let told = bench.all();
+    let problem = told.iter().find_map(|news| match news {
+        News::NotLoaded { number: 2, problem } => Some(problem),
+        _ => None,
+    });
+    assert!(problem.unwrap().contains("broken.glb"), "{problem:?}");
+    // The scene before is still on.
+    let mut wrong = wish(&summary.cameras[0], &["auto", "environment_map"]);
+    wrong.sides[1].settings.insert("parallax".into(), "cone".into());
+    bench.mailbox.wish(Arc::new(wrong));
+    bench.run();
+    let told = bench.all();
+    let not_drawn = |news: &News| matches!(news, News::NotDrawn { side: 1, problem, .. } if problem.contains("cone"));
+    assert_eq!(told.iter().filter(|news| not_drawn(news)).count(), 1);
+    assert!(told.iter().any(|news| matches!(news, News::Drawn(picture) if picture.is_whole)));
+    // Wishes for scenes that are not on are not drawn.
+    let late = Wish { scene: 7, ..wish(&summary.cameras[0], &["auto"]) };
+    bench.mailbox.wish(Arc::new(late));
+    bench.run();
+    assert!(bench.all().is_empty());
+}
+
+#[test]
+fn sides_are_compared_and_pixels_are_picked() {
+    let (mut bench, summary) = Bench::with_scene();
+    let mut both = wish(&summary.cameras[0], &["reference", "reference"]);
+    both.compares = true;
+    bench.mailbox.wish(Arc::new(both.clone()));
+    bench.run();
+    let compared = |bench: &Bench| -> Compared {
+        loop {
+            if let News::Compared(compared) = bench.news.recv_timeout(Duration::from_secs(60)).unwrap() {
+                return *compared;
+            }
+        }
+    };
+    assert_eq!(compared(&bench).flip_mean, 0.0);
+    both.sides[0] = drawn("environment_map");
+    bench.mailbox.wish(Arc::new(both));
+    bench.run();
+    let error = compared(&bench);
+    assert!(error.flip_mean > 0.01 && error.over_0_1 > 0.01 && error.size == [96, 64], "{}", error.flip_mean);
+    bench.mailbox.send(Order::Pick { number: 5, position_px: [48.0, 32.0] });
+    bench.run();
+    let path = bench.all().into_iter().find_map(|news| match news {
+        News::Picked { number: 5, path } => Some(path),
+        _ => None,
+    });
+    let path = path.unwrap();
+    assert!(path.len() == 2 && path[0].kind.is_some() && path[1].kind.is_none(), "{path:?}");
+}

@@ -1,0 +1,27 @@
+//! The window's content in egui's test harness: what the hand does and what is then seen.
+//!
+//! Where there is a device, pixels of the screen are looked at, too; without one these tests show as ignored, with the
+//! reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+mod hand;
+mod screen;
+mod session;
+
+use libtest_mimic::{Arguments, Trial};
+
+fn main() {
+    let arguments = Arguments::from_args();
+    let mut trials = hand::trials();
+    trials.extend(screen::trials());
+    libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// A test by its name.
+fn trial(name: &str, test: fn()) -> Trial {
+    Trial::test(name, move || {
+        test();
+        Ok(())
+    })
+}

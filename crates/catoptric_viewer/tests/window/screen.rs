@@ -1,0 +1,42 @@
+//! What is seen on the screen.
+
+use crate::session::{SCENE, Session, expected, open, scene, settle, share_off};
+use catoptric_gpu::{Context, GpuError};
+use catoptric_viewer::app::Viewer;
+use libtest_mimic::Trial;
+
+pub(crate) fn trials() -> Vec<Trial> {
+    let reason = match Context::new(None) {
+        Ok(_) => return vec![crate::trial("pixels of the screen are those of the picture", pixels)],
+        Err(error @ GpuError::NoAdapter) => error.to_string(),
+        Err(error) => return vec![Trial::test("a device", move || Err(error.to_string().into()))],
+    };
+    let is_required = std::env::var_os("CATOPTRIC_REQUIRE_GPU").is_some_and(|value| value == "1");
+    let trial = Trial::test(format!("screen ({reason})"), move || Err(reason.into()));
+    vec![trial.with_ignored_flag(!is_required)]
+}
+
+/// The pixels of the picture on the screen, in red, green and blue.
+fn shown(session: &mut Session) -> Vec<u8> {
+    let rect = session.state().picture_rect();
+    let screen = session.render().unwrap();
+    if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
+        screen.save(std::path::Path::new(&folder).join("window.png")).unwrap();
+    }
+    let [width, height] = session.state().wish().unwrap().size;
+    let at = |x: u32, y: u32| screen.get_pixel(rect.left() as u32 + x, rect.top() as u32 + y).0;
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    pixels.flat_map(|(x, y)| at(x, y)[..3].to_vec()).collect()
+}
+
+fn pixels() {
+    let mut session = open(&format!("builtin:{SCENE}"), "auto", None);
+    session.remove_cursor();
+    settle(&mut session, Viewer::is_sharp);
+    let wish = session.state().wish().unwrap().clone();
+    let expected = expected(&scene(SCENE), &wish, 0).to_srgb8();
+    let off = share_off(&shown(&mut session), &expected, 3);
+    // The label in the corner covers some.
+    let covered = 24.0 * 240.0 / (wish.size[0] * wish.size[1]) as f64;
+    assert!(off < 0.005 + covered, "{off}");
+}

@@ -1,0 +1,79 @@
+//! A window under test.
+
+use catoptric::framebuffer::Framebuffer;
+use catoptric::light::visibility::cast_shadows;
+use catoptric::methods::{self, Quality};
+use catoptric::progress::Silent;
+use catoptric::scene::{PoseOptions, Scene};
+use catoptric_scenes::builtin;
+use catoptric_viewer::app::{Link, Start, Viewer};
+use catoptric_viewer::studio::order::{Source, Wish};
+use egui_kittest::Harness;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The scene of most tests.
+pub(crate) const SCENE: &str = "sphere_room?tess=16";
+
+/// Waits so often, a few milliseconds each, before a test gives up.
+const PATIENCE: usize = 3_000;
+
+pub(crate) type Session = Harness<'static, Viewer>;
+
+/// A window with a scene, once everything is sharp.
+pub(crate) fn open(scene: &str, method: &str, against: Option<&str>) -> Session {
+    let start = Start {
+        source: Source::of_word(scene),
+        method: method.into(),
+        against: against.map(str::to_owned),
+        quality: Quality { samples: 4, order: 2 },
+        camera: None,
+    };
+    let viewer = Viewer::new(Link::start(None, Box::new(|| ())), start);
+    let mut session = Harness::builder()
+        .with_size([620.0, 1000.0])
+        .with_step_dt(1.0 / 60.0)
+        .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
+    settle(&mut session, Viewer::is_sharp);
+    session
+}
+
+/// Lets time go on until something is so.
+pub(crate) fn settle(session: &mut Session, is_so: impl Fn(&Viewer) -> bool) {
+    for _ in 0..PATIENCE {
+        session.step();
+        if is_so(session.state()) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(3));
+    }
+    let viewer = session.state();
+    let messages: Vec<&str> = viewer.messages().collect();
+    panic!("it never came to be; sharp: {}, messages: {messages:?}, wish: {:?}", viewer.is_sharp(), viewer.wish());
+}
+
+/// A built-in scene as the studio poses it.
+pub(crate) fn scene(spec: &str) -> Arc<Scene> {
+    let mut scene = builtin::parse(spec).unwrap().pose(&PoseOptions::default()).unwrap();
+    cast_shadows(&mut scene);
+    Arc::new(scene)
+}
+
+/// What the library draws for a side of a wish.
+pub(crate) fn expected(scene: &Arc<Scene>, wish: &Wish, side: usize) -> Framebuffer {
+    let drawn = &wish.sides[side];
+    let method = methods::create(&drawn.method, &drawn.settings).unwrap();
+    let mut prepared = method.prepare(scene, drawn.quality, None, &Silent).unwrap();
+    let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
+    let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
+    prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
+    picture
+}
+
+/// The share of pixels with a channel of their sRGB values off by more than 0.1.
+pub(crate) fn share_off(one: &[u8], other: &[u8], channels: usize) -> f64 {
+    assert_eq!(one.len(), other.len());
+    let is_off = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 25);
+    let off = one.chunks(channels).zip(other.chunks(channels)).filter(is_off).count();
+    off as f64 / (one.len() / channels) as f64
+}
