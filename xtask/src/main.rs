@@ -11,6 +11,7 @@ mod scaling;
 mod stage;
 mod surfaces;
 mod virtual_objects;
+mod web;
 
 use anyhow::{Context, Result, bail};
 use catoptric_testkit::readme::readmes;
@@ -34,6 +35,9 @@ Commands:
                    make the folder of a method with all roles, its lines in the registry, a test and a bench that
                    fail until it draws
   settings         write the tables of settings into the methods' READMEs
+  web [--serve [PORT] | --test [FOLDER]]
+                   build the viewer for browsers into dist; serve it on this machine; test it, or a folder that was
+                   built before, in Chromium
   ci               run what continuous integration runs";
 
 fn main() -> Result<()> {
@@ -53,6 +57,7 @@ fn main() -> Result<()> {
         },
         Some("new-method") => new_method::make(&std::env::args().skip(2).collect::<Vec<_>>()),
         Some("settings") => settings(),
+        Some("web") => web::run(&std::env::args().skip(2).collect::<Vec<_>>()),
         Some("ci") => run(Command::new("bash").arg(".ci/run")),
         Some(other) => bail!("there is no command `{other}`\n\n{HELP}"),
         None => bail!("{HELP}"),

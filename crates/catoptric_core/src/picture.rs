@@ -37,15 +37,33 @@ impl PictureFormat {
 /// # Errors
 /// [`SceneError::Unsupported`] for extensions other than `.png` and `.exr`, [`SceneError::Write`] otherwise.
 pub fn write(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
-    match PictureFormat::from_path(path) {
-        Some(PictureFormat::Png) => write_rgb8(path, picture.width, picture.height, &picture.to_srgb8()),
-        Some(PictureFormat::Exr) => write_exr(path, picture),
-        None => Err(SceneError::Unsupported {
+    let Some(format) = PictureFormat::from_path(path) else {
+        return Err(SceneError::Unsupported {
             file: path.display().to_string(),
             feature: "this kind of picture file".into(),
             remedy: "use a name that ends in .png or .exr".into(),
-        }),
+        });
+    };
+    write_file(path, |writer| writer.write_all(&encode(format, picture)?))
+}
+
+/// The content of a picture's file.
+///
+/// # Errors
+/// Pictures that their format cannot hold.
+pub fn encode(format: PictureFormat, picture: &Framebuffer) -> io::Result<Vec<u8>> {
+    match format {
+        PictureFormat::Png => encode_rgb8(picture.width, picture.height, &picture.to_srgb8()),
+        PictureFormat::Exr => encode_exr(picture),
     }
+}
+
+/// The content of a PNG file of 8-bit sRGB pixels, three bytes each, rows from the top.
+///
+/// # Errors
+/// When there are not `3 * width * height` bytes.
+pub fn encode_rgb8(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    encode_png(width, height, rgb, image::ExtendedColorType::Rgb8)
 }
 
 /// Writes 8-bit sRGB pixels, three bytes each, rows from the top, as PNG.
@@ -53,7 +71,7 @@ pub fn write(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
 /// # Errors
 /// [`SceneError::Write`], also when there are not `3 * width * height` bytes.
 pub fn write_rgb8(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), SceneError> {
-    write_png(path, width, height, rgb, image::ExtendedColorType::Rgb8)
+    write_file(path, |writer| writer.write_all(&encode_rgb8(width, height, rgb)?))
 }
 
 /// Writes a mask as a grey PNG: white where it is true.
@@ -62,43 +80,35 @@ pub fn write_rgb8(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<()
 /// [`SceneError::Write`], also when there is not one value a pixel.
 pub fn write_mask(path: &Path, width: u32, height: u32, mask: &[bool]) -> Result<(), SceneError> {
     let grey: Vec<u8> = mask.iter().map(|&set| if set { 255 } else { 0 }).collect();
-    write_png(path, width, height, &grey, image::ExtendedColorType::L8)
+    write_file(path, |writer| writer.write_all(&encode_png(width, height, &grey, image::ExtendedColorType::L8)?))
 }
 
-fn write_png(
-    path: &Path,
-    width: u32,
-    height: u32,
-    bytes: &[u8],
-    color: image::ExtendedColorType,
-) -> Result<(), SceneError> {
+fn encode_png(width: u32, height: u32, bytes: &[u8], color: image::ExtendedColorType) -> io::Result<Vec<u8>> {
     use image::ImageEncoder;
     let expected = u64::from(width) * u64::from(height) * u64::from(color.bits_per_pixel() / 8);
-    write_file(path, |writer| {
-        if bytes.len() as u64 != expected {
-            let problem = format!("{} bytes for a picture of {width}x{height} pixels", bytes.len());
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
-        }
-        image::codecs::png::PngEncoder::new(writer).write_image(bytes, width, height, color).map_err(io::Error::other)
-    })
+    if bytes.len() as u64 != expected {
+        let problem = format!("{} bytes for a picture of {width}x{height} pixels", bytes.len());
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
+    }
+    let mut file = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut file);
+    encoder.write_image(bytes, width, height, color).map_err(io::Error::other)?;
+    Ok(file)
 }
 
-fn write_exr(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
+fn encode_exr(picture: &Framebuffer) -> io::Result<Vec<u8>> {
     let width = picture.width as usize;
-    // EXR is written with seeks, which need the whole file in memory or on disk; memory is simpler to rename.
+    // EXR is written with seeks: in memory, then.
     let mut bytes = io::Cursor::new(Vec::new());
     let channels = openexr::SpecificChannels::rgba(|at: openexr::Vec2<usize>| {
         let [r, g, b, a] = picture.pixels[at.y() * width + at.x()];
         (r, g, b, a)
     });
-    let written =
-        openexr::WritableImage::write(&openexr::Image::from_channels((width, picture.height as usize), channels))
-            .non_parallel()
-            .to_buffered(&mut bytes);
-    write_file(path, |writer| {
-        written.map_err(io::Error::other)?;
-        writer.write_all(bytes.get_ref())
-    })
+    openexr::WritableImage::write(&openexr::Image::from_channels((width, picture.height as usize), channels))
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .map_err(io::Error::other)?;
+    Ok(bytes.into_inner())
 }
 
 /// Reads a picture as linear radiance: `.exr` and `.hdr` as they stand, 8- and 16-bit formats from sRGB.

@@ -46,13 +46,22 @@ impl Context {
         let asked = adapter.request_device(&descriptor).await;
         let (device, queue) =
             asked.map_err(|error| GpuError::NoDevice { adapter: info.name.clone(), problem: error.to_string() })?;
+        Self::sharing(&adapter, device, queue)
+    }
+
+    /// A context on a device of the caller's, as a window has one. Errors of the device that nobody captures are kept
+    /// for [`Self::check`] from then on, where they would end the program.
+    ///
+    /// # Errors
+    /// [`GpuError::Device`] if the driver refuses the shaders.
+    pub fn sharing(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Arc<Self>, GpuError> {
         let failure = Arc::<Mutex<Option<String>>>::default();
         let reported = failure.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let mut first = reported.lock().unwrap_or_else(PoisonError::into_inner);
             first.get_or_insert_with(|| error.to_string());
         }));
-        Self::with_pipelines(device, queue, Some(AdapterDescription::new(&info)), failure)
+        Self::with_pipelines(device, queue, Some(AdapterDescription::new(&adapter.get_info())), failure)
     }
 
     /// A context on a device of the caller's, which gives it at least WebGPU's default limits. Its failures are

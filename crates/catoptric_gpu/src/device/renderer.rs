@@ -6,8 +6,9 @@ use super::frame::timer::Timer;
 use super::method::{DeviceMethod, PreparedScene};
 use super::upload::group;
 use catoptric::error::RenderError;
+use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
-use catoptric::methods::{Prepared, Quality, Report};
+use catoptric::methods::{Frame, Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
@@ -68,6 +69,22 @@ impl Renderer {
         self.prepared.vertex_appearances(view)
     }
 
+    /// Draws a view into a picture of its size, and waits for it.
+    ///
+    /// # Errors
+    /// As [`Self::draw`].
+    pub fn read(
+        &mut self,
+        view: &View,
+        target: &mut Framebuffer,
+        progress: &dyn Progress,
+    ) -> Result<Report, RenderError> {
+        let frame = self.prepared.device_frame(view, progress)?;
+        let mut report = Frame::report(&frame).clone();
+        report.add(frame.draw(target, progress)?);
+        Ok(report)
+    }
+
     /// Adds the drawing of a view to `encoder`, into a target of the view's size that can be rendered to. Colours are
     /// linear; targets of an sRGB format encode them. Methods that project may find geometry on the processor
     /// meanwhile.
@@ -86,7 +103,7 @@ impl Renderer {
         }
         let context = self.prepared.method.context().clone();
         let frame = self.prepared.device_frame(view, progress)?;
-        let mut report = catoptric::methods::Frame::report(&frame).clone();
+        let mut report = Frame::report(&frame).clone();
         let drawing = frame.encode(encoder, &mut Timer::none(), progress)?;
         let Context { device, pipelines, .. } = &*context;
         let colors = drawing.colors();

@@ -12,19 +12,23 @@ mod shown;
 mod take_away;
 
 pub use link::Link;
+#[cfg(not(target_family = "wasm"))]
+pub use link::StudioThread;
 
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Changes, Drawn, Order, Source, Wish};
+use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{self, Quality};
 use clock::Clock;
 use eframe::egui::{self, Context, Key, Ui};
+use eframe::egui_wgpu::RenderState;
 use hand::{Grip, Tool};
 use navigator::Navigator;
 use shown::{Shown, ShownPicture};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use take_away::files::Outcome;
+use take_away::files::{self, Chosen, Saved};
 
 /// What the window begins with.
 #[derive(Clone, Debug)]
@@ -50,7 +54,11 @@ struct Choice {
 
 /// The window's state.
 pub struct Viewer {
-    link: Link,
+    link: Box<dyn Link>,
+    /// The window, once it has been shown.
+    window: Option<Context>,
+    /// The window's device, where pictures may lie.
+    device: Option<RenderState>,
     start: Start,
     source: Source,
     /// The number of the last load.
@@ -66,10 +74,12 @@ pub struct Viewer {
     shows_heat: bool,
     changes: Changes,
     clock: Clock,
+    /// What the status line says of the processor.
+    remark: &'static str,
     /// Files that are being saved.
-    saves: Vec<Outcome>,
+    saves: Vec<Saved>,
     /// A scene that is being chosen.
-    opening: Option<Outcome>,
+    opening: Option<files::Choice>,
     tool: Tool,
     grip: Option<Grip>,
     /// The number of the last order to pick.
@@ -83,12 +93,14 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Opens the first scene.
-    pub fn new(link: Link, start: Start) -> Self {
+    /// Opens the first scene; `device` is the window's, if the studio draws on it.
+    pub fn new(link: Box<dyn Link>, device: Option<RenderState>, start: Start) -> Self {
         let choice = |method: &str| Choice { method: method.into(), settings: BTreeMap::new() };
         let right = start.against.clone().unwrap_or_else(|| "reference".into());
         let mut viewer = Self {
             link,
+            window: None,
+            device,
             source: start.source.clone(),
             loads: 0,
             scene: None,
@@ -100,6 +112,7 @@ impl Viewer {
             shows_heat: false,
             changes: Changes::default(),
             clock: Clock::default(),
+            remark: "",
             saves: Vec::new(),
             opening: None,
             tool: Tool::Turn,
@@ -122,7 +135,7 @@ impl Viewer {
 
     /// The picture of a side that is shown, in linear colours.
     pub fn picture(&self, side: usize) -> Option<&Framebuffer> {
-        self.shown.pictures.get(side)?.as_ref().map(|picture| &*picture.linear)
+        self.shown.pictures.get(side)?.as_ref()?.linear.as_deref()
     }
 
     /// True if everything that is wanted is shown, with all pixels and samples.
@@ -145,6 +158,41 @@ impl Viewer {
         (self.sent.as_ref() == Some(&compared.wish)).then_some(compared.flip_mean)
     }
 
+    /// The same as 8-bit sRGB, four bytes a pixel.
+    pub fn pixels(&self, side: usize) -> Option<&[u8]> {
+        self.shown.pictures.get(side)?.as_ref().map(|picture| &*picture.rgba)
+    }
+
+    /// The name of the scene that is shown.
+    pub fn scene_name(&self) -> Option<&str> {
+        self.scene.as_ref().map(|scene| scene.name.as_str())
+    }
+
+    /// The processor that has drawn the left side.
+    pub fn processor(&self) -> Option<&str> {
+        self.shown.pictures[0].as_ref().map(|picture| picture.processor.as_str())
+    }
+
+    /// Says something about the processor, for good.
+    pub fn remark(&mut self, remark: &'static str) {
+        self.remark = remark;
+    }
+
+    /// Chooses the method of a side: 0 is left, 1 right, where an empty name ends the split view.
+    ///
+    /// # Errors
+    /// [`RenderError::UnknownMethod`].
+    pub fn choose(&mut self, side: usize, method: &str) -> Result<(), RenderError> {
+        if side == 1 {
+            self.divider = (!method.is_empty()).then(|| self.divider.unwrap_or(0.5));
+        }
+        if let (Some(choice), false) = (self.choices.get_mut(side), method.is_empty()) {
+            choice.method = methods::find(method)?.id.into();
+        }
+        self.wake_up();
+        Ok(())
+    }
+
     /// What the user was told, the newest last.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
         self.shown.messages.iter().map(String::as_str)
@@ -155,10 +203,23 @@ impl Viewer {
         self.loads += 1;
         self.source = source.clone();
         self.link.send(Order::Load { number: self.loads, source });
+        self.wake_up();
+    }
+
+    /// Has the window shown again, which rests where nothing happens in it.
+    fn wake_up(&self) {
+        if let Some(window) = &self.window {
+            window.request_repaint();
+        }
     }
 
     /// Shows everything for a frame of the window.
     pub fn show(&mut self, ui: &mut Ui) {
+        self.window.get_or_insert_with(|| {
+            // Pictures look best in the dark.
+            ui.ctx().set_theme(egui::Theme::Dark);
+            ui.ctx().clone()
+        });
         self.read_news(ui.ctx());
         self.take_dropped_files(ui.ctx());
         self.read_dialogues();
@@ -212,8 +273,13 @@ impl Viewer {
     fn take_dropped_files(&mut self, ctx: &Context) {
         let dropped = ctx.input(|input| input.raw.dropped_files.first().cloned());
         let Some(file) = dropped else { return };
-        let source = Source::File(file.path().into());
-        self.open(source);
+        #[cfg(not(target_family = "wasm"))]
+        self.open(Source::File(file.path().into()));
+        #[cfg(target_family = "wasm")]
+        {
+            self.opening = Some(files::read_dropped(file));
+            ctx.request_repaint();
+        }
     }
 
     /// Learns what has become of dialogues about files.
@@ -232,14 +298,15 @@ impl Viewer {
             Err(error) => error == Empty,
         });
         told.into_iter().for_each(|message| self.shown.say(message));
-        match self.opening.as_ref().map(Outcome::try_recv) {
-            Some(Ok(Ok(path))) => {
-                self.opening = None;
-                self.open(Source::File(path));
-            }
-            None | Some(Err(Empty)) => {}
-            Some(_) => self.opening = None,
+        let Some(opening) = &self.opening else { return };
+        match opening.try_recv() {
+            Ok(Ok(Chosen::Path(path))) => self.open(Source::File(path)),
+            Ok(Ok(Chosen::Content(name, bytes))) => self.open(Source::Bytes { name, bytes: bytes.into() }),
+            Ok(Err(problem)) => self.shown.say(problem),
+            Err(Empty) => return,
+            Err(_) => {}
         }
+        self.opening = None;
     }
 
     fn follow_keys(&mut self, ctx: &Context) {
@@ -305,6 +372,11 @@ impl Viewer {
 impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         self.show(ui);
+    }
+
+    #[cfg(target_family = "wasm")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
     }
 
     fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {

@@ -15,12 +15,16 @@ impl Viewer {
             match news {
                 News::Busy { stage, share } => self.shown.busy = Some((stage, share)),
                 News::Idle => self.shown.busy = None,
+                News::Stopped { problem } => {
+                    self.shown.busy = None;
+                    self.shown.say(format!("drawing has stopped because of an error; please start again: {problem}"));
+                }
                 News::Loaded(summary) => self.begin_scene(*summary),
                 News::NotLoaded { problem, .. } => self.shown.say(problem),
                 News::Drawn(picture) => {
                     if self.is_current(picture.wish.scene) {
                         picture.report.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
-                        self.shown.put(ctx, *picture);
+                        self.shown.put(ctx, self.device.as_ref(), *picture);
                     }
                 }
                 News::NotDrawn { wish, side, problem } => {

@@ -123,7 +123,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     };
     let [left, right] = &viewer.shown.pictures;
     if let Some(picture) = left {
-        image(picture.texture.id(), rect);
+        image(picture.image.id(), rect);
     }
     let Some(x) = divider else {
         path_lines(viewer, ui, rect);
@@ -132,7 +132,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     let right_part = Rect::from_min_max(pos2(x, rect.top()), rect.max);
     painter.rect_filled(right_part, 0.0, Color32::BLACK);
     if let Some(picture) = right {
-        image(picture.texture.id(), right_part);
+        image(picture.image.id(), right_part);
     }
     let compared = viewer.shown.compared.as_ref().filter(|compared| viewer.sent.as_ref() == Some(&compared.wish));
     if let Some(compared) = compared.filter(|_| viewer.shows_heat) {
@@ -155,7 +155,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, picture: Option<&ShownPicture>, me
             format!("{method}, {} samples, {:.0} ms", picture.samples, picture.frame_ms)
         }
         Some(picture) => {
-            let [width, height] = [picture.linear.width, picture.linear.height];
+            let [width, height] = picture.size;
             format!("{method}, {width}x{height}, {:.0} ms", picture.frame_ms)
         }
         None => format!("{method} ..."),

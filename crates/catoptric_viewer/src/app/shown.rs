@@ -5,7 +5,8 @@ use crate::studio::order::Wish;
 use crate::studio::pick::Bounce;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::Report;
-use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
+use eframe::egui_wgpu::RenderState;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -31,14 +32,54 @@ pub(super) struct Shown {
 
 /// A picture on the screen.
 pub(super) struct ShownPicture {
-    pub(super) texture: TextureHandle,
+    pub(super) image: ShownImage,
     pub(super) wish: Arc<Wish>,
-    pub(super) linear: Arc<Framebuffer>,
+    pub(super) size: [u32; 2],
+    pub(super) linear: Option<Arc<Framebuffer>>,
+    pub(super) rgba: Arc<[u8]>,
     pub(super) is_whole: bool,
     pub(super) samples: u32,
     pub(super) report: Report,
     pub(super) frame_ms: f64,
     pub(super) processor: String,
+}
+
+/// Where a picture's pixels are.
+pub(super) enum ShownImage {
+    /// The window has got them.
+    Copied(TextureHandle),
+    /// They are where they were drawn, on the window's device.
+    Drawn {
+        /// The window's name for the texture.
+        id: TextureId,
+        /// The same, which is given free with it.
+        device: RenderState,
+    },
+}
+
+impl ShownImage {
+    /// The window's name for it.
+    pub(super) fn id(&self) -> TextureId {
+        match self {
+            Self::Copied(handle) => handle.id(),
+            Self::Drawn { id, .. } => *id,
+        }
+    }
+
+    /// A texture of the window's device.
+    fn drawn(texture: &wgpu::Texture, device: &RenderState) -> Self {
+        let view = texture.create_view(&Default::default());
+        let id = device.renderer.write().register_native_texture(&device.device, &view, wgpu::FilterMode::Linear);
+        Self::Drawn { id, device: device.clone() }
+    }
+}
+
+impl Drop for ShownImage {
+    fn drop(&mut self) {
+        if let Self::Drawn { id, device } = self {
+            device.renderer.write().free_texture(id);
+        }
+    }
 }
 
 /// The heat map on the screen.
@@ -76,18 +117,17 @@ impl Shown {
         }
     }
 
-    /// Puts a picture on the screen.
-    pub(super) fn put(&mut self, ctx: &Context, picture: Picture) {
-        let Picture { side, wish, is_whole, samples, linear, rgba, report, frame_ms, processor } = picture;
-        let size = [linear.width as usize, linear.height as usize];
-        let image = ColorImage::from_rgba_premultiplied(size, &rgba);
+    /// Puts a picture on the screen; `device` is the window's.
+    pub(super) fn put(&mut self, ctx: &Context, device: Option<&RenderState>, picture: Picture) {
+        let Picture { side, wish, is_whole, samples, size, linear, rgba, texture, report, frame_ms, processor } =
+            picture;
         let Some(place) = self.pictures.get_mut(side) else { return };
-        let texture = match place.take() {
-            Some(ShownPicture { mut texture, .. }) => {
-                texture.set(image, TextureOptions::LINEAR);
-                texture
+        let image = match (texture, device) {
+            (Some(texture), Some(device)) => ShownImage::drawn(&texture, device),
+            _ => {
+                let image = ColorImage::from_rgba_premultiplied(size.map(|length| length as usize), &rgba);
+                ShownImage::Copied(ctx.load_texture(format!("side {side}"), image, TextureOptions::LINEAR))
             }
-            None => ctx.load_texture(format!("side {side}"), image, TextureOptions::LINEAR),
         };
         if side == 0 {
             self.frames.push_back(FrameTimes {
@@ -99,7 +139,18 @@ impl Shown {
                 self.frames.pop_front();
             }
         }
-        *place = Some(ShownPicture { texture, wish, linear, is_whole, samples, report, frame_ms, processor });
+        *place = Some(ShownPicture {
+            image,
+            wish,
+            size,
+            linear,
+            rgba: rgba.into(),
+            is_whole,
+            samples,
+            report,
+            frame_ms,
+            processor,
+        });
     }
 
     /// Frames of the left side in a second, over the last one.

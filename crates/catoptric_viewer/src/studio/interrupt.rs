@@ -42,9 +42,10 @@ impl<'a> Interrupt<'a> {
 
 impl Progress for Interrupt<'_> {
     fn at(&self, stage: &str, done: u64, of: u64) -> Result<(), Cancelled> {
-        let arrivals = self.mailbox.arrivals();
-        if self.seen.swap(arrivals, Ordering::Relaxed) != arrivals
-            && self.mailbox.supersedes(self.wish, self.side, self.ended_by == EndedBy::Anything)
+        let (arrivals, for_anything) = (self.mailbox.arrivals(), self.ended_by == EndedBy::Anything);
+        let has_arrived = self.seen.swap(arrivals, Ordering::Relaxed) != arrivals;
+        if self.mailbox.waits_outside(for_anything)
+            || (has_arrived && self.mailbox.supersedes(self.wish, self.side, for_anything))
         {
             self.is_over.store(true, Ordering::Relaxed);
         }

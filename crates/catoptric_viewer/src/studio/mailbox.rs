@@ -13,6 +13,8 @@ pub struct Mailbox {
     arrived: Condvar,
     /// Counts what has arrived, so that nobody needs the lock to see that nothing has.
     arrivals: AtomicU64,
+    /// Tells whether anything waits that has not got here yet; with `false`, anything but another eye or time.
+    waits_outside: Option<fn(bool) -> bool>,
 }
 
 #[derive(Debug, Default)]
@@ -36,6 +38,12 @@ pub enum Mail {
 }
 
 impl Mailbox {
+    /// A mailbox into which nothing comes while work goes on, as in browsers: `waits_outside` tells whether anything
+    /// waits to come in; with `false`, anything but another eye or time.
+    pub fn fed_between_work(waits_outside: fn(bool) -> bool) -> Self {
+        Self { waits_outside: Some(waits_outside), ..Self::default() }
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inbox> {
         self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -89,6 +97,11 @@ impl Mailbox {
                 None => inbox = self.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner),
             }
         }
+    }
+
+    /// Whether anything waits that has not got here yet.
+    pub(super) fn waits_outside(&self, for_anything: bool) -> bool {
+        self.waits_outside.is_some_and(|waits| waits(for_anything))
     }
 
     /// A number that changes with every arrival.

@@ -13,8 +13,9 @@ pub mod pick;
 mod stage;
 #[cfg(test)]
 mod tests;
+pub mod wire;
 
-pub use drawing::{Backend, Gpu};
+pub use drawing::Gpu;
 pub use mailbox::Mailbox;
 
 use catoptric::error::RenderError;
@@ -71,17 +72,16 @@ impl Studio {
 
     /// Works until the mailbox is closed.
     pub fn run(&mut self) {
-        loop {
-            let is_idle = self.current.as_ref().is_none_or(|current| current.left.is_empty());
-            let is_draft = self.current.as_ref().is_some_and(Current::is_draft);
-            let patience = match (is_idle, is_draft) {
-                (true, _) => None,
-                (false, true) => Some(Duration::ZERO),
-                (false, false) => Some(REST),
-            };
-            if self.turn(patience) == Turn::Over {
-                return;
-            }
+        while self.turn(self.patience()) != Turn::Over {}
+    }
+
+    /// How long the next turn is to wait for something newer before it goes on: not at all for drafts, and for ever
+    /// (`None`) if there is nothing to do.
+    pub fn patience(&self) -> Option<Duration> {
+        match self.current.as_ref().map(|current| current.left.last()) {
+            None | Some(None) => None,
+            Some(Some((_, Fineness::Draft))) => Some(Duration::ZERO),
+            Some(Some((_, Fineness::Whole { .. }))) => Some(REST),
         }
     }
 
@@ -196,15 +196,9 @@ impl Studio {
 }
 
 impl Current {
-    fn is_draft(&self) -> bool {
-        matches!(self.left.last(), Some((_, Fineness::Draft)))
-    }
-
     /// True if the side's picture is as fine already.
     fn has(&self, side: usize, fineness: Fineness) -> bool {
         let Fineness::Whole { samples } = fineness else { return false };
-        self.done[side].as_ref().is_some_and(|picture| {
-            [picture.linear.width, picture.linear.height] == self.wish.size && picture.samples >= samples
-        })
+        self.done[side].as_ref().is_some_and(|picture| picture.size == self.wish.size && picture.samples >= samples)
     }
 }

@@ -63,10 +63,14 @@ pub struct Picture {
     pub is_whole: bool,
     /// Its samples a pixel.
     pub samples: u32,
-    /// Linear colours.
-    pub linear: Arc<Framebuffer>,
-    /// The same as 8-bit sRGB, four bytes a pixel.
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Linear colours; `None` where they would be carried too far.
+    pub linear: Option<Arc<Framebuffer>>,
+    /// The same as 8-bit sRGB, four bytes a pixel; empty where there is a texture.
     pub rgba: Vec<u8>,
+    /// The same as a texture of the window's device.
+    pub texture: Option<wgpu::Texture>,
     /// Times of stages and counts.
     pub report: Report,
     /// All of its time in milliseconds.
@@ -102,6 +106,11 @@ pub enum News {
     },
     /// Nothing is left to do.
     Idle,
+    /// The studio has failed and does nothing any more.
+    Stopped {
+        /// The reason.
+        problem: String,
+    },
     /// A scene was loaded.
     Loaded(Box<SceneSummary>),
     /// A scene could not be loaded: its number and the reason. The one before stays.

@@ -99,11 +99,11 @@ fn drafts_come_first_and_whole_pictures_are_the_librarys() {
     bench.run();
     let pictures = bench.pictures();
     let order: Vec<(usize, u32, bool)> =
-        pictures.iter().map(|picture| (picture.side, picture.samples, picture.linear.width < 96)).collect();
+        pictures.iter().map(|picture| (picture.side, picture.samples, picture.size[0] < 96)).collect();
     assert_eq!(order, [(0, 4, true), (1, 1, true), (0, 4, false), (1, 1, false), (1, 4, false), (1, 16, false)]);
     let options = PoseOptions::default();
-    assert_eq!(*pictures[2].linear, expected(&wish, 0, 4, &options));
-    assert_eq!(*pictures[5].linear, expected(&wish, 1, 16, &options));
+    assert_eq!(**pictures[2].linear.as_ref().unwrap(), expected(&wish, 0, 4, &options));
+    assert_eq!(**pictures[5].linear.as_ref().unwrap(), expected(&wish, 1, 16, &options));
     assert!(pictures[2].is_whole && pictures[5].is_whole && !pictures[0].is_whole && !pictures[3].is_whole);
 }
 
@@ -124,7 +124,7 @@ fn a_moving_eye_ends_what_sharpens_and_keeps_what_is_prepared() {
     // Prepared once: later frames have no stages of preparation.
     let stages = |picture: &Picture| picture.report.stages_ms.len();
     assert!(stages(&pictures[1]) < stages(&pictures[0]), "{:?}", pictures[1].report.stages_ms);
-    assert_eq!(*pictures[2].linear, expected(&second, 0, 4, &PoseOptions::default()));
+    assert_eq!(**pictures[2].linear.as_ref().unwrap(), expected(&second, 0, 4, &PoseOptions::default()));
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn roles_change_what_is_drawn() {
     bench.mailbox.wish(Arc::new(wish.clone()));
     bench.run();
     let options = wish.changes.pose_at(0.0).unwrap();
-    assert_eq!(*bench.pictures().pop().unwrap().linear, expected(&wish, 0, 4, &options));
+    assert_eq!(*bench.pictures().pop().unwrap().linear.unwrap(), expected(&wish, 0, 4, &options));
 }
 
 #[test]
@@ -198,4 +198,48 @@ fn sides_are_compared_and_pixels_are_picked() {
     });
     let path = path.unwrap();
     assert!(path.len() == 2 && path[0].kind.is_some() && path[1].kind.is_none(), "{path:?}");
+}
+
+#[test]
+fn what_goes_over_the_wire_arrives() {
+    let (mut bench, summary) = Bench::with_scene();
+    let mut sent = wish(&summary.cameras[0], &["auto", "environment_map"]);
+    sent.sides[1].settings = toml::from_str("parallax = 'box'\nsize = 64").unwrap();
+    sent.changes.roles.push(RoleChange { name: "sphere".into(), role: Role::Lens, ior: Some(1.4) });
+    sent.changes.looks.insert("floor".into(), catoptric::scene::edits::Look { ior: Some(2.0), ..Default::default() });
+    sent.changes.moves.insert("sphere".into(), glam::Vec3::new(0.1, 0.2, 0.3));
+    sent.compares = true;
+    let message = wire::request(&wire::Request::Wish(Arc::new(sent.clone()))).unwrap();
+    match wire::read_request(message).unwrap() {
+        wire::Request::Wish(read) => assert_eq!(*read, sent),
+        other => panic!("{other:?}"),
+    }
+    let load = Order::Load { number: 3, source: Source::Bytes { name: "a.glb".into(), bytes: vec![1, 2, 3].into() } };
+    match wire::read_request(wire::request(&wire::Request::Order(load)).unwrap()).unwrap() {
+        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes } }) => {
+            assert_eq!((name.as_str(), &*bytes), ("a.glb", &[1, 2, 3][..]));
+        }
+        other => panic!("{other:?}"),
+    }
+    // All news of a wish, as they are printed; linear colours stay behind.
+    bench.mailbox.wish(Arc::new(sent));
+    bench.run();
+    bench.mailbox.send(Order::Pick { number: 5, position_px: [48.0, 32.0] });
+    bench.run();
+    let mut all = bench.all();
+    while !all.iter().any(|news| matches!(news, News::Compared(_))) {
+        all.push(bench.news.recv_timeout(Duration::from_secs(60)).unwrap());
+    }
+    all.push(News::Loaded(Box::new(summary)));
+    for mut news in all {
+        if let News::Drawn(picture) = &mut news {
+            (picture.linear, picture.report.bytes, picture.report.choices) = (None, Default::default(), Vec::new());
+            picture.report.error_px = None;
+        }
+        let printed = format!("{news:?}");
+        let arrived = format!("{:?}", wire::read_news(wire::news(news).unwrap()).unwrap());
+        assert!(arrived == printed, "{}", printed.chars().take(200).collect::<String>());
+    }
+    let short = wire::Message { text: "{\"Nothing\":1}".into(), bytes: Vec::new() };
+    assert!(wire::read_news(short).is_err());
 }

@@ -1,13 +1,20 @@
 //! What is seen on the screen.
 
-use crate::session::{SCENE, Session, expected, open, scene, settle, share_off};
+use crate::session::{SCENE, Session, expected, open, open_on, scene, settle, share_off};
 use catoptric_gpu::{Context, GpuError};
 use catoptric_viewer::app::Viewer;
+use egui::Key;
+use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
 use libtest_mimic::Trial;
 
 pub(crate) fn trials() -> Vec<Trial> {
     let reason = match Context::new(None) {
-        Ok(_) => return vec![crate::trial("pixels of the screen are those of the picture", pixels)],
+        Ok(_) => {
+            return vec![
+                crate::trial("pixels of the screen are those of the picture", pixels),
+                crate::trial("the window's device draws the same, at rest and in motion", on_device),
+            ];
+        }
         Err(error @ GpuError::NoAdapter) => error.to_string(),
         Err(error) => return vec![Trial::test("a device", move || Err(error.to_string().into()))],
     };
@@ -31,12 +38,40 @@ fn shown(session: &mut Session) -> Vec<u8> {
 
 fn pixels() {
     let mut session = open(&format!("builtin:{SCENE}"), "auto", None);
+    matches(&mut session);
+}
+
+/// Compares the screen with the picture that the library draws on the processor.
+fn matches(session: &mut Session) {
     session.remove_cursor();
-    settle(&mut session, Viewer::is_sharp);
+    settle(session, Viewer::is_sharp);
     let wish = session.state().wish().unwrap().clone();
     let expected = expected(&scene(SCENE), &wish, 0).to_srgb8();
-    let off = share_off(&shown(&mut session), &expected, 3);
+    let off = share_off(&shown(session), &expected, 3);
     // The label in the corner covers some.
     let covered = 24.0 * 240.0 / (wish.size[0] * wish.size[1]) as f64;
     assert!(off < 0.005 + covered, "{off}");
+}
+
+fn on_device() {
+    let device = create_render_state(default_wgpu_setup(), Default::default());
+    let mut session = open_on(Some(device), &format!("builtin:{SCENE}"), "multiperspective", None);
+    assert!(session.state().processor() != Some("CPU"), "{:?}", session.state().messages().collect::<Vec<_>>());
+    matches(&mut session);
+    // While the eye moves, textures of the device are shown as they are.
+    session.key_down(Key::A);
+    for _ in 0..2000 {
+        session.step();
+        if session.state().picture(0).is_none() {
+            break;
+        }
+    }
+    assert!(session.state().picture(0).is_none(), "no draft was shown");
+    let draft = shown(&mut session);
+    assert!(draft.chunks(3).filter(|pixel| *pixel != [0, 0, 0]).count() * 10 > draft.len() / 3 * 9, "a black draft");
+    session.key_up(Key::A);
+    matches(&mut session);
+    // A method that draws on the processor alone.
+    session.state_mut().choose(0, "reference").unwrap();
+    settle(&mut session, |viewer| viewer.is_sharp() && viewer.processor() == Some("CPU"));
 }

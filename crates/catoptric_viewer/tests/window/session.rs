@@ -6,9 +6,12 @@ use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::{PoseOptions, Scene};
 use catoptric_scenes::builtin;
-use catoptric_viewer::app::{Link, Start, Viewer};
+use catoptric_viewer::app::{Start, StudioThread, Viewer};
+use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::{Source, Wish};
+use eframe::egui_wgpu::RenderState;
 use egui_kittest::Harness;
+use egui_kittest::wgpu::WgpuTestRenderer;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,6 +25,11 @@ pub(crate) type Session = Harness<'static, Viewer>;
 
 /// A window with a scene, once everything is sharp.
 pub(crate) fn open(scene: &str, method: &str, against: Option<&str>) -> Session {
+    open_on(None, scene, method, against)
+}
+
+/// The same, drawn by the window's device.
+pub(crate) fn open_on(device: Option<RenderState>, scene: &str, method: &str, against: Option<&str>) -> Session {
     let start = Start {
         source: Source::of_word(scene),
         method: method.into(),
@@ -29,11 +37,16 @@ pub(crate) fn open(scene: &str, method: &str, against: Option<&str>) -> Session 
         quality: Quality { samples: 4, order: 2 },
         camera: None,
     };
-    let viewer = Viewer::new(Link::start(None, Box::new(|| ())), start);
-    let mut session = Harness::builder()
-        .with_size([620.0, 1000.0])
-        .with_step_dt(1.0 / 60.0)
-        .build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
+    let gpu = device.as_ref().map(|RenderState { adapter, device, queue, .. }| {
+        Gpu::of_window(adapter, device.clone(), queue.clone()).unwrap()
+    });
+    let studio = StudioThread::start(gpu, Box::new(|| ()));
+    let viewer = Viewer::new(Box::new(studio), device.clone(), start);
+    let mut builder = Harness::builder().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);
+    if let Some(device) = device {
+        builder = builder.renderer(WgpuTestRenderer::from_render_state(device));
+    }
+    let mut session = builder.build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
     settle(&mut session, Viewer::is_sharp);
     session
 }

@@ -187,5 +187,6 @@ fn status(viewer: &Viewer, ui: &mut Ui) {
         if viewer.scene.is_none() {
             ui.weak("no scene yet");
         }
+        ui.weak(viewer.remark);
     });
 }

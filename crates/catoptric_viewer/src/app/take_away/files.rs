@@ -1,35 +1,112 @@
-//! Dialogues about files. They run beside the window, which goes on.
+//! Files to be saved and opened. Dialogues run beside the window, which goes on.
 
-use std::path::Path;
-use std::sync::mpsc::{Receiver, channel};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Writes a file to a path; an error says what went wrong.
-pub(super) type Write = Box<dyn FnOnce(&Path) -> Result<(), String> + Send>;
+/// Makes a file's content, told the path where it will be.
+pub(super) type Make = Box<dyn FnOnce(&Path) -> Result<Vec<u8>, String> + Send>;
 
-/// What becomes of a file that is saved or chosen: the path, or a problem; nothing if the user has changed their mind.
-pub(in crate::app) type Outcome = Receiver<Result<std::path::PathBuf, String>>;
+/// A scene that was chosen.
+#[derive(Clone, Debug)]
+pub(in crate::app) enum Chosen {
+    /// A file on this machine.
+    #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "browsers show no paths"))]
+    Path(PathBuf),
+    /// A file's name and content.
+    #[cfg_attr(not(target_family = "wasm"), expect(dead_code, reason = "paths tell more"))]
+    Content(String, Vec<u8>),
+}
+
+/// What becomes of a file that is saved: its path, or a problem; nothing if the user has changed their mind.
+pub(in crate::app) type Saved = Receiver<Result<PathBuf, String>>;
+
+/// What becomes of a choice: a scene or a problem; nothing if the user has changed their mind.
+pub(in crate::app) type Choice = Receiver<Result<Chosen, String>>;
 
 /// Asks where to save a file, and saves it.
-pub(super) fn save(name: &str, extension: &'static str, write: Write) -> Outcome {
-    let (sender, outcome) = channel();
-    let dialogue = rfd::FileDialog::new().set_file_name(name).add_filter(extension, &[extension]);
-    std::thread::spawn(move || {
-        if let Some(path) = dialogue.save_file() {
-            // The window may be gone by then.
-            let _ = sender.send(write(&path).map(|()| path));
-        }
-    });
-    outcome
+pub(super) fn save(name: &str, extension: &'static str, make: Make) -> Saved {
+    let (sender, saved) = channel();
+    system::save(name, extension, make, sender);
+    saved
 }
 
 /// Asks for a scene to be opened.
-pub(in crate::app) fn open() -> Outcome {
-    let (sender, outcome) = channel();
-    let dialogue = rfd::FileDialog::new().add_filter("scenes", &["glb", "gltf", "obj", "toml"]);
-    std::thread::spawn(move || {
-        if let Some(path) = dialogue.pick_file() {
-            let _ = sender.send(Ok(path));
-        }
+pub(in crate::app) fn open() -> Choice {
+    let (sender, choice) = channel();
+    system::open(sender);
+    choice
+}
+
+/// The content of a file that was dropped, which browsers give later.
+#[cfg(target_family = "wasm")]
+pub(in crate::app) fn read_dropped(file: eframe::egui::DroppedFileHandle) -> Choice {
+    let (sender, choice) = channel();
+    wasm_bindgen_futures::spawn_local(async move {
+        let name = file.path().display().to_string();
+        let content = file.bytes_async().await.map_err(|problem| format!("{name}: {problem}"));
+        // The window may be gone by then.
+        let _ = sender.send(content.map(|bytes| Chosen::Content(name, bytes)));
     });
-    outcome
+    choice
+}
+
+#[cfg(not(target_family = "wasm"))]
+mod system {
+    use super::{Chosen, Make, Path, PathBuf, Sender};
+    use std::io::Write;
+
+    pub(super) fn save(name: &str, extension: &'static str, make: Make, done: Sender<Result<PathBuf, String>>) {
+        let dialogue = rfd::FileDialog::new().set_file_name(name).add_filter(extension, &[extension]);
+        let write = move |path: &Path| {
+            let content = make(path)?;
+            let written = catoptric::output::write_file(path, |writer| writer.write_all(&content));
+            written.map_err(|error| error.to_string())
+        };
+        std::thread::spawn(move || {
+            if let Some(path) = dialogue.save_file() {
+                // The window may be gone by then.
+                let _ = done.send(write(&path).map(|()| path));
+            }
+        });
+    }
+
+    pub(super) fn open(done: Sender<Result<Chosen, String>>) {
+        let dialogue = rfd::FileDialog::new().add_filter("scenes", &["glb", "gltf", "obj", "toml"]);
+        std::thread::spawn(move || {
+            if let Some(path) = dialogue.pick_file() {
+                let _ = done.send(Ok(Chosen::Path(path)));
+            }
+        });
+    }
+}
+
+#[cfg(target_family = "wasm")]
+mod system {
+    use super::{Chosen, Make, Path, PathBuf, Sender};
+    use js_sys::{Array, Uint8Array};
+    use wasm_bindgen::{JsCast, JsValue};
+
+    pub(super) fn save(name: &str, _extension: &'static str, make: Make, done: Sender<Result<PathBuf, String>>) {
+        let path = Path::new(name);
+        let words = |_: JsValue| format!("the browser does not save `{name}`");
+        let saved = make(path).and_then(|content| download(name, &content).map_err(words));
+        // The window may be gone by then.
+        let _ = done.send(saved.map(|()| path.to_path_buf()));
+    }
+
+    /// Hands bytes to the browser as a download.
+    fn download(name: &str, content: &[u8]) -> Result<(), JsValue> {
+        let parts = Array::of1(&Uint8Array::from(content));
+        let url = web_sys::Url::create_object_url_with_blob(&web_sys::Blob::new_with_u8_array_sequence(&parts)?)?;
+        let document = web_sys::window().and_then(|window| window.document()).ok_or(JsValue::NULL)?;
+        let anchor: web_sys::HtmlAnchorElement = document.create_element("a")?.unchecked_into();
+        anchor.set_href(&url);
+        anchor.set_download(name);
+        anchor.click();
+        web_sys::Url::revoke_object_url(&url)
+    }
+
+    pub(super) fn open(done: Sender<Result<Chosen, String>>) {
+        let _ = done.send(Err("drop a file onto the picture to open it".into()));
+    }
 }

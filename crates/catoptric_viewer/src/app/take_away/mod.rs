@@ -5,8 +5,8 @@ pub(super) mod files;
 mod scene_file;
 
 use super::Viewer;
+use catoptric::picture::{PictureFormat, encode, encode_rgb8};
 use eframe::egui::{CollapsingHeader, Ui};
-use std::io::Write;
 
 /// Buttons that save and copy.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -17,7 +17,8 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
                 let button = ui.add_enabled(is_sharp, eframe::egui::Button::new(format!("Save {name}")));
                 button.on_disabled_hover_text("once the picture is sharp").clicked()
             };
-            for kind in ["png", "exr"] {
+            let has_linear = viewer.shown.pictures[0].as_ref().is_some_and(|picture| picture.linear.is_some());
+            for kind in if has_linear { &["png", "exr"][..] } else { &["png"] } {
                 if save(ui, &kind.to_uppercase()) {
                     save_picture(viewer, kind);
                 }
@@ -36,20 +37,26 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     });
 }
 
+/// Saves the left side's picture. In browsers linear colours stay with what draws: there 8 bits are all there is.
 fn save_picture(viewer: &mut Viewer, kind: &'static str) {
     let Some(picture) = &viewer.shown.pictures[0] else { return };
-    let linear = picture.linear.clone();
-    let write =
-        move |path: &std::path::Path| catoptric::picture::write(path, &linear).map_err(|error| error.to_string());
-    viewer.saves.push(files::save(&format!("picture.{kind}"), kind, Box::new(write)));
+    let (linear, rgba, [width, height]) = (picture.linear.clone(), picture.rgba.clone(), picture.size);
+    let make = move |path: &std::path::Path| {
+        let content = match (PictureFormat::from_path(path), linear) {
+            (Some(format), Some(linear)) => encode(format, &linear),
+            (Some(PictureFormat::Png), None) => {
+                let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+                encode_rgb8(width, height, &rgb)
+            }
+            _ => return Err(format!("{}: use a name that ends in .png or .exr", path.display())),
+        };
+        content.map_err(|error| format!("{}: {error}", path.display()))
+    };
+    viewer.saves.push(files::save(&format!("picture.{kind}"), kind, Box::new(make)));
 }
 
 fn save_scene(viewer: &mut Viewer) {
     let (Some(wish), source) = (viewer.sent.clone(), viewer.source.clone()) else { return };
-    let write = move |path: &std::path::Path| {
-        let text = scene_file::text(&wish, &source, path)?;
-        catoptric::output::write_file(path, |writer| writer.write_all(text.as_bytes()))
-            .map_err(|error| error.to_string())
-    };
-    viewer.saves.push(files::save("scene.toml", "toml", Box::new(write)));
+    let make = move |path: &std::path::Path| scene_file::text(&wish, &source, path).map(String::into_bytes);
+    viewer.saves.push(files::save("scene.toml", "toml", Box::new(make)));
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 /// Compares two whole pictures and tells the result, beside other work: a moving eye does not wait for it.
 pub(in crate::studio) fn compare(wish: &Arc<Wish>, [left, right]: [&Picture; 2], tell: Tell) {
     let (wish, left, right) = (wish.clone(), left.linear.clone(), right.linear.clone());
+    let (Some(left), Some(right)) = (left, right) else { return };
     let work = move || {
         let Ok(comparison) = Comparison::new(&left, &right) else { return };
         let error = comparison.whole();

@@ -1,43 +1,27 @@
-//! The graphics processor that draws, where there is one.
+//! The graphics processor that draws, where there is one: the window's own.
 
 use catoptric::error::RenderError;
-use catoptric::methods::Method;
-use catoptric_gpu::{Context, GpuError};
+use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::{Quality, Report};
+use catoptric::progress::Progress;
+use catoptric::scene::{Scene, View};
+use catoptric_gpu::{Context, DeviceMethod, GpuError, Renderer};
 use std::sync::Arc;
+use wgpu::{TextureFormat, TextureUsages};
 
-/// The processor that is to draw.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Backend {
-    /// A GPU if there is a real one, else the CPU.
-    #[default]
-    Auto,
-    /// The CPU.
-    Cpu,
-    /// A GPU, drivers that draw on the processor included; the best, or the one whose name has this part.
-    Gpu(Option<String>),
-}
-
-/// A graphics processor.
+/// A graphics processor that the window shows pictures of without carrying them anywhere.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     context: Arc<Context>,
 }
 
 impl Gpu {
-    /// Opens what `backend` asks for; `None` for the CPU.
+    /// The window's device.
     ///
     /// # Errors
-    /// [`GpuError`] where a GPU is wanted and there is none that can draw.
-    pub fn open(backend: &Backend) -> Result<Option<Self>, GpuError> {
-        let open = |name: Option<&str>| Context::new(name).map(|context| Some(Self { context }));
-        match backend {
-            Backend::Cpu => Ok(None),
-            Backend::Gpu(name) => open(name.as_deref()),
-            Backend::Auto => {
-                let first = catoptric_gpu::adapters().into_iter().next().filter(|adapter| !adapter.is_software);
-                Ok(first.and_then(|adapter| open(Some(&adapter.name)).ok()).flatten())
-            }
-        }
+    /// [`GpuError::Device`] if its driver refuses the shaders.
+    pub fn of_window(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
+        Ok(Self { context: Context::sharing(adapter, device, queue)? })
     }
 
     /// Its name.
@@ -46,9 +30,67 @@ impl Gpu {
         adapter.map_or_else(|| "GPU".into(), |adapter| format!("{} ({})", adapter.name, adapter.backend))
     }
 
-    /// A method on it; `None` for those that draw on the CPU alone.
-    pub(super) fn method(&self, id: &str, settings: &toml::Table) -> Result<Option<Box<dyn Method>>, RenderError> {
-        let method = catoptric_gpu::create(&self.context, id, settings)?;
-        Ok(method.map(|method| Box::new(method) as Box<dyn Method>))
+    /// A scene ready to be drawn by a method; `None` for methods that draw on the CPU alone.
+    pub(super) fn prepare(
+        &self,
+        (id, settings): (&str, &toml::Table),
+        scene: &Arc<Scene>,
+        quality: Quality,
+        progress: &dyn Progress,
+    ) -> Result<Option<DeviceScene>, RenderError> {
+        let method: Option<DeviceMethod> = catoptric_gpu::create(&self.context, id, settings)?;
+        let Some(method) = method else { return Ok(None) };
+        let renderer = Renderer::new(&method, scene, quality, None, progress)?;
+        Ok(Some(DeviceScene { context: self.context.clone(), renderer }))
+    }
+}
+
+/// A scene on the window's device.
+pub(super) struct DeviceScene {
+    context: Arc<Context>,
+    pub(super) renderer: Renderer,
+}
+
+impl DeviceScene {
+    /// Draws a view into a texture, 8-bit sRGB, and waits until that is done.
+    pub(super) fn texture(
+        &mut self,
+        view: &View,
+        progress: &dyn Progress,
+    ) -> Result<(wgpu::Texture, Report), RenderError> {
+        let (device, queue) = (self.context.device(), self.context.queue());
+        // The window reads the bytes as they are.
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width: view.width, height: view.height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::Rgba8Unorm,
+            usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+            view_formats: &[TextureFormat::Rgba8UnormSrgb],
+        });
+        let format = TextureFormat::Rgba8UnormSrgb;
+        let encoded = wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
+        let target = texture.create_view(&encoded);
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let report = self.renderer.draw(&mut encoder, view, (&target, format), progress)?;
+        queue.submit([encoder.finish()]);
+        // So that frames do not pile up, and their times are known.
+        let waited = device.poll(wgpu::PollType::wait_indefinitely());
+        let failed = |problem: String| RenderError::Limit { method: "gpu", problem };
+        waited.map_err(|error| failed(error.to_string()))?;
+        self.context.check().map_err(|error| failed(error.to_string()))?;
+        Ok((texture, report))
+    }
+
+    /// Draws a view into a picture.
+    pub(super) fn read(
+        &mut self,
+        view: &View,
+        target: &mut Framebuffer,
+        progress: &dyn Progress,
+    ) -> Result<Report, RenderError> {
+        self.renderer.read(view, target, progress)
     }
 }

@@ -6,5 +6,5 @@ mod pace;
 mod side;
 
 pub(super) use compare::compare;
-pub use gpu::{Backend, Gpu};
+pub use gpu::Gpu;
 pub(super) use side::{Fineness, Side, Tools, steps};

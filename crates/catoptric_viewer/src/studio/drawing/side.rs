@@ -1,6 +1,6 @@
 //! One side of the picture: a method, prepared for the scene.
 
-use super::gpu::Gpu;
+use super::gpu::{DeviceScene, Gpu};
 use super::pace::{Pace, scaled};
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::mailbox::Mailbox;
@@ -11,7 +11,7 @@ use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::Progress;
-use catoptric::scene::Scene;
+use catoptric::scene::{Scene, View};
 use std::sync::Arc;
 
 /// Samples a pixel with which the reference ends, where fewer were wished for.
@@ -54,9 +54,56 @@ struct PreparedSide {
     /// Of the last update.
     quality: Quality,
     scene: Arc<Scene>,
-    prepared: Box<dyn Prepared>,
+    means: Means,
     processor: String,
     warnings: Vec<String>,
+}
+
+/// The processor that draws, with all that it needs.
+enum Means {
+    Cpu(Box<dyn Prepared>),
+    Gpu(Box<DeviceScene>),
+}
+
+/// What is drawn: linear colours, or a texture of the window's device.
+#[derive(Default)]
+struct Canvas {
+    linear: Option<Framebuffer>,
+    texture: Option<wgpu::Texture>,
+}
+
+impl Means {
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
+        match self {
+            Self::Cpu(prepared) => {
+                prepared.update(scene, quality, progress)?;
+                Ok(prepared.report().clone())
+            }
+            Self::Gpu(device) => {
+                device.renderer.update(scene, quality, progress)?;
+                Ok(device.renderer.report().clone())
+            }
+        }
+    }
+
+    /// Draws a view: of drafts on the window's device a texture alone.
+    fn draw(&mut self, view: &View, is_draft: bool, progress: &dyn Progress) -> Result<(Canvas, Report), RenderError> {
+        let mut linear = Framebuffer::new(view.width, view.height);
+        let report = match self {
+            Self::Cpu(prepared) => {
+                let frame = prepared.frame(view, progress)?;
+                let mut report = frame.report().clone();
+                report.add(frame.draw(&mut linear, progress)?);
+                report
+            }
+            Self::Gpu(device) if is_draft => {
+                let (texture, report) = device.texture(view, progress)?;
+                return Ok((Canvas { linear: None, texture: Some(texture) }, report));
+            }
+            Self::Gpu(device) => device.read(view, &mut linear, progress)?,
+        };
+        Ok((Canvas { linear: Some(linear), texture: None }, report))
+    }
 }
 
 /// The tools that a side draws with.
@@ -99,11 +146,16 @@ impl Side {
         let [width, height] = scaled(wish.size, scale);
         let view = scene.view(&wish.camera, width, height);
         let of_frame = Stopwatch::new();
-        let frame = prepared.prepared.frame(&view, &drawing)?;
-        let mut linear = Framebuffer::new(width, height);
-        report.add(frame.report().clone());
-        report.add(frame.draw(&mut linear, &drawing)?);
-        drop(frame);
+        let drawn_view = prepared.means.draw(&view, fineness == Fineness::Draft, &drawing);
+        let (Canvas { linear, texture }, of_view) = match drawn_view {
+            Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
+                // What the device could not do, the processor does from now on.
+                self.prepare_on_cpu(drawn, scene, quality, vec![format!("drawn on the CPU: {problem}")], &preparing)?;
+                return self.draw((wish, side), scene, fineness, tools);
+            }
+            other => other?,
+        };
+        report.add(of_view);
         self.pace.note(u64::from(width) * u64::from(height), of_frame.elapsed_ms());
         report.warnings.splice(0..0, prepared.warnings.iter().cloned());
         Ok(Picture {
@@ -111,8 +163,10 @@ impl Side {
             wish: wish.clone(),
             is_whole: (width, height) == (wish.size[0], wish.size[1]) && quality.samples >= drawn.quality.samples,
             samples: quality.samples,
-            rgba: linear.to_srgba8(),
-            linear: Arc::new(linear),
+            rgba: linear.as_ref().map(Framebuffer::to_srgba8).unwrap_or_default(),
+            linear: linear.map(Arc::new),
+            texture,
+            size: [width, height],
             report,
             frame_ms: watch.elapsed_ms(),
             processor: prepared.processor.clone(),
@@ -134,46 +188,60 @@ impl Side {
             if Arc::ptr_eq(&known.scene, scene) && known.quality == quality {
                 return Ok(Report::default());
             }
-            known.prepared.update(scene, quality, progress)?;
+            let report = known.means.update(scene, quality, progress)?;
             (known.scene, known.quality, known.drawn) = (scene.clone(), quality, drawn.clone());
-            return Ok(known.prepared.report().clone());
+            return Ok(report);
         }
         // What was prepared makes room first.
-        *self = Self::default();
-        let (prepared, processor, warnings) = prepare_somewhere(drawn, scene, quality, gpu, progress)?;
+        self.clear();
+        let mut warnings = Vec::new();
+        if let Some(gpu) = gpu {
+            match gpu.prepare((&drawn.method, &drawn.settings), scene, quality, progress) {
+                Ok(Some(device)) => {
+                    let report = device.renderer.report().clone();
+                    let (means, processor) = (Means::Gpu(Box::new(device)), gpu.name());
+                    self.keep(drawn, scene, quality, means, processor, warnings);
+                    return Ok(report);
+                }
+                Ok(None) => {}
+                Err(RenderError::Limit { problem, .. }) => warnings.push(format!("drawn on the CPU: {problem}")),
+                Err(other) => return Err(other),
+            }
+        }
+        self.prepare_on_cpu(drawn, scene, quality, warnings, progress)
+    }
+
+    fn prepare_on_cpu(
+        &mut self,
+        drawn: &Drawn,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        warnings: Vec<String>,
+        progress: &dyn Progress,
+    ) -> Result<Report, RenderError> {
+        self.clear();
+        let method = methods::create(&drawn.method, &drawn.settings)?;
+        let prepared = method.prepare(scene, quality, None, progress)?;
         let report = prepared.report().clone();
-        let (drawn, scene) = (drawn.clone(), scene.clone());
-        self.prepared = Some(PreparedSide { drawn, quality, scene, prepared, processor, warnings });
+        self.keep(drawn, scene, quality, Means::Cpu(prepared), "CPU".into(), warnings);
         Ok(report)
+    }
+
+    fn keep(
+        &mut self,
+        drawn: &Drawn,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        means: Means,
+        processor: String,
+        warnings: Vec<String>,
+    ) {
+        let (drawn, scene) = (drawn.clone(), scene.clone());
+        self.prepared = Some(PreparedSide { drawn, quality, scene, means, processor, warnings });
     }
 
     /// Forgets everything.
     pub(in crate::studio) fn clear(&mut self) {
         *self = Self::default();
     }
-}
-
-/// A method ready to draw, the processor's name, and what the user should know.
-type Ready = (Box<dyn Prepared>, String, Vec<String>);
-
-/// A method prepared on the GPU where there is one that can draw it, else on the processor.
-fn prepare_somewhere(
-    drawn: &Drawn,
-    scene: &Arc<Scene>,
-    quality: Quality,
-    gpu: Option<&Gpu>,
-    progress: &dyn Progress,
-) -> Result<Ready, RenderError> {
-    let mut warnings = Vec::new();
-    if let Some(gpu) = gpu
-        && let Some(method) = gpu.method(&drawn.method, &drawn.settings)?
-    {
-        match method.prepare(scene, quality, None, progress) {
-            Ok(prepared) => return Ok((prepared, gpu.name(), warnings)),
-            Err(RenderError::Limit { problem, .. }) => warnings.push(format!("drawn on the CPU: {problem}")),
-            Err(other) => return Err(other),
-        }
-    }
-    let method = methods::create(&drawn.method, &drawn.settings)?;
-    Ok((method.prepare(scene, quality, None, progress)?, "CPU".into(), warnings))
 }

@@ -1,0 +1,154 @@
+//! The page: what its script calls.
+
+use super::line::WorkerLine;
+use catoptric::methods::Quality;
+use catoptric::scene::Projection;
+use catoptric_viewer::app::{Start, Viewer};
+use catoptric_viewer::studio::order::Source;
+use eframe::{WebOptions, WebRunner};
+use js_sys::Reflect;
+use wasm_bindgen::prelude::wasm_bindgen;
+use wasm_bindgen::{JsError, JsValue};
+use web_sys::HtmlCanvasElement;
+
+/// A viewer in a canvas of the page.
+#[wasm_bindgen]
+pub struct Page {
+    runner: WebRunner,
+}
+
+#[wasm_bindgen]
+impl Page {
+    /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
+    /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
+    /// `against`, `camera`, `samples`, `order`, `canvas` (`webgl` keeps WebGPU from drawing the window).
+    ///
+    /// # Errors
+    /// What the browser says where neither WebGPU nor WebGL draws.
+    pub async fn start(
+        canvas: HtmlCanvasElement,
+        worker_url: String,
+        module: JsValue,
+        options: JsValue,
+    ) -> Result<Self, JsValue> {
+        let start = read_start(&options)?;
+        let mut web = WebOptions { dithering: false, ..WebOptions::default() };
+        if text(&options, "canvas").as_deref() == Some("webgl")
+            && let egui_wgpu::WgpuSetup::CreateNew(setup) = &mut web.wgpu_options.wgpu_setup
+        {
+            setup.instance_descriptor.backends = wgpu::Backends::GL;
+        }
+        let runner = WebRunner::new();
+        let make = move |context: &eframe::CreationContext<'_>| {
+            let line = WorkerLine::start(&worker_url, &module, &context.egui_ctx);
+            let line = line.map_err(|problem| format!("the worker cannot be started: {problem:?}"))?;
+            let remark = match line.is_isolated() {
+                true => "drawn by the CPU, on one thread",
+                false => "drawn by the CPU, on one thread; the page is not isolated, so work cannot be interrupted",
+            };
+            let mut viewer = Viewer::new(Box::new(line), None, start);
+            viewer.remark(remark);
+            Ok(Box::new(viewer) as Box<dyn eframe::App>)
+        };
+        runner.start(canvas, web, Box::new(make)).await?;
+        Ok(Self { runner })
+    }
+
+    /// Opens a scene: `builtin:NAME`, or a file's name and content.
+    ///
+    /// # Errors
+    /// Viewers that have stopped.
+    pub fn open(&self, name: &str, content: Option<Vec<u8>>) -> Result<(), JsError> {
+        self.viewer()?.open(source(name, content));
+        Ok(())
+    }
+
+    /// Chooses the method of a side: 0 is left, 1 right, where an empty name ends the split view.
+    ///
+    /// # Errors
+    /// Methods that do not exist, with a list of those that do.
+    pub fn choose(&self, side: usize, method: &str) -> Result<(), JsError> {
+        self.viewer()?.choose(side, method).map_err(|error| JsError::new(&error.to_string()))
+    }
+
+    /// What is shown, as JSON: `scene`, `method`, `sharp`, `size`, `rect` (left, top, width and height in points),
+    /// `eye`, `messages`.
+    ///
+    /// # Errors
+    /// Viewers that have stopped.
+    pub fn state(&self) -> Result<String, JsError> {
+        let viewer = self.viewer()?;
+        let wish = viewer.wish();
+        let rect = viewer.picture_rect();
+        let state = serde_json::json!({
+            "scene": viewer.scene_name(),
+            "method": wish.map(|wish| wish.sides[0].method.clone()),
+            "sharp": viewer.is_sharp(),
+            "size": wish.map(|wish| wish.size),
+            "rect": [rect.left(), rect.top(), rect.width(), rect.height()],
+            "eye": wish.map(|wish| wish.camera.world_from_camera.translation.to_array()),
+            "messages": viewer.messages().collect::<Vec<_>>(),
+            "processor": viewer.processor(),
+        });
+        Ok(state.to_string())
+    }
+
+    /// The camera, as JSON: `place` (a matrix of twelve numbers, column by column, from the camera to the world), and
+    /// `fov_y` in radians or `half_height`.
+    ///
+    /// # Errors
+    /// Viewers that have stopped or show nothing yet.
+    pub fn camera(&self) -> Result<String, JsError> {
+        let viewer = self.viewer()?;
+        let camera = &viewer.wish().ok_or_else(|| JsError::new("nothing is shown yet"))?.camera;
+        let place = camera.world_from_camera.to_cols_array();
+        let camera = match camera.projection {
+            Projection::Perspective { fov_y } => serde_json::json!({ "place": place, "fov_y": fov_y }),
+            Projection::Orthographic { half_height } => {
+                serde_json::json!({ "place": place, "half_height": half_height })
+            }
+        };
+        Ok(camera.to_string())
+    }
+
+    /// The picture of a side, red, green, blue and 255 a pixel, rows from the top; undefined while there is none.
+    ///
+    /// # Errors
+    /// Viewers that have stopped.
+    pub fn pixels(&self, side: usize) -> Result<Option<Vec<u8>>, JsError> {
+        Ok(self.viewer()?.pixels(side).map(<[u8]>::to_vec))
+    }
+
+    fn viewer(&self) -> Result<std::cell::RefMut<'_, Viewer>, JsError> {
+        self.runner.app_mut::<Viewer>().ok_or_else(|| JsError::new("the viewer has stopped"))
+    }
+}
+
+fn source(name: &str, content: Option<Vec<u8>>) -> Source {
+    match content {
+        Some(bytes) => Source::Bytes { name: name.into(), bytes: bytes.into() },
+        None => Source::of_word(name),
+    }
+}
+
+fn text(options: &JsValue, key: &str) -> Option<String> {
+    Reflect::get(options, &key.into()).ok()?.as_string().filter(|text| !text.is_empty())
+}
+
+fn read_start(options: &JsValue) -> Result<Start, JsError> {
+    let content = Reflect::get(options, &"content".into()).ok().filter(JsValue::is_object);
+    let content = content.map(|content| js_sys::Uint8Array::new(&content).to_vec());
+    let number = |key: &str, default: u32| text(options, key).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let method = text(options, "method").unwrap_or_else(|| "auto".into());
+    let against = text(options, "against");
+    for id in [Some(&method), against.as_ref()].into_iter().flatten() {
+        catoptric::methods::find(id).map_err(|error| JsError::new(&error.to_string()))?;
+    }
+    Ok(Start {
+        source: source(&text(options, "scene").unwrap_or_else(|| "builtin:sphere_room".into()), content),
+        method,
+        against,
+        quality: Quality { samples: number("samples", 4), order: number("order", 2).min(16) },
+        camera: text(options, "camera"),
+    })
+}

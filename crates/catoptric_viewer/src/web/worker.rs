@@ -1,0 +1,78 @@
+//! The studio in a worker. What waits for it is known through memory that both share, where the page is isolated; else
+//! work is not ended before it is done.
+
+use catoptric_viewer::studio::wire::{Message, Request, news, read_request};
+use catoptric_viewer::studio::{Mailbox, Studio, Turn};
+use js_sys::{Atomics, Function, Int32Array, Uint8Array};
+use std::cell::{Cell, RefCell};
+use std::sync::Arc;
+use std::time::Duration;
+use wasm_bindgen::prelude::wasm_bindgen;
+use wasm_bindgen::{JsError, JsValue};
+
+thread_local! {
+    /// Counts of messages that were sent: all, and those about something else than eye and time.
+    static SENT: RefCell<Option<Int32Array>> = const { RefCell::new(None) };
+    /// The same of those that were received.
+    static RECEIVED: Cell<[i32; 2]> = const { Cell::new([0; 2]) };
+    /// Posts news to the page.
+    static POST: RefCell<Option<Function>> = const { RefCell::new(None) };
+}
+
+/// Whether messages wait that were not received.
+fn waits_outside(for_anything: bool) -> bool {
+    let index = if for_anything { 0 } else { 1 };
+    let sent = SENT.with_borrow(|sent| Atomics::load(sent.as_ref()?, index).ok());
+    sent.is_some_and(|sent| sent != RECEIVED.get()[index as usize])
+}
+
+/// The studio of a worker.
+#[wasm_bindgen]
+pub struct StudioWorker {
+    studio: Studio,
+    mailbox: Arc<Mailbox>,
+}
+
+#[wasm_bindgen]
+impl StudioWorker {
+    /// `sent` are the counts of what was sent, in shared memory, or undefined; `post` takes a text and an array of
+    /// bytes to the page.
+    #[wasm_bindgen(constructor)]
+    pub fn new(sent: Option<Int32Array>, post: Function) -> Self {
+        SENT.set(sent);
+        POST.set(Some(post));
+        let mailbox = Arc::new(Mailbox::fed_between_work(waits_outside));
+        let tell = |told| {
+            let Some(Message { text, bytes }) = news(told) else { return };
+            POST.with_borrow(|post| {
+                let post = post.as_ref()?;
+                // A page that has gone takes nothing.
+                post.call2(&JsValue::NULL, &text.into(), &Uint8Array::from(&bytes[..])).ok()
+            });
+        };
+        Self { studio: Studio::new(mailbox.clone(), Arc::new(tell), None), mailbox }
+    }
+
+    /// Takes a message of the page in; `is_other_work` if it is about something else than eye and time.
+    ///
+    /// # Errors
+    /// Messages that cannot be read.
+    pub fn receive(&self, text: String, bytes: Vec<u8>, is_other_work: bool) -> Result<(), JsError> {
+        let [all, other] = RECEIVED.get();
+        RECEIVED.set([all.wrapping_add(1), other.wrapping_add(i32::from(is_other_work))]);
+        match read_request(Message { text, bytes })? {
+            Request::Order(order) => self.mailbox.send(order),
+            Request::Wish(wish) => self.mailbox.wish(wish),
+        }
+        Ok(())
+    }
+
+    /// Does the next piece of work. Returns after how many milliseconds there is to be another turn; below 0: not
+    /// before something is received.
+    pub fn turn(&mut self) -> f64 {
+        if self.studio.turn(Some(Duration::ZERO)) == Turn::Over {
+            return -1.0;
+        }
+        self.studio.patience().map_or(-1.0, |patience| patience.as_secs_f64() * 1e3)
+    }
+}

@@ -1,0 +1,13 @@
+// The page of its own: one viewer, its state in the address: ?scene=URL&method=ID&against=ID&camera=NAME.
+import { show } from './catoptric.js';
+
+const words = document.getElementById('words');
+const options = Object.fromEntries(new URLSearchParams(location.search));
+try {
+  window.catoptric = await show(document.getElementById('view'), options, (text) => { words.textContent = text; });
+  words.textContent = '';
+} catch (error) {
+  document.getElementById('view')?.remove();
+  words.textContent = error.message;
+  console.warn(error.cause ?? error);
+}

@@ -1,0 +1,222 @@
+//! A real Chromium, told what to do by its own protocol (CDP).
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+
+/// Names under which it may be installed.
+const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// The time after which something that has not come is a failure.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// What a browser draws with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Graphics {
+    /// WebGPU, by a driver that draws on the processor.
+    WebGpu,
+    /// WebGL 2 alone, by the same.
+    WebGl,
+    /// Neither.
+    None,
+}
+
+impl Graphics {
+    fn flags(self) -> &'static [&'static str] {
+        match self {
+            Self::WebGpu => &[
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                "--enable-unsafe-webgpu",
+                "--ignore-gpu-blocklist",
+                "--enable-gpu",
+                "--enable-features=Vulkan",
+                "--use-vulkan=swiftshader",
+                "--disable-gpu-watchdog",
+            ],
+            Self::WebGl => &[
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                "--ignore-gpu-blocklist",
+                "--disable-gpu-watchdog",
+            ],
+            Self::None => &["--disable-gpu", "--disable-software-rasterizer"],
+        }
+    }
+}
+
+/// The installed browser, if there is one.
+pub(super) fn installed() -> Option<&'static str> {
+    let answers = |name: &&&str| {
+        let asked = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+        asked.is_ok_and(|status| status.success())
+    };
+    NAMES.iter().find(answers).copied()
+}
+
+/// A page in a browser.
+pub(super) struct Page {
+    browser: Child,
+    socket: WebSocket<MaybeTlsStream<TcpStream>>,
+    session: String,
+    commands: u64,
+    /// What the page has complained about.
+    pub(super) complaints: Vec<String>,
+    _profile: TempDir,
+}
+
+impl Page {
+    /// Opens a page of a size.
+    pub(super) fn open(graphics: Graphics, [width, height]: [u32; 2]) -> Result<Self> {
+        let profile = tempfile::tempdir().context("no folder for a profile")?;
+        let program = installed().context("Chromium is not installed")?;
+        let mut browser = Command::new(program)
+            .args(["--headless=new", "--no-sandbox", "--no-first-run", "--disable-background-networking"])
+            .args(["--disable-component-update", "--disable-sync", "--disable-quic", "--remote-debugging-port=0"])
+            .arg(format!("--window-size={width},{height}"))
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .args(graphics.flags())
+            .arg("about:blank")
+            // Without a display it makes pictures of WebGPU in software, too.
+            .env_remove("DISPLAY")
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot start {program}"))?;
+        let address = address(&mut browser)?;
+        let (socket, _) = tungstenite::connect(&address).with_context(|| format!("cannot connect to {address}"))?;
+        if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
+            stream.set_read_timeout(Some(PATIENCE)).context("no time limit")?;
+        }
+        let (session, complaints) = (String::new(), Vec::new());
+        let mut page = Self { browser, socket, session, commands: 0, complaints, _profile: profile };
+        let target = page.command("Target.createTarget", json!({ "url": "about:blank" }))?;
+        let attach = json!({ "targetId": target["targetId"], "flatten": true });
+        let attached = page.command("Target.attachToTarget", attach)?;
+        page.session = attached["sessionId"].as_str().context("no session")?.into();
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
+            page.command(domain, json!({}))?;
+        }
+        let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
+        page.command("Emulation.setDeviceMetricsOverride", metrics)?;
+        Ok(page)
+    }
+
+    /// Sends a command and waits for its result.
+    pub(super) fn command(&mut self, method: &str, parameters: Value) -> Result<Value> {
+        self.commands += 1;
+        let mut message = json!({ "id": self.commands, "method": method, "params": parameters });
+        if !self.session.is_empty() {
+            message["sessionId"] = json!(self.session);
+        }
+        self.socket.send(Message::text(message.to_string())).with_context(|| format!("cannot send {method}"))?;
+        loop {
+            let text = match self.socket.read().with_context(|| format!("no answer to {method}"))? {
+                Message::Text(text) => text,
+                _ => continue,
+            };
+            let mut answer: Value = serde_json::from_str(&text).context("an answer is no JSON")?;
+            self.note(&answer);
+            if answer["id"] == json!(self.commands) {
+                if let Some(error) = answer.get("error") {
+                    bail!("{method}: {error}");
+                }
+                return Ok(answer["result"].take());
+            }
+        }
+    }
+
+    /// Keeps errors that the page prints.
+    fn note(&mut self, event: &Value) {
+        let parameters = &event["params"];
+        match event["method"].as_str() {
+            Some("Runtime.consoleAPICalled") if parameters["type"] == "error" => {
+                self.complaints.push(parameters["args"].to_string());
+            }
+            Some("Runtime.exceptionThrown") => self.complaints.push(parameters["exceptionDetails"].to_string()),
+            Some("Log.entryAdded") if parameters["entry"]["level"] == "error" => {
+                self.complaints.push(parameters["entry"].to_string());
+            }
+            _ => {}
+        }
+    }
+
+    /// Goes to an address.
+    pub(super) fn visit(&mut self, url: &str) -> Result<()> {
+        self.complaints.clear();
+        self.command("Page.navigate", json!({ "url": url })).map(drop)
+    }
+
+    /// The value of an expression, which may be a promise.
+    pub(super) fn value(&mut self, expression: &str) -> Result<Value> {
+        let parameters = json!({ "expression": expression, "awaitPromise": true, "returnByValue": true });
+        let mut result = self.command("Runtime.evaluate", parameters)?;
+        if let Some(details) = result.get("exceptionDetails") {
+            bail!("{expression}: {details}");
+        }
+        Ok(result["result"]["value"].take())
+    }
+
+    /// Waits until an expression is true.
+    pub(super) fn wait_for(&mut self, expression: &str) -> Result<()> {
+        let start = Instant::now();
+        while self.value(expression)? != json!(true) {
+            if start.elapsed() > PATIENCE {
+                let words = self.value("document.getElementById('words')?.textContent ?? ''")?;
+                bail!("it never came to be: {expression}; the page says {words}; {:?}", self.complaints);
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        Ok(())
+    }
+
+    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`, with the left button where `held`.
+    pub(super) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], held: bool) -> Result<()> {
+        let button = if held { "left" } else { "none" };
+        let parameters = json!({
+            "type": kind, "x": x, "y": y, "button": button, "buttons": u8::from(held), "clickCount": 1
+        });
+        self.command("Input.dispatchMouseEvent", parameters).map(drop)
+    }
+
+    /// A picture of the page, as it is on the screen.
+    pub(super) fn screenshot(&mut self) -> Result<image::RgbImage> {
+        use base64::Engine;
+        let shot = self.command("Page.captureScreenshot", json!({ "format": "png" }))?;
+        let data = shot["data"].as_str().context("no picture")?;
+        let bytes = base64::engine::general_purpose::STANDARD.decode(data).context("no picture")?;
+        Ok(image::load_from_memory(&bytes).context("no PNG")?.to_rgb8())
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        // It may have gone by itself.
+        let _ = self.browser.kill();
+        let _ = self.browser.wait();
+    }
+}
+
+/// Where a browser listens, as it prints when it starts.
+fn address(browser: &mut Child) -> Result<String> {
+    let printed = BufReader::new(browser.stderr.take().context("its messages are not read")?);
+    let mut lines = printed.lines();
+    let mut seen = Vec::new();
+    for line in lines.by_ref() {
+        let line = line.context("its messages cannot be read")?;
+        if let Some((_, address)) = line.split_once("DevTools listening on ") {
+            let address = address.trim().to_owned();
+            // Who does not read on stops it.
+            std::thread::spawn(move || lines.for_each(drop));
+            return Ok(address);
+        }
+        seen.push(line);
+    }
+    bail!("it does not start: {}", seen.join("\n"))
+}

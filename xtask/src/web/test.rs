@@ -1,0 +1,157 @@
+//! The page in a real browser: what is seen is what the program draws.
+
+use super::chromium::{Graphics, Page, installed};
+use super::serve;
+use anyhow::{Context, Result, bail, ensure};
+use catoptric::framebuffer::Framebuffer;
+use catoptric::light::visibility::cast_shadows;
+use catoptric::methods::{self, Quality};
+use catoptric::progress::Silent;
+use catoptric::scene::{Camera, PoseOptions, Projection};
+use catoptric_scenes::builtin;
+use glam::Affine3A;
+use serde_json::Value;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The size of the page.
+const SIZE: [u32; 2] = [900, 700];
+
+/// The share of pixels that may be off by more than 0.1: edges may fall otherwise on another processor.
+const MOST_OFF: f64 = 0.005;
+
+/// Points beside the picture's edges that labels may cover.
+const LABELS: u32 = 40;
+
+/// Runs all tests, or says why there are none.
+pub(super) fn test(dist: &Path) -> Result<()> {
+    if installed().is_none() {
+        println!("skipped: Chromium is not installed (Debian: apt-get install chromium)");
+        return Ok(());
+    }
+    let server = Arc::new(serve::open(0)?);
+    let port = server.server_addr().to_ip().context("a server without an address")?.port();
+    let folder = dist.to_path_buf();
+    let answering = server.clone();
+    std::thread::spawn(move || serve::answer(&answering, &folder));
+    let base = format!("http://127.0.0.1:{port}/");
+    for graphics in [Graphics::WebGpu, Graphics::WebGl] {
+        shows_the_picture(&base, graphics).with_context(|| format!("with {graphics:?}"))?;
+    }
+    says_what_is_missing(&base).context("without graphics")?;
+    server.unblock();
+    Ok(())
+}
+
+fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
+    let mut page = Page::open(graphics, SIZE)?;
+    page.visit(&format!("{base}?scene=builtin:sphere_room&method=auto"))?;
+    page.wait_for(SHARP)?;
+    let first = matches_the_library(&mut page, "auto")?;
+    println!("ok: {graphics:?}: the picture is the library's: {:.3} % of its pixels are off", first * 100.0);
+    let eye = state(&mut page)?["eye"].clone();
+    drag(&mut page)?;
+    page.wait_for(&format!("(state => state.sharp && JSON.stringify(state.eye) !== '{eye}')({STATE})"))?;
+    matches_the_library(&mut page, "auto")?;
+    println!("ok: {graphics:?}: dragging turns the view");
+    page.value("catoptric.choose(0, 'environment_map')")?;
+    page.wait_for(&format!("(state => state.sharp && state.method === 'environment_map')({STATE})"))?;
+    matches_the_library(&mut page, "environment_map")?;
+    println!("ok: {graphics:?}: another method is drawn");
+    page.value(
+        "(() => { const files = new DataTransfer(); files.items.add(new File([new Uint8Array([1, 2, 3])], \
+         'broken.glb')); for (const kind of ['dragenter', 'dragover', 'drop']) { \
+         document.querySelector('canvas').dispatchEvent(new DragEvent(kind, { dataTransfer: files, bubbles: true, \
+         cancelable: true })); } })()",
+    )?;
+    page.wait_for(&format!("{STATE}.messages.some(message => message.includes('broken.glb'))"))?;
+    println!("ok: {graphics:?}: a broken file is told in words");
+    let ball = "[[reflector]]\\nname = 'ball'\\nsurface = 'sphere'\\ncenter = [0, 0, 0]\\nradius = 1\\n";
+    page.value(&format!("catoptric.open('ball.toml', new TextEncoder().encode(\"{ball}\"))"))?;
+    page.wait_for(&format!("(state => state.sharp && state.scene === 'ball.toml')({STATE})"))?;
+    println!("ok: {graphics:?}: a file is opened");
+    ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);
+    Ok(())
+}
+
+/// The viewer's state.
+const STATE: &str = "JSON.parse(catoptric.state())";
+
+/// True once everything is there that is wanted.
+const SHARP: &str = "typeof catoptric === 'object' && JSON.parse(catoptric.state()).sharp";
+
+fn state(page: &mut Page) -> Result<Value> {
+    page.value(STATE)
+}
+
+fn drag(page: &mut Page) -> Result<()> {
+    let rect = state(page)?["rect"].clone();
+    let number = |index: usize| rect[index].as_f64().context("no place of the picture");
+    let middle = [number(0)? + number(2)? / 2.0, number(1)? + number(3)? / 2.0];
+    page.mouse("mouseMoved", middle, false)?;
+    page.mouse("mousePressed", middle, true)?;
+    for step in 1..=6 {
+        page.mouse("mouseMoved", [middle[0] + 6.0 * f64::from(step), middle[1]], true)?;
+    }
+    page.mouse("mouseReleased", [middle[0] + 36.0, middle[1]], false)
+}
+
+/// Compares what is on the screen with what the library draws here. Returns the share of pixels that are off.
+fn matches_the_library(page: &mut Page, method: &str) -> Result<f64> {
+    let shown = state(page)?;
+    let camera = page.value("JSON.parse(catoptric.camera())")?;
+    let [width, height] = [0, 1].map(|index| shown["size"][index].as_u64().unwrap_or_default() as u32);
+    let expected = drawn(method, &camera, [width, height])?.to_srgb8();
+    let screen = page.screenshot()?;
+    let [left, top] = [0, 1].map(|index| shown["rect"][index].as_f64().unwrap_or_default() as u32);
+    let (mut off, mut all) = (0, 0);
+    for y in LABELS..height {
+        for x in 0..width {
+            let index = (y * width + x) as usize * 3;
+            let pixel = screen.get_pixel(left + x, top + y).0;
+            off += usize::from(pixel.iter().zip(&expected[index..index + 3]).any(|(a, b)| a.abs_diff(*b) > 25));
+            all += 1;
+        }
+    }
+    if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
+        screen.save(Path::new(&folder).join(format!("page-{method}.png"))).context("cannot save the screen")?;
+    }
+    let share = off as f64 / all.max(1) as f64;
+    if share > MOST_OFF {
+        bail!("{:.2} % of the pixels of `{method}` are off", share * 100.0);
+    }
+    Ok(share)
+}
+
+/// The picture by the library.
+fn drawn(method: &str, camera: &Value, [width, height]: [u32; 2]) -> Result<Framebuffer> {
+    let numbers: Vec<f32> = camera["place"].as_array().into_iter().flatten().filter_map(number).collect();
+    let place: [f32; 12] = numbers.try_into().ok().context("no place of the camera")?;
+    let fov_y = number(&camera["fov_y"]).context("no field of view")?;
+    let camera = Camera {
+        name: String::new(),
+        other_name: String::new(),
+        world_from_camera: Affine3A::from_cols_array(&place),
+        projection: Projection::Perspective { fov_y },
+    };
+    let mut scene = builtin::parse("sphere_room")?.pose(&PoseOptions::default())?;
+    cast_shadows(&mut scene);
+    let scene = Arc::new(scene);
+    let method = methods::create(method, &Default::default())?;
+    let mut prepared = method.prepare(&scene, Quality { samples: 4, order: 2 }, None, &Silent)?;
+    let mut picture = Framebuffer::new(width, height);
+    prepared.frame(&scene.view(&camera, width, height), &Silent)?.draw(&mut picture, &Silent)?;
+    Ok(picture)
+}
+
+fn number(value: &Value) -> Option<f32> {
+    value.as_f64().map(|value| value as f32)
+}
+
+fn says_what_is_missing(base: &str) -> Result<()> {
+    let mut page = Page::open(Graphics::None, SIZE)?;
+    page.visit(base)?;
+    page.wait_for("document.getElementById('words')?.textContent.includes('WebGPU or WebGL 2')")?;
+    println!("ok: without WebGPU and WebGL the page says what is missing");
+    Ok(())
+}
