@@ -76,7 +76,14 @@ pub(super) fn main() -> ExitCode {
 
 fn run(args: Args) -> Result<(), String> {
     let Args { scene, method, against, camera, samples, order, backend, adapter } = args;
-    let start = Start { source: Source::of_word(&scene), method, against, quality: Quality { samples, order }, camera };
+    let start = Start {
+        source: Source::of_word(&scene),
+        method,
+        against,
+        quality: Quality { samples, order },
+        camera,
+        panels: true,
+    };
     let mut options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default().with_inner_size([1440.0, 860.0]).with_title("catoptric"),
         ..Default::default()

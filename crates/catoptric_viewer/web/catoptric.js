@@ -55,7 +55,9 @@ async function fetched(options, say) {
   const { scene } = options;
   if (!scene || scene.startsWith('builtin:') || options.content) return options;
   const url = new URL(scene, document.baseURI);
-  return { ...options, scene: url.pathname.split('/').pop(), content: await download(url, say) };
+  // Addresses of things in memory have their name behind the #.
+  const name = url.hash.slice(1) || url.pathname.split('/').pop();
+  return { ...options, scene: name, content: await download(url, say) };
 }
 
 /**

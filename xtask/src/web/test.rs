@@ -10,9 +10,11 @@ use catoptric::progress::Silent;
 use catoptric::scene::{Camera, PoseOptions, Projection};
 use catoptric_scenes::builtin;
 use glam::Affine3A;
+use image::RgbImage;
 use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The size of the page.
 const SIZE: [u32; 2] = [900, 700];
@@ -38,6 +40,7 @@ pub(super) fn test(dist: &Path) -> Result<()> {
     for graphics in [Graphics::WebGpu, Graphics::WebGl] {
         shows_the_picture(&base, graphics).with_context(|| format!("with {graphics:?}"))?;
     }
+    stands_in_a_page(&base).context("the element")?;
     says_what_is_missing(&base).context("without graphics")?;
     server.unblock();
     Ok(())
@@ -45,7 +48,10 @@ pub(super) fn test(dist: &Path) -> Result<()> {
 
 fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
     let mut page = Page::open(graphics, SIZE)?;
+    let start = Instant::now();
     page.visit(&format!("{base}?scene=builtin:sphere_room&method=auto"))?;
+    page.wait_for("typeof catoptric === 'object' && catoptric.pixels(0) !== undefined")?;
+    println!("ok: {graphics:?}: first picture {:.1} s after the page was asked for", start.elapsed().as_secs_f64());
     page.wait_for(SHARP)?;
     let first = matches_the_library(&mut page, "auto")?;
     println!("ok: {graphics:?}: the picture is the library's: {:.3} % of its pixels are off", first * 100.0);
@@ -113,9 +119,7 @@ fn matches_the_library(page: &mut Page, method: &str) -> Result<f64> {
             all += 1;
         }
     }
-    if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
-        screen.save(Path::new(&folder).join(format!("page-{method}.png"))).context("cannot save the screen")?;
-    }
+    save(&screen, method)?;
     let share = off as f64 / all.max(1) as f64;
     if share > MOST_OFF {
         bail!("{:.2} % of the pixels of `{method}` are off", share * 100.0);
@@ -146,6 +150,42 @@ fn drawn(method: &str, camera: &Value, [width, height]: [u32; 2]) -> Result<Fram
 
 fn number(value: &Value) -> Option<f32> {
     value.as_f64().map(|value| value as f32)
+}
+
+/// The custom element, in the example's page.
+fn stands_in_a_page(base: &str) -> Result<()> {
+    let mut page = Page::open(Graphics::WebGl, SIZE)?;
+    page.visit(&format!("{base}example.html"))?;
+    let shows = |scene: &str, method: &str| {
+        format!("(state => state?.sharp && state.scene === '{scene}' && state.method === '{method}')({ELEMENT}.state)")
+    };
+    page.wait_for(&shows("builtin:sphere_room", "environment_map"))?;
+    page.value(&format!("(window.told = [], {ELEMENT}.addEventListener('load', e => told.push(e.detail)))"))?;
+    page.value(&format!("{ELEMENT}.setAttribute('method', 'auto')"))?;
+    page.value(&format!("{ELEMENT}.setAttribute('src', 'scenes/two-mirrors.toml')"))?;
+    page.wait_for(&shows("two-mirrors.toml", "auto"))?;
+    page.wait_for("told.includes('two-mirrors.toml')")?;
+    page.value(&format!("{ELEMENT}.addEventListener('error', e => told.push(e.detail))"))?;
+    page.value(&format!("{ELEMENT}.setAttribute('src', 'none.glb')"))?;
+    page.wait_for("told.some(text => text.includes('none.glb cannot be loaded: 404'))")?;
+    save(&page.screenshot()?, "element")?;
+    // It goes with its worker.
+    page.value(&format!("{ELEMENT}.remove()"))?;
+    page.complaints.retain(|complaint| !complaint.contains("404"));
+    ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);
+    println!("ok: the element shows scenes, follows its attributes and tells what happens");
+    Ok(())
+}
+
+/// The example's viewer.
+const ELEMENT: &str = "document.querySelector('catoptric-viewer')";
+
+/// Keeps a picture of the screen, if it is wanted.
+fn save(screen: &RgbImage, name: &str) -> Result<()> {
+    if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
+        screen.save(Path::new(&folder).join(format!("page-{name}.png"))).context("cannot save the screen")?;
+    }
+    Ok(())
 }
 
 fn says_what_is_missing(base: &str) -> Result<()> {

@@ -43,7 +43,23 @@ pub struct Start {
     pub quality: Quality,
     /// The camera, by name or index.
     pub camera: Option<String>,
+    /// The panels beside the picture are shown.
+    pub panels: bool,
 }
+
+/// Something that who embeds a viewer may want to know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ViewerEvent<'a> {
+    /// A scene is shown: its name.
+    Loaded(&'a str),
+    /// The user was told something: what was left out of a file, or why it cannot be opened or drawn.
+    Message(&'a str),
+    /// A picture has all its pixels and samples.
+    Sharp,
+}
+
+/// Is told what happens in a viewer.
+pub type Listener = Box<dyn Fn(ViewerEvent<'_>)>;
 
 /// A method chosen for a side, with settings for every method that was ever chosen there.
 #[derive(Clone, Debug)]
@@ -74,6 +90,8 @@ pub struct Viewer {
     shows_heat: bool,
     changes: Changes,
     clock: Clock,
+    shows_panels: bool,
+    listener: Option<Listener>,
     /// What the status line says of the processor.
     remark: &'static str,
     /// Files that are being saved.
@@ -112,6 +130,8 @@ impl Viewer {
             shows_heat: false,
             changes: Changes::default(),
             clock: Clock::default(),
+            shows_panels: start.panels,
+            listener: None,
             remark: "",
             saves: Vec::new(),
             opening: None,
@@ -173,6 +193,24 @@ impl Viewer {
         self.shown.pictures[0].as_ref().map(|picture| picture.processor.as_str())
     }
 
+    /// Tells somebody what happens from now on.
+    pub fn listen(&mut self, listener: Listener) {
+        self.listener = Some(listener);
+    }
+
+    fn tell(&self, event: ViewerEvent<'_>) {
+        if let Some(listener) = &self.listener {
+            listener(event);
+        }
+    }
+
+    /// Tells the user something.
+    fn say(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        self.tell(ViewerEvent::Message(&message));
+        self.shown.say(message);
+    }
+
     /// Says something about the processor, for good.
     pub fn remark(&mut self, remark: &'static str) {
         self.remark = remark;
@@ -224,7 +262,9 @@ impl Viewer {
         self.take_dropped_files(ui.ctx());
         self.read_dialogues();
         self.follow_keys(ui.ctx());
-        panels::show(self, ui);
+        if self.shows_panels {
+            panels::show(self, ui);
+        }
         picture::show(self, ui);
         self.send_wish(ui.ctx());
     }
@@ -297,12 +337,12 @@ impl Viewer {
             }
             Err(error) => error == Empty,
         });
-        told.into_iter().for_each(|message| self.shown.say(message));
+        told.into_iter().for_each(|message| self.say(message));
         let Some(opening) = &self.opening else { return };
         match opening.try_recv() {
             Ok(Ok(Chosen::Path(path))) => self.open(Source::File(path)),
             Ok(Ok(Chosen::Content(name, bytes))) => self.open(Source::Bytes { name, bytes: bytes.into() }),
-            Ok(Err(problem)) => self.shown.say(problem),
+            Ok(Err(problem)) => self.say(problem),
             Err(Empty) => return,
             Err(_) => {}
         }
@@ -319,6 +359,9 @@ impl Viewer {
         }
         if pressed(Key::Space) {
             self.clock.toggle();
+        }
+        if pressed(Key::P) {
+            self.shows_panels = !self.shows_panels;
         }
         if pressed(Key::X) {
             self.toggle_split();

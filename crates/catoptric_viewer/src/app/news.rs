@@ -1,9 +1,9 @@
 //! Reads what the studio tells.
 
-use super::Viewer;
 use super::clock::Clock;
 use super::navigator::Navigator;
 use super::shown::{Shown, ShownComparison};
+use super::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
 use crate::studio::order::Changes;
 use eframe::egui::{ColorImage, Context, TextureOptions};
@@ -17,20 +17,24 @@ impl Viewer {
                 News::Idle => self.shown.busy = None,
                 News::Stopped { problem } => {
                     self.shown.busy = None;
-                    self.shown.say(format!("drawing has stopped because of an error; please start again: {problem}"));
+                    self.say(format!("drawing has stopped because of an error; please start again: {problem}"));
                 }
                 News::Loaded(summary) => self.begin_scene(*summary),
-                News::NotLoaded { problem, .. } => self.shown.say(problem),
+                News::NotLoaded { problem, .. } => self.say(problem),
                 News::Drawn(picture) => {
                     if self.is_current(picture.wish.scene) {
                         picture.report.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
+                        let is_whole = picture.is_whole;
                         self.shown.put(ctx, self.device.as_ref(), *picture);
+                        if is_whole {
+                            self.tell(ViewerEvent::Sharp);
+                        }
                     }
                 }
                 News::NotDrawn { wish, side, problem } => {
                     if self.is_current(wish.scene) {
                         self.shown.pictures[side.min(1)] = None;
-                        self.shown.say(problem);
+                        self.say(problem);
                     }
                 }
                 News::Compared(compared) => self.put_comparison(ctx, *compared),
@@ -50,7 +54,7 @@ impl Viewer {
     /// Shows a scene that was loaded.
     fn begin_scene(&mut self, summary: SceneSummary) {
         self.shown = Shown::default();
-        summary.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
+        summary.warnings.iter().for_each(|warning| self.say(warning.as_str()));
         self.changes = Changes::default();
         self.clock = Clock::begin(summary.duration);
         let wanted = self.start.camera.take();
@@ -61,12 +65,13 @@ impl Viewer {
         };
         let index = wanted.as_ref().and_then(by_name).filter(|index| *index < summary.cameras.len());
         if let (Some(wanted), None) = (&wanted, index) {
-            self.shown.say(format!("there is no camera `{wanted}`; shown is the first one"));
+            self.say(format!("there is no camera `{wanted}`; shown is the first one"));
         }
         let index = index.unwrap_or(0);
         if let Some(camera) = summary.cameras.get(index) {
             self.navigator = Some(Navigator::new(camera.clone(), &summary.bounds));
         }
+        self.tell(ViewerEvent::Loaded(&summary.name));
         (self.camera, self.sent, self.scene) = (Some(index), None, Some(summary));
     }
 

@@ -3,10 +3,10 @@
 use super::line::WorkerLine;
 use catoptric::methods::Quality;
 use catoptric::scene::Projection;
-use catoptric_viewer::app::{Start, Viewer};
+use catoptric_viewer::app::{Start, Viewer, ViewerEvent};
 use catoptric_viewer::studio::order::Source;
 use eframe::{WebOptions, WebRunner};
-use js_sys::Reflect;
+use js_sys::{Function, Reflect};
 use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsError, JsValue};
 use web_sys::HtmlCanvasElement;
@@ -21,7 +21,7 @@ pub struct Page {
 impl Page {
     /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
     /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
-    /// `against`, `camera`, `samples`, `order`, `canvas` (`webgl` keeps WebGPU from drawing the window).
+    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `canvas` (`webgl` keeps WebGPU from drawing the window).
     ///
     /// # Errors
     /// What the browser says where neither WebGPU nor WebGL draws.
@@ -69,6 +69,28 @@ impl Page {
     /// Methods that do not exist, with a list of those that do.
     pub fn choose(&self, side: usize, method: &str) -> Result<(), JsError> {
         self.viewer()?.choose(side, method).map_err(|error| JsError::new(&error.to_string()))
+    }
+
+    /// Calls a function with what happens from now on: `load` and a scene's name, `message` and its text, or `sharp`.
+    ///
+    /// # Errors
+    /// Viewers that have stopped.
+    pub fn listen(&self, told: Function) -> Result<(), JsError> {
+        self.viewer()?.listen(Box::new(move |event| {
+            let (kind, detail) = match event {
+                ViewerEvent::Loaded(name) => ("load", name),
+                ViewerEvent::Message(text) => ("message", text),
+                ViewerEvent::Sharp => ("sharp", ""),
+            };
+            // What it throws is the page's to care for.
+            let _ = told.call2(&JsValue::NULL, &kind.into(), &detail.into());
+        }));
+        Ok(())
+    }
+
+    /// Ends the viewer, its worker included.
+    pub fn end(&self) {
+        self.runner.destroy();
     }
 
     /// What is shown, as JSON: `scene`, `method`, `sharp`, `size`, `rect` (left, top, width and height in points),
@@ -150,5 +172,6 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         against,
         quality: Quality { samples: number("samples", 4), order: number("order", 2).min(16) },
         camera: text(options, "camera"),
+        panels: text(options, "panels").as_deref() != Some("off"),
     })
 }

@@ -4,8 +4,10 @@
 //! reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+#![expect(clippy::print_stdout, reason = "what was measured is printed")]
 
 mod hand;
+mod random;
 mod screen;
 mod session;
 
@@ -14,6 +16,7 @@ use libtest_mimic::{Arguments, Trial};
 fn main() {
     let arguments = Arguments::from_args();
     let mut trials = hand::trials();
+    trials.extend(random::trials());
     trials.extend(screen::trials());
     libtest_mimic::run(&arguments, trials).exit();
 }

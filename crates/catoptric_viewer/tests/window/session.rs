@@ -36,6 +36,7 @@ pub(crate) fn open_on(device: Option<RenderState>, scene: &str, method: &str, ag
         against: against.map(str::to_owned),
         quality: Quality { samples: 4, order: 2 },
         camera: None,
+        panels: true,
     };
     let gpu = device.as_ref().map(|RenderState { adapter, device, queue, .. }| {
         Gpu::of_window(adapter, device.clone(), queue.clone()).unwrap()

@@ -30,7 +30,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
             if ui.button("Copy command").on_hover_text("The command line that makes the same picture").clicked() {
                 match command::of(viewer) {
                     Ok(line) => ui.ctx().copy_text(line),
-                    Err(problem) => viewer.shown.say(problem),
+                    Err(problem) => viewer.say(problem),
                 }
             }
         });

@@ -1,0 +1,163 @@
+//! Random input, the same in every run: nothing panics, nothing stops, no frame of the window takes long.
+//!
+//! `CATOPTRIC_RANDOM_SECONDS` is how long it goes on (a few seconds otherwise), `CATOPTRIC_RANDOM_SCENES` a folder of
+//! which all scenes are opened, broken ones too. Runs of ten minutes and more also check that memory does not grow.
+
+use crate::session::{Session, open, settle};
+use catoptric::methods;
+use catoptric_scenes::builtin;
+use catoptric_viewer::studio::order::Source;
+use egui::{Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, TouchPhase, pos2, vec2};
+use egui_kittest::kittest::Queryable;
+use libtest_mimic::Trial;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A frame of the window that takes longer is a failure of long runs.
+const LONGEST_FRAME: Duration = Duration::from_secs(2);
+
+/// Memory may grow by this factor after the first sixth of a long run.
+const GROWTH: f64 = 1.1;
+
+pub(crate) fn trials() -> Vec<Trial> {
+    vec![crate::trial("random input for a while", random_input)]
+}
+
+/// Numbers that look random (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count.max(1) as u64) as usize
+    }
+
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+/// The scenes that are opened: built-in ones, or all files of a folder, and broken ones.
+fn sources(broken: &Path) -> Vec<Source> {
+    let mut sources: Vec<Source> = match std::env::var_os("CATOPTRIC_RANDOM_SCENES") {
+        Some(folder) => files(Path::new(&folder)).into_iter().map(Source::File).collect(),
+        None => Vec::new(),
+    };
+    sources.extend(builtin::all().iter().map(|info| Source::Builtin(format!("{}?tess=12", info.name))));
+    for (name, content) in [("cut.glb", &b"glTF\x02\0\0\0"[..]), ("empty.obj", b""), ("wrong.toml", b"gltf = 3")] {
+        let path = broken.join(name);
+        std::fs::write(&path, content).unwrap();
+        sources.push(Source::File(path));
+    }
+    sources.push(Source::File(broken.join("missing.glb")));
+    sources
+}
+
+/// All scenes in a folder and those in it, in order.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        if path.is_dir() {
+            found.extend(files(&path));
+        } else if ["glb", "gltf", "obj", "toml"].contains(&extension) {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The memory of this process in bytes, where the system tells.
+fn memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().trim_end_matches(" kB").parse::<f64>().ok().map(|kilobytes| kilobytes * 1024.0)
+}
+
+fn random_input() {
+    let seconds = std::env::var("CATOPTRIC_RANDOM_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(8.0);
+    let duration = Duration::from_secs_f64(seconds);
+    let folder = tempfile::tempdir().unwrap();
+    let sources = sources(folder.path());
+    let mut session = open("builtin:sphere_room?tess=12", "auto", None);
+    let mut random = Random(7);
+    let (start, mut longest, mut early) = (Instant::now(), Duration::ZERO, None);
+    while start.elapsed() < duration {
+        act(&mut session, &mut random, &sources);
+        for _ in 0..1 + random.below(6) {
+            let step = Instant::now();
+            session.step();
+            longest = longest.max(step.elapsed());
+            std::thread::sleep(Duration::from_millis(4));
+        }
+        if early.is_none() && start.elapsed() > duration / 6 {
+            early = memory();
+        }
+    }
+    // What draws is still there.
+    session.state_mut().open(Source::Builtin("sphere_room?tess=12".into()));
+    session.state_mut().choose(0, "auto").unwrap();
+    session.state_mut().choose(1, "").unwrap();
+    settle(&mut session, |viewer| viewer.is_sharp() && viewer.scene_name() == Some("builtin:sphere_room?tess=12"));
+    let grown = early.zip(memory()).map(|(early, late)| late / early);
+    println!("longest frame {longest:?}, memory {grown:?} times that of the first sixth");
+    if seconds >= 600.0 {
+        assert!(longest <= LONGEST_FRAME, "{longest:?}");
+        assert!(grown.is_none_or(|grown| grown <= GROWTH), "{grown:?}");
+    }
+}
+
+/// Does something.
+fn act(session: &mut Session, random: &mut Random, sources: &[Source]) {
+    let rect = session.state().picture_rect();
+    let at = pos2(rect.left() + rect.width() * random.unit(), rect.top() + rect.height() * random.unit());
+    let button = [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle][random.below(3)];
+    let press = |pressed| Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE };
+    match random.below(12) {
+        0..4 => {
+            session.event(Event::PointerMoved(at));
+            session.event(press(true));
+            session.step();
+            for _ in 0..random.below(12) {
+                let by = vec2(random.unit() - 0.5, random.unit() - 0.5) * 120.0;
+                session.event(Event::PointerMoved(at + by));
+                session.step();
+            }
+            session.event(press(false));
+        }
+        4 => session.event(Event::MouseWheel {
+            unit: MouseWheelUnit::Point,
+            delta: vec2(0.0, (random.unit() - 0.5) * 300.0),
+            phase: TouchPhase::Move,
+            source: MouseWheelSource::Wheel,
+            modifiers: Modifiers::NONE,
+        }),
+        5 => session.key_down([Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E][random.below(6)]),
+        6 => [Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E].into_iter().for_each(|key| session.key_up(key)),
+        7 => {
+            let keys = [Key::F, Key::Space, Key::M, Key::X, Key::H, Key::P, Key::Escape, Key::Num1, Key::Num2];
+            session.key_press(keys[random.below(keys.len())]);
+        }
+        8 => {
+            let id = methods::all()[random.below(methods::all().len())].id;
+            session.state_mut().choose(random.below(2), id).unwrap();
+        }
+        9 => {
+            let label = ["glass", "mirror", "plain", "Undo all changes"][random.below(4)];
+            if let Some(node) = session.query_by_label(label) {
+                node.click();
+            }
+        }
+        10 => session.state_mut().open(sources[random.below(sources.len())].clone()),
+        _ => session.event(Event::PointerGone),
+    }
+}
