@@ -21,7 +21,8 @@ pub struct Page {
 impl Page {
     /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
     /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
-    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `canvas` (`webgl` keeps WebGPU from drawing the window).
+    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `canvas` (`webgl` keeps WebGPU from
+    /// drawing the window).
     ///
     /// # Errors
     /// What the browser says where neither WebGPU nor WebGL draws.
