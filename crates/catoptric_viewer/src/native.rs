@@ -101,7 +101,13 @@ fn run(args: Args) -> Result<(), String> {
         let studio = StudioThread::start(gpu.transpose()?, Box::new(move || window.request_repaint()));
         Ok(Box::new(Viewer::new(Box::new(studio), device, start)) as Box<dyn eframe::App>)
     };
-    eframe::run_native("catoptric", options, Box::new(make)).map_err(|error| error.to_string())
+    eframe::run_native("catoptric", options, Box::new(make)).map_err(|error| match error {
+        eframe::Error::Wgpu(problem) => format!(
+            "the window cannot be drawn: {problem}. It needs a graphics driver, if only one that draws on the \
+             processor (Debian: apt-get install mesa-vulkan-drivers libvulkan1); `catoptric render` needs none"
+        ),
+        other => other.to_string(),
+    })
 }
 
 /// The adapter whose name has a part.

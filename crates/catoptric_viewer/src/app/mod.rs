@@ -231,6 +231,11 @@ impl Viewer {
         Ok(())
     }
 
+    /// Puts the divider of the split view, from 0 (left) to 1.
+    pub fn set_divider(&mut self, share: f32) {
+        self.divider = Some(share.clamp(0.02, 0.98));
+    }
+
     /// What the user was told, the newest last.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
         self.shown.messages.iter().map(String::as_str)
@@ -303,11 +308,7 @@ impl Viewer {
         let Choice { method, settings } = &self.choices[side];
         let mut all = scene.settings.get(method).cloned().unwrap_or_default();
         all.extend(settings.get(method).cloned().unwrap_or_default());
-        let mut quality = self.quality;
-        if methods::find(method).is_ok_and(|info| info.check_samples(quality.samples).is_err()) {
-            quality.samples = 4;
-        }
-        Drawn { method: method.clone(), settings: all, quality }
+        Drawn { method: method.clone(), settings: all, quality: self.quality }
     }
 
     fn take_dropped_files(&mut self, ctx: &Context) {

@@ -151,12 +151,10 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
 /// The method's name in a corner, with what the picture is like.
 fn label(ui: &Ui, rect: Rect, corner: Align2, picture: Option<&ShownPicture>, method: &str) {
     let text = match picture {
-        Some(picture) if picture.is_whole => {
-            format!("{method}, {} samples, {:.0} ms", picture.samples, picture.frame_ms)
-        }
+        Some(picture) if picture.is_whole => method.to_owned(),
         Some(picture) => {
             let [width, height] = picture.size;
-            format!("{method}, {width}x{height}, {:.0} ms", picture.frame_ms)
+            format!("{method}, {width}x{height}, {} samples", picture.samples)
         }
         None => format!("{method} ..."),
     };

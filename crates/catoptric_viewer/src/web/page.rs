@@ -161,7 +161,16 @@ fn text(options: &JsValue, key: &str) -> Option<String> {
 fn read_start(options: &JsValue) -> Result<Start, JsError> {
     let content = Reflect::get(options, &"content".into()).ok().filter(JsValue::is_object);
     let content = content.map(|content| js_sys::Uint8Array::new(&content).to_vec());
-    let number = |key: &str, default: u32| text(options, key).and_then(|text| text.parse().ok()).unwrap_or(default);
+    let number = |key: &str, default: u32| match text(options, key).map(|text| text.parse()) {
+        None => Ok(default),
+        Some(Ok(number)) => Ok(number),
+        Some(Err(_)) => Err(JsError::new(&format!("`{key}` must be a whole number"))),
+    };
+    let quality = Quality { samples: number("samples", 4)?, order: number("order", 2)? };
+    let counts = catoptric::raster::SAMPLE_COUNTS;
+    if !counts.contains(&quality.samples) || quality.order > 16 {
+        return Err(JsError::new(&format!("`samples` must be one of {counts:?}, and `order` at most 16")));
+    }
     let method = text(options, "method").unwrap_or_else(|| "auto".into());
     let against = text(options, "against");
     for id in [Some(&method), against.as_ref()].into_iter().flatten() {
@@ -171,7 +180,7 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         source: source(&text(options, "scene").unwrap_or_else(|| "builtin:sphere_room".into()), content),
         method,
         against,
-        quality: Quality { samples: number("samples", 4), order: number("order", 2).min(16) },
+        quality,
         camera: text(options, "camera"),
         panels: text(options, "panels").as_deref() != Some("off"),
     })

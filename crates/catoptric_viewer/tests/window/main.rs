@@ -6,6 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]
 
+mod film;
 mod hand;
 mod random;
 mod screen;
@@ -18,6 +19,7 @@ fn main() {
     let mut trials = hand::trials();
     trials.extend(random::trials());
     trials.extend(screen::trials());
+    trials.extend(film::trials());
     libtest_mimic::run(&arguments, trials).exit();
 }
 

@@ -19,6 +19,9 @@ const LONGEST_FRAME: Duration = Duration::from_secs(2);
 /// Memory may grow by this factor after the first sixth of a long run.
 const GROWTH: f64 = 1.1;
 
+/// Keys that move the eye as long as they are held.
+const FLIGHT: [Key; 6] = [Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E];
+
 pub(crate) fn trials() -> Vec<Trial> {
     vec![crate::trial("random input for a while", random_input)]
 }
@@ -103,7 +106,9 @@ fn random_input() {
             early = memory();
         }
     }
-    // What draws is still there.
+    // What draws is still there; a picture becomes sharp only where nothing flies.
+    FLIGHT.into_iter().for_each(|key| session.key_up(key));
+    session.event(Event::PointerGone);
     session.state_mut().open(Source::Builtin("sphere_room?tess=12".into()));
     session.state_mut().choose(0, "auto").unwrap();
     session.state_mut().choose(1, "").unwrap();
@@ -141,8 +146,8 @@ fn act(session: &mut Session, random: &mut Random, sources: &[Source]) {
             source: MouseWheelSource::Wheel,
             modifiers: Modifiers::NONE,
         }),
-        5 => session.key_down([Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E][random.below(6)]),
-        6 => [Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E].into_iter().for_each(|key| session.key_up(key)),
+        5 => session.key_down(FLIGHT[random.below(FLIGHT.len())]),
+        6 => FLIGHT.into_iter().for_each(|key| session.key_up(key)),
         7 => {
             let keys = [Key::F, Key::Space, Key::M, Key::X, Key::H, Key::P, Key::Escape, Key::Num1, Key::Num2];
             session.key_press(keys[random.below(keys.len())]);

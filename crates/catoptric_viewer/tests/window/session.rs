@@ -6,20 +6,21 @@ use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::{PoseOptions, Scene};
 use catoptric_scenes::builtin;
-use catoptric_viewer::app::{Start, StudioThread, Viewer};
+pub(crate) use catoptric_viewer::app::Start;
+use catoptric_viewer::app::{StudioThread, Viewer};
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::{Source, Wish};
 use eframe::egui_wgpu::RenderState;
 use egui_kittest::Harness;
 use egui_kittest::wgpu::WgpuTestRenderer;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The scene of most tests.
 pub(crate) const SCENE: &str = "sphere_room?tess=16";
 
-/// Waits so often, a few milliseconds each, before a test gives up.
-const PATIENCE: usize = 3_000;
+/// A test that waits longer gives up: far longer than anything takes on a machine at work.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 pub(crate) type Session = Harness<'static, Viewer>;
 
@@ -30,14 +31,23 @@ pub(crate) fn open(scene: &str, method: &str, against: Option<&str>) -> Session 
 
 /// The same, drawn by the window's device.
 pub(crate) fn open_on(device: Option<RenderState>, scene: &str, method: &str, against: Option<&str>) -> Session {
-    let start = Start {
+    open_as(device, start(scene, method, against))
+}
+
+/// What a window begins with.
+pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
+    Start {
         source: Source::of_word(scene),
         method: method.into(),
         against: against.map(str::to_owned),
         quality: Quality { samples: 4, order: 2 },
         camera: None,
         panels: true,
-    };
+    }
+}
+
+/// A window that begins with something, once everything is sharp.
+pub(crate) fn open_as(device: Option<RenderState>, start: Start) -> Session {
     let gpu = device.as_ref().map(|RenderState { adapter, device, queue, .. }| {
         Gpu::of_window(adapter, device.clone(), queue.clone()).unwrap()
     });
@@ -54,7 +64,8 @@ pub(crate) fn open_on(device: Option<RenderState>, scene: &str, method: &str, ag
 
 /// Lets time go on until something is so.
 pub(crate) fn settle(session: &mut Session, is_so: impl Fn(&Viewer) -> bool) {
-    for _ in 0..PATIENCE {
+    let start = Instant::now();
+    while start.elapsed() < PATIENCE {
         session.step();
         if is_so(session.state()) {
             return;

@@ -175,7 +175,9 @@ fn status(viewer: &Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let now = ui.ctx().input(|input| input.time);
         if let Some(picture) = &viewer.shown.pictures[0] {
-            ui.label(format!("{} frames a second, {}", viewer.shown.frames_a_second(now), picture.processor));
+            let frames = viewer.shown.frames_a_second(now);
+            let moving = if frames > 2.0 { format!("{frames} frames a second, ") } else { String::new() };
+            ui.label(format!("{moving}{:.0} ms, {}", picture.frame_ms, picture.processor));
         }
         if let Some((stage, share)) = &viewer.shown.busy {
             match share {

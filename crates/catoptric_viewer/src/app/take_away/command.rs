@@ -8,11 +8,17 @@ use glam::Vec3;
 /// The command that draws the left side, to be typed or pasted.
 ///
 /// # Errors
-/// What the program cannot be told: scenes that are no files, and orthographic cameras that were moved.
+/// What the program cannot be told: scenes that are no files, what was moved or painted, and orthographic cameras that
+/// were moved.
 pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
     let wish = viewer.sent.as_ref().ok_or("there is no picture yet")?;
     if let Source::Bytes { name, .. } = &viewer.source {
         return Err(format!("`{name}` came from the browser: save it as a file to draw it by a command"));
+    }
+    if !wish.changes.looks.is_empty() || !wish.changes.moves.is_empty() {
+        return Err(
+            "what was moved or painted by hand cannot be written as a command: save the scene and draw its file".into(),
+        );
     }
     let camera = viewer.camera.filter(|_| viewer.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
     let words = words(wish, &viewer.source.word(), camera, viewer.camera.is_some())?;
