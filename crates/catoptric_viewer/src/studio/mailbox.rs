@@ -54,9 +54,15 @@ impl Mailbox {
         self.arrived.notify_all();
     }
 
-    /// Puts an order behind the others.
+    /// Puts an order behind the others. Scenes that wait to be loaded are forgotten for a newer one.
     pub fn send(&self, order: Order) {
-        self.put(|inbox| inbox.orders.push_back(order));
+        let is_load = |order: &Order| matches!(order, Order::Load { .. });
+        self.put(|inbox| {
+            if is_load(&order) {
+                inbox.orders.retain(|other| !is_load(other));
+            }
+            inbox.orders.push_back(order);
+        });
     }
 
     /// Replaces the wish.
@@ -150,6 +156,12 @@ mod tests {
         assert!(matches!(mailbox.take(None), Mail::Order(Order::Pick { number: 1, .. })));
         assert!(matches!(mailbox.take(None), Mail::Wish(found) if *found == wish("auto", 1.0)));
         assert!(matches!(mailbox.take(Some(Duration::from_millis(1))), Mail::Nothing));
+        for number in [3, 4] {
+            let source = super::super::order::Source::Builtin("vase".into());
+            mailbox.send(Order::Load { number, source });
+        }
+        assert!(matches!(mailbox.take(None), Mail::Order(Order::Load { number: 4, .. })));
+        assert!(matches!(mailbox.take(Some(Duration::ZERO)), Mail::Nothing));
         mailbox.close();
         assert!(matches!(mailbox.take(None), Mail::Closed));
     }

@@ -53,7 +53,8 @@ pub(crate) fn open_as(device: Option<RenderState>, start: Start) -> Session {
     });
     let studio = StudioThread::start(gpu, Box::new(|| ()));
     let viewer = Viewer::new(Box::new(studio), device.clone(), start);
-    let mut builder = Harness::builder().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);
+    // Files may have names of any letters.
+    let mut builder = Harness::builder().allow_missing_glyphs().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);
     if let Some(device) = device {
         builder = builder.renderer(WgpuTestRenderer::from_render_state(device));
     }
