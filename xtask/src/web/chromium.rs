@@ -163,10 +163,10 @@ impl Page {
         Ok(result["result"]["value"].take())
     }
 
-    /// Waits until an expression is true.
+    /// Waits until an expression is true: until then it may also fail, where the page is not that far.
     pub(super) fn wait_for(&mut self, expression: &str) -> Result<()> {
         let start = Instant::now();
-        while self.value(expression)? != json!(true) {
+        while !self.value(expression).is_ok_and(|value| value == json!(true)) {
             if start.elapsed() > PATIENCE {
                 let words = self.value("document.getElementById('words')?.textContent ?? ''")?;
                 bail!("it never came to be: {expression}; the page says {words}; {:?}", self.complaints);
