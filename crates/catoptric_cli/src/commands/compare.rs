@@ -218,10 +218,7 @@ fn unique(taken: &mut HashSet<String>, stem: String) -> String {
 
 /// The command as it can be typed again.
 fn command_line(words: impl Iterator<Item = String>) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
-    let quoted = words.map(|word| {
-        if !word.is_empty() && word.chars().all(plain) { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
-    });
+    let quoted = words.map(|word| output::shell_word(&word));
     std::iter::once("catoptric".to_owned()).chain(quoted).collect::<Vec<_>>().join(" ")
 }
 

@@ -76,7 +76,10 @@ pub struct Viewer {
     /// The window's device, where pictures may lie.
     device: Option<RenderState>,
     start: Start,
+    /// Where the scene that is shown comes from.
     source: Source,
+    /// Scenes that were asked for and have not come, with the numbers of their loads.
+    asked: BTreeMap<u64, Source>,
     /// The number of the last load.
     loads: u64,
     scene: Option<SceneSummary>,
@@ -120,6 +123,7 @@ impl Viewer {
             window: None,
             device,
             source: start.source.clone(),
+            asked: BTreeMap::new(),
             loads: 0,
             scene: None,
             navigator: None,
@@ -180,7 +184,7 @@ impl Viewer {
 
     /// The same as 8-bit sRGB, four bytes a pixel.
     pub fn pixels(&self, side: usize) -> Option<&[u8]> {
-        self.shown.pictures.get(side)?.as_ref().map(|picture| &*picture.rgba)
+        self.shown.pictures.get(side)?.as_ref().map(|picture| picture.rgba.as_slice())
     }
 
     /// The name of the scene that is shown.
@@ -244,7 +248,7 @@ impl Viewer {
     /// Loads a scene; the one that is shown stays until it is there.
     pub fn open(&mut self, source: Source) {
         self.loads += 1;
-        self.source = source.clone();
+        self.asked.insert(self.loads, source.clone());
         self.link.send(Order::Load { number: self.loads, source });
         self.wake_up();
     }

@@ -20,7 +20,10 @@ impl Viewer {
                     self.say(format!("drawing has stopped because of an error; please start again: {problem}"));
                 }
                 News::Loaded(summary) => self.begin_scene(*summary),
-                News::NotLoaded { problem, .. } => self.say(problem),
+                News::NotLoaded { number, problem } => {
+                    self.asked.remove(&number);
+                    self.say(problem);
+                }
                 News::Drawn(picture) => {
                     if self.is_current(picture.wish.scene) {
                         picture.report.warnings.iter().for_each(|warning| self.shown.say(warning.as_str()));
@@ -53,6 +56,11 @@ impl Viewer {
 
     /// Shows a scene that was loaded.
     fn begin_scene(&mut self, summary: SceneSummary) {
+        // Those before it will not come any more.
+        let later = self.asked.split_off(&(summary.number + 1));
+        if let Some(source) = std::mem::replace(&mut self.asked, later).remove(&summary.number) {
+            self.source = source;
+        }
         self.shown = Shown::default();
         summary.warnings.iter().for_each(|warning| self.say(warning.as_str()));
         self.changes = Changes::default();

@@ -37,6 +37,10 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
         steer(viewer, ui, &response, rect);
     }
     paint(viewer, ui, rect, divider);
+    // Where no panel says it.
+    if let Some(message) = viewer.shown.messages.back().filter(|_| !viewer.shows_panels) {
+        caption(ui, rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, message);
+    }
 }
 
 /// Moves the divider. Returns true while the hand is on it.

@@ -36,7 +36,7 @@ pub(super) struct ShownPicture {
     pub(super) wish: Arc<Wish>,
     pub(super) size: [u32; 2],
     pub(super) linear: Option<Arc<Framebuffer>>,
-    pub(super) rgba: Arc<[u8]>,
+    pub(super) rgba: Vec<u8>,
     pub(super) is_whole: bool,
     pub(super) samples: u32,
     pub(super) report: Report,
@@ -63,6 +63,13 @@ impl ShownImage {
         match self {
             Self::Copied(handle) => handle.id(),
             Self::Drawn { id, .. } => *id,
+        }
+    }
+
+    /// Puts other pixels into the window's texture.
+    fn replace(&mut self, pixels: ColorImage) {
+        if let Self::Copied(handle) = self {
+            handle.set(pixels, TextureOptions::LINEAR);
         }
     }
 
@@ -125,8 +132,17 @@ impl Shown {
         let image = match (texture, device) {
             (Some(texture), Some(device)) => ShownImage::drawn(&texture, device),
             _ => {
-                let image = ColorImage::from_rgba_premultiplied(size.map(|length| length as usize), &rgba);
-                ShownImage::Copied(ctx.load_texture(format!("side {side}"), image, TextureOptions::LINEAR))
+                let pixels = ColorImage::from_rgba_premultiplied(size.map(|length| length as usize), &rgba);
+                match place.take().map(|before| before.image) {
+                    Some(mut before @ ShownImage::Copied(_)) => {
+                        before.replace(pixels);
+                        before
+                    }
+                    _ => {
+                        let name = format!("side {side}");
+                        ShownImage::Copied(ctx.load_texture(name, pixels, TextureOptions::LINEAR))
+                    }
+                }
             }
         };
         if side == 0 {
@@ -139,18 +155,7 @@ impl Shown {
                 self.frames.pop_front();
             }
         }
-        *place = Some(ShownPicture {
-            image,
-            wish,
-            size,
-            linear,
-            rgba: rgba.into(),
-            is_whole,
-            samples,
-            report,
-            frame_ms,
-            processor,
-        });
+        *place = Some(ShownPicture { image, wish, size, linear, rgba, is_whole, samples, report, frame_ms, processor });
     }
 
     /// Frames of the left side in a second, over the last one.

@@ -56,7 +56,6 @@ impl Mailbox {
 
     /// Puts an order behind the others. Scenes that wait to be loaded are forgotten for a newer one.
     pub fn send(&self, order: Order) {
-        let is_load = |order: &Order| matches!(order, Order::Load { .. });
         self.put(|inbox| {
             if is_load(&order) {
                 inbox.orders.retain(|other| !is_load(other));
@@ -119,7 +118,6 @@ impl Mailbox {
     /// where `for_anything` is true, anything at all.
     pub(super) fn supersedes(&self, wish: &Wish, side: usize, for_anything: bool) -> bool {
         let inbox = self.lock();
-        let is_load = |order: &Order| matches!(order, Order::Load { .. });
         if inbox.is_closed || inbox.orders.iter().any(|order| for_anything || is_load(order)) {
             return true;
         }
@@ -130,6 +128,10 @@ impl Mailbox {
                 || next.sides.get(side) != wish.sides.get(side)
         })
     }
+}
+
+fn is_load(order: &Order) -> bool {
+    matches!(order, Order::Load { .. })
 }
 
 #[cfg(test)]

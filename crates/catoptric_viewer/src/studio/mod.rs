@@ -19,6 +19,7 @@ pub use drawing::Gpu;
 pub use mailbox::Mailbox;
 
 use catoptric::error::RenderError;
+use catoptric::framebuffer::Framebuffer;
 use drawing::{Fineness, Side, Tools};
 use mailbox::Mail;
 use news::{News, Picture};
@@ -50,7 +51,14 @@ struct Current {
     /// What is still to be drawn: sides and fineness, the next one last.
     left: Vec<(usize, Fineness)>,
     /// The finest pictures so far.
-    done: [Option<Picture>; 2],
+    done: [Option<Done>; 2],
+}
+
+/// What is known of a picture that was told: without its bytes, which are copied for nobody.
+struct Done {
+    size: [u32; 2],
+    samples: u32,
+    linear: Option<Arc<Framebuffer>>,
 }
 
 /// What a turn of the studio has come to.
@@ -158,18 +166,13 @@ impl Studio {
         let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
         match self.sides[side].draw((&wish, side), &scene, fineness, tools) {
             Ok(picture) => {
-                (self.tell)(News::Drawn(Box::new(picture.clone())));
-                if let Some(current) = &mut self.current {
-                    current.done[side] = Some(picture);
-                }
+                let Picture { size, samples, linear, .. } = &picture;
+                current.done[side] = Some(Done { size: *size, samples: *samples, linear: linear.clone() });
+                (self.tell)(News::Drawn(Box::new(picture)));
                 self.finish();
             }
             // What waits is begun in the next turn; if that changes nothing, this is done again.
-            Err(RenderError::Cancelled(_)) => {
-                if let Some(current) = &mut self.current {
-                    current.left.push((side, fineness));
-                }
-            }
+            Err(RenderError::Cancelled(_)) => current.left.push((side, fineness)),
             Err(error) => self.fail(side, error.to_string()),
         }
     }
@@ -188,7 +191,8 @@ impl Studio {
         if !current.left.is_empty() {
             return;
         }
-        if let (true, [Some(left), Some(right)]) = (current.wish.compares, &current.done) {
+        let [left, right] = current.done.each_ref().map(|done| done.as_ref()?.linear.clone());
+        if let (true, Some(left), Some(right)) = (current.wish.compares, left, right) {
             drawing::compare(&current.wish, [left, right], self.tell.clone());
         }
         (self.tell)(News::Idle);
@@ -199,6 +203,6 @@ impl Current {
     /// True if the side's picture is as fine already.
     fn has(&self, side: usize, fineness: Fineness) -> bool {
         let Fineness::Whole { samples } = fineness else { return false };
-        self.done[side].as_ref().is_some_and(|picture| picture.size == self.wish.size && picture.samples >= samples)
+        self.done[side].as_ref().is_some_and(|done| done.size == self.wish.size && done.samples >= samples)
     }
 }

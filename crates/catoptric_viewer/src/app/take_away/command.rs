@@ -2,6 +2,7 @@
 
 use super::super::Viewer;
 use crate::studio::order::{RoleChange, Source, Wish};
+use catoptric::output::shell_word;
 use catoptric::scene::{Projection, Role};
 use glam::Vec3;
 
@@ -22,7 +23,7 @@ pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
     }
     let camera = viewer.camera.filter(|_| viewer.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
     let words = words(wish, &viewer.source.word(), camera, viewer.camera.is_some())?;
-    Ok(words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" "))
+    Ok(words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" "))
 }
 
 fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -> Result<Vec<String>, String> {
@@ -66,10 +67,4 @@ fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -
     option("order", drawn.quality.order.to_string());
     words.extend(["-o", "picture.png"].map(String::from));
     Ok(words)
-}
-
-/// A word as shells take it.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.into() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }

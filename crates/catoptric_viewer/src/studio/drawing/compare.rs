@@ -1,15 +1,15 @@
 //! The error of the left side against the right one.
 
 use crate::studio::Tell;
-use crate::studio::news::{Compared, News, Picture};
+use crate::studio::news::{Compared, News};
 use crate::studio::order::Wish;
+use catoptric::framebuffer::Framebuffer;
 use catoptric::metrics::{Comparison, heat_map_rgb8};
 use std::sync::Arc;
 
 /// Compares two whole pictures and tells the result, beside other work: a moving eye does not wait for it.
-pub(in crate::studio) fn compare(wish: &Arc<Wish>, [left, right]: [&Picture; 2], tell: Tell) {
-    let (wish, left, right) = (wish.clone(), left.linear.clone(), right.linear.clone());
-    let (Some(left), Some(right)) = (left, right) else { return };
+pub(in crate::studio) fn compare(wish: &Arc<Wish>, [left, right]: [Arc<Framebuffer>; 2], tell: Tell) {
+    let wish = wish.clone();
     let work = move || {
         let Ok(comparison) = Comparison::new(&left, &right) else { return };
         let error = comparison.whole();

@@ -71,11 +71,12 @@ enum Means {
     Gpu(Box<DeviceScene>),
 }
 
-/// What is drawn: linear colours, or a texture of the window's device.
-#[derive(Default)]
-struct Canvas {
-    linear: Option<Framebuffer>,
-    texture: Option<wgpu::Texture>,
+/// What is drawn.
+enum Canvas {
+    /// Linear colours.
+    Linear(Framebuffer),
+    /// A texture of the window's device.
+    Texture(wgpu::Texture),
 }
 
 impl Means {
@@ -94,6 +95,10 @@ impl Means {
 
     /// Draws a view: of drafts on the window's device a texture alone.
     fn draw(&mut self, view: &View, is_draft: bool, progress: &dyn Progress) -> Result<(Canvas, Report), RenderError> {
+        if let (Self::Gpu(device), true) = (&mut *self, is_draft) {
+            let (texture, report) = device.texture(view, progress)?;
+            return Ok((Canvas::Texture(texture), report));
+        }
         let mut linear = Framebuffer::new(view.width, view.height);
         let report = match self {
             Self::Cpu(prepared) => {
@@ -102,13 +107,9 @@ impl Means {
                 report.add(frame.draw(&mut linear, progress)?);
                 report
             }
-            Self::Gpu(device) if is_draft => {
-                let (texture, report) = device.texture(view, progress)?;
-                return Ok((Canvas { linear: None, texture: Some(texture) }, report));
-            }
             Self::Gpu(device) => device.read(view, &mut linear, progress)?,
         };
-        Ok((Canvas { linear: Some(linear), texture: None }, report))
+        Ok((Canvas::Linear(linear), report))
     }
 }
 
@@ -154,7 +155,7 @@ impl Side {
         let view = scene.view(&wish.camera, width, height);
         let of_frame = Stopwatch::new();
         let drawn_view = prepared.means.draw(&view, fineness == Fineness::Draft, &drawing);
-        let (Canvas { linear, texture }, of_view) = match drawn_view {
+        let (canvas, of_view) = match drawn_view {
             Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
                 // What the device could not do, the processor does from now on.
                 self.prepare_on_cpu(drawn, scene, quality, vec![format!("drawn on the CPU: {problem}")], &preparing)?;
@@ -168,13 +169,17 @@ impl Side {
             self.pace.note(scale, of_frame.elapsed_ms());
         }
         report.warnings.splice(0..0, prepared.warnings.iter().cloned());
+        let (rgba, linear, texture) = match canvas {
+            Canvas::Linear(linear) => (linear.to_srgba8(), Some(Arc::new(linear)), None),
+            Canvas::Texture(texture) => (Vec::new(), None, Some(texture)),
+        };
         Ok(Picture {
             side,
             wish: wish.clone(),
             is_whole: (width, height) == (wish.size[0], wish.size[1]) && quality.samples >= drawn.quality.samples,
             samples: quality.samples,
-            rgba: linear.as_ref().map(Framebuffer::to_srgba8).unwrap_or_default(),
-            linear: linear.map(Arc::new),
+            rgba,
+            linear,
             texture,
             size: [width, height],
             report,
