@@ -182,6 +182,11 @@ impl Viewer {
         (self.sent.as_ref() == Some(&compared.wish)).then_some(compared.flip_mean)
     }
 
+    /// The wish that the picture of a side was drawn for, which may be older than the present one.
+    pub fn picture_wish(&self, side: usize) -> Option<&Arc<Wish>> {
+        Some(&self.shown.pictures.get(side)?.as_ref()?.wish)
+    }
+
     /// The same as 8-bit sRGB, four bytes a pixel.
     pub fn pixels(&self, side: usize) -> Option<&[u8]> {
         self.shown.pictures.get(side)?.as_ref().map(|picture| picture.rgba.as_slice())
