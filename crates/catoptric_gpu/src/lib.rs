@@ -13,5 +13,7 @@ pub mod shader;
 pub mod tables;
 
 #[cfg(feature = "wgpu")]
-pub use device::{AdapterDescription, Context, DeviceMethod, Renderer, VertexAppearance, adapters, create};
+pub use device::{
+    AdapterDescription, Context, DeviceMethod, Encoding, Pixels, Reading, Renderer, VertexAppearance, adapters, create,
+};
 pub use error::GpuError;

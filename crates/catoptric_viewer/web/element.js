@@ -10,7 +10,7 @@ const STYLE = `
 
 /**
  * Attributes: `src` (an address or `builtin:NAME`), `method`, `against` (a second method: a split view), `camera` (name
- * or index), `samples`, `order`, `controls` (shows the panels). The first three may change at any time.
+ * or index), `samples`, `order`, `processor` (`gpu` or `cpu`), `controls` (shows the panels). The first three may change at any time.
  * Events: `load` (detail: the scene's name), `sharp`, `message` and `error` (detail: their words).
  */
 export class CatoptricViewer extends HTMLElement {
@@ -35,7 +35,7 @@ export class CatoptricViewer extends HTMLElement {
     const say = (text) => { this.#words.textContent = text; };
     const value = (name) => this.getAttribute(name) ?? '';
     const options = { scene: value('src'), panels: this.hasAttribute('controls') ? '' : 'off' };
-    for (const name of ['method', 'against', 'camera', 'samples', 'order']) options[name] = value(name);
+    for (const name of ['method', 'against', 'camera', 'samples', 'order', 'processor']) options[name] = value(name);
     try {
       const viewer = await show(canvas, options, say);
       if (!this.isConnected) return viewer.end();

@@ -44,7 +44,7 @@ onmessage = async ({ data }) => {
     try {
       await init({ module_or_path: data[0] });
       install_panic_hook();
-      studio = new StudioWorker(data[1], (text, bytes) => postMessage([text, bytes], [bytes.buffer]));
+      studio = await StudioWorker.start(data[1], (text, bytes) => postMessage([text, bytes], [bytes.buffer]), data[2]);
     } catch (error) {
       return fail(error);
     }

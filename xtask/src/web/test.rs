@@ -40,6 +40,7 @@ pub(super) fn test(dist: &Path) -> Result<()> {
     for graphics in [Graphics::WebGpu, Graphics::WebGl] {
         shows_the_picture(&base, graphics).with_context(|| format!("with {graphics:?}"))?;
     }
+    draws_by_webgpu(&base).context("scenes by WebGPU")?;
     stands_in_a_page(&base).context("the element")?;
     says_what_is_missing(&base).context("without graphics")?;
     server.unblock();
@@ -76,6 +77,36 @@ fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
     page.value(&format!("catoptric.open('ball.toml', new TextEncoder().encode(\"{ball}\"))"))?;
     page.wait_for(&format!("(state => state.sharp && state.scene === 'ball.toml')({STATE})"))?;
     println!("ok: {graphics:?}: a file is opened");
+    ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);
+    Ok(())
+}
+
+/// Scenes drawn by WebGPU itself, on a driver that draws on the processor, which must be asked for.
+fn draws_by_webgpu(base: &str) -> Result<()> {
+    let mut page = Page::open(Graphics::WebGpu, SIZE)?;
+    let start = Instant::now();
+    page.visit(&format!("{base}?scene=builtin:sphere_room&method=multiperspective&processor=gpu"))?;
+    page.wait_for("typeof catoptric === 'object' && catoptric.pixels(0) !== undefined")?;
+    let first = start.elapsed().as_secs_f64();
+    let drawn_by = |sharp: bool, processor: &str| {
+        format!("(state => (state.sharp || !{sharp}) && /{processor}/.test(state.processor))({STATE})")
+    };
+    page.wait_for(&drawn_by(true, "BrowserWebGpu"))?;
+    println!(
+        "ok: by WebGPU: first picture {first:.1} s after the page was asked for, sharp after {:.1}",
+        start.elapsed().as_secs_f64()
+    );
+    for method in ["multiperspective", "environment_map", "planar_mirror", "reflector_search"] {
+        page.value(&format!("catoptric.choose(0, '{method}')"))?;
+        page.wait_for(&format!("(state => state.sharp && state.method === '{method}')({STATE})"))?;
+        page.wait_for(&drawn_by(true, "BrowserWebGpu"))?;
+        let off = matches_the_library(&mut page, method)?;
+        println!("ok: by WebGPU: {method}: {:.3} % of its pixels are off", off * 100.0);
+    }
+    page.value("catoptric.choose(0, 'reference')")?;
+    page.wait_for(&format!("(state => state.method === 'reference')({STATE})"))?;
+    page.wait_for(&drawn_by(true, "CPU"))?;
+    println!("ok: by WebGPU: what it does not draw, the CPU does");
     ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);
     Ok(())
 }

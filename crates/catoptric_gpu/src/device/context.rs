@@ -2,10 +2,10 @@
 
 use super::adapter::{AdapterDescription, choose};
 use super::pipelines::Pipelines;
+use super::reading::{Label, Readback};
 use crate::error::GpuError;
 use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError};
-use wgpu::BufferUsages;
 
 /// A device that draws: made once, shared by all methods.
 #[derive(Debug)]
@@ -126,19 +126,12 @@ impl Context {
         count: usize,
     ) -> Result<Vec<T>, GpuError> {
         let size = (count * size_of::<T>()) as u64;
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("numbers to be read"),
-            size,
-            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        encoder.copy_buffer_to_buffer(source, offset, &buffer, 0, size);
+        let mut readback = Readback::default();
+        readback.buffer(self, &mut encoder, Label::Records, (source, offset, size));
         self.queue.submit([encoder.finish()]);
-        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+        readback.begin();
         self.wait()?;
-        let mapped = buffer.get_mapped_range(..);
-        let mapped = mapped.map_err(|error| GpuError::Device { problem: error.to_string() })?;
-        Ok(bytemuck::pod_collect_to_vec(&mapped))
+        readback.records(Label::Records)
     }
 
     /// Waits until all work is done.

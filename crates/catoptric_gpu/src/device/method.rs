@@ -6,9 +6,10 @@ use super::frame::layers::DeviceLayers;
 use super::frame::maps::DeviceMaps;
 use super::frame::mirrors::DeviceMirrors;
 use super::frame::timer::Timer;
-use super::frame::virtual_mesh::{OnDevice, Search, VirtualCounts};
+use super::frame::virtual_mesh::{OnDevice, Search};
 use super::frame::{self, Drawing, Found, Geometry, Sight, VertexAppearance};
 use super::projection::{PreparedProjection, Projection};
+use super::reading::{Encoding, Readback, Reading};
 use super::upload::{DeviceScene, Reflections};
 use crate::error::GpuError;
 use crate::tables::Moved;
@@ -214,7 +215,7 @@ fn choices(scene: &Scene) -> Vec<Choice> {
 }
 
 /// A failure of the device as that of a method.
-fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
+pub(crate) fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
     RenderError::Limit { method: info.id, problem: error.to_string() }
 }
 
@@ -431,6 +432,30 @@ impl DeviceFrame<'_> {
         drawing.report.add(of_drawing);
         Ok(drawing)
     }
+
+    /// Begins to draw the view, which has pixels, and to read it.
+    pub(crate) fn begin_reading(&self, encoding: Encoding, progress: &dyn Progress) -> Result<Reading, RenderError> {
+        let Self { method: DeviceMethod { context, info, .. }, view, .. } = self;
+        let context = context.clone();
+        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let mut timer = Timer::new(&context);
+        let drawing = self.encode(&mut encoder, &mut timer, progress)?;
+        let watch = Stopwatch::new();
+        let mut readback = Readback::default();
+        match encoding {
+            Encoding::Linear => readback.picture(&context, &mut encoder, (drawing.colors(), 16)),
+            Encoding::Srgba8 => {
+                let picture = drawing.shown(&context, &mut encoder);
+                readback.picture(&context, &mut encoder, (&picture, 4));
+            }
+        }
+        drawing.copy_counts(&context, &mut encoder, &mut readback);
+        timer.copy(&context, &mut encoder, &mut readback);
+        context.queue.submit([encoder.finish()]);
+        readback.begin();
+        let size = [view.width, view.height];
+        Ok(Reading { context, info, readback, timer, drawing, encoding, size, watch })
+    }
 }
 
 impl Frame for DeviceFrame<'_> {
@@ -439,7 +464,7 @@ impl Frame for DeviceFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let Self { method: DeviceMethod { context, info, .. }, view, .. } = self;
+        let Self { method: DeviceMethod { info, .. }, view, .. } = self;
         let pixels = view.width as usize * view.height as usize;
         if (target.width, target.height) != (view.width, view.height) || target.pixels.len() != pixels {
             let problem = format!("the view has {} x {} pixels, the target others", view.width, view.height);
@@ -448,31 +473,9 @@ impl Frame for DeviceFrame<'_> {
         if pixels == 0 {
             return Ok(Report::default());
         }
-        let mut timer = Timer::new(context);
-        let mut encoder = context.device.create_command_encoder(&Default::default());
-        let drawing = self.encode(&mut encoder, &mut timer, progress)?;
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
-        let watch = Stopwatch::new();
-        context.queue.submit([encoder.finish()]);
-        let drawn = drawing.read(context, &timer, &mut target.pixels).map_err(|error| self.failed(&error))?;
+        let report = self.begin_reading(Encoding::Linear, progress)?.fill(&mut target.pixels)?;
         stage.advance(1)?;
-        let Drawing { mut report, .. } = drawing;
-        let counts = drawn.counts;
-        report.counts.extend([
-            ("tiles", u64::from(counts.tiles)),
-            ("blocks_traced", u64::from(counts.traced_blocks)),
-            ("candidates", u64::from(counts.candidates)),
-            ("pairs", u64::from(counts.pairs)),
-        ]);
-        if let Some(VirtualCounts { drawn, projected, unfinished, left_reflectors }) = drawn.virtual_counts {
-            report
-                .counts
-                .extend([("virtual_triangles", u64::from(drawn)), ("vertices_projected", u64::from(projected))]);
-            report.add_fallback("undivided_pieces", u64::from(unfinished));
-            report.add_fallback("paths_drawn_by_tiles", u64::from(left_reflectors));
-        }
-        report.stages_ms.push(("gpu", watch.elapsed_ms()));
-        report.stages_ms.extend(drawn.stages_ms);
         Ok(report)
     }
 

@@ -1,18 +1,17 @@
 //! Drawing into textures of the caller's, among other work: for engines and windows.
 
-use super::context::Context;
 use super::frame::VertexAppearance;
 use super::frame::timer::Timer;
 use super::method::{DeviceMethod, PreparedScene};
-use super::upload::group;
+use super::reading::{Encoding, Reading};
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
-use catoptric::methods::{Frame, Prepared, Quality, Report};
+use catoptric::methods::{Frame, Method, Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
 use std::sync::Arc;
-use wgpu::{BindingResource, LoadOp, Operations, StoreOp, TextureFormat};
+use wgpu::TextureFormat;
 
 /// A scene on a device, drawn by a method into textures that the caller owns.
 ///
@@ -85,6 +84,28 @@ impl Renderer {
         Ok(report)
     }
 
+    /// Begins to draw a view and to read it, and waits for nothing: for programs that must not, as in browsers. Other
+    /// views may be drawn meanwhile.
+    ///
+    /// # Errors
+    /// As [`Self::draw`]; [`RenderError::Limit`] for views without pixels.
+    pub fn begin_reading(
+        &mut self,
+        view: &View,
+        encoding: Encoding,
+        progress: &dyn Progress,
+    ) -> Result<Reading, RenderError> {
+        if view.width == 0 || view.height == 0 {
+            let problem = "the view has no pixels".into();
+            return Err(RenderError::Limit { method: self.prepared.method.info().id, problem });
+        }
+        let frame = self.prepared.device_frame(view, progress)?;
+        let mut reading = frame.begin_reading(encoding, progress)?;
+        let of_drawing = std::mem::replace(&mut reading.drawing.report, Frame::report(&frame).clone());
+        reading.drawing.report.add(of_drawing);
+        Ok(reading)
+    }
+
     /// Adds the drawing of a view to `encoder`, into a target of the view's size that can be rendered to. Colours are
     /// linear; targets of an sRGB format encode them. Methods that project may find geometry on the processor
     /// meanwhile.
@@ -105,23 +126,7 @@ impl Renderer {
         let frame = self.prepared.device_frame(view, progress)?;
         let mut report = Frame::report(&frame).clone();
         let drawing = frame.encode(encoder, &mut Timer::none(), progress)?;
-        let Context { device, pipelines, .. } = &*context;
-        let colors = drawing.colors();
-        let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("present"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(wgpu::Color::BLACK), store: StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        pass.set_pipeline(&pipelines.present(device, format));
-        pass.set_bind_group(0, &picture, &[]);
-        pass.draw(0..3, 0..1);
-        drop(pass);
+        drawing.present(&context, encoder, (target, format));
         context.check().map_err(|error| frame.failed(&error))?;
         report.add(drawing.report);
         Ok(report)

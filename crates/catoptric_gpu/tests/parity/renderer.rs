@@ -1,10 +1,10 @@
 //! Pictures in textures of the caller's: two views drawn before any is submitted.
 
 use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{self, Method, Quality};
+use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::View;
-use catoptric_gpu::{Context, Renderer};
+use catoptric_gpu::{Context, Encoding, Pixels, Renderer};
 use catoptric_scenes::builtin;
 use libtest_mimic::{Failed, Trial};
 use std::sync::Arc;
@@ -26,34 +26,76 @@ const DRAWN: [(&str, &str); 6] = [
 ];
 
 pub(crate) fn trials(context: &Arc<Context>) -> impl Iterator<Item = Trial> {
-    DRAWN.into_iter().map(|(id, scene)| {
-        let context = context.clone();
-        Trial::test(format!("textures of the caller's, {id}: {scene}"), move || draw(&context, id, scene))
+    DRAWN.into_iter().flat_map(|(id, scene)| {
+        let [drawing, reading] = [context.clone(), context.clone()];
+        [
+            Trial::test(format!("textures of the caller's, {id}: {scene}"), move || draw(&drawing, id, scene)),
+            Trial::test(format!("read without waiting, {id}: {scene}"), move || read_later(&reading, id, scene)),
+        ]
     })
 }
 
-fn draw(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Failed> {
+/// A scene's renderer, and two views of it.
+fn begin(context: &Arc<Context>, id: &str, scene: &str, width: u32) -> Result<(Renderer, [View; 2]), Failed> {
     let scene = Arc::new(builtin::parse(scene)?.pose(&Default::default())?);
-    let first = scene.default_view(SIZE[0], SIZE[1]);
+    let first = scene.default_view(width, SIZE[1]);
     let mut second = first.clone();
     second.world_from_view.translation.y += 0.2;
-    let views = [first, second];
     let settings = methods::find(id)?.limits.settings.parse()?;
     let method = catoptric_gpu::create(context, id, &settings)?.ok_or("drawn on the CPU")?;
-    let mut renderer = Renderer::new(&method, &scene, QUALITY, None, &Silent)?;
+    Ok((Renderer::new(&method, &scene, QUALITY, None, &Silent)?, [first, second]))
+}
+
+/// Two views are begun before the first is read, in rows of a length that buffers have not.
+fn read_later(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Failed> {
+    let (mut renderer, views) = begin(context, id, scene, SIZE[0] - 3)?;
+    let begun = views.each_ref().map(|view| {
+        let of_view =
+            [Encoding::Linear, Encoding::Srgba8].map(|encoding| renderer.begin_reading(view, encoding, &Silent));
+        of_view.into_iter().collect::<Result<Vec<_>, _>>()
+    });
+    for (begun, view) in begun.into_iter().zip(&views) {
+        let mut expected = Framebuffer::new(view.width, view.height);
+        let waited = renderer.read(view, &mut expected, &Silent)?;
+        for reading in begun? {
+            while !reading.is_ready() {
+                std::thread::yield_now();
+            }
+            let (pixels, report) = reading.finish()?;
+            let is_same = match &pixels {
+                Pixels::Linear(picture) => picture.pixels == expected.pixels,
+                // The device rounds as it likes.
+                Pixels::Srgba8(bytes) => {
+                    let all = bytes.iter().zip(expected.to_srgba8());
+                    bytes.len() == expected.pixels.len() * 4 && all.map(|(a, b)| a.abs_diff(b)).max() <= Some(1)
+                }
+            };
+            if !is_same {
+                return Err("another picture was read without waiting".into());
+            }
+            // Counts of the same work.
+            if report.counts != waited.counts {
+                return Err(format!("{:?} counted, {:?} expected", report.counts, waited.counts).into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn draw(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Failed> {
+    let (mut renderer, views) = begin(context, id, scene, SIZE[0])?;
     let mut encoder = context.device().create_command_encoder(&Default::default());
     let mut buffers = Vec::new();
     for view in &views {
         buffers.push(draw_view(context, &mut renderer, view, &mut encoder)?);
     }
     context.queue().submit([encoder.finish()]);
-    let mut prepared = method.prepare(&scene, QUALITY, None, &Silent)?;
     for (view, buffer) in views.iter().zip(&buffers) {
         buffer.map_async(wgpu::MapMode::Read, .., |_| {});
         context.device().poll(wgpu::PollType::wait_indefinitely())?;
         let mapped = buffer.get_mapped_range(..)?;
         let mut picture = Framebuffer::new(SIZE[0], SIZE[1]);
-        prepared.frame(view, &Silent)?.draw(&mut picture, &Silent)?;
+        renderer.read(view, &mut picture, &Silent)?;
         if bytemuck::cast_slice::<_, [f32; 4]>(&mapped) != picture.pixels {
             return Err("the texture shows another picture than the method's".into());
         }

@@ -96,7 +96,7 @@ pub struct Viewer {
     shows_panels: bool,
     listener: Option<Listener>,
     /// What the status line says of the processor.
-    remark: &'static str,
+    remark: String,
     /// Files that are being saved.
     saves: Vec<Saved>,
     /// A scene that is being chosen.
@@ -136,7 +136,7 @@ impl Viewer {
             clock: Clock::default(),
             shows_panels: start.panels,
             listener: None,
-            remark: "",
+            remark: String::new(),
             saves: Vec::new(),
             opening: None,
             tool: Tool::Turn,
@@ -220,9 +220,14 @@ impl Viewer {
         self.shown.say(message);
     }
 
-    /// Says something about the processor, for good.
-    pub fn remark(&mut self, remark: &'static str) {
-        self.remark = remark;
+    /// What draws, and why.
+    pub fn remarks(&self) -> &str {
+        &self.remark
+    }
+
+    /// Says what draws, and why.
+    pub fn remark(&mut self, remark: impl Into<String>) {
+        self.remark = remark.into();
     }
 
     /// Chooses the method of a side: 0 is left, 1 right, where an empty name ends the split view.

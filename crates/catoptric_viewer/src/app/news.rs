@@ -14,6 +14,7 @@ impl Viewer {
         while let Some(news) = self.link.news() {
             match news {
                 News::Busy { stage, share } => self.shown.busy = Some((stage, share)),
+                News::Remark { text } => self.remark(text),
                 News::Idle => self.shown.busy = None,
                 News::Stopped { problem } => {
                     self.shown.busy = None;

@@ -20,7 +20,7 @@ pub use mailbox::Mailbox;
 
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
-use drawing::{Fineness, Side, Tools};
+use drawing::{Fineness, OnItsWay, Outcome, Side, Tools};
 use mailbox::Mail;
 use news::{News, Picture};
 use order::{Order, Source, Wish};
@@ -30,6 +30,9 @@ use std::time::Duration;
 
 /// The time after the last arrival before pictures are made sharp: within it a moving eye has moved on.
 const REST: Duration = Duration::from_millis(60);
+
+/// The time between looks at a device that draws.
+const GLANCE: Duration = Duration::from_millis(1);
 
 /// Receives news, from any thread.
 pub type Tell = Arc<dyn Fn(News) + Send + Sync>;
@@ -43,6 +46,8 @@ pub struct Studio {
     sides: [Side; 2],
     /// The wish that is drawn now.
     current: Option<Current>,
+    /// A picture that a device is drawing: one at a time, so that they do not pile up.
+    on_its_way: Option<Box<OnItsWay>>,
 }
 
 /// A wish and how far it has come.
@@ -52,6 +57,8 @@ struct Current {
     left: Vec<(usize, Fineness)>,
     /// The finest pictures so far.
     done: [Option<Done>; 2],
+    /// The sides of which the processor has drawn a draft while a device was not ready.
+    has_draft: [bool; 2],
 }
 
 /// What is known of a picture that was told: without its bytes, which are copied for nobody.
@@ -75,7 +82,7 @@ pub enum Turn {
 impl Studio {
     /// A studio without a scene.
     pub fn new(mailbox: Arc<Mailbox>, tell: Tell, gpu: Option<Gpu>) -> Self {
-        Self { mailbox, tell, gpu, stage: None, sides: Default::default(), current: None }
+        Self { mailbox, tell, gpu, stage: None, sides: Default::default(), current: None, on_its_way: None }
     }
 
     /// Works until the mailbox is closed.
@@ -86,6 +93,9 @@ impl Studio {
     /// How long the next turn is to wait for something newer before it goes on: not at all for drafts, and for ever
     /// (`None`) if there is nothing to do.
     pub fn patience(&self) -> Option<Duration> {
+        if self.on_its_way.is_some() {
+            return Some(GLANCE);
+        }
         match self.current.as_ref().map(|current| current.left.last()) {
             None | Some(None) => None,
             Some(Some((_, Fineness::Draft))) => Some(Duration::ZERO),
@@ -104,6 +114,7 @@ impl Studio {
         }
         match &self.current {
             Some(current) if !current.left.is_empty() => Turn::More,
+            _ if self.on_its_way.is_some() => Turn::More,
             _ => Turn::Idle,
         }
     }
@@ -114,7 +125,7 @@ impl Studio {
             Ok((stage, summary)) => {
                 // Before the window can wish for anything of it.
                 self.sides.iter_mut().for_each(Side::clear);
-                (self.stage, self.current) = (Some(stage), None);
+                (self.stage, self.current, self.on_its_way) = (Some(stage), None, None);
                 (self.tell)(News::Loaded(Box::new(summary)));
             }
             Err(error) => (self.tell)(News::NotLoaded { number, problem: error.to_string() }),
@@ -147,33 +158,101 @@ impl Studio {
         }
         left.sort_by_key(|(step, side, _)| (*step, *side));
         let left = left.into_iter().rev().map(|(_, side, fineness)| (side, fineness)).collect();
-        self.current = Some(Current { wish, left, done: [None, None] });
+        self.current = Some(Current { wish, left, done: [None, None], has_draft: [false; 2] });
     }
 
-    /// Draws the next picture of the wish.
+    /// Draws the next picture of the wish, or receives one.
     fn work(&mut self) {
+        match self.on_its_way.take() {
+            Some(on_its_way) if on_its_way.is_ready() => return self.receive(*on_its_way),
+            Some(on_its_way) => {
+                let side = on_its_way.plan.side;
+                self.on_its_way = Some(on_its_way);
+                return self.draw_meanwhile(side);
+            }
+            None => {}
+        }
         let Some(current) = &mut self.current else { return };
         let Some((side, fineness)) = current.left.pop() else { return };
-        let wish = current.wish.clone();
         if fineness != Fineness::Draft && current.has(side, fineness) {
             return self.finish();
         }
-        let scene = match self.stage.as_mut().map(|stage| stage.scene_of(&wish)) {
-            Some(Ok(scene)) => scene,
-            Some(Err(error)) => return self.fail(side, error.to_string()),
-            None => return,
+        match self.draw(side, fineness) {
+            Ok(Some(Outcome::Picture(picture))) => self.deliver(*picture),
+            Ok(Some(Outcome::OnItsWay(on_its_way))) => self.on_its_way = Some(on_its_way),
+            Ok(None) => {}
+            // What waits is begun in the next turn; if that changes nothing, this is done again.
+            Err(RenderError::Cancelled(_)) => self.put_back(side, fineness),
+            Err(error) => self.fail(side, error.to_string()),
+        }
+    }
+
+    /// Draws a side of the wish; nothing where its scene cannot be.
+    fn draw(&mut self, side: usize, fineness: Fineness) -> Result<Option<Outcome>, RenderError> {
+        let (Some(stage), Some(Current { wish, .. })) = (&mut self.stage, &self.current) else { return Ok(None) };
+        let scene = match stage.scene_of(wish) {
+            Ok(scene) => scene,
+            Err(error) => {
+                self.fail(side, error.to_string());
+                return Ok(None);
+            }
         };
         let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
-        match self.sides[side].draw((&wish, side), &scene, fineness, tools) {
-            Ok(picture) => {
-                let Picture { size, samples, linear, .. } = &picture;
-                current.done[side] = Some(Done { size: *size, samples: *samples, linear: linear.clone() });
-                (self.tell)(News::Drawn(Box::new(picture)));
-                self.finish();
+        self.sides[side].draw((wish, side), &scene, fineness, tools).map(Some)
+    }
+
+    /// Draws a draft by the processor, once a wish, while a device makes its first picture of a side.
+    fn draw_meanwhile(&mut self, side: usize) {
+        let (Some(stage), Some(current)) = (&mut self.stage, &mut self.current) else { return };
+        // The wish may have fewer sides by now.
+        if side >= current.wish.sides.len() || std::mem::replace(&mut current.has_draft[side], true) {
+            return;
+        }
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: None };
+        let scene = stage.scene_of(&current.wish);
+        let drawn = scene.map(|scene| self.sides[side].draw_meanwhile((&current.wish, side), &scene, tools));
+        // The device will tell what is wrong, if anything is.
+        if let Ok(Ok(Some(picture))) = drawn {
+            (self.tell)(News::Drawn(Box::new(picture)));
+        }
+    }
+
+    /// Receives what a device has drawn.
+    fn receive(&mut self, on_its_way: OnItsWay) {
+        let (wish, side, fineness) = (on_its_way.plan.wish.clone(), on_its_way.plan.side, on_its_way.plan.fineness);
+        match self.sides[side].receive(on_its_way) {
+            Ok(picture) => self.deliver(picture),
+            Err(error) => {
+                // A device that has failed once is not asked again.
+                self.gpu = None;
+                self.sides.iter_mut().for_each(Side::clear);
+                (self.tell)(News::Remark { text: format!("drawn by the CPU: {error}") });
+                if self.is_current(&wish) {
+                    self.put_back(side, fineness);
+                }
             }
-            // What waits is begun in the next turn; if that changes nothing, this is done again.
-            Err(RenderError::Cancelled(_)) => current.left.push((side, fineness)),
-            Err(error) => self.fail(side, error.to_string()),
+        }
+    }
+
+    fn is_current(&self, wish: &Arc<Wish>) -> bool {
+        self.current.as_ref().is_some_and(|current| Arc::ptr_eq(&current.wish, wish))
+    }
+
+    /// Tells a picture.
+    fn deliver(&mut self, picture: Picture) {
+        let is_current = self.is_current(&picture.wish);
+        if let Some(current) = self.current.as_mut().filter(|_| is_current) {
+            let Picture { size, samples, linear, side, .. } = &picture;
+            current.done[*side] = Some(Done { size: *size, samples: *samples, linear: linear.clone() });
+        }
+        (self.tell)(News::Drawn(Box::new(picture)));
+        self.finish();
+    }
+
+    /// What is to be done again.
+    fn put_back(&mut self, side: usize, fineness: Fineness) {
+        if let Some(current) = &mut self.current {
+            current.left.push((side, fineness));
         }
     }
 

@@ -104,6 +104,11 @@ pub enum News {
         /// 0 to 1.
         share: Option<f32>,
     },
+    /// What draws from now on, and why, for the line below the picture.
+    Remark {
+        /// The words.
+        text: String,
+    },
     /// Nothing is left to do.
     Idle,
     /// The studio has failed and does nothing any more.

@@ -90,6 +90,9 @@ enum WireNews {
         stage: String,
         share: Option<f32>,
     },
+    Remark {
+        text: String,
+    },
     Idle,
     Stopped {
         problem: String,
@@ -202,6 +205,7 @@ pub fn news(news: News) -> Option<Message> {
     let mut bytes = Vec::new();
     let wire = match news {
         News::Busy { stage, share } => WireNews::Busy { stage, share },
+        News::Remark { text } => WireNews::Remark { text },
         News::Idle => WireNews::Idle,
         News::Stopped { problem } => WireNews::Stopped { problem },
         News::Loaded(summary) => WireNews::Loaded(WireScene::from(&*summary)),
@@ -236,6 +240,7 @@ pub fn read_news(Message { text, bytes }: Message) -> Result<News, WireError> {
     let wire: WireNews = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
     Ok(match wire {
         WireNews::Busy { stage, share } => News::Busy { stage, share },
+        WireNews::Remark { text } => News::Remark { text },
         WireNews::Idle => News::Idle,
         WireNews::Stopped { problem } => News::Stopped { problem },
         WireNews::Loaded(scene) => News::Loaded(Box::new(scene.read()?)),

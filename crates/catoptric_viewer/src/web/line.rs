@@ -30,11 +30,11 @@ pub(super) struct WorkerLine {
 }
 
 impl WorkerLine {
-    /// Starts the worker of this address with the compiled module that the page runs.
+    /// Starts the worker of this address with the compiled module that the page runs. `processor` is what is to draw.
     ///
     /// # Errors
     /// What the browser says.
-    pub(super) fn start(url: &str, module: &JsValue, window: &Context) -> Result<Self, JsValue> {
+    pub(super) fn start(url: &str, (module, processor): (&JsValue, &str), window: &Context) -> Result<Self, JsValue> {
         let options = WorkerOptions::new();
         options.set_type(WorkerType::Module);
         let worker = Worker::new_with_options(url, &options)?;
@@ -53,14 +53,10 @@ impl WorkerLine {
         worker.set_onerror(Some(AsRef::<JsValue>::as_ref(&on_error).unchecked_ref()));
         let is_isolated = Reflect::get(&js_sys::global(), &"crossOriginIsolated".into())?.is_truthy();
         let sent = is_isolated.then(|| Int32Array::new(&SharedArrayBuffer::new(8)));
-        let begin = Array::of2(module, sent.as_ref().map_or(&JsValue::UNDEFINED, AsRef::as_ref));
+        let counts = sent.as_ref().map_or(JsValue::UNDEFINED, JsValue::from);
+        let begin = Array::of3(module, &counts, &processor.into());
         worker.post_message(&begin)?;
         Ok(Self { worker, inbox, sent, last: RefCell::default(), _on_message: on_message, _on_error: on_error })
-    }
-
-    /// True if work can be ended before it is done.
-    pub(super) fn is_isolated(&self) -> bool {
-        self.sent.is_some()
     }
 
     fn post(&self, what: &Request, is_other_work: bool) {

@@ -21,8 +21,8 @@ pub struct Page {
 impl Page {
     /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
     /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
-    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `canvas` (`webgl` keeps WebGPU from
-    /// drawing the window).
+    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `processor` (`cpu` or `gpu`
+    /// draws scenes; else the better one), `canvas` (`webgl` keeps WebGPU from drawing the window).
     ///
     /// # Errors
     /// What the browser says where neither WebGPU nor WebGL draws.
@@ -39,16 +39,12 @@ impl Page {
         {
             setup.instance_descriptor.backends = wgpu::Backends::GL;
         }
+        let processor = text(&options, "processor").unwrap_or_default();
         let runner = WebRunner::new();
         let make = move |context: &eframe::CreationContext<'_>| {
-            let line = WorkerLine::start(&worker_url, &module, &context.egui_ctx);
+            let line = WorkerLine::start(&worker_url, (&module, &processor), &context.egui_ctx);
             let line = line.map_err(|problem| format!("the worker cannot be started: {problem:?}"))?;
-            let remark = match line.is_isolated() {
-                true => "drawn by the CPU, on one thread",
-                false => "drawn by the CPU, on one thread; the page is not isolated, so work cannot be interrupted",
-            };
-            let mut viewer = Viewer::new(Box::new(line), None, start);
-            viewer.remark(remark);
+            let viewer = Viewer::new(Box::new(line), None, start);
             Ok(Box::new(viewer) as Box<dyn eframe::App>)
         };
         runner.start(canvas, web, Box::new(make)).await?;
@@ -95,7 +91,7 @@ impl Page {
     }
 
     /// What is shown, as JSON: `scene`, `method`, `sharp`, `size`, `rect` (left, top, width and height in points),
-    /// `eye`, `messages`.
+    /// `eye`, `messages`, `remark` (what draws, and why), `processor` (what has drawn the left side).
     ///
     /// # Errors
     /// Viewers that have stopped.
@@ -111,6 +107,7 @@ impl Page {
             "rect": [rect.left(), rect.top(), rect.width(), rect.height()],
             "eye": wish.map(|wish| wish.camera.world_from_camera.translation.to_array()),
             "messages": viewer.messages().collect::<Vec<_>>(),
+            "remark": viewer.remarks(),
             "processor": viewer.processor(),
         });
         Ok(state.to_string())

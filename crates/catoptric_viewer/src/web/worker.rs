@@ -1,9 +1,13 @@
-//! The studio in a worker. What waits for it is known through memory that both share, where the page is isolated; else
-//! work is not ended before it is done.
+//! The studio in a worker, which draws by WebGPU where there is a device, else by the CPU.
+//!
+//! What waits for it is known through memory that both share, where the page is isolated; else work is not ended before
+//! it is done.
 
+use catoptric_gpu::Context;
+use catoptric_viewer::studio::news::News;
 use catoptric_viewer::studio::wire::{Message, Request, news, read_request};
-use catoptric_viewer::studio::{Mailbox, Studio, Turn};
-use js_sys::{Atomics, Function, Int32Array, Uint8Array};
+use catoptric_viewer::studio::{Gpu, Mailbox, Studio, Turn};
+use js_sys::{Atomics, Function, Int32Array, Reflect, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,6 +30,36 @@ fn waits_outside(for_anything: bool) -> bool {
     sent.is_some_and(|sent| sent != RECEIVED.get()[index as usize])
 }
 
+/// The device that is to draw, or why there is none.
+async fn chosen(processor: &str) -> Result<Gpu, String> {
+    if processor == "cpu" {
+        return Err(String::new());
+    }
+    let navigator = Reflect::get(&js_sys::global(), &"navigator".into()).unwrap_or_default();
+    if !Reflect::get(&navigator, &"gpu".into()).is_ok_and(|gpu| gpu.is_truthy()) {
+        return Err("this browser offers no WebGPU here".into());
+    }
+    let context = Context::request(None).await.map_err(|error| error.to_string())?;
+    let is_software = context.adapter().is_some_and(|adapter| adapter.is_software);
+    if is_software && processor != "gpu" {
+        return Err("its WebGPU draws on the processor itself".into());
+    }
+    Ok(Gpu::apart(context))
+}
+
+/// The words for scenes that the CPU draws.
+fn by_cpu(reason: &str, is_interruptible: bool) -> String {
+    let mut words = String::from("drawn by the CPU, on one thread");
+    if !reason.is_empty() {
+        words.push_str(": ");
+        words.push_str(reason);
+    }
+    if !is_interruptible {
+        words.push_str("; the page is not isolated, so work cannot be interrupted");
+    }
+    words
+}
+
 /// The studio of a worker.
 #[wasm_bindgen]
 pub struct StudioWorker {
@@ -35,12 +69,20 @@ pub struct StudioWorker {
 
 #[wasm_bindgen]
 impl StudioWorker {
-    /// `sent` are the counts of what was sent, in shared memory, or undefined; `post` takes a text and an array of
-    /// bytes to the page.
-    #[wasm_bindgen(constructor)]
-    pub fn new(sent: Option<Int32Array>, post: Function) -> Self {
+    /// Starts a studio. `sent` are the counts of what was sent, in shared memory, or undefined; `post` takes a text and
+    /// an array of bytes to the page; `processor` is what is to draw scenes: `gpu`, `cpu`, or anything else for the
+    /// better one.
+    pub async fn start(sent: Option<Int32Array>, post: Function, processor: String) -> Self {
+        let is_interruptible = sent.is_some();
         SENT.set(sent);
         POST.set(Some(post));
+        let (gpu, remark) = match chosen(&processor).await {
+            Ok(gpu) => {
+                let remark = format!("drawn by {}", gpu.name());
+                (Some(gpu), remark)
+            }
+            Err(reason) => (None, by_cpu(&reason, is_interruptible)),
+        };
         let mailbox = Arc::new(Mailbox::fed_between_work(waits_outside));
         let tell = |told| {
             let Some(Message { text, bytes }) = news(told) else { return };
@@ -50,7 +92,8 @@ impl StudioWorker {
                 post.call2(&JsValue::NULL, &text.into(), &Uint8Array::from(&bytes[..])).ok()
             });
         };
-        Self { studio: Studio::new(mailbox.clone(), Arc::new(tell), None), mailbox }
+        tell(News::Remark { text: remark });
+        Self { studio: Studio::new(mailbox.clone(), Arc::new(tell), gpu), mailbox }
     }
 
     /// Takes a message of the page in; `is_other_work` if it is about something else than eye and time.

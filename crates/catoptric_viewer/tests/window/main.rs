@@ -6,6 +6,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]
 
+mod apart;
 mod film;
 mod hand;
 mod random;

@@ -15,6 +15,7 @@ pub(crate) fn trials() -> Vec<Trial> {
             return vec![
                 crate::trial("pixels of the screen are those of the picture", pixels),
                 crate::trial("the window's device draws the same, at rest and in motion", on_device),
+                crate::trial("a device that nothing waits for", crate::apart::draws_without_waiting),
             ];
         }
         Err(error @ GpuError::NoAdapter) => error.to_string(),
@@ -73,8 +74,8 @@ fn on_device() {
     let mut session = open_on(Some(device), &format!("builtin:{SCENE}"), "multiperspective", None);
     assert!(session.state().processor() != Some("CPU"), "{:?}", session.state().messages().collect::<Vec<_>>());
     matches(&mut session);
-    // While the eye moves, textures of the device are shown as they are. It moves to and fro, so that it stays in the room
-    // however long a slow machine takes for the first of them.
+    // While the eye moves, textures of the device are shown as they are. It moves to and fro, so that it stays in the
+    // room however long a slow machine takes for the first of them.
     for step in 0..20_000 {
         let key = if step % 2 == 0 { Key::A } else { Key::D };
         session.key_down(key);

@@ -15,6 +15,7 @@ pub(super) mod virtual_mesh;
 
 use super::context::Context;
 use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
+use super::reading::{Label, Readback};
 use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
 use crate::error::GpuError;
 use crate::layout::{Appearance, Frame, MAX_ORDER, Reflection, bits, frame_flags};
@@ -38,8 +39,6 @@ const PIXELS_AT_ONCE: u32 = 1 << 20;
 const TILES_AT_ONCE: u32 = 65_535 / BLOCKS;
 /// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
 const HIT_BYTES_AT_ONCE: u64 = 1 << 27;
-/// The most bytes that are read at a time.
-const BYTES_AT_ONCE: u32 = 1 << 26;
 /// What shades pixels without mirrors and glass, and those with them; for each of [`SAMPLE_COUNTS`].
 const ENTRIES: [[&str; 2]; 2] =
     [["shade_one_sample", "follow_one_sample"], ["shade_four_samples", "follow_four_samples"]];
@@ -102,17 +101,8 @@ impl Found {
     }
 }
 
-/// What is known of a view that has been drawn.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Drawn {
-    pub(crate) counts: TileCounts,
-    /// What virtual geometry the device has found.
-    pub(crate) virtual_counts: Option<VirtualCounts>,
-    /// Times of stages in milliseconds, where the device has a clock.
-    pub(crate) stages_ms: Vec<(&'static str, f64)>,
-}
-
 /// A view that has been drawn, once the work is done.
+#[derive(Debug)]
 pub(crate) struct Drawing {
     tables: Arc<PictureTables>,
     virtual_tables: Option<Arc<VirtualTables>>,
@@ -122,16 +112,37 @@ pub(crate) struct Drawing {
 
 impl Drawing {
     /// Its colours, until another view of the scene is drawn.
-    pub(crate) fn colors(&self) -> wgpu::TextureView {
-        self.tables.targets.colors.create_view(&Default::default())
+    pub(crate) fn colors(&self) -> &wgpu::Texture {
+        &self.tables.targets.colors
     }
 
-    /// Waits for the work, and reads its colours: linear, with alpha 1, rows from the top.
-    pub(crate) fn read(&self, context: &Context, timer: &Timer, pixels: &mut [[f32; 4]]) -> Result<Drawn, GpuError> {
-        read(context, &self.tables.targets.colors, pixels)?;
-        let virtual_counts = self.virtual_tables.as_ref().map(|tables| tables.counts(context)).transpose()?;
-        let (counts, stages_ms) = (self.tables.tiles.counts(context)?, timer.stages_ms(context)?);
-        Ok(Drawn { counts, virtual_counts, stages_ms })
+    /// Copies what was counted, to be read once the work is done.
+    pub(crate) fn copy_counts(&self, context: &Context, encoder: &mut wgpu::CommandEncoder, readback: &mut Readback) {
+        readback.buffer(context, encoder, Label::Tiles, self.tables.tiles.counts());
+        if let Some(tables) = &self.virtual_tables {
+            readback.buffer(context, encoder, Label::VirtualGeometry, tables.counts());
+        }
+    }
+
+    /// Adds what was counted to a report.
+    pub(crate) fn count(&self, readback: &Readback, report: &mut Report) -> Result<(), GpuError> {
+        for counts in readback.records::<TileCounts>(Label::Tiles)? {
+            report.counts.extend([
+                ("tiles", u64::from(counts.tiles)),
+                ("blocks_traced", u64::from(counts.traced_blocks)),
+                ("candidates", u64::from(counts.candidates)),
+                ("pairs", u64::from(counts.pairs)),
+            ]);
+        }
+        for counts in readback.records::<VirtualCounts>(Label::VirtualGeometry)? {
+            let VirtualCounts { drawn, projected, unfinished, left_reflectors } = counts;
+            report
+                .counts
+                .extend([("virtual_triangles", u64::from(drawn)), ("vertices_projected", u64::from(projected))]);
+            report.add_fallback("undivided_pieces", u64::from(unfinished));
+            report.add_fallback("paths_drawn_by_tiles", u64::from(left_reflectors));
+        }
+        Ok(())
     }
 }
 
@@ -384,46 +395,6 @@ fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
     let of_tiles = TILES_AT_ONCE / view.width.div_ceil(unit);
     let most = of_table.min(of_pixels).min(of_tiles).max(units.div_ceil(MAX_BANDS));
     units.div_ceil(units.div_ceil(most)) * unit
-}
-
-/// Reads colours, some rows at a time.
-fn read(context: &Context, colors: &wgpu::Texture, pixels: &mut [[f32; 4]]) -> Result<(), GpuError> {
-    let Context { device, queue, .. } = context;
-    let (width, height) = (colors.width(), colors.height());
-    // Rows of buffers start at multiples of 256 bytes.
-    let stride = (width * 16).next_multiple_of(256);
-    let rows = (BYTES_AT_ONCE / stride).clamp(1, height);
-    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("colours to be read"),
-        size: u64::from(rows * stride),
-        usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    for first_row in (0..height).step_by(rows as usize) {
-        let of_band = rows.min(height - first_row);
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let origin = wgpu::Origin3d { x: 0, y: first_row, z: 0 };
-        encoder.copy_texture_to_buffer(
-            wgpu::TexelCopyTextureInfo { origin, ..colors.as_image_copy() },
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(stride), rows_per_image: None },
-            },
-            wgpu::Extent3d { width, height: of_band, depth_or_array_layers: 1 },
-        );
-        queue.submit([encoder.finish()]);
-        buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-        context.wait()?;
-        let mapped = buffer.get_mapped_range(..);
-        let mapped = mapped.map_err(|error| GpuError::Device { problem: error.to_string() })?;
-        let part = &mut pixels[(first_row * width) as usize..((first_row + of_band) * width) as usize];
-        for (row, bytes) in part.chunks_exact_mut(width as usize).zip(mapped.chunks_exact(stride as usize)) {
-            row.copy_from_slice(bytemuck::cast_slice(&bytes[..width as usize * 16]));
-        }
-        drop(mapped);
-        buffer.unmap();
-    }
-    Ok(())
 }
 
 fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceScene) -> Frame {

@@ -326,11 +326,9 @@ impl TileTables {
         self.cells == cells && self.samples == samples && self.paths == paths
     }
 
-    /// What they did in the last picture, once its work is done.
-    pub(crate) fn counts(&self, context: &Context) -> Result<TileCounts, GpuError> {
-        let encoder = context.device.create_command_encoder(&Default::default());
-        let counts = context.read_buffer(encoder, &self.work, COUNTED_A_PICTURE * 4, 1)?;
-        Ok(counts.into_iter().next().unwrap_or_default())
+    /// Where they count what they do in a picture: a buffer, an offset and a size in bytes.
+    pub(crate) fn counts(&self) -> (&wgpu::Buffer, u64, u64) {
+        (&self.work, COUNTED_A_PICTURE * 4, size_of::<TileCounts>() as u64)
     }
 
     /// Begins a picture: nothing is counted yet.

@@ -1,6 +1,7 @@
 //! Times of the stages of a frame, by the device's own clock.
 
 use crate::device::context::Context;
+use crate::device::reading::{Label, Readback};
 use crate::error::GpuError;
 use wgpu::{BufferUsages, ComputePassTimestampWrites, QuerySet, RenderPassTimestampWrites};
 
@@ -8,6 +9,7 @@ use wgpu::{BufferUsages, ComputePassTimestampWrites, QuerySet, RenderPassTimesta
 const MAX_PASSES: u32 = 2048;
 
 /// Takes the times of passes, where the device can.
+#[derive(Debug)]
 pub(crate) struct Timer {
     queries: Option<QuerySet>,
     /// The stage of each pass.
@@ -48,23 +50,31 @@ impl Timer {
         Some(RenderPassTimestampWrites { query_set, beginning_of_pass_write_index, end_of_pass_write_index })
     }
 
-    /// The times of all stages in milliseconds, in the order of their first passes, once the work is done.
-    pub(crate) fn stages_ms(&self, context: &Context) -> Result<Vec<(&'static str, f64)>, GpuError> {
+    /// Copies the times, to be read once the work is done.
+    pub(crate) fn copy(&self, context: &Context, encoder: &mut wgpu::CommandEncoder, readback: &mut Readback) {
         let count = 2 * self.stages.len() as u32;
-        let (Some(queries), true) = (&self.queries, count > 0) else { return Ok(Vec::new()) };
-        let size = u64::from(count) * 8;
-        let buffer = |usage| {
-            let descriptor = wgpu::BufferDescriptor { label: Some("times"), size, usage, mapped_at_creation: false };
-            context.device.create_buffer(&descriptor)
-        };
-        let resolved = buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC);
-        let mut encoder = context.device.create_command_encoder(&Default::default());
+        let (Some(queries), true) = (&self.queries, count > 0) else { return };
+        let resolved = context.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("times"),
+            size: u64::from(count) * 8,
+            usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
         encoder.resolve_query_set(queries, 0..count, &resolved, 0);
-        let ticks = context.read_buffer::<u64>(encoder, &resolved, 0, count as usize)?;
+        readback.buffer(context, encoder, Label::Times, (&resolved, 0, u64::from(count) * 8));
+    }
+
+    /// The times of all stages in milliseconds, in the order of their first passes, from what was copied.
+    pub(crate) fn stages_ms(
+        &self,
+        context: &Context,
+        readback: &Readback,
+    ) -> Result<Vec<(&'static str, f64)>, GpuError> {
+        let ticks: Vec<u64> = readback.records(Label::Times)?;
+        let Some(mut last) = ticks.first().copied() else { return Ok(Vec::new()) };
         let period_ms = f64::from(context.queue.get_timestamp_period()) * 1e-6;
         let mut times: Vec<(&'static str, f64)> = Vec::new();
         // From end to end: some drivers begin to count once the work is done.
-        let mut last = ticks[0];
         for (stage, pass) in self.stages.iter().zip(ticks.chunks_exact(2)) {
             let time = pass[1].saturating_sub(last) as f64 * period_ms;
             last = pass[1];

@@ -189,6 +189,6 @@ fn status(viewer: &Viewer, ui: &mut Ui) {
         if viewer.scene.is_none() {
             ui.weak("no scene yet");
         }
-        ui.weak(viewer.remark);
+        ui.weak(viewer.remark.as_str());
     });
 }

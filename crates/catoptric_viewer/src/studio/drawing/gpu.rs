@@ -1,7 +1,6 @@
 //! The graphics processor that draws, where there is one: the window's own.
 
 use catoptric::error::RenderError;
-use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
@@ -9,10 +8,12 @@ use catoptric_gpu::{Context, DeviceMethod, GpuError, Renderer};
 use std::sync::Arc;
 use wgpu::{TextureFormat, TextureUsages};
 
-/// A graphics processor that the window shows pictures of without carrying them anywhere.
+/// A graphics processor.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     context: Arc<Context>,
+    /// It is the window's, which shows its textures without carrying them anywhere, and is waited for.
+    is_window_s: bool,
 }
 
 impl Gpu {
@@ -21,13 +22,26 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Device`] if its driver refuses the shaders.
     pub fn of_window(adapter: &wgpu::Adapter, device: wgpu::Device, queue: wgpu::Queue) -> Result<Self, GpuError> {
-        Ok(Self { context: Context::sharing(adapter, device, queue)? })
+        Ok(Self { context: Context::sharing(adapter, device, queue)?, is_window_s: true })
+    }
+
+    /// A device of the studio's own. Pictures are read from it, and nothing waits for it: browsers do not let
+    /// programs wait.
+    pub fn apart(context: Arc<Context>) -> Self {
+        Self { context, is_window_s: false }
     }
 
     /// Its name.
     pub fn name(&self) -> String {
         let adapter = self.context.adapter();
-        adapter.map_or_else(|| "GPU".into(), |adapter| format!("{} ({})", adapter.name, adapter.backend))
+        adapter.map_or_else(
+            || "GPU".into(),
+            // Browsers keep names to themselves.
+            |adapter| match adapter.name.as_str() {
+                "" => adapter.backend.clone(),
+                name => format!("{name} ({})", adapter.backend),
+            },
+        )
     }
 
     /// A scene ready to be drawn by a method; `None` for methods that draw on the CPU alone.
@@ -41,14 +55,16 @@ impl Gpu {
         let method: Option<DeviceMethod> = catoptric_gpu::create(&self.context, id, settings)?;
         let Some(method) = method else { return Ok(None) };
         let renderer = Renderer::new(&method, scene, quality, None, progress)?;
-        Ok(Some(DeviceScene { context: self.context.clone(), renderer }))
+        Ok(Some(DeviceScene { context: self.context.clone(), renderer, waits: self.is_window_s }))
     }
 }
 
-/// A scene on the window's device.
+/// A scene on a device.
 pub(super) struct DeviceScene {
     context: Arc<Context>,
     pub(super) renderer: Renderer,
+    /// Whether the device may be waited for.
+    pub(super) waits: bool,
 }
 
 impl DeviceScene {
@@ -82,15 +98,5 @@ impl DeviceScene {
         waited.map_err(|error| failed(error.to_string()))?;
         self.context.check().map_err(|error| failed(error.to_string()))?;
         Ok((texture, report))
-    }
-
-    /// Draws a view into a picture.
-    pub(super) fn read(
-        &mut self,
-        view: &View,
-        target: &mut Framebuffer,
-        progress: &dyn Progress,
-    ) -> Result<Report, RenderError> {
-        self.renderer.read(view, target, progress)
     }
 }

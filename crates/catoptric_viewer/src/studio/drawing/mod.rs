@@ -2,9 +2,10 @@
 
 mod compare;
 mod gpu;
+mod means;
 mod pace;
 mod side;
 
 pub(super) use compare::compare;
 pub use gpu::Gpu;
-pub(super) use side::{Fineness, Side, Tools, steps};
+pub(super) use side::{Fineness, OnItsWay, Outcome, Side, Tools, steps};

@@ -1,6 +1,7 @@
 //! One side of the picture: a method, prepared for the scene.
 
-use super::gpu::{DeviceScene, Gpu};
+use super::gpu::Gpu;
+use super::means::{Begun, Canvas, Means, PreparedSide};
 use super::pace::{Pace, scaled};
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::mailbox::Mailbox;
@@ -8,10 +9,10 @@ use crate::studio::news::{News, Picture};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
-use catoptric::framebuffer::Framebuffer;
-use catoptric::methods::{self, Prepared, Quality, Report};
-use catoptric::progress::Progress;
-use catoptric::scene::{Scene, View};
+use catoptric::methods::{self, Quality, Report};
+use catoptric::progress::{Cancelled, Progress};
+use catoptric::scene::Scene;
+use catoptric_gpu::{Pixels, Reading};
 use std::sync::Arc;
 
 /// Samples a pixel with which the reference ends, where fewer were wished for.
@@ -53,64 +54,43 @@ fn drafts_are_cheaper(drawn: &Drawn) -> bool {
 pub(in crate::studio) struct Side {
     prepared: Option<PreparedSide>,
     pace: Pace,
+    /// What draws until the device has drawn its first picture.
+    meanwhile: Option<Box<Side>>,
 }
 
-struct PreparedSide {
-    drawn: Drawn,
-    /// Of the last update.
+/// What has become of the drawing of a side.
+pub(in crate::studio) enum Outcome {
+    /// A picture.
+    Picture(Box<Picture>),
+    /// A device draws it, and nothing waits for that.
+    OnItsWay(Box<OnItsWay>),
+}
+
+/// A picture that a device is drawing.
+pub(in crate::studio) struct OnItsWay {
+    pub(in crate::studio) plan: Plan,
+    reading: Reading,
+}
+
+impl OnItsWay {
+    /// True once it can be received.
+    pub(in crate::studio) fn is_ready(&self) -> bool {
+        self.reading.is_ready()
+    }
+}
+
+/// What is known of a picture before it is drawn.
+pub(in crate::studio) struct Plan {
+    pub(in crate::studio) wish: Arc<Wish>,
+    pub(in crate::studio) side: usize,
+    pub(in crate::studio) fineness: Fineness,
     quality: Quality,
-    scene: Arc<Scene>,
-    means: Means,
-    processor: String,
-    warnings: Vec<String>,
-}
-
-/// The processor that draws, with all that it needs.
-enum Means {
-    Cpu(Box<dyn Prepared>),
-    Gpu(Box<DeviceScene>),
-}
-
-/// What is drawn.
-enum Canvas {
-    /// Linear colours.
-    Linear(Framebuffer),
-    /// A texture of the window's device.
-    Texture(wgpu::Texture),
-}
-
-impl Means {
-    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<Report, RenderError> {
-        match self {
-            Self::Cpu(prepared) => {
-                prepared.update(scene, quality, progress)?;
-                Ok(prepared.report().clone())
-            }
-            Self::Gpu(device) => {
-                device.renderer.update(scene, quality, progress)?;
-                Ok(device.renderer.report().clone())
-            }
-        }
-    }
-
-    /// Draws a view: of drafts on the window's device a texture alone.
-    fn draw(&mut self, view: &View, is_draft: bool, progress: &dyn Progress) -> Result<(Canvas, Report), RenderError> {
-        if let (Self::Gpu(device), true) = (&mut *self, is_draft) {
-            let (texture, report) = device.texture(view, progress)?;
-            return Ok((Canvas::Texture(texture), report));
-        }
-        let mut linear = Framebuffer::new(view.width, view.height);
-        let report = match self {
-            Self::Cpu(prepared) => {
-                let frame = prepared.frame(view, progress)?;
-                let mut report = frame.report().clone();
-                report.add(frame.draw(&mut linear, progress)?);
-                report
-            }
-            Self::Gpu(device) => device.read(view, &mut linear, progress)?,
-        };
-        Ok((Canvas::Linear(linear), report))
-    }
+    scale: f32,
+    size: [u32; 2],
+    /// What has been reported so far.
+    report: Report,
+    /// Since the preparation, and since the frame began.
+    watches: [Stopwatch; 2],
 }
 
 /// The tools that a side draws with.
@@ -132,60 +112,108 @@ impl Side {
         scene: &Arc<Scene>,
         fineness: Fineness,
         tools: Tools<'_>,
-    ) -> Result<Picture, RenderError> {
+    ) -> Result<Outcome, RenderError> {
         let drawn = &wish.sides[side];
         let quality = match fineness {
-            Fineness::Draft if tools.gpu.is_none() && drafts_are_cheaper(drawn) => {
+            Fineness::Draft if drafts_are_cheaper(drawn) && !self.draws_on_device(drawn, tools) => {
                 Quality { samples: 1, ..drawn.quality }
             }
             Fineness::Draft => drawn.quality,
             Fineness::Whole { samples } => Quality { samples, ..drawn.quality },
         };
-        let ended_by = if fineness == Fineness::Draft { EndedBy::OtherWork } else { EndedBy::Anything };
+        let is_draft = fineness == Fineness::Draft;
+        let ended_by = if is_draft { EndedBy::OtherWork } else { EndedBy::Anything };
         let preparing = Interrupt::new(tools.mailbox, tools.tell, (wish, side), EndedBy::OtherWork);
         let drawing = Interrupt::new(tools.mailbox, tools.tell, (wish, side), ended_by);
-        let watch = Stopwatch::new();
-        let mut report = self.prepare(drawn, scene, quality, tools.gpu, &preparing)?;
-        let Some(prepared) = &mut self.prepared else { return Err(catoptric::progress::Cancelled.into()) };
-        let scale = match fineness {
-            Fineness::Draft => self.pace.scale(wish.sides.len()),
-            Fineness::Whole { .. } => 1.0,
-        };
-        let [width, height] = scaled(wish.size, scale);
-        let view = scene.view(&wish.camera, width, height);
-        let of_frame = Stopwatch::new();
-        let drawn_view = prepared.means.draw(&view, fineness == Fineness::Draft, &drawing);
-        let (canvas, of_view) = match drawn_view {
+        let of_all = Stopwatch::new();
+        let report = self.prepare(drawn, scene, quality, tools.gpu, &preparing)?;
+        let Some(prepared) = &mut self.prepared else { return Err(Cancelled.into()) };
+        let scale = if is_draft { self.pace.scale(wish.sides.len()) } else { 1.0 };
+        let size = scaled(wish.size, scale);
+        let view = scene.view(&wish.camera, size[0], size[1]);
+        let watches = [of_all, Stopwatch::new()];
+        let plan = Plan { wish: wish.clone(), side, fineness, quality, scale, size, report, watches };
+        match prepared.means.draw(&view, is_draft, &drawing) {
+            Ok(Begun::Done(canvas, report)) => Ok(Outcome::Picture(Box::new(self.complete(plan, canvas, report)))),
+            Ok(Begun::OnItsWay(reading)) => Ok(Outcome::OnItsWay(Box::new(OnItsWay { plan, reading }))),
             Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
                 // What the device could not do, the processor does from now on.
                 self.prepare_on_cpu(drawn, scene, quality, vec![format!("drawn on the CPU: {problem}")], &preparing)?;
-                return self.draw((wish, side), scene, fineness, tools);
+                self.draw((wish, side), scene, fineness, tools)
             }
-            other => other?,
+            Err(other) => Err(other),
+        }
+    }
+
+    /// The picture that a device has drawn.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the device has failed.
+    pub(in crate::studio) fn receive(&mut self, on_its_way: OnItsWay) -> Result<Picture, RenderError> {
+        let OnItsWay { plan, reading } = on_its_way;
+        let (pixels, report) = reading.finish()?;
+        let canvas = match pixels {
+            Pixels::Linear(linear) => Canvas::Linear(linear),
+            Pixels::Srgba8(bytes) => Canvas::Srgba8(bytes),
         };
+        // The first time says nothing about others: shaders became programs in it.
+        let was_cold = self.prepared.as_mut().is_some_and(|prepared| std::mem::take(&mut prepared.is_cold));
+        let pace = was_cold.then(|| self.pace.clone());
+        let picture = self.complete(plan, canvas, report);
+        self.pace = pace.unwrap_or_else(|| self.pace.clone());
+        self.meanwhile = None;
+        Ok(picture)
+    }
+
+    /// A draft by the processor, where a device has not drawn anything yet and its method needs no preparation there.
+    ///
+    /// # Errors
+    /// As [`Self::draw`].
+    pub(in crate::studio) fn draw_meanwhile(
+        &mut self,
+        (wish, side): (&Arc<Wish>, usize),
+        scene: &Arc<Scene>,
+        tools: Tools<'_>,
+    ) -> Result<Option<Picture>, RenderError> {
+        let is_cold = self.prepared.as_ref().is_some_and(|prepared| prepared.is_cold);
+        if !is_cold || !drafts_are_cheaper(&wish.sides[side]) {
+            return Ok(None);
+        }
+        let meanwhile = self.meanwhile.get_or_insert_default();
+        match meanwhile.draw((wish, side), scene, Fineness::Draft, Tools { gpu: None, ..tools })? {
+            Outcome::Picture(picture) => Ok(Some(*picture)),
+            Outcome::OnItsWay(_) => Ok(None),
+        }
+    }
+
+    /// Whether a device draws a method.
+    fn draws_on_device(&self, drawn: &Drawn, tools: Tools<'_>) -> bool {
+        let known = self.prepared.as_ref().filter(|known| known.does(drawn));
+        let could = || tools.gpu.is_some() && methods::find(&drawn.method).is_ok_and(|info| info.gpu);
+        known.map_or_else(could, |known| matches!(known.means, Means::Gpu(_)))
+    }
+
+    /// A picture of what was drawn.
+    fn complete(&mut self, plan: Plan, canvas: Canvas, of_view: Report) -> Picture {
+        let Plan { wish, side, fineness, quality, scale, size, mut report, watches: [of_all, of_frame] } = plan;
         report.add(of_view);
         // Pictures of other numbers of samples say nothing about drafts.
-        if fineness == Fineness::Draft || !drafts_are_cheaper(drawn) {
+        if fineness == Fineness::Draft || !drafts_are_cheaper(&wish.sides[side]) {
             self.pace.note(scale, of_frame.elapsed_ms());
         }
-        report.warnings.splice(0..0, prepared.warnings.iter().cloned());
+        let mut processor = String::new();
+        if let Some(prepared) = &self.prepared {
+            report.warnings.splice(0..0, prepared.warnings.iter().cloned());
+            processor.clone_from(&prepared.processor);
+        }
         let (rgba, linear, texture) = match canvas {
             Canvas::Linear(linear) => (linear.to_srgba8(), Some(Arc::new(linear)), None),
+            Canvas::Srgba8(bytes) => (bytes, None, None),
             Canvas::Texture(texture) => (Vec::new(), None, Some(texture)),
         };
-        Ok(Picture {
-            side,
-            wish: wish.clone(),
-            is_whole: (width, height) == (wish.size[0], wish.size[1]) && quality.samples >= drawn.quality.samples,
-            samples: quality.samples,
-            rgba,
-            linear,
-            texture,
-            size: [width, height],
-            report,
-            frame_ms: watch.elapsed_ms(),
-            processor: prepared.processor.clone(),
-        })
+        let is_whole = size == wish.size && quality.samples >= wish.sides[side].quality.samples;
+        let (samples, frame_ms) = (quality.samples, of_all.elapsed_ms());
+        Picture { side, wish, is_whole, samples, rgba, linear, texture, size, report, frame_ms, processor }
     }
 
     /// Makes the method ready for a scene: anew, or by an update.
@@ -197,9 +225,7 @@ impl Side {
         gpu: Option<&Gpu>,
         progress: &dyn Progress,
     ) -> Result<Report, RenderError> {
-        let is_same =
-            |known: &PreparedSide| known.drawn.method == drawn.method && known.drawn.settings == drawn.settings;
-        if let Some(known) = self.prepared.as_mut().filter(|known| is_same(known)) {
+        if let Some(known) = self.prepared.as_mut().filter(|known| known.does(drawn)) {
             if Arc::ptr_eq(&known.scene, scene) && known.quality == quality {
                 return Ok(Report::default());
             }
@@ -215,7 +241,7 @@ impl Side {
                 Ok(Some(device)) => {
                     let report = device.renderer.report().clone();
                     let (means, processor) = (Means::Gpu(Box::new(device)), gpu.name());
-                    self.keep(drawn, scene, quality, means, processor, warnings);
+                    self.keep((drawn, scene, quality), means, processor, warnings);
                     return Ok(report);
                 }
                 Ok(None) => {}
@@ -238,21 +264,20 @@ impl Side {
         let method = methods::create(&drawn.method, &drawn.settings)?;
         let prepared = method.prepare(scene, quality, None, progress)?;
         let report = prepared.report().clone();
-        self.keep(drawn, scene, quality, Means::Cpu(prepared), "CPU".into(), warnings);
+        self.keep((drawn, scene, quality), Means::Cpu(prepared), "CPU".into(), warnings);
         Ok(report)
     }
 
     fn keep(
         &mut self,
-        drawn: &Drawn,
-        scene: &Arc<Scene>,
-        quality: Quality,
+        (drawn, scene, quality): (&Drawn, &Arc<Scene>, Quality),
         means: Means,
         processor: String,
         warnings: Vec<String>,
     ) {
         let (drawn, scene) = (drawn.clone(), scene.clone());
-        self.prepared = Some(PreparedSide { drawn, quality, scene, means, processor, warnings });
+        let is_cold = matches!(means, Means::Gpu(_));
+        self.prepared = Some(PreparedSide { drawn, quality, scene, means, processor, warnings, is_cold });
     }
 
     /// Forgets everything.

@@ -444,11 +444,9 @@ impl VirtualTables {
         Ok(all)
     }
 
-    /// What was found in the last picture, once its work is done.
-    pub(crate) fn counts(&self, context: &Context) -> Result<VirtualCounts, GpuError> {
-        let encoder = context.device.create_command_encoder(&Default::default());
-        let counts = context.read_buffer(encoder, &self.work, COUNTED * 4, 1)?;
-        Ok(counts.into_iter().next().unwrap_or_default())
+    /// Where it is counted what is found in a picture: a buffer, an offset and a size in bytes.
+    pub(crate) fn counts(&self) -> (&wgpu::Buffer, u64, u64) {
+        (&self.work, COUNTED * 4, size_of::<VirtualCounts>() as u64)
     }
 
     /// Memory that they take on the device.
