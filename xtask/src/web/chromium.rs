@@ -185,6 +185,13 @@ impl Page {
         self.command("Input.dispatchMouseEvent", parameters).map(drop)
     }
 
+    /// Something that fingers do, which are then at these places: `touchStart`, `touchMove`, `touchEnd`.
+    pub(super) fn touch(&mut self, kind: &str, fingers: &[[f64; 2]]) -> Result<()> {
+        let point = |(id, [x, y]): (usize, &[f64; 2])| json!({ "x": x, "y": y, "id": id });
+        let points: Vec<Value> = fingers.iter().enumerate().map(point).collect();
+        self.command("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points })).map(drop)
+    }
+
     /// A picture of the page, as it is on the screen.
     pub(super) fn screenshot(&mut self) -> Result<image::RgbImage> {
         use base64::Engine;

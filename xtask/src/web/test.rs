@@ -61,22 +61,25 @@ fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
     page.wait_for(&format!("(state => state.sharp && JSON.stringify(state.eye) !== '{eye}')({STATE})"))?;
     matches_the_library(&mut page, "auto")?;
     println!("ok: {graphics:?}: dragging turns the view");
+    let far = distance(&mut page)?;
+    pinch(&mut page)?;
+    page.wait_for(&format!("(state => state.sharp && Math.hypot(...state.eye) < {far} * 0.9)({STATE})"))?;
+    matches_the_library(&mut page, "auto")?;
+    println!("ok: {graphics:?}: two fingers go nearer");
     page.value("catoptric.choose(0, 'environment_map')")?;
     page.wait_for(&format!("(state => state.sharp && state.method === 'environment_map')({STATE})"))?;
     matches_the_library(&mut page, "environment_map")?;
     println!("ok: {graphics:?}: another method is drawn");
-    page.value(
-        "(() => { const files = new DataTransfer(); files.items.add(new File([new Uint8Array([1, 2, 3])], \
-         'broken.glb')); for (const kind of ['dragenter', 'dragover', 'drop']) { \
-         document.querySelector('canvas').dispatchEvent(new DragEvent(kind, { dataTransfer: files, bubbles: true, \
-         cancelable: true })); } })()",
-    )?;
+    drop_files(&mut page, &[("broken.glb", "nothing")])?;
     page.wait_for(&format!("{STATE}.messages.some(message => message.includes('broken.glb'))"))?;
     println!("ok: {graphics:?}: a broken file is told in words");
     let ball = "[[reflector]]\\nname = 'ball'\\nsurface = 'sphere'\\ncenter = [0, 0, 0]\\nradius = 1\\n";
     page.value(&format!("catoptric.open('ball.toml', new TextEncoder().encode(\"{ball}\"))"))?;
     page.wait_for(&format!("(state => state.sharp && state.scene === 'ball.toml')({STATE})"))?;
-    println!("ok: {graphics:?}: a file is opened");
+    let ball = "mtllib ball.mtl\\nusemtl red\\nv 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n";
+    drop_files(&mut page, &[("ball.mtl", "newmtl red\\nKd 1 0 0\\n"), ("ball.obj", ball)])?;
+    page.wait_for(&format!("(state => state.sharp && state.scene === 'ball.obj')({STATE})"))?;
+    println!("ok: {graphics:?}: files are opened, alone and with those that they name");
     ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);
     Ok(())
 }
@@ -121,10 +124,43 @@ fn state(page: &mut Page) -> Result<Value> {
     page.value(STATE)
 }
 
-fn drag(page: &mut Page) -> Result<()> {
+/// Drops files with these names and texts onto the picture.
+fn drop_files(page: &mut Page, files: &[(&str, &str)]) -> Result<()> {
+    let file = |(name, text): &(&str, &str)| format!("files.items.add(new File(['{text}'], '{name}'));");
+    let files: String = files.iter().map(file).collect();
+    page.value(&format!(
+        "(() => {{ const files = new DataTransfer(); {files} for (const kind of ['dragenter', 'dragover', 'drop']) {{ \
+         document.querySelector('canvas').dispatchEvent(new DragEvent(kind, {{ dataTransfer: files, bubbles: true, \
+         cancelable: true }})); }} }})()"
+    ))
+    .map(drop)
+}
+
+/// The eye's distance from the middle of the world.
+fn distance(page: &mut Page) -> Result<f64> {
+    page.value(&format!("Math.hypot(...{STATE}.eye)"))?.as_f64().context("no eye")
+}
+
+/// Two fingers on the picture move apart.
+fn pinch(page: &mut Page) -> Result<()> {
+    let middle = middle(page)?;
+    let fingers = |apart: f64| [[middle[0] - apart, middle[1]], [middle[0] + apart, middle[1]]];
+    page.touch("touchStart", &fingers(40.0))?;
+    for step in 1..=8 {
+        page.touch("touchMove", &fingers(40.0 + 6.0 * f64::from(step)))?;
+    }
+    page.touch("touchEnd", &[])
+}
+
+/// The middle of the picture.
+fn middle(page: &mut Page) -> Result<[f64; 2]> {
     let rect = state(page)?["rect"].clone();
     let number = |index: usize| rect[index].as_f64().context("no place of the picture");
-    let middle = [number(0)? + number(2)? / 2.0, number(1)? + number(3)? / 2.0];
+    Ok([number(0)? + number(2)? / 2.0, number(1)? + number(3)? / 2.0])
+}
+
+fn drag(page: &mut Page) -> Result<()> {
+    let middle = middle(page)?;
     page.mouse("mouseMoved", middle, false)?;
     page.mouse("mousePressed", middle, true)?;
     for step in 1..=6 {

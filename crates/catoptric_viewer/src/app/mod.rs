@@ -16,7 +16,7 @@ pub use link::Link;
 pub use link::StudioThread;
 
 use crate::studio::news::SceneSummary;
-use crate::studio::order::{Changes, Drawn, Order, Source, Wish};
+use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{self, Quality};
@@ -326,13 +326,20 @@ impl Viewer {
     }
 
     fn take_dropped_files(&mut self, ctx: &Context) {
-        let dropped = ctx.input(|input| input.raw.dropped_files.first().cloned());
-        let Some(file) = dropped else { return };
+        let dropped = ctx.input(|input| input.raw.dropped_files.clone());
+        if dropped.is_empty() {
+            return;
+        }
         #[cfg(not(target_family = "wasm"))]
-        self.open(Source::File(file.path().into()));
+        {
+            let names: Vec<String> = dropped.iter().map(|file| file.path().display().to_string()).collect();
+            if let Some(scene) = scene_of(names.iter().map(String::as_str)) {
+                self.open(Source::File(dropped[scene].path().into()));
+            }
+        }
         #[cfg(target_family = "wasm")]
         {
-            self.opening = Some(files::read_dropped(file));
+            self.opening = Some(files::read_dropped(dropped));
             ctx.request_repaint();
         }
     }
@@ -356,12 +363,20 @@ impl Viewer {
         let Some(opening) = &self.opening else { return };
         match opening.try_recv() {
             Ok(Ok(Chosen::Path(path))) => self.open(Source::File(path)),
-            Ok(Ok(Chosen::Content(name, bytes))) => self.open(Source::Bytes { name, bytes: bytes.into() }),
+            Ok(Ok(Chosen::Contents(contents))) => self.open_contents(contents),
             Ok(Err(problem)) => self.say(problem),
             Err(Empty) => return,
             Err(_) => {}
         }
         self.opening = None;
+    }
+
+    /// Opens that of several files which is a scene.
+    fn open_contents(&mut self, mut contents: Vec<(String, Vec<u8>)>) {
+        let Some(scene) = scene_of(contents.iter().map(|(name, _)| name.as_str())) else { return };
+        let (name, bytes) = contents.swap_remove(scene);
+        let beside = Beside(Arc::new(contents.into_iter().collect()));
+        self.open(Source::Bytes { name, bytes: bytes.into(), beside });
     }
 
     fn follow_keys(&mut self, ctx: &Context) {

@@ -5,9 +5,11 @@ use catoptric::methods::Quality;
 use catoptric::scene::edits::{Look, LookRule, MoveRule};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, PoseOptions, Role};
+use catoptric_scenes::import::Resolver;
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,13 +18,42 @@ pub enum Source {
     Builtin(String),
     /// A file with those that it names.
     File(PathBuf),
-    /// A file that was dropped or downloaded, by its name; it must stand alone.
+    /// A file that was dropped or downloaded, by its name, with those that came with it.
     Bytes {
         /// Its name, whose extension tells its kind.
         name: String,
         /// Its content.
-        bytes: std::sync::Arc<[u8]>,
+        bytes: Arc<[u8]>,
+        /// The files that came with it, which it may name.
+        beside: Beside,
     },
+}
+
+/// Files by their names, without folders: browsers tell no more.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Beside(pub Arc<BTreeMap<String, Vec<u8>>>);
+
+impl Resolver for Beside {
+    fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SceneError> {
+        let plain = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        let Some(bytes) = self.0.get(plain) else {
+            return Err(SceneError::invalid(name, "path", "is not among the files: open it together with the scene"));
+        };
+        if bytes.len() as u64 > limit {
+            let problem = format!("has {} bytes; at most {limit} are allowed", bytes.len());
+            return Err(SceneError::invalid(name, "file", problem));
+        }
+        Ok(bytes.clone())
+    }
+}
+
+/// The file of several that is the scene: one that names others before those that are named.
+pub fn scene_of<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<usize> {
+    let rank = |name: &str| {
+        let name = name.to_lowercase();
+        [".toml", ".gltf", ".glb", ".obj"].into_iter().position(|end| name.ends_with(end)).unwrap_or(4)
+    };
+    names.into_iter().enumerate().min_by_key(|(_, name)| rank(name)).map(|(index, _)| index)
 }
 
 impl Source {

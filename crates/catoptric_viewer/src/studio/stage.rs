@@ -38,7 +38,7 @@ impl Stage {
         let model = match source {
             Source::Builtin(spec) => builtin::parse(spec)?,
             Source::File(path) => import::load(path)?,
-            Source::Bytes { name, bytes } => import::load_bytes(name, bytes, &import::NoFiles)?,
+            Source::Bytes { name, bytes, beside } => import::load_bytes(name, bytes, beside)?,
         };
         let mut stage = Self { number, model, memory: PoseMemory::default(), posed: None, tracer: None };
         let scene = stage.scene(0.0, &Changes::default())?;

@@ -1,7 +1,7 @@
 //! The studio turn by turn, without a thread and without a window.
 
 use super::news::{Compared, News, Picture, SceneSummary};
-use super::order::{Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::*;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{self, Quality};
@@ -145,7 +145,7 @@ fn roles_change_what_is_drawn() {
 #[test]
 fn what_cannot_be_loaded_or_drawn_is_told_in_words() {
     let (mut bench, summary) = Bench::with_scene();
-    let broken = Source::Bytes { name: "broken.glb".into(), bytes: vec![1, 2, 3].into() };
+    let broken = Source::Bytes { name: "broken.glb".into(), bytes: vec![1, 2, 3].into(), beside: Beside::default() };
     bench.mailbox.send(Order::Load { number: 2, source: broken });
     bench.turn();
     let told = bench.all();
@@ -214,14 +214,17 @@ fn what_goes_over_the_wire_arrives() {
         wire::Request::Wish(read) => assert_eq!(*read, sent),
         other => panic!("{other:?}"),
     }
-    let load = Order::Load { number: 3, source: Source::Bytes { name: "a.glb".into(), bytes: vec![1, 2, 3].into() } };
+    let named = [("a.bin".to_owned(), vec![4, 5]), ("b.png".to_owned(), vec![6])];
+    let with_others = Beside(Arc::new(named.into()));
+    let source = Source::Bytes { name: "a.glb".into(), bytes: vec![1, 2, 3].into(), beside: with_others.clone() };
+    let load = Order::Load { number: 3, source };
     match wire::read_request(wire::request(&wire::Request::Order(load)).unwrap()).unwrap() {
-        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes } }) => {
-            assert_eq!((name.as_str(), &*bytes), ("a.glb", &[1, 2, 3][..]));
+        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes, beside } }) => {
+            assert_eq!((name.as_str(), &*bytes, beside), ("a.glb", &[1, 2, 3][..], with_others));
         }
         other => panic!("{other:?}"),
     }
-    // All news of a wish, as they are printed; linear colours stay behind.
+    // All news of a wish, as they are printed; linear colours of what is not whole stay behind.
     bench.mailbox.wish(Arc::new(sent));
     bench.run();
     bench.mailbox.send(Order::Pick { number: 5, position_px: [48.0, 32.0] });
@@ -233,7 +236,8 @@ fn what_goes_over_the_wire_arrives() {
     all.push(News::Loaded(Box::new(summary)));
     for mut news in all {
         if let News::Drawn(picture) = &mut news {
-            (picture.linear, picture.report.bytes, picture.report.choices) = (None, Default::default(), Vec::new());
+            picture.linear = picture.linear.take().filter(|_| picture.is_whole);
+            (picture.report.bytes, picture.report.choices) = (Default::default(), Vec::new());
             picture.report.error_px = None;
         }
         let printed = format!("{news:?}");
@@ -242,4 +246,27 @@ fn what_goes_over_the_wire_arrives() {
     }
     let short = wire::Message { text: "{\"Nothing\":1}".into(), bytes: Vec::new() };
     assert!(wire::read_news(short).is_err());
+}
+
+/// A scene that names another file, both from memory; a file that is missing is named.
+#[test]
+fn files_that_come_together_find_each_other() {
+    use super::order::scene_of;
+    assert_eq!(scene_of(["a.bin", "A.GLTF", "a.png"]), Some(1));
+    assert_eq!(scene_of(["b.glb", "b.toml"]), Some(1));
+    assert_eq!(scene_of([]), None);
+    let object = "mtllib ball.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let materials = b"newmtl red\nKd 1 0 0\n".to_vec();
+    let load = |beside: Beside| {
+        let mut bench = Bench::new();
+        let source = Source::Bytes { name: "ball.obj".into(), bytes: object.as_bytes().into(), beside };
+        bench.mailbox.send(Order::Load { number: 1, source });
+        bench.turn();
+        bench.all()
+    };
+    let told = |all: &[News], word: &str| all.iter().any(|news| format!("{news:?}").contains(word));
+    let alone = load(Beside::default());
+    assert!(told(&alone, "open it together with the scene") && told(&alone, "ball.mtl"), "{alone:?}");
+    let together = load(Beside(Arc::new([("ball.mtl".to_owned(), materials)].into())));
+    assert!(told(&together, "Loaded") && !told(&together, "together"), "{together:?}");
 }

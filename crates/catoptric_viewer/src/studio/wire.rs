@@ -2,8 +2,9 @@
 //! worker.
 
 use super::news::{Compared, News, ObjectSummary, Picture, SceneSummary};
-use super::order::{Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::pick::Bounce;
+use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
 use catoptric::methods::{Quality, Report};
 use catoptric::optics::path::bundle::BounceKind;
@@ -43,10 +44,12 @@ enum WireRequest {
         number: u64,
         spec: String,
     },
-    /// The bytes are the file's.
+    /// The bytes are the file's, of this length, and those of the files beside it.
     Bytes {
         number: u64,
         name: String,
+        length: usize,
+        beside: Vec<(String, usize)>,
     },
     Pick {
         number: u64,
@@ -102,7 +105,7 @@ enum WireNews {
         number: u64,
         problem: String,
     },
-    /// The bytes are the picture's.
+    /// The bytes are the picture's, and those of its linear colours.
     Drawn(WirePicture),
     NotDrawn {
         wish: WireWish,
@@ -163,6 +166,7 @@ struct WirePicture {
     warnings: Vec<String>,
     frame_ms: f64,
     processor: String,
+    has_linear: bool,
 }
 
 /// A request as a message; `None` for files, which workers cannot read.
@@ -175,9 +179,11 @@ pub fn request(request: &Request) -> Option<Message> {
         }
         Request::Order(Order::Load { number, source }) => match source {
             Source::Builtin(spec) => WireRequest::Builtin { number: *number, spec: spec.clone() },
-            Source::Bytes { name, bytes: content } => {
+            Source::Bytes { name, bytes: content, beside } => {
                 bytes = content.to_vec();
-                WireRequest::Bytes { number: *number, name: name.clone() }
+                beside.0.values().for_each(|content| bytes.extend_from_slice(content));
+                let beside = beside.0.iter().map(|(name, content)| (name.clone(), content.len())).collect();
+                WireRequest::Bytes { number: *number, name: name.clone(), length: content.len(), beside }
             }
             Source::File(_) => return None,
         },
@@ -194,7 +200,19 @@ pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireErr
     let load = |number, source| Request::Order(Order::Load { number, source });
     Ok(match wire {
         WireRequest::Builtin { number, spec } => load(number, Source::Builtin(spec)),
-        WireRequest::Bytes { number, name } => load(number, Source::Bytes { name, bytes: bytes.into() }),
+        WireRequest::Bytes { number, name, length, beside } => {
+            let mut left = &bytes[..];
+            let mut take = |length: usize| {
+                let (taken, rest) =
+                    left.split_at_checked(length).ok_or_else(|| WireError("bytes are missing".into()))?;
+                left = rest;
+                Ok::<_, WireError>(taken)
+            };
+            let content = take(length)?.into();
+            let beside = beside.into_iter().map(|(name, length)| Ok((name, take(length)?.to_vec())));
+            let beside = Beside(Arc::new(beside.collect::<Result<_, WireError>>()?));
+            load(number, Source::Bytes { name, bytes: content, beside })
+        }
         WireRequest::Pick { number, position_px } => Request::Order(Order::Pick { number, position_px }),
         WireRequest::Wish(wish) => Request::Wish(Arc::new(wish.read()?)),
     })
@@ -213,6 +231,9 @@ pub fn news(news: News) -> Option<Message> {
         News::Drawn(picture) => {
             let wire = WirePicture::from(&*picture);
             bytes = picture.rgba;
+            if let Some(linear) = picture.linear.filter(|_| wire.has_linear) {
+                bytes.extend_from_slice(bytemuck::cast_slice(&linear.pixels));
+            }
             WireNews::Drawn(wire)
         }
         News::NotDrawn { wish, side, problem } => WireNews::NotDrawn { wish: WireWish::from(&*wish), side, problem },
@@ -428,13 +449,22 @@ impl From<&Picture> for WirePicture {
             warnings: warnings.clone(),
             frame_ms: picture.frame_ms,
             processor: picture.processor.clone(),
+            // Drafts are neither saved nor compared.
+            has_linear: picture.is_whole && picture.linear.is_some(),
         }
     }
 }
 
 impl WirePicture {
-    fn read(self, rgba: Vec<u8>) -> Result<Picture, WireError> {
-        check_length(rgba.len(), self.size, 4)?;
+    fn read(self, mut rgba: Vec<u8>) -> Result<Picture, WireError> {
+        let [width, height] = self.size;
+        let mut linear = None;
+        check_length(rgba.len(), self.size, if self.has_linear { 20 } else { 4 })?;
+        if self.has_linear {
+            let floats = rgba.split_off(width as usize * height as usize * 4);
+            let pixels = bytemuck::pod_collect_to_vec(&floats);
+            linear = Some(Arc::new(Framebuffer { width, height, pixels }));
+        }
         let named = |(name, count): (String, u64)| (kept(name), count);
         let report = Report {
             stages_ms: self.stages_ms.into_iter().map(|(name, ms)| (kept(name), ms)).collect(),
@@ -449,7 +479,7 @@ impl WirePicture {
             is_whole: self.is_whole,
             samples: self.samples,
             size: self.size,
-            linear: None,
+            linear,
             rgba,
             texture: None,
             report,

@@ -4,7 +4,7 @@ use super::line::WorkerLine;
 use catoptric::methods::Quality;
 use catoptric::scene::Projection;
 use catoptric_viewer::app::{Start, Viewer, ViewerEvent};
-use catoptric_viewer::studio::order::Source;
+use catoptric_viewer::studio::order::{Beside, Source};
 use eframe::{WebOptions, WebRunner};
 use js_sys::{Function, Reflect};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -146,7 +146,7 @@ impl Page {
 
 fn source(name: &str, content: Option<Vec<u8>>) -> Source {
     match content {
-        Some(bytes) => Source::Bytes { name: name.into(), bytes: bytes.into() },
+        Some(bytes) => Source::Bytes { name: name.into(), bytes: bytes.into(), beside: Beside::default() },
         None => Source::of_word(name),
     }
 }

@@ -12,9 +12,9 @@ pub(in crate::app) enum Chosen {
     /// A file on this machine.
     #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "browsers show no paths"))]
     Path(PathBuf),
-    /// A file's name and content.
+    /// Names and contents of files.
     #[cfg_attr(not(target_family = "wasm"), expect(dead_code, reason = "paths tell more"))]
-    Content(String, Vec<u8>),
+    Contents(Vec<(String, Vec<u8>)>),
 }
 
 /// What becomes of a file that is saved: its path, or a problem; nothing if the user has changed their mind.
@@ -37,15 +37,22 @@ pub(in crate::app) fn open() -> Choice {
     choice
 }
 
-/// The content of a file that was dropped, which browsers give later.
+/// The contents of files that were dropped, which browsers give later.
 #[cfg(target_family = "wasm")]
-pub(in crate::app) fn read_dropped(file: eframe::egui::DroppedFileHandle) -> Choice {
+pub(in crate::app) fn read_dropped(files: Vec<eframe::egui::DroppedFileHandle>) -> Choice {
     let (sender, choice) = channel();
     wasm_bindgen_futures::spawn_local(async move {
-        let name = file.path().display().to_string();
-        let content = file.bytes_async().await.map_err(|problem| format!("{name}: {problem}"));
+        let mut contents = Ok(Vec::new());
+        for file in files {
+            let name = file.path().display().to_string();
+            let content = file.bytes_async().await.map_err(|problem| format!("{name}: {problem}"));
+            contents = contents.and_then(|mut all| {
+                all.push((name, content?));
+                Ok(all)
+            });
+        }
         // The window may be gone by then.
-        let _ = sender.send(content.map(|bytes| Chosen::Content(name, bytes)));
+        let _ = sender.send(contents.map(Chosen::Contents));
     });
     choice
 }
@@ -84,7 +91,9 @@ mod system {
 mod system {
     use super::{Chosen, Make, Path, PathBuf, Sender};
     use js_sys::{Array, Uint8Array};
+    use wasm_bindgen::prelude::Closure;
     use wasm_bindgen::{JsCast, JsValue};
+    use wasm_bindgen_futures::JsFuture;
 
     pub(super) fn save(name: &str, _extension: &'static str, make: Make, done: Sender<Result<PathBuf, String>>) {
         let path = Path::new(name);
@@ -107,6 +116,37 @@ mod system {
     }
 
     pub(super) fn open(done: Sender<Result<Chosen, String>>) {
-        let _ = done.send(Err("drop a file onto the picture to open it".into()));
+        if choose(done.clone()).is_err() {
+            let _ = done.send(Err("the browser shows no dialogue; drop a file onto the picture to open it".into()));
+        }
+    }
+
+    /// Shows the browser's dialogue.
+    fn choose(done: Sender<Result<Chosen, String>>) -> Result<(), JsValue> {
+        let document = web_sys::window().and_then(|window| window.document()).ok_or(JsValue::NULL)?;
+        let input: web_sys::HtmlInputElement = document.create_element("input")?.unchecked_into();
+        input.set_type("file");
+        input.set_multiple(true);
+        let chosen = input.clone();
+        let read = Closure::once_into_js(move || {
+            let files = chosen.files();
+            let all = move |index| files.as_ref().and_then(|files| files.get(index));
+            wasm_bindgen_futures::spawn_local(async move {
+                let mut contents = Ok(Vec::new());
+                for file in (0..).map_while(all) {
+                    let read = JsFuture::from(file.array_buffer()).await;
+                    let read = read.map_err(|problem| format!("{}: {problem:?}", file.name()));
+                    contents = contents.and_then(|mut all: Vec<_>| {
+                        all.push((file.name(), Uint8Array::new(&read?).to_vec()));
+                        Ok(all)
+                    });
+                }
+                // The window may be gone by then.
+                let _ = done.send(contents.map(Chosen::Contents));
+            });
+        });
+        input.set_onchange(Some(read.unchecked_ref()));
+        input.click();
+        Ok(())
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-/// Saves the left side's picture. In browsers linear colours stay with what draws: there 8 bits are all there is.
+/// Saves the left side's picture.
 fn save_picture(viewer: &mut Viewer, kind: &'static str) {
     let Some(picture) = &viewer.shown.pictures[0] else { return };
     let (linear, rgba, [width, height]) = (picture.linear.clone(), picture.rgba.clone(), picture.size);
