@@ -2,13 +2,22 @@
 
 use catoptric::methods::{self, Quality};
 use catoptric_viewer::app::{Start, StudioThread, Viewer};
+use catoptric_viewer::software;
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::Source;
 use clap::{Parser, ValueEnum};
+use eframe::UserEvent;
 use eframe::egui;
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
+use egui_winit::winit::event_loop::EventLoop;
+use egui_winit::winit::platform::run_on_demand::EventLoopExtRunOnDemand;
+use std::cell::RefCell;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Said where the window has no device.
+const NO_DRIVER: &str = "no graphics driver that can draw in this window (on Debian one for all machines is in \
+                         mesa-vulkan-drivers, with libvulkan1)";
 
 /// A scene in a window: drag a mirror ball, and compare methods with the ray-traced truth.
 #[derive(Parser)]
@@ -39,6 +48,9 @@ struct Args {
     /// The GPU, by a part of its name [default: the best]
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// Draw the window, too, on the processor, which needs no graphics driver
+    #[arg(long, conflicts_with = "adapter")]
+    software: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,7 +87,7 @@ pub(super) fn main() -> ExitCode {
 }
 
 fn run(args: Args) -> Result<(), String> {
-    let Args { scene, method, against, camera, samples, order, backend, adapter } = args;
+    let Args { scene, method, against, camera, samples, order, backend, adapter, software } = args;
     let start = Start {
         source: Source::of_word(&scene),
         method,
@@ -84,30 +96,88 @@ fn run(args: Args) -> Result<(), String> {
         camera,
         panels: true,
     };
-    let mut options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default().with_inner_size([1440.0, 860.0]).with_title("catoptric"),
-        ..Default::default()
+    let mut event_loop = EventLoop::with_user_event().build().map_err(|error| format!("no window: {error}"))?;
+    let remark = if software {
+        "window drawn by the processor, as asked"
+    } else {
+        let is_needed = backend == BackendChoice::Gpu || adapter.is_some();
+        match on_device(&mut event_loop, backend, adapter, start.clone())? {
+            Outcome::Shown => return Ok(()),
+            Outcome::NoDevice(problem) if is_needed => return Err(problem),
+            Outcome::NoDevice(problem) => eprintln!("{problem}; the window is drawn by the processor"),
+        }
+        "no graphics driver: window drawn by the processor"
     };
+    let make = |window: &egui::Context| {
+        let mut viewer = Viewer::new(Box::new(studio(window, None)), None, start);
+        viewer.remark(remark);
+        viewer
+    };
+    software::run(&mut event_loop, viewport(), Box::new(make)).map_err(|error| error.to_string())
+}
+
+/// The window as it is asked for.
+fn viewport() -> egui::ViewportBuilder {
+    egui::ViewportBuilder::default().with_inner_size([1440.0, 860.0]).with_title("catoptric")
+}
+
+/// A studio that wakes up a window.
+fn studio(window: &egui::Context, gpu: Option<Gpu>) -> StudioThread {
+    let window = window.clone();
+    StudioThread::start(gpu, Box::new(move || window.request_repaint()))
+}
+
+/// The end of a window on a device.
+enum Outcome {
+    /// It was there, and was closed.
+    Shown,
+    /// It never was: the reason.
+    NoDevice(String),
+}
+
+/// Shows the window on a device, if there is one that can draw on it.
+fn on_device(
+    event_loop: &mut EventLoop<UserEvent>,
+    backend: BackendChoice,
+    adapter: Option<String>,
+    start: Start,
+) -> Result<Outcome, String> {
+    let mut options = eframe::NativeOptions { viewport: viewport(), ..Default::default() };
+    let missing = Arc::new(Mutex::new(NO_DRIVER.to_owned()));
     if let (Some(name), WgpuSetup::CreateNew(setup)) = (adapter, &mut options.wgpu_options.wgpu_setup) {
-        let select = move |adapters: &[wgpu::Adapter], _: Option<&wgpu::Surface<'_>>| named(adapters, &name);
+        let missing = missing.clone();
+        let select = move |adapters: &[wgpu::Adapter], _: Option<&wgpu::Surface<'_>>| {
+            let found = named(adapters, &name);
+            if let Err(problem) = &found {
+                missing.lock().unwrap_or_else(PoisonError::into_inner).clone_from(problem);
+            }
+            found
+        };
         setup.native_adapter_selector = Some(Arc::new(select));
     }
-    let make = move |context: &eframe::CreationContext<'_>| {
+    // Set once there is a device: the library alone knows whether one can draw on this window, and tells nobody else.
+    let made = RefCell::new(None);
+    let make = |context: &eframe::CreationContext<'_>| {
         let device = context.wgpu_render_state.clone().filter(|device| draws(backend, device));
         let gpu = device
             .as_ref()
             .map(|RenderState { adapter, device, queue, .. }| Gpu::of_window(adapter, device.clone(), queue.clone()));
-        let window = context.egui_ctx.clone();
-        let studio = StudioThread::start(gpu.transpose()?, Box::new(move || window.request_repaint()));
+        let gpu = gpu.transpose();
+        *made.borrow_mut() = Some(gpu.as_ref().map(|_| ()).map_err(ToString::to_string));
+        let studio = studio(&context.egui_ctx, gpu?);
         Ok(Box::new(Viewer::new(Box::new(studio), device, start)) as Box<dyn eframe::App>)
     };
-    eframe::run_native("catoptric", options, Box::new(make)).map_err(|error| match error {
-        eframe::Error::Wgpu(problem) => format!(
-            "the window cannot be drawn: {problem}. It needs a graphics driver, if only one that draws on the \
-             processor (Debian: apt-get install mesa-vulkan-drivers libvulkan1); `catoptric render` needs none"
-        ),
-        other => other.to_string(),
-    })
+    let mut window = eframe::create_native("catoptric", options, Box::new(make), event_loop);
+    let ended = event_loop.run_app_on_demand(&mut window);
+    drop(window);
+    ended.map_err(|error| format!("no window: {error}"))?;
+    match made.into_inner() {
+        Some(made) => made.map(|()| Outcome::Shown),
+        None => {
+            let problem = missing.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            Ok(Outcome::NoDevice(problem))
+        }
+    }
 }
 
 /// The adapter whose name has a part.
