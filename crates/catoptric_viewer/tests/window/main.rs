@@ -1,7 +1,7 @@
 //! The window's content in egui's test harness: what the hand does and what is then seen.
 //!
-//! Where there is a device, pixels of the screen are looked at, too; without one these tests show as ignored, with the
-//! reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
+//! Pixels of the screen are looked at, too, as the processor draws the window, and on a device where there is one;
+//! without one these tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]
@@ -9,6 +9,7 @@
 mod apart;
 mod film;
 mod hand;
+mod painted;
 mod random;
 mod screen;
 mod session;

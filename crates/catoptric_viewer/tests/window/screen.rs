@@ -1,29 +1,35 @@
 //! What is seen on the screen.
 
-use crate::session::{SCENE, Session, expected, open, open_on, scene, settle, share_off};
+use crate::painted::{Beside, Painted};
+use crate::session::{SCENE, Session, expected, open, open_on, open_with, scene, settle, share_off, start};
 use catoptric_gpu::{Context, GpuError};
 use catoptric_viewer::app::Viewer;
-use egui::Key;
-use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
+use egui::{Event, Key, Modifiers, PointerButton, pos2};
+use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
+use image::imageops;
 use libtest_mimic::Trial;
 use std::collections::HashMap;
 use std::time::Duration;
 
 pub(crate) fn trials() -> Vec<Trial> {
+    let mut trials = vec![crate::trial("pixels of the screen are those of the picture, without a device", painted)];
     let reason = match Context::new(None) {
         Ok(_) => {
-            return vec![
+            trials.extend([
                 crate::trial("pixels of the screen are those of the picture", pixels),
                 crate::trial("the window's device draws the same, at rest and in motion", on_device),
                 crate::trial("a device that nothing waits for", crate::apart::draws_without_waiting),
-            ];
+                crate::trial("the processor draws the window as a device does", beside_device),
+            ]);
+            return trials;
         }
         Err(error @ GpuError::NoAdapter) => error.to_string(),
         Err(error) => return vec![Trial::test("a device", move || Err(error.to_string().into()))],
     };
     let is_required = std::env::var_os("CATOPTRIC_REQUIRE_GPU").is_some_and(|value| value == "1");
     let trial = Trial::test(format!("screen ({reason})"), move || Err(reason.into()));
-    vec![trial.with_ignored_flag(!is_required)]
+    trials.push(trial.with_ignored_flag(!is_required));
+    trials
 }
 
 /// The pixels of the picture on the screen, in red, green and blue.
@@ -52,9 +58,61 @@ fn blurred_difference(one: &[u8], other: &[u8], width: usize) -> f64 {
     squares.values().map(|(sum, count)| (sum / count).abs()).sum::<f64>() / squares.len() as f64
 }
 
-fn pixels() {
+fn painted() {
     let mut session = open(&format!("builtin:{SCENE}"), "auto", None);
     matches(&mut session);
+}
+
+fn pixels() {
+    let mut session = open_with(WgpuTestRenderer::new(), None, start(&format!("builtin:{SCENE}"), "auto", None));
+    matches(&mut session);
+}
+
+/// Compares all of the window, panels and letters too, with many kinds of things in it: a split view, a picked path, a
+/// heat map, and the letters at other scales.
+fn beside_device() {
+    let renderer = Beside { device: WgpuTestRenderer::new(), painted: Painted::default() };
+    let start = start(&format!("builtin:{SCENE}"), "environment_map", Some("auto"));
+    let mut session = open_with(renderer, None, start);
+    session.event(Event::PointerMoved(pos2(400.0, 320.0)));
+    for pressed in [true, false] {
+        let button = PointerButton::Primary;
+        session.event(Event::PointerButton { pos: pos2(400.0, 320.0), button, pressed, modifiers: Modifiers::NONE });
+        session.step();
+    }
+    settle(&mut session, Viewer::is_sharp);
+    for _ in 0..30 {
+        session.step();
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    compare(&mut session, "picked");
+    session.key_press(Key::H);
+    session.step();
+    settle(&mut session, |viewer| viewer.is_sharp() && viewer.flip_mean().is_some());
+    compare(&mut session, "heat");
+    for scale in [1.25, 2.0] {
+        session.set_pixels_per_point(scale);
+        session.step();
+        settle(&mut session, Viewer::is_sharp);
+        compare(&mut session, &format!("scale {scale}"));
+    }
+}
+
+/// Compares the two halves of a screen.
+fn compare(session: &mut Session, what: &str) {
+    let screen = session.render().unwrap();
+    if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
+        screen.save(std::path::Path::new(&folder).join(format!("beside {what}.png"))).unwrap();
+    }
+    let width = screen.width() / 2;
+    let [device, painted] = [0, width].map(|left| {
+        let half = imageops::crop_imm(&screen, left, 0, width, screen.height()).to_image();
+        half.pixels().flat_map(|pixel| pixel.0[..3].to_vec()).collect::<Vec<u8>>()
+    });
+    let off = share_off(&painted, &device, 3);
+    let furthest = painted.iter().zip(&device).map(|(one, other)| one.abs_diff(*other)).max().unwrap();
+    println!("{what}: {:.4} % of pixels off by more than 25 of 255, the furthest by {furthest}", off * 100.0);
+    assert!(off < 0.005, "{what}: {off}");
 }
 
 /// Compares the screen with the picture that the library draws on the processor.

@@ -1,5 +1,6 @@
 //! A window under test.
 
+use crate::painted::Painted;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::{self, Quality};
@@ -11,8 +12,8 @@ use catoptric_viewer::app::{StudioThread, Viewer};
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::{Source, Wish};
 use eframe::egui_wgpu::RenderState;
-use egui_kittest::Harness;
 use egui_kittest::wgpu::WgpuTestRenderer;
+use egui_kittest::{Harness, TestRenderer};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -48,16 +49,22 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
 
 /// A window that begins with something, once everything is sharp.
 pub(crate) fn open_as(device: Option<RenderState>, start: Start) -> Session {
+    match device.clone() {
+        Some(window) => open_with(WgpuTestRenderer::from_render_state(window), device, start),
+        None => open_with(Painted::default(), None, start),
+    }
+}
+
+/// The same, with what draws the window; `device` is what draws the scene.
+pub(crate) fn open_with(renderer: impl TestRenderer + 'static, device: Option<RenderState>, start: Start) -> Session {
     let gpu = device.as_ref().map(|RenderState { adapter, device, queue, .. }| {
         Gpu::of_window(adapter, device.clone(), queue.clone()).unwrap()
     });
     let studio = StudioThread::start(gpu, Box::new(|| ()));
-    let viewer = Viewer::new(Box::new(studio), device.clone(), start);
+    let viewer = Viewer::new(Box::new(studio), device, start);
     // Files may have names of any letters.
-    let mut builder = Harness::builder().allow_missing_glyphs().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);
-    if let Some(device) = device {
-        builder = builder.renderer(WgpuTestRenderer::from_render_state(device));
-    }
+    let builder = Harness::builder().allow_missing_glyphs().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);
+    let builder = builder.renderer(renderer);
     let mut session = builder.build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
     settle(&mut session, Viewer::is_sharp);
     session
