@@ -7,6 +7,8 @@
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]
 
 mod apart;
+#[cfg(target_os = "linux")]
+mod desktop;
 mod film;
 mod hand;
 mod painted;
@@ -22,6 +24,8 @@ fn main() {
     trials.extend(random::trials());
     trials.extend(screen::trials());
     trials.extend(film::trials());
+    #[cfg(target_os = "linux")]
+    trials.extend(desktop::trials());
     libtest_mimic::run(&arguments, trials).exit();
 }
 
