@@ -61,6 +61,7 @@ fn measure(scene: &str, name: &str, methods: &[&str]) {
         size: SIZE,
         sides: methods.iter().map(|method| drawn(method)).collect(),
         compares: false,
+        overlays: Vec::new(),
     };
     // Once at rest: what is prepared is there, and sharpening has begun.
     let first = Arc::new(wish(summary.cameras[0].clone()));

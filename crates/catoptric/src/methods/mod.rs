@@ -5,6 +5,7 @@ pub mod budget;
 pub mod limits;
 pub mod lookup;
 mod lookup_shader;
+pub mod overlay;
 pub mod path_lists;
 pub mod path_query;
 pub mod projection;
@@ -19,6 +20,7 @@ pub(crate) use settings::{SettingValue, declare_choices, declare_settings, withi
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::path_lists::PathLists;
 use crate::methods::path_query::PathSearch;
 use crate::methods::projector::VertexProjector;
@@ -206,6 +208,11 @@ pub trait Method: Send + Sync {
     /// The method's name and abilities.
     fn info(&self) -> &'static MethodInfo;
 
+    /// The overlays that its frames can give ([`Frame::overlay`]).
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[]
+    }
+
     /// Builds what depends on the scene alone, not on the view. `bake` replaces long precomputation
     /// ([`MethodInfo::bake`]).
     ///
@@ -258,6 +265,16 @@ pub trait Frame: Send + Sync {
     /// [`RenderError::Limit`] where the method's settings ask for more than geometry; [`RenderError::Cancelled`].
     fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {
         let _ = progress;
+        Ok(None)
+    }
+
+    /// Something to be shown over the picture; `None` for kinds that the method does not have ([`Method::overlays`]).
+    /// It takes about as long as a picture.
+    ///
+    /// # Errors
+    /// As [`Frame::draw`] and [`Frame::path_lists`].
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        let _ = (kind, progress);
         Ok(None)
     }
 

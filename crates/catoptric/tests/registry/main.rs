@@ -7,5 +7,6 @@ mod cancelling;
 mod degenerate;
 mod highlights;
 mod matrix;
+mod overlays;
 mod popping;
 mod settings;

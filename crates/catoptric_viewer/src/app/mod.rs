@@ -5,6 +5,7 @@ mod hand;
 mod link;
 mod navigator;
 mod news;
+mod overlay;
 mod panels;
 mod picture;
 mod settings;
@@ -19,6 +20,7 @@ use crate::studio::news::SceneSummary;
 use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use clock::Clock;
 use eframe::egui::{self, Context, Key, Ui};
@@ -26,7 +28,7 @@ use eframe::egui_wgpu::RenderState;
 use hand::{Grip, Tool};
 use navigator::Navigator;
 use shown::{Shown, ShownPicture};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use take_away::files::{self, Chosen, Saved};
 
@@ -91,6 +93,8 @@ pub struct Viewer {
     /// Where the divider is, from 0 to 1; `None`: the left side alone.
     divider: Option<f32>,
     shows_heat: bool,
+    /// What is shown over the left side, as far as its method has it.
+    overlays: BTreeSet<OverlayKind>,
     changes: Changes,
     clock: Clock,
     shows_panels: bool,
@@ -132,6 +136,7 @@ impl Viewer {
             quality: start.quality,
             divider: start.against.is_some().then_some(0.5),
             shows_heat: false,
+            overlays: BTreeSet::new(),
             changes: Changes::default(),
             clock: Clock::default(),
             shows_panels: start.panels,
@@ -166,7 +171,7 @@ impl Viewer {
     pub fn is_sharp(&self) -> bool {
         let Some(wish) = &self.sent else { return false };
         let is_whole = |picture: &Option<ShownPicture>| {
-            picture.as_ref().is_some_and(|picture| picture.is_whole && picture.wish == *wish)
+            picture.as_ref().is_some_and(|picture| picture.is_whole && picture.wish.shows_same(wish))
         };
         self.shown.pictures.iter().take(wish.sides.len()).all(is_whole) && self.shown.busy.is_none()
     }
@@ -179,7 +184,18 @@ impl Viewer {
     /// The error of the left side against the right one, where it is shown: the mean of FLIP.
     pub fn flip_mean(&self) -> Option<f64> {
         let compared = self.shown.compared.as_ref()?;
-        (self.sent.as_ref() == Some(&compared.wish)).then_some(compared.flip_mean)
+        self.shows_same(&compared.wish).then_some(compared.flip_mean)
+    }
+
+    /// An overlay of the left side, if it is wanted and of the picture that is wanted now.
+    pub fn overlay(&self, kind: OverlayKind) -> Option<&Overlay> {
+        let shown = self.shown.overlays.iter().find(|shown| shown.overlay.kind == kind)?;
+        (self.overlays.contains(&kind) && self.shows_same(&shown.wish)).then_some(&shown.overlay)
+    }
+
+    /// True for wishes for the same pictures as the present one.
+    fn shows_same(&self, wish: &Wish) -> bool {
+        self.sent.as_ref().is_some_and(|sent| sent.shows_same(wish))
     }
 
     /// The wish that the picture of a side was drawn for, which may be older than the present one.
@@ -309,6 +325,7 @@ impl Viewer {
             size: self.size,
             sides,
             compares: self.shows_heat && self.divider.is_some(),
+            overlays: self.overlays.iter().copied().collect(),
         };
         if self.sent.as_deref() != Some(&wish) {
             let wish = Arc::new(wish);

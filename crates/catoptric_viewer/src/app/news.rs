@@ -2,6 +2,7 @@
 
 use super::clock::Clock;
 use super::navigator::Navigator;
+use super::overlay::ShownOverlay;
 use super::shown::{Shown, ShownComparison};
 use super::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
@@ -42,6 +43,13 @@ impl Viewer {
                     }
                 }
                 News::Compared(compared) => self.put_comparison(ctx, *compared),
+                News::Overlaid(mut overlaid) => {
+                    if self.shows_same(&overlaid.wish) {
+                        overlaid.problem.take().into_iter().for_each(|problem| self.say(problem));
+                        self.shown.overlays.retain(|shown| shown.overlay.kind != overlaid.overlay.kind);
+                        self.shown.overlays.push(ShownOverlay::new(ctx, *overlaid));
+                    }
+                }
                 News::Picked { number, path } => {
                     if let Some(picked) = self.shown.picked.as_mut().filter(|picked| picked.number == number) {
                         picked.path = path;
@@ -87,7 +95,7 @@ impl Viewer {
     fn put_comparison(&mut self, ctx: &Context, compared: Compared) {
         let Compared { wish, flip_mean, over_0_1, heat_rgb, size } = compared;
         // Of another picture than the one that is wanted now.
-        if self.sent.as_ref() != Some(&wish) {
+        if !self.shows_same(&wish) {
             return;
         }
         let image = ColorImage::from_rgb(size.map(|length| length as usize), &heat_rgb);

@@ -129,6 +129,11 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     if let Some(picture) = left {
         image(picture.image.id(), rect);
     }
+    for shown in &viewer.shown.overlays {
+        if let (Some(texture), Some(_)) = (&shown.texture, viewer.overlay(shown.overlay.kind)) {
+            image(texture.id(), rect);
+        }
+    }
     let Some(x) = divider else {
         path_lines(viewer, ui, rect);
         return label(ui, rect, Align2::LEFT_TOP, left.as_ref(), &viewer.choices[0].method);
@@ -138,7 +143,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     if let Some(picture) = right {
         image(picture.image.id(), right_part);
     }
-    let compared = viewer.shown.compared.as_ref().filter(|compared| viewer.sent.as_ref() == Some(&compared.wish));
+    let compared = viewer.shown.compared.as_ref().filter(|compared| viewer.shows_same(&compared.wish));
     if let Some(compared) = compared.filter(|_| viewer.shows_heat) {
         image(compared.texture.id(), right_part);
         let text = format!("FLIP {:.4}   off by > 0.1: {:.3} %", compared.flip_mean, compared.over_0_1 * 100.0);

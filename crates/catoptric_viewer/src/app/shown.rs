@@ -1,5 +1,6 @@
 //! What the studio has answered: pictures, times, messages.
 
+use super::overlay::ShownOverlay;
 use crate::studio::news::Picture;
 use crate::studio::order::Wish;
 use crate::studio::pick::Bounce;
@@ -21,6 +22,8 @@ const MESSAGES: usize = 20;
 pub(super) struct Shown {
     pub(super) pictures: [Option<ShownPicture>; 2],
     pub(super) compared: Option<ShownComparison>,
+    /// The last one of each kind.
+    pub(super) overlays: Vec<ShownOverlay>,
     /// The stage of long work and its share.
     pub(super) busy: Option<(String, Option<f32>)>,
     /// What the user should know, the newest last.

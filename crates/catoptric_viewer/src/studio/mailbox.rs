@@ -146,7 +146,16 @@ mod tests {
         let drawn = super::super::order::Drawn { method: method.into(), settings: toml::Table::new(), quality };
         let camera = Camera::look_at("", Vec3::new(x, 0.0, 3.0), Vec3::ZERO, Vec3::Y, 40.0);
         let changes = super::super::order::Changes::default();
-        Wish { scene: 1, time: 0.0, changes, camera, size: [8, 8], sides: vec![drawn], compares: false }
+        Wish {
+            scene: 1,
+            time: 0.0,
+            changes,
+            camera,
+            size: [8, 8],
+            sides: vec![drawn],
+            compares: false,
+            overlays: Vec::new(),
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod interrupt;
 mod mailbox;
 pub mod news;
 pub mod order;
+mod overlay_wire;
 pub mod pick;
 mod stage;
 #[cfg(test)]
@@ -20,9 +21,10 @@ pub use mailbox::Mailbox;
 
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
-use drawing::{Fineness, OnItsWay, Outcome, Side, Tools};
+use catoptric::methods::overlay::{Overlay, OverlayKind};
+use drawing::{Fineness, OnItsWay, Outcome, OverlayMaker, Side, Tools};
 use mailbox::Mail;
-use news::{News, Picture};
+use news::{News, Overlaid, Picture};
 use order::{Order, Source, Wish};
 use stage::Stage;
 use std::sync::Arc;
@@ -44,6 +46,7 @@ pub struct Studio {
     gpu: Option<Gpu>,
     stage: Option<Stage>,
     sides: [Side; 2],
+    overlay_maker: OverlayMaker,
     /// The wish that is drawn now.
     current: Option<Current>,
     /// A picture that a device is drawing: one at a time, so that they do not pile up.
@@ -59,6 +62,8 @@ struct Current {
     done: [Option<Done>; 2],
     /// The sides of which the processor has drawn a draft while a device was not ready.
     has_draft: [bool; 2],
+    /// Overlays that were made, or could not be.
+    made: Vec<OverlayKind>,
 }
 
 /// What is known of a picture that was told: without its bytes, which are copied for nobody.
@@ -82,7 +87,16 @@ pub enum Turn {
 impl Studio {
     /// A studio without a scene.
     pub fn new(mailbox: Arc<Mailbox>, tell: Tell, gpu: Option<Gpu>) -> Self {
-        Self { mailbox, tell, gpu, stage: None, sides: Default::default(), current: None, on_its_way: None }
+        Self {
+            mailbox,
+            tell,
+            gpu,
+            stage: None,
+            sides: Default::default(),
+            overlay_maker: Default::default(),
+            current: None,
+            on_its_way: None,
+        }
     }
 
     /// Works until the mailbox is closed.
@@ -96,10 +110,11 @@ impl Studio {
         if self.on_its_way.is_some() {
             return Some(GLANCE);
         }
-        match self.current.as_ref().map(|current| current.left.last()) {
-            None | Some(None) => None,
-            Some(Some((_, Fineness::Draft))) => Some(Duration::ZERO),
-            Some(Some((_, Fineness::Whole { .. }))) => Some(REST),
+        let current = self.current.as_ref()?;
+        match current.left.last() {
+            None => current.next_overlay().map(|_| Duration::ZERO),
+            Some((_, Fineness::Draft)) => Some(Duration::ZERO),
+            Some((_, Fineness::Whole { .. })) => Some(REST),
         }
     }
 
@@ -113,7 +128,7 @@ impl Studio {
             Mail::Nothing => self.work(),
         }
         match &self.current {
-            Some(current) if !current.left.is_empty() => Turn::More,
+            Some(current) if !current.left.is_empty() || current.next_overlay().is_some() => Turn::More,
             _ if self.on_its_way.is_some() => Turn::More,
             _ => Turn::Idle,
         }
@@ -125,6 +140,7 @@ impl Studio {
             Ok((stage, summary)) => {
                 // Before the window can wish for anything of it.
                 self.sides.iter_mut().for_each(Side::clear);
+                self.overlay_maker = OverlayMaker::default();
                 (self.stage, self.current, self.on_its_way) = (Some(stage), None, None);
                 (self.tell)(News::Loaded(Box::new(summary)));
             }
@@ -151,6 +167,12 @@ impl Studio {
         if !is_on || wish.size.contains(&0) {
             return;
         }
+        if let Some(current) = self.current.as_mut().filter(|current| current.wish.shows_same(&wish)) {
+            // Something else is to be shown over the same pictures.
+            current.made.retain(|kind| wish.overlays.contains(kind));
+            current.wish = wish;
+            return;
+        }
         // Coarse before fine, and left before right.
         let mut left: Vec<(usize, usize, Fineness)> = Vec::new();
         for (side, drawn) in wish.sides.iter().take(2).enumerate() {
@@ -158,7 +180,7 @@ impl Studio {
         }
         left.sort_by_key(|(step, side, _)| (*step, *side));
         let left = left.into_iter().rev().map(|(_, side, fineness)| (side, fineness)).collect();
-        self.current = Some(Current { wish, left, done: [None, None], has_draft: [false; 2] });
+        self.current = Some(Current { wish, left, done: [None, None], has_draft: [false; 2], made: Vec::new() });
     }
 
     /// Draws the next picture of the wish, or receives one.
@@ -173,7 +195,7 @@ impl Studio {
             None => {}
         }
         let Some(current) = &mut self.current else { return };
-        let Some((side, fineness)) = current.left.pop() else { return };
+        let Some((side, fineness)) = current.left.pop() else { return self.draw_overlay() };
         if fineness != Fineness::Draft && current.has(side, fineness) {
             return self.finish();
         }
@@ -256,6 +278,27 @@ impl Studio {
         }
     }
 
+    /// Makes the next overlay of the left side.
+    fn draw_overlay(&mut self) {
+        let Some(current) = &mut self.current else { return };
+        let Some(kind) = current.next_overlay() else { return };
+        let wish = current.wish.clone();
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
+        let made = match self.stage.as_mut().map(|stage| stage.scene_of(&wish)) {
+            Some(Ok(scene)) => self.overlay_maker.draw(&mut self.sides[0], &wish, &scene, kind, tools),
+            _ => return current.made.push(kind),
+        };
+        let (overlay, problem) = match made {
+            // What waits is begun in the next turn.
+            Err(RenderError::Cancelled(_)) => return,
+            Err(error) => (Overlay::new(kind, wish.size), Some(error.to_string())),
+            Ok(overlay) => (overlay, None),
+        };
+        current.made.push(kind);
+        (self.tell)(News::Overlaid(Box::new(Overlaid { wish, overlay, problem })));
+        (self.tell)(News::Idle);
+    }
+
     /// Gives a side of the wish up.
     fn fail(&mut self, side: usize, problem: String) {
         let Some(current) = &mut self.current else { return };
@@ -279,6 +322,12 @@ impl Studio {
 }
 
 impl Current {
+    /// The next overlay to be made, of a left side that was drawn.
+    fn next_overlay(&self) -> Option<OverlayKind> {
+        let wanted = || self.wish.overlays.iter().copied();
+        wanted().find(|kind| !self.made.contains(kind)).filter(|_| self.done[0].is_some())
+    }
+
     /// True if the side's picture is as fine already.
     fn has(&self, side: usize, fineness: Fineness) -> bool {
         let Fineness::Whole { samples } = fineness else { return false };

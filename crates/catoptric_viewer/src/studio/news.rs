@@ -4,6 +4,7 @@ use super::order::Wish;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
 use catoptric::methods::Report;
+use catoptric::methods::overlay::Overlay;
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Role};
 use std::sync::Arc;
@@ -94,6 +95,17 @@ pub struct Compared {
     pub size: [u32; 2],
 }
 
+/// Something to be shown over the left side.
+#[derive(Clone, Debug)]
+pub struct Overlaid {
+    /// The wish that it answers.
+    pub wish: Arc<Wish>,
+    /// The overlay; an empty one if it could not be made.
+    pub overlay: Overlay,
+    /// Why it could not be made.
+    pub problem: Option<String>,
+}
+
 /// Something that happened in the studio.
 #[derive(Clone, Debug)]
 pub enum News {
@@ -138,6 +150,8 @@ pub enum News {
     },
     /// Both sides were compared.
     Compared(Box<Compared>),
+    /// An overlay is there.
+    Overlaid(Box<Overlaid>),
     /// What is seen at a place of the picture.
     Picked {
         /// The order's number.

@@ -2,6 +2,7 @@
 
 use catoptric::error::SceneError;
 use catoptric::methods::Quality;
+use catoptric::methods::overlay::OverlayKind;
 use catoptric::scene::edits::{Look, LookRule, MoveRule};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, PoseOptions, Role};
@@ -146,6 +147,17 @@ pub struct Wish {
     pub sides: Vec<Drawn>,
     /// Both sides are to be compared once they are done.
     pub compares: bool,
+    /// What is to be shown over the left side once it is done.
+    pub overlays: Vec<OverlayKind>,
+}
+
+impl Wish {
+    /// True if both wish for the same pictures, whatever is shown over them.
+    pub fn shows_same(&self, other: &Self) -> bool {
+        let Self { scene, time, changes, camera, size, sides, compares, overlays: _ } = self;
+        (*scene, *time, changes, camera) == (other.scene, other.time, &other.changes, &other.camera)
+            && (*size, sides, *compares) == (other.size, &other.sides, other.compares)
+    }
 }
 
 /// Anything that the window asks for.

@@ -4,9 +4,10 @@ use super::news::{Compared, News, Picture, SceneSummary};
 use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::*;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
-use catoptric::scene::{Camera, PoseOptions, Role};
+use catoptric::scene::{Camera, PoseOptions, Role, Scene};
 use catoptric_scenes::builtin;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
@@ -74,14 +75,20 @@ fn drawn(method: &str) -> Drawn {
 fn wish(camera: &Camera, methods: &[&str]) -> Wish {
     let sides = methods.iter().copied().map(drawn).collect();
     let (camera, changes) = (camera.clone(), Changes::default());
-    Wish { scene: 1, time: 0.0, changes, camera, size: [96, 64], sides, compares: false }
+    let (size, overlays) = ([96, 64], Vec::new());
+    Wish { scene: 1, time: 0.0, changes, camera, size, sides, compares: false, overlays }
+}
+
+/// The scene with its shadows.
+fn lit(options: &PoseOptions) -> Scene {
+    let mut scene = builtin::parse(SCENE).unwrap().pose(options).unwrap();
+    catoptric::light::visibility::cast_shadows(&mut scene);
+    scene
 }
 
 /// The same picture by the library alone.
 fn expected(wish: &Wish, side: usize, samples: u32, options: &PoseOptions) -> Framebuffer {
-    let mut scene = builtin::parse(SCENE).unwrap().pose(options).unwrap();
-    catoptric::light::visibility::cast_shadows(&mut scene);
-    let scene = Arc::new(scene);
+    let scene = Arc::new(lit(options));
     let quality = Quality { samples, ..wish.sides[side].quality };
     let method = methods::create(&wish.sides[side].method, &wish.sides[side].settings).unwrap();
     let mut prepared = method.prepare(&scene, quality, None, &Silent).unwrap();
@@ -140,6 +147,57 @@ fn roles_change_what_is_drawn() {
     bench.run();
     let options = wish.changes.pose_at(0.0).unwrap();
     assert_eq!(*bench.pictures().pop().unwrap().linear.unwrap(), expected(&wish, 0, 4, &options));
+}
+
+#[test]
+fn overlays_are_made_at_rest_and_pictures_stay() {
+    let (mut bench, summary) = Bench::with_scene();
+    let mut wanted = wish(&summary.cameras[0], &["auto"]);
+    bench.mailbox.wish(Arc::new(wanted.clone()));
+    bench.run();
+    assert_eq!(bench.pictures().len(), 2);
+    let overlaid = |bench: &Bench| -> Vec<Overlay> {
+        let all = bench.all();
+        assert!(!all.iter().any(|news| matches!(news, News::Drawn(_))), "a picture was drawn again");
+        all.into_iter()
+            .filter_map(|news| match news {
+                News::Overlaid(overlaid) => Some(overlaid.overlay),
+                _ => None,
+            })
+            .collect()
+    };
+    wanted.overlays = vec![OverlayKind::Tiles];
+    bench.mailbox.wish(Arc::new(wanted.clone()));
+    bench.run();
+    let tiles = overlaid(&bench);
+    // Those that are there are not made again.
+    wanted.overlays = vec![OverlayKind::Paths, OverlayKind::Tiles, OverlayKind::Layers];
+    bench.mailbox.wish(Arc::new(wanted.clone()));
+    bench.run();
+    let others = overlaid(&bench);
+    let scene = Arc::new(lit(&PoseOptions::default()));
+    let mut prepared = methods::create("auto", &toml::Table::new())
+        .unwrap()
+        .prepare(&scene, wanted.sides[0].quality, None, &Silent)
+        .unwrap();
+    let frame = prepared.frame(&scene.view(&wanted.camera, 96, 64), &Silent).unwrap();
+    assert_eq!(tiles, [frame.overlay(OverlayKind::Tiles, &Silent).unwrap().unwrap()]);
+    let paths = frame.overlay(OverlayKind::Paths, &Silent).unwrap().unwrap();
+    assert_eq!(others, [paths, Overlay::new(OverlayKind::Layers, [96, 64])]);
+    // Another eye is drawn first.
+    wanted.camera.world_from_camera.translation.x += 0.1;
+    bench.mailbox.wish(Arc::new(wanted));
+    bench.run();
+    let order: Vec<char> = bench
+        .all()
+        .iter()
+        .filter_map(|news| match news {
+            News::Drawn(_) => Some('d'),
+            News::Overlaid(_) => Some('o'),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(order, ['d', 'd', 'o', 'o', 'o']);
 }
 
 #[test]
@@ -209,6 +267,7 @@ fn what_goes_over_the_wire_arrives() {
     sent.changes.looks.insert("floor".into(), catoptric::scene::edits::Look { ior: Some(2.0), ..Default::default() });
     sent.changes.moves.insert("sphere".into(), glam::Vec3::new(0.1, 0.2, 0.3));
     sent.compares = true;
+    sent.overlays = vec![OverlayKind::Paths, OverlayKind::VirtualTriangles, OverlayKind::Tiles];
     let message = wire::request(&wire::Request::Wish(Arc::new(sent.clone()))).unwrap();
     match wire::read_request(message).unwrap() {
         wire::Request::Wish(read) => assert_eq!(*read, sent),

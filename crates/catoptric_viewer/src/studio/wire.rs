@@ -1,8 +1,9 @@
 //! Orders, wishes and news as text and bytes, for a studio that shares no memory with the window: in browsers, a
 //! worker.
 
-use super::news::{Compared, News, ObjectSummary, Picture, SceneSummary};
+use super::news::{Compared, News, ObjectSummary, Overlaid, Picture, SceneSummary};
 use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::overlay_wire::{self, WireOverlay};
 use super::pick::Bounce;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
@@ -28,6 +29,12 @@ pub struct Message {
 #[derive(Debug, thiserror::Error)]
 #[error("a message between window and worker cannot be read: {0}")]
 pub struct WireError(String);
+
+impl WireError {
+    pub(super) fn new(problem: String) -> Self {
+        Self(problem)
+    }
+}
 
 /// What goes to the studio.
 #[derive(Clone, Debug)]
@@ -69,6 +76,7 @@ struct WireWish {
     size: [u32; 2],
     sides: Vec<(String, toml::Table, u32, u32)>,
     compares: bool,
+    overlays: Vec<String>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -118,6 +126,12 @@ enum WireNews {
         flip_mean: f64,
         over_0_1: f64,
         size: [u32; 2],
+    },
+    /// The bytes are the overlay's.
+    Overlaid {
+        wish: WireWish,
+        overlay: WireOverlay,
+        problem: Option<String>,
     },
     Picked {
         number: u64,
@@ -242,6 +256,12 @@ pub fn news(news: News) -> Option<Message> {
             bytes = heat_rgb;
             WireNews::Compared { wish: WireWish::from(&*wish), flip_mean, over_0_1, size }
         }
+        News::Overlaid(overlaid) => {
+            let Overlaid { wish, overlay, problem } = *overlaid;
+            let (overlay, written) = overlay_wire::written(&overlay);
+            bytes = written;
+            WireNews::Overlaid { wish: WireWish::from(&*wish), overlay, problem }
+        }
         News::Picked { number, path } => {
             let bounce = |bounce: &Bounce| {
                 let transmits = bounce.kind.map(|kind| kind == BounceKind::Transmit);
@@ -273,6 +293,10 @@ pub fn read_news(Message { text, bytes }: Message) -> Result<News, WireError> {
             let wish = Arc::new(wish.read()?);
             News::Compared(Box::new(Compared { wish, flip_mean, over_0_1, heat_rgb: bytes, size }))
         }
+        WireNews::Overlaid { wish, overlay, problem } => {
+            let (wish, overlay) = (Arc::new(wish.read()?), overlay.read(&bytes)?);
+            News::Overlaid(Box::new(Overlaid { wish, overlay, problem }))
+        }
         WireNews::Picked { number, path } => {
             let kind = |transmits| if transmits { BounceKind::Transmit } else { BounceKind::Reflect };
             let bounce = |(object, position, transmits, distance, incidence_deg): WireBounce| {
@@ -301,7 +325,8 @@ fn role_of(name: &str) -> Result<Role, WireError> {
 
 impl From<&Wish> for WireWish {
     fn from(wish: &Wish) -> Self {
-        let Wish { scene, time, changes: Changes { roles, looks, moves }, camera, size, sides, compares } = wish;
+        let Wish { scene, time, changes: Changes { roles, looks, moves }, camera, size, sides, compares, overlays } =
+            wish;
         let side = |Drawn { method, settings, quality }: &Drawn| {
             (method.clone(), settings.clone(), quality.samples, quality.order)
         };
@@ -316,13 +341,14 @@ impl From<&Wish> for WireWish {
             size: *size,
             sides: sides.iter().map(side).collect(),
             compares: *compares,
+            overlays: overlays.iter().map(|kind| kind.name().into()).collect(),
         }
     }
 }
 
 impl WireWish {
     fn read(self) -> Result<Wish, WireError> {
-        let Self { scene, time, roles, looks, moves, camera, size, sides, compares } = self;
+        let Self { scene, time, roles, looks, moves, camera, size, sides, compares, overlays } = self;
         let role =
             |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
         let side = |(method, settings, samples, order)| Drawn { method, settings, quality: Quality { samples, order } };
@@ -332,7 +358,8 @@ impl WireWish {
             moves: moves.into_iter().map(|(name, by)| (name, Vec3::from_array(by))).collect(),
         };
         let (camera, sides) = (camera.read()?, sides.into_iter().map(side).collect());
-        Ok(Wish { scene, time, changes, camera, size, sides, compares })
+        let overlays = overlays.iter().map(|name| overlay_wire::kind_of(name)).collect::<Result<_, _>>()?;
+        Ok(Wish { scene, time, changes, camera, size, sides, compares, overlays })
     }
 }
 

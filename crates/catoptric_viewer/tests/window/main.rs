@@ -11,6 +11,7 @@ mod apart;
 mod desktop;
 mod film;
 mod hand;
+mod overlays;
 mod painted;
 mod random;
 mod screen;
@@ -26,6 +27,7 @@ fn main() {
     trials.extend(film::trials());
     #[cfg(target_os = "linux")]
     trials.extend(desktop::trials());
+    trials.extend(overlays::trials());
     libtest_mimic::run(&arguments, trials).exit();
 }
 

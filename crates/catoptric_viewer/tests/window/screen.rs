@@ -15,6 +15,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     let mut trials = vec![crate::trial("pixels of the screen are those of the picture, without a device", painted)];
     let reason = match Context::new(None) {
         Ok(_) => {
+            trials.extend(crate::overlays::screens());
             trials.extend([
                 crate::trial("pixels of the screen are those of the picture", pixels),
                 crate::trial("the window's device draws the same, at rest and in motion", on_device),

@@ -1,6 +1,7 @@
 //! The panels beside the picture.
 
 mod objects;
+mod overlays;
 mod times;
 
 use super::hand::Tool;
@@ -22,6 +23,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
             view(viewer, ui);
             method(viewer, ui);
             split(viewer, ui);
+            overlays::show(viewer, ui);
             objects::picked(viewer, ui);
             objects::list(viewer, ui);
             take_away::show(viewer, ui);

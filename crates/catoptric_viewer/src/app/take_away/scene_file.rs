@@ -102,7 +102,8 @@ mod tests {
         changes.looks.insert("sphere".into(), Look { color: Some(Vec3::new(0.5, 0.75, 1.0)), ..Look::default() });
         changes.moves.insert("sphere".into(), Vec3::new(0.25, 0.0, -0.125));
         let sides = vec![Drawn { method: "environment_map".into(), settings, quality }];
-        let wish = Wish { scene: 1, time: 0.0, changes, camera, size: [64, 64], sides, compares: false };
+        let (size, overlays) = ([64, 64], Vec::new());
+        let wish = Wish { scene: 1, time: 0.0, changes, camera, size, sides, compares: false, overlays };
         let shown = model.pose(&wish.changes.pose_at(0.0).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("saved.toml");

@@ -3,9 +3,11 @@
 mod compare;
 mod gpu;
 mod means;
+mod overlays;
 mod pace;
 mod side;
 
 pub(super) use compare::compare;
 pub use gpu::Gpu;
+pub(super) use overlays::OverlayMaker;
 pub(super) use side::{Fineness, OnItsWay, Outcome, Side, Tools, steps};

@@ -9,7 +9,7 @@ use crate::studio::news::{News, Picture};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
-use catoptric::methods::{self, Quality, Report};
+use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::Scene;
 use catoptric_gpu::{Pixels, Reading};
@@ -278,6 +278,15 @@ impl Side {
         let (drawn, scene) = (drawn.clone(), scene.clone());
         let is_cold = matches!(means, Means::Gpu(_));
         self.prepared = Some(PreparedSide { drawn, quality, scene, means, processor, warnings, is_cold });
+    }
+
+    /// What draws on the CPU, if it is ready for a scene at rest.
+    pub(super) fn on_cpu(&mut self, drawn: &Drawn, scene: &Arc<Scene>) -> Option<&mut dyn Prepared> {
+        let known = self.prepared.as_mut().filter(|known| Arc::ptr_eq(&known.scene, scene) && known.drawn == *drawn)?;
+        match &mut known.means {
+            Means::Cpu(prepared) if known.quality == drawn.quality => Some(&mut **prepared),
+            _ => None,
+        }
     }
 
     /// Forgets everything.

@@ -30,22 +30,22 @@ pub(super) struct LensShader<'a> {
 }
 
 /// A ray that leaves a group.
-struct DeferredLookUp {
-    group: usize,
+pub(super) struct DeferredLookUp {
+    pub(super) group: usize,
     /// What becomes of its light, and which fragment that is seen in.
-    share: Vec3,
+    pub(super) share: Vec3,
     fragment: usize,
 }
 
 /// Rays that leave groups, to be looked up side by side.
 #[derive(Default)]
-struct DeferredLookUps {
-    list: Vec<DeferredLookUp>,
-    rays: Vec<(Ray, RayDifferential)>,
+pub(super) struct DeferredLookUps {
+    pub(super) list: Vec<DeferredLookUp>,
+    pub(super) rays: Vec<(Ray, RayDifferential)>,
 }
 
 /// Look-ups of both paths: rays of one path stay close to their neighbours', which makes their look-ups cheaper.
-type Waiting = [DeferredLookUps; 2];
+pub(super) type Waiting = [DeferredLookUps; 2];
 
 impl FragmentShader for LensShader<'_> {
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
@@ -83,7 +83,7 @@ fn shade_lenses(shader: &LensShader<'_>, batch: &FragmentBatch<'_>, colors: &mut
 impl LensShader<'_> {
     /// Radiance of a fragment without that of deferred look-ups.
     #[inline(always)] // for the instructions of its caller
-    fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut Waiting) -> ShadingRequest {
+    pub(super) fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut Waiting) -> ShadingRequest {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
             return ShadingRequest::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));

@@ -7,6 +7,7 @@
 mod bake;
 mod inference;
 mod inspect;
+mod layer_numbers;
 mod limits;
 mod lookup;
 mod mesh;
@@ -22,12 +23,14 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::shared::regions::Regions;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::progress::Progress;
-use crate::raster;
+use crate::raster::{self, DrawList};
 use crate::scene::{Scene, View};
 use bake::LayersWork;
 use inference::Inference;
+use layer_numbers::LayerNumbers;
 use lookup::LensShader;
 use mesh::{AdaptiveMesh, Criteria, NO_LEAF};
 use shells::layer_geometry::LayerGeometry;
@@ -100,6 +103,10 @@ struct LayersFrame<'a> {
 impl Method for LayeredEnvironmentMap {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Layers]
     }
 
     fn prepare(
@@ -297,22 +304,12 @@ impl Frame for LayersFrame<'_> {
         report.warnings.extend(simplified::bumpy_surfaces(scene));
         let mut watch = Stopwatch::new();
         let tests_before = known.test_count();
-        let paths = |object: u32| known.paths(scene, object);
-        let (lists, mesh) = match settings.transfer {
-            Transfer::Exact => (vec![raster::scene_draw_list(scene, view, |_| Some(NO_LEAF))], AdaptiveMesh::default()),
-            Transfer::Adaptive => {
-                let criteria = Criteria::of(settings);
-                mesh::drawn(&job, &known.welds, &paths, criteria, |_| true)?
-            }
-        };
+        let (lists, mesh) = self.lists(&job)?;
         report.stages_ms.push(("tessellate_and_trace", watch.lap_ms()));
-        let maps: Vec<_> = (0..known.groups.len()).map(|group| self.prepared.maps_of(group, view)).collect();
-        let lenses = |object: u32| Some((paths(object)?, known.group_of(object)?));
         let ray_count = AtomicU64::new(0);
-        let (rays, edges) = (view.rays(), settings.edges);
-        let shader =
-            LensShader { scene, rays, lenses: &lenses, maps: &maps, mesh: &mesh, edges, ray_count: &ray_count };
-        report.add_raster(&raster::draw(view, samples, &lists, &shader, target, progress)?);
+        let drawn =
+            self.with_shader(&mesh, &ray_count, |shader| raster::draw(view, samples, &lists, shader, target, progress));
+        report.add_raster(&drawn?);
         report.counts.insert("mesh_vertices", mesh.points.len() as u64);
         report.counts.insert("mesh_triangles", mesh.leaves.len() as u64);
         report.counts.insert("rays_traced", mesh.ray_count + ray_count.into_inner());
@@ -320,5 +317,42 @@ impl Frame for LayersFrame<'_> {
             report.counts.insert("triangle_tests", after - before);
         }
         Ok(report)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if kind != OverlayKind::Layers {
+            return Ok(None);
+        }
+        let LayeredMaps { scene, quality, .. } = self.prepared;
+        let view = &self.view;
+        let (lists, mesh) = self.lists(&Job { scene, view, quality: *quality, progress })?;
+        let mut picture = Framebuffer::new(view.width, view.height);
+        self.with_shader(&mesh, &AtomicU64::new(0), |shader| {
+            raster::draw(view, 1, &lists, &LayerNumbers(shader), &mut picture, progress)
+        })?;
+        Ok(Some(LayerNumbers::overlay(&picture)))
+    }
+}
+
+impl LayersFrame<'_> {
+    /// What is drawn, and the adaptive mesh in it.
+    fn lists(&self, job: &Job<'_>) -> Result<(Vec<DrawList>, AdaptiveMesh), RenderError> {
+        let LayeredMaps { settings, known, .. } = self.prepared;
+        let paths = |object: u32| known.paths(job.scene, object);
+        Ok(match settings.transfer {
+            Transfer::Exact => {
+                (vec![raster::scene_draw_list(job.scene, job.view, |_| Some(NO_LEAF))], AdaptiveMesh::default())
+            }
+            Transfer::Adaptive => mesh::drawn(job, &known.welds, &paths, Criteria::of(settings), |_| true)?,
+        })
+    }
+
+    /// Calls `draw` with the view's shader.
+    fn with_shader<T>(&self, mesh: &AdaptiveMesh, ray_count: &AtomicU64, draw: impl FnOnce(&LensShader<'_>) -> T) -> T {
+        let LayeredMaps { settings, scene, known, .. } = self.prepared;
+        let maps: Vec<_> = (0..known.groups.len()).map(|group| self.prepared.maps_of(group, &self.view)).collect();
+        let lenses = |object: u32| Some((known.paths(scene, object)?, known.group_of(object)?));
+        let (rays, edges) = (self.view.rays(), settings.edges);
+        draw(&LensShader { scene, rays, lenses: &lenses, maps: &maps, mesh, edges, ray_count })
     }
 }

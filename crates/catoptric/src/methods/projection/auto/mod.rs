@@ -14,9 +14,11 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::{Choice, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::parallel;
-use crate::progress::Progress;
+use crate::progress::{Cancelled, Progress};
+use crate::raster::DrawList;
 use crate::scene::{Role, Scene, View};
 use std::sync::Arc;
 
@@ -63,6 +65,10 @@ struct ChoiceFrame<'a> {
 impl Method for Auto {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths, OverlayKind::VirtualTriangles, OverlayKind::Tiles]
     }
 
     fn prepare(
@@ -144,18 +150,35 @@ impl Frame for ChoiceFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedChoice { settings, scene, quality, mirrors, tiled, .. } = self.prepared;
+        let PreparedChoice { scene, quality, tiled, .. } = self.prepared;
         let mut watch = Stopwatch::new();
+        let lists = self.lists(progress)?;
+        let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
+        report.counts.insert("lists", lists.len() as u64);
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        report.add(tiled.draw(&job, &lists, self.model(), MapsInView::default(), target)?);
+        Ok(report)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        let PreparedChoice { scene, quality, tiled, .. } = self.prepared;
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        tiled.overlay(kind, &job, &self.lists(progress)?, self.model())
+    }
+}
+
+impl ChoiceFrame<'_> {
+    /// What is seen directly, and in flat mirrors.
+    fn lists(&self, progress: &dyn Progress) -> Result<Vec<DrawList>, Cancelled> {
+        let PreparedChoice { scene, quality, mirrors, .. } = self.prepared;
         // Paths that have no copy are drawn by tiles.
         let (paths, _) = visible_paths(scene, mirrors, &self.view, quality.order, 1 + max_copies(scene));
         let (order, others) = (quality.order, OtherReflectors::GoOn);
         let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
-        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
-        let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
-        report.counts.insert("lists", lists.len() as u64);
-        let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let model = TileModel { accuracy_px: settings.accuracy_px, by_rays: false, turns_normals: true };
-        report.add(tiled.draw(&job, &lists, model, MapsInView::default(), target)?);
-        Ok(report)
+        parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))
+    }
+
+    fn model(&self) -> TileModel {
+        TileModel { accuracy_px: self.prepared.settings.accuracy_px, by_rays: false, turns_normals: true }
     }
 }

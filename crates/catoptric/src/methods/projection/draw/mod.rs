@@ -16,6 +16,7 @@ pub(super) mod flat_mirrors;
 mod lists;
 mod mesh_neighbours;
 pub(super) mod multiperspective;
+pub(super) mod overlays;
 mod path_shader;
 pub(super) mod prepared;
 mod rough;

@@ -11,6 +11,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::path_lists::PathLists;
 use crate::methods::projector::VertexProjector;
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
@@ -195,6 +196,10 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         M::INFO
     }
 
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths, OverlayKind::VirtualTriangles]
+    }
+
     fn prepare(
         &self,
         scene: &Arc<Scene>,
@@ -327,6 +332,15 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
+        let job = Job { scene, view, quality, progress };
+        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
+        let tiles = ExactTiles { scene, tables: tiles };
+        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
+        virtual_scene.overlay(kind, &job, &meshes, (work.meshes, tiles), method.maps(data))
     }
 
     fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {

@@ -2,13 +2,14 @@
 
 use super::lists::{EndsOfPaths, draw_lists};
 use super::multiperspective::{TileModel, TiledScene};
+use super::overlays::ShownPixels;
 use super::prepared::Stages;
 use super::{MapsInView, PathGeometry};
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::{Job, Report, declare_choices};
 use crate::progress::Progress;
-use crate::raster::{self, Fragment, FragmentShader, scene_draw_list};
+use crate::raster::{self, DrawList, Fragment, FragmentShader, scene_draw_list};
 use crate::scene::{Scene, View};
 use glam::Vec3;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -147,6 +148,21 @@ impl ExactTiles<'_> {
         let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
         report.add(tables.draw(job, &lists, model, maps, target)?);
         Ok(report)
+    }
+
+    /// What pixels show of lists, and by tiles where no list goes on.
+    ///
+    /// # Errors
+    /// As [`crate::raster::draw`].
+    pub(super) fn shown(
+        &self,
+        job: &Job<'_>,
+        lists: &[DrawList],
+        maps: MapsInView<'_>,
+    ) -> Result<ShownPixels, RenderError> {
+        let tables = self.tables.get(self.scene, &mut Report::default(), job.progress)?;
+        let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
+        tables.shown(job, lists, model, maps)
     }
 }
 

@@ -14,9 +14,10 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::progress::Progress;
-use crate::raster;
+use crate::raster::{self, DrawList};
 use crate::scene::{Scene, View};
 use std::sync::Arc;
 
@@ -58,6 +59,10 @@ struct TilesFrame<'a> {
 impl Method for Multiperspective {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths, OverlayKind::Tiles]
     }
 
     fn prepare(
@@ -107,20 +112,38 @@ impl Frame for TilesFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedTiles { settings, scene, quality, tiled, .. } = self.prepared;
+        let PreparedTiles { scene, quality, tiled, .. } = self.prepared;
         let mut watch = Stopwatch::new();
-        let list = raster::scene_draw_list(scene, &self.view, |object| {
-            let goes_on = quality.order > 0 && scene.role_of(object).is_specular();
-            Some(if goes_on { object + 1 } else { 0 })
-        });
+        let list = self.seen();
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let model = TileModel {
-            accuracy_px: settings.accuracy_px,
-            by_rays: settings.model == ModelOfRays::Rays,
-            turns_normals: true,
-        };
-        report.add(tiled.draw(&job, &[list], model, MapsInView::default(), target)?);
+        report.add(tiled.draw(&job, &[list], self.model(), MapsInView::default(), target)?);
         Ok(report)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        let PreparedTiles { scene, quality, tiled, .. } = self.prepared;
+        if kind == OverlayKind::VirtualTriangles {
+            return Ok(None);
+        }
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        tiled.overlay(kind, &job, &[self.seen()], self.model())
+    }
+}
+
+impl TilesFrame<'_> {
+    /// What is seen directly.
+    fn seen(&self) -> DrawList {
+        let PreparedTiles { scene, quality, .. } = self.prepared;
+        raster::scene_draw_list(scene, &self.view, |object| {
+            let goes_on = quality.order > 0 && scene.role_of(object).is_specular();
+            Some(if goes_on { object + 1 } else { 0 })
+        })
+    }
+
+    fn model(&self) -> TileModel {
+        let settings = &self.prepared.settings;
+        let by_rays = settings.model == ModelOfRays::Rays;
+        TileModel { accuracy_px: settings.accuracy_px, by_rays, turns_normals: true }
     }
 }

@@ -16,16 +16,18 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::path_query::PathSearch;
 use crate::methods::projection::draw::PathShader;
 use crate::methods::projection::draw::flat_mirrors::{
     MirrorPath, MirroredScenes, Mirrors, OtherReflectors, visible_paths,
 };
+use crate::methods::projection::draw::overlays::{self, ShownPixels};
 use crate::methods::projector::{MAX_BOUNCES, VertexProjector};
 use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::parallel;
-use crate::progress::Progress;
-use crate::raster;
+use crate::progress::{Cancelled, Progress};
+use crate::raster::{self, DrawList};
 use crate::scene::{Scene, View};
 use glam::DVec3;
 use path_search::MirrorSearch;
@@ -74,6 +76,10 @@ struct MirrorFrame<'a> {
 impl Method for PlanarMirror {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths, OverlayKind::VirtualTriangles]
     }
 
     fn prepare(
@@ -136,12 +142,9 @@ impl Frame for MirrorFrame<'_> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
+        let PreparedMirrors { scene, quality, .. } = self.prepared;
         let mut watch = Stopwatch::new();
-        let (paths, left_out) = self.visible_paths(quality.order);
-        let (order, others) = (quality.order, OtherReflectors::Black);
-        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
-        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
+        let (lists, left_out) = self.lists(progress)?;
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         report.counts.insert("vertices_projected", lists.iter().map(|list| list.vertices.len() as u64).sum());
@@ -153,6 +156,19 @@ impl Frame for MirrorFrame<'_> {
         let shader = PathShader::new(scene, &self.view, quality.samples);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
         Ok(report)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        let (scene, view) = (&self.prepared.scene, &self.view);
+        let (lists, _) = self.lists(progress)?;
+        let shown = ShownPixels::of(scene, view, |shader, target| {
+            raster::draw(view, 1, &lists, shader, target, progress).map(drop)
+        })?;
+        Ok(match kind {
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
+            OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
+            OverlayKind::Tiles | OverlayKind::Layers => None,
+        })
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
@@ -168,6 +184,16 @@ impl Frame for MirrorFrame<'_> {
 }
 
 impl MirrorFrame<'_> {
+    /// What is seen directly, and in mirrors; and the number of copies that are left out.
+    fn lists(&self, progress: &dyn Progress) -> Result<(Vec<DrawList>, u64), Cancelled> {
+        let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
+        let (paths, left_out) = self.visible_paths(quality.order);
+        let (order, others) = (quality.order, OtherReflectors::Black);
+        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
+        let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
+        Ok((lists, left_out))
+    }
+
     /// The paths of up to `order` mirrors that the view shows, and the number of those beyond `max_lists`.
     fn visible_paths(&self, order: u32) -> (Vec<MirrorPath>, u64) {
         let PreparedMirrors { settings, scene, mirrors, .. } = self.prepared;

@@ -308,6 +308,19 @@ pub(crate) fn distance(maps: &Blended<'_>, ray: &Ray) -> f32 {
     layers.filter(hides).map(|layer| layer.distance(ray)).fold(f32::INFINITY, f32::min)
 }
 
+/// The number of the layer that a ray shows: of those with an opacity over one half the nearest. Layers that do not
+/// know how far away what they show is hide each other in their order. Returns `None` if all let it through.
+pub(crate) fn shown_layer(maps: &Blended<'_>, ray: &Ray) -> Option<usize> {
+    let (layers, _) = maps.first()?;
+    let place = |(number, layer): (usize, &&Layer)| {
+        let hides = layer.seen(ray, &RayDifferential::default()).w > 0.5;
+        let place = if layer.distances.is_some() { layer.distance(ray) } else { number as f32 };
+        hides.then_some((place, number))
+    };
+    let nearest = layers.iter().enumerate().filter_map(place).min_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    Some(nearest.1)
+}
+
 impl Layer {
     /// Memory.
     pub(crate) fn byte_count(&self) -> u64 {

@@ -6,17 +6,20 @@ mod bundles;
 mod counts;
 mod shapes;
 mod source;
+mod tile_log;
 mod tiles;
 
 pub use shapes::{ObjectShape, object_shapes};
 
+use super::overlays::{self, ShownPixels};
 use super::rough::{RoughMirrors, RoughReflections};
 use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::light::wide_hierarchy::WideHierarchy;
-use crate::methods::{Job, Report};
+use crate::methods::overlay::{Overlay, OverlayKind};
+use crate::methods::{Job, Quality, Report};
 use crate::optics::path::manifold::MeshTopologies;
 use crate::progress::{Progress, Stage};
 use crate::raster::{self, DrawList};
@@ -26,6 +29,7 @@ use glam::Vec3;
 use shapes::SceneShapes;
 use source::{Reflections, outermost};
 use std::sync::Arc;
+use tile_log::TileLog;
 use tiles::follow::MAX_BOUNCES;
 
 /// How tiles draw.
@@ -92,17 +96,41 @@ impl TiledScene {
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let Job { scene, view, quality, progress } = *job;
-        let positions = raster::sample_positions(quality.samples)?;
         let mut watch = Stopwatch::new();
-        let rough = match &self.rough {
-            Some(mirrors) => RoughReflections::new(job, mirrors)?,
-            None => None,
-        };
+        let rough = self.rough_reflections(job)?;
         let mut report = Report::default();
         if rough.is_some() {
             report.stages_ms.push(("rough", watch.lap_ms()));
         }
-        let source = Reflections {
+        let source = self.reflections(job, model, maps, rough.as_ref(), None)?;
+        let shader = PathShader::new(scene, view, quality.samples)
+            .with_rough(rough.as_ref())
+            .with_turned_normals(model.turns_normals)
+            .with_maps(maps, quality.order)
+            .with_neighbours(&self.shapes.neighbours);
+        let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
+        report.add_raster(&drawn);
+        source.counts.describe(&mut report);
+        Ok(report)
+    }
+
+    fn rough_reflections<'a>(&'a self, job: &Job<'a>) -> Result<Option<RoughReflections<'a>>, RenderError> {
+        let rough = self.rough.as_ref().map(|mirrors| RoughReflections::new(job, mirrors)).transpose()?;
+        Ok(rough.flatten())
+    }
+
+    /// What tiles draw a picture with.
+    fn reflections<'a>(
+        &'a self,
+        job: &Job<'a>,
+        model: TileModel,
+        maps: MapsInView<'a>,
+        rough: Option<&'a RoughReflections<'a>>,
+        log: Option<&'a TileLog>,
+    ) -> Result<Reflections<'a>, RenderError> {
+        let Job { scene, view, quality, .. } = *job;
+        let positions = raster::sample_positions(quality.samples)?;
+        Ok(Reflections {
             scene,
             rays: view.rays(),
             forward: -Vec3::from(view.world_from_view.matrix3.z_axis),
@@ -113,17 +141,60 @@ impl TiledScene {
             order: (quality.order as usize).min(MAX_BOUNCES),
             model,
             maps: maps.whole,
-            rough: rough.as_ref(),
+            rough,
+            log,
             counts: Counts::default(),
-        };
-        let shader = PathShader::new(scene, view, quality.samples)
-            .with_rough(rough.as_ref())
-            .with_turned_normals(model.turns_normals)
-            .with_maps(maps, quality.order)
-            .with_neighbours(&self.shapes.neighbours);
-        let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
-        report.add_raster(&drawn);
-        source.counts.describe(&mut report);
-        Ok(report)
+        })
+    }
+
+    /// What pixels show of lists, and in reflectors and through lenses at which no list goes on; rough ones as smooth.
+    ///
+    /// # Errors
+    /// As [`raster::draw`].
+    pub(in crate::methods::projection) fn shown(
+        &self,
+        job: &Job<'_>,
+        lists: &[DrawList],
+        model: TileModel,
+        maps: MapsInView<'_>,
+    ) -> Result<ShownPixels, RenderError> {
+        let job = &Job { quality: Quality { samples: 1, ..job.quality }, ..*job };
+        let source = self.reflections(job, model, maps, None, None)?;
+        ShownPixels::of(job.scene, job.view, |shader, target| {
+            raster::draw_with(job.view, 1, lists, &source, shader, target, job.progress).map(drop)
+        })
+    }
+
+    /// An overlay of what [`Self::draw`] draws; `None` for kinds that tiles and lists do not have.
+    ///
+    /// # Errors
+    /// As [`raster::draw`].
+    pub(in crate::methods::projection) fn overlay(
+        &self,
+        kind: OverlayKind,
+        job: &Job<'_>,
+        lists: &[DrawList],
+        model: TileModel,
+    ) -> Result<Option<Overlay>, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let maps = MapsInView::default();
+        let shown = || self.shown(job, lists, model, maps);
+        Ok(match kind {
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown()?)),
+            OverlayKind::VirtualTriangles => {
+                Some(overlays::virtual_triangles(scene, view, lists, &shown()?, progress)?)
+            }
+            OverlayKind::Tiles => {
+                // As for the picture: tiles depend on its samples, and on what is rough.
+                let (rough, log) = (self.rough_reflections(job)?, TileLog::default());
+                let source = self.reflections(job, model, maps, rough.as_ref(), Some(&log))?;
+                let samples = quality.samples;
+                ShownPixels::of(scene, view, |shader, target| {
+                    raster::draw_with(view, samples, lists, &source, shader, target, progress).map(drop)
+                })?;
+                Some(log.overlay([view.width, view.height]))
+            }
+            OverlayKind::Layers => None,
+        })
     }
 }

@@ -6,6 +6,7 @@ use super::bundles::coverage::ROOT;
 use super::bundles::least_squares::TERMS;
 use super::counts::Counts;
 use super::shapes::SceneShapes;
+use super::tile_log::{TileLog, TileWay};
 use super::tiles::follow::kind;
 use super::tiles::found::{FoundSurface, bend};
 use super::tiles::own::OwnRule;
@@ -50,6 +51,8 @@ pub(super) struct Reflections<'a> {
     pub(super) maps: Option<&'a ReflectorMaps>,
     /// What rough mirrors reflect.
     pub(super) rough: Option<&'a RoughReflections<'a>>,
+    /// Is told how the picture is divided, for who wants to see it.
+    pub(super) log: Option<&'a TileLog>,
     pub(super) counts: Counts,
 }
 
@@ -159,6 +162,11 @@ impl Reflections<'_> {
         Counts::add(&self.counts.rim_pixels, pixels.partial.len());
         for pixel in pixels.partial.iter().filter(|pixel| !is_known(pixel.label)) {
             let place = pixel.place.map(usize::from);
+            self.record(root, TileWay::Traced, place, 1, || {
+                let mut rows = [0; ROOT];
+                rows[place[1]] = 1 << place[0];
+                rows
+            });
             any |= self.trace_pixel(root, path(pixel.label).object, place, pixel.samples, surfaces, ids) == Some(true);
         }
         any
@@ -181,6 +189,22 @@ impl Reflections<'_> {
         let patch = patch_of_triangle(self.scene, triangle);
         let is_bent = bend(&functions, scale) > EVEN_BEND;
         FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions, is_bent }
+    }
+
+    /// Tells the log how pixels of a root tile are drawn: those of a square, as bits of the root tile's rows.
+    #[inline(always)]
+    pub(super) fn record(
+        &self,
+        root: &Root<'_, '_>,
+        way: TileWay,
+        [column, row]: [usize; 2],
+        side: usize,
+        rows: impl FnOnce() -> [u16; ROOT],
+    ) {
+        if let Some(log) = self.log.filter(|_| root.tile.layer() == 1) {
+            let corner = |column: usize, row: usize| root.corner(column, row).as_ivec2();
+            log.add(corner(0, 0), corner(column, row), side, way, &rows());
+        }
     }
 
     /// What of the last object of a path rays may meet.

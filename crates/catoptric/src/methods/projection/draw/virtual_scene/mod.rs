@@ -6,6 +6,8 @@ mod maker;
 mod mirror_state;
 mod whole_paths;
 
+use super::lists::{EndsOfPaths, draw_lists};
+use super::overlays::{self, ShownPixels};
 use super::prepared::Stages;
 use super::virtual_mesh::{MeshQuality, VirtualMesh, WeldedObject};
 use super::work_limit::ExactTiles;
@@ -13,11 +15,13 @@ use super::{MapsInView, PathGeometry, draw_paths_with};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::projector::{SpecularPath, VertexProjector};
-use crate::methods::{Job, Report, simplified};
+use crate::methods::{Job, Quality, Report, simplified};
 use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
+use crate::raster;
 use crate::scene::Scene;
 use maker::{FirstMesh, MeshMaker, PathObject};
 use mirror_state::MirrorState;
@@ -150,6 +154,37 @@ impl VirtualScene {
             }
         }
         Ok(report)
+    }
+
+    /// An overlay of what [`Self::draw`] draws; `None` for kinds that virtual meshes do not have.
+    ///
+    /// # Errors
+    /// As [`Self::draw`].
+    pub(in crate::methods::projection) fn overlay<P: VertexProjector + ?Sized>(
+        &self,
+        kind: OverlayKind,
+        job: &Job<'_>,
+        maker: &MeshesOfView<'_, P>,
+        (work, tiles): (u64, Option<&ExactTiles<'_>>),
+        maps: MapsInView<'_>,
+    ) -> Result<Option<Overlay>, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
+        let VirtualGeometry { paths, paths_left, .. } = self.geometry(job, maker, (work, tiles.is_some()), maps)?;
+        let tiles = tiles.filter(|_| paths_left > 0);
+        let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+        let lists = draw_lists(job, paths, maps.whole, ends);
+        let shown = match tiles {
+            Some(tiles) => tiles.shown(job, &lists, maps)?,
+            None => ShownPixels::of(scene, view, |shader, target| {
+                raster::draw(view, 1, &lists, shader, target, progress).map(drop)
+            })?,
+        };
+        Ok(match kind {
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
+            OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
+            OverlayKind::Tiles | OverlayKind::Layers => None,
+        })
     }
 
     /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with

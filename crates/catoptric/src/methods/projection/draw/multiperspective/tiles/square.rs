@@ -6,6 +6,7 @@ use super::super::bundles::coverage::{ROOT, TileArea};
 use super::super::bundles::model::{PixelLines, Quadratic};
 use super::super::counts::Counts;
 use super::super::source::{Reflections, Root};
+use super::super::tile_log::TileWay;
 use super::cover::{CoverWork, Drawing};
 use super::follow::{PathRay, chain};
 use super::found::FoundSurface;
@@ -245,10 +246,8 @@ impl Reflections<'_> {
         }
         (0..ROOT).for_each(|row| area[row] &= !edge[row]);
         let half = 0.5 * job.size as f32;
-        let center = root.corner(job.column, job.row) + half;
-        let Some(bundle) = RayBundle::fit(&work.tile_rays, center, half, &mut work.fit) else {
-            return Outcome::Divide(false);
-        };
+        let fitted = RayBundle::fit(&work.tile_rays, root.corner(job.column, job.row) + half, half, &mut work.fit);
+        let Some(bundle) = fitted else { return Outcome::Divide(false) };
         let beam = Beam::new(&bundle, &work.fit, &self.scene.bounds);
         if work.lists.len() <= job.level {
             work.lists.resize_with(job.level + 1, CandidateList::default);
@@ -262,6 +261,7 @@ impl Reflections<'_> {
             _ => list.collect(self.hierarchy, &beam, &mut work.stack, most),
         }
         if list.len() == 0 {
+            self.record(root, TileWay::Bundle, [job.column, job.row], job.size, || area);
             return Outcome::Drawn(false);
         }
         if list.len() > most {
@@ -272,8 +272,8 @@ impl Reflections<'_> {
         let near = low.max(bundle.start_range[0]);
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
         // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
-        let inherit = error_px <= TRUSTED_ERROR_PX;
-        let is_accurate = error_px <= self.model.accuracy_px && !work.by_rays;
+        let (inherit, is_accurate) =
+            (error_px <= TRUSTED_ERROR_PX, error_px <= self.model.accuracy_px && !work.by_rays);
         if !is_accurate {
             let looked_at_all = work.by_rays || job.size < ROOT;
             if !looked_at_all || (error_px > CULLING_ERROR_PX && job.size > SMALLEST) {
@@ -286,8 +286,10 @@ impl Reflections<'_> {
             self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
         }
         Counts::add(&self.counts.pairs, work.lists[job.level].len());
-        let own = self.own_rule(object, root.kind, outside);
-        let (side, area) = (job.size, TileArea { size: job.size, rows: job.own_rows(&area) });
+        let way = if is_accurate { TileWay::Bundle } else { TileWay::Rays };
+        self.record(root, way, [job.column, job.row], job.size, || area);
+        let (own, side) = (self.own_rule(object, root.kind, outside), job.size);
+        let area = TileArea { size: job.size, rows: job.own_rows(&area) };
         let PathWork { lists, fit, lines, cover, .. } = work;
         let (bundle, list, positions) = (&bundle, &lists[job.level], self.positions);
         let first = [job.column, job.row];
@@ -421,6 +423,7 @@ impl Reflections<'_> {
         surfaces: &mut Vec<FoundSurface>,
         ids: &mut [u32],
     ) -> (bool, usize) {
+        self.record(root, TileWay::Traced, [job.column, job.row], job.size, || job.rows_among(rows));
         let all = ((1u64 << root.tile.positions.len()) - 1) as u32;
         let (mut any, mut traced) = (false, 0);
         for pixel in job.pixels(rows) {

@@ -1,0 +1,149 @@
+//! What pixels show: the path of light, the list that it ends in, and the triangle of the scene.
+
+use crate::error::RenderError;
+use crate::framebuffer::Framebuffer;
+use crate::methods::projector::SpecularPath;
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
+use crate::scene::{Role, Scene, View};
+use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// Numbers below this are exact in single precision.
+const EXACT: u32 = 1 << 20;
+
+/// The end of a path of light: all that tells one of a pixel's contents from another but the triangle.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(in crate::methods::projection) struct PathEnd {
+    pub(in crate::methods::projection) path: SpecularPath,
+    /// The list that has drawn its last surface, with the triangle; `None`: the environment is seen.
+    pub(in crate::methods::projection) list: Option<u32>,
+}
+
+/// What the pixels of a picture show, each at its centre; at glass by the way through it.
+pub(in crate::methods::projection) struct ShownPixels {
+    pub(in crate::methods::projection) size: [u32; 2],
+    /// All ends of paths that show, short paths first.
+    pub(in crate::methods::projection) ends: Vec<PathEnd>,
+    /// For every pixel its end, as an index.
+    pub(in crate::methods::projection) end_of_pixels: Vec<Option<u32>>,
+    /// For every pixel the triangle of the scene; `u32::MAX`: the environment.
+    pub(in crate::methods::projection) triangle_of_pixels: Vec<u32>,
+}
+
+impl ShownPixels {
+    /// Draws a view with a shader whose colours are numbers; `draw` must take one sample a pixel.
+    ///
+    /// # Errors
+    /// Those of `draw`.
+    pub(in crate::methods::projection) fn of(
+        scene: &Scene,
+        view: &View,
+        draw: impl FnOnce(&ShownShader<'_>, &mut Framebuffer) -> Result<(), RenderError>,
+    ) -> Result<Self, RenderError> {
+        let shader = ShownShader { scene, ends: Mutex::default() };
+        let mut picture = Framebuffer::new(view.width, view.height);
+        draw(&shader, &mut picture)?;
+        let found = shader.ends.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // Threads number them as they come.
+        let mut sorted: Vec<(PathEnd, u32)> = found.into_iter().collect();
+        sorted.sort_by(|(one, _), (other, _)| (one.path.bounces.len(), one).cmp(&(other.path.bounces.len(), other)));
+        let mut places = vec![0; sorted.len()];
+        for (place, (_, number)) in sorted.iter().enumerate() {
+            places[*number as usize] = place as u32;
+        }
+        let end_of = |pixel: &[f32; 4]| (pixel[0] as u32).checked_sub(1).map(|number| places[number as usize]);
+        let triangle_of = |pixel: &[f32; 4]| match pixel[2] as u32 {
+            0 => u32::MAX,
+            high => (high - 1) * EXACT + pixel[1] as u32,
+        };
+        Ok(Self {
+            size: [view.width, view.height],
+            end_of_pixels: picture.pixels.iter().map(end_of).collect(),
+            triangle_of_pixels: picture.pixels.iter().map(triangle_of).collect(),
+            ends: sorted.into_iter().map(|(end, _)| end).collect(),
+        })
+    }
+}
+
+/// Gives each fragment the numbers of its path and of its triangle as a colour; black where another fragment of the
+/// same sample counts.
+pub(in crate::methods::projection) struct ShownShader<'a> {
+    scene: &'a Scene,
+    ends: Mutex<FxHashMap<PathEnd, u32>>,
+}
+
+impl ShownShader<'_> {
+    fn is_lens(&self, surface: &LayerSurface) -> bool {
+        self.scene.role_of(self.scene.triangle_objects[surface.source as usize]) == Role::Lens
+    }
+
+    /// True for the fragment of a sample that takes the way through all glass.
+    fn counts(&self, fragment: &Fragment<'_>) -> bool {
+        let goes_through = |surface: &LayerSurface| surface.group != 0 && self.is_lens(surface);
+        let through = fragment.chain.iter().enumerate().filter(|(_, surface)| goes_through(surface));
+        through.fold(0, |bits, (layer, _)| bits | 1u64 << layer) == fragment.second_branches
+    }
+
+    /// The end of a fragment's path, with the triangle there.
+    fn end(&self, fragment: &Fragment<'_>) -> (PathEnd, Option<u32>) {
+        let (mut end, mut triangle) = (PathEnd::default(), None);
+        for (layer, surface) in fragment.chain.iter().enumerate() {
+            let object = self.scene.triangle_objects[surface.source as usize];
+            if surface.group != 0 && self.scene.role_of(object).is_specular() {
+                let kind = match fragment.second_branches >> layer & 1 {
+                    0 => BounceKind::Reflect,
+                    _ => BounceKind::Transmit,
+                };
+                end.path.bounces.push(Bounce { object, kind });
+            } else {
+                (end.list, triangle) = (Some(surface.list), Some(surface.source));
+            }
+        }
+        (end, triangle)
+    }
+
+    fn number(&self, end: PathEnd) -> u32 {
+        let mut known = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
+        let next = known.len() as u32;
+        *known.entry(end).or_insert(next)
+    }
+}
+
+impl FragmentShader for ShownShader<'_> {
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        if !self.counts(fragment) {
+            return Vec3::ZERO;
+        }
+        let (end, triangle) = self.end(fragment);
+        color(self.number(end), triangle)
+    }
+
+    fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+        // Neighbours mostly show the same.
+        let mut last: Option<(PathEnd, u32)> = None;
+        for (fragment, shown) in batch.iter().zip(colors) {
+            *shown = Vec3::ZERO;
+            if !self.counts(&fragment) {
+                continue;
+            }
+            let (end, triangle) = self.end(&fragment);
+            let number = match &last {
+                Some((known, number)) if *known == end => *number,
+                _ => self.number(end.clone()),
+            };
+            last = Some((end, number));
+            *shown = color(number, triangle);
+        }
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface.source, &surface.barycentrics)
+    }
+}
+
+fn color(end: u32, triangle: Option<u32>) -> Vec3 {
+    let [low, high] = triangle.map_or([0, 0], |triangle| [triangle % EXACT, triangle / EXACT + 1]);
+    Vec3::new((end + 1) as f32, low as f32, high as f32)
+}

@@ -1,0 +1,208 @@
+//! Overlays of all methods: those that are offered are there, and show what the reference knows.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
+
+use catoptric::light::tracer::Tracer;
+use catoptric::methods::overlay::{Overlay, OverlayKind};
+use catoptric::methods::{self, Quality};
+use catoptric::optics::step::LightStep;
+use catoptric::progress::Silent;
+use catoptric::scene::{Role, Scene, View};
+use catoptric_testkit::drawing::scene;
+use std::sync::Arc;
+
+const ORDER: u32 = 2;
+
+fn overlays(id: &str, settings: &str, scene: &Arc<Scene>, view: &View, samples: u32) -> Vec<Overlay> {
+    let method = methods::create(id, &toml::from_str(settings).unwrap()).unwrap();
+    let mut prepared = method.prepare(scene, Quality { samples, order: ORDER }, None, &Silent).unwrap();
+    let frame = prepared.frame(view, &Silent).unwrap();
+    let found = |kind: OverlayKind| {
+        let overlay = frame.overlay(kind, &Silent).unwrap();
+        assert_eq!(overlay.is_some(), method.overlays().contains(&kind), "{id}: {}", kind.name());
+        overlay
+    };
+    OverlayKind::ALL.into_iter().filter_map(found).collect()
+}
+
+fn of_kind(overlays: &[Overlay], kind: OverlayKind) -> &Overlay {
+    overlays.iter().find(|overlay| overlay.kind == kind).unwrap()
+}
+
+/// The names of the objects along the ray through each pixel's centre, mirrors and glass on the way with their letters,
+/// as names of groups and of the last object (`None`: the environment): at glass the way through it. Traced.
+fn traced(scene: &Scene, view: &View) -> Vec<(String, Option<u32>)> {
+    let tracer = Tracer::build(scene, |_| true);
+    let pixel = |index: u32| {
+        let mut ray = view.ray((index % view.width) as f32 + 0.5, (index / view.width) as f32 + 0.5);
+        let mut path: Vec<String> = Vec::new();
+        loop {
+            let Some(hit) = tracer.first_hit(scene, &ray, 0.0) else { return (path.join(" > "), None) };
+            let point = tracer.point(scene, &ray, &hit);
+            let material = scene.material_of(point.object);
+            if !material.role.is_specular() || path.len() as u32 == ORDER {
+                return (path.join(" > "), Some(point.object));
+            }
+            let kind = match material.role {
+                Role::Lens => catoptric::optics::path::bundle::BounceKind::Transmit,
+                _ => catoptric::optics::path::bundle::BounceKind::Reflect,
+            };
+            path.push(format!("{} {}", kind.letter(), scene.objects[point.object as usize].name));
+            let step = LightStep::at(scene, material, &point, ray.direction);
+            let Some(direction) = step.outgoing(kind, ray.direction) else { return (path.join(" > "), None) };
+            (ray.origin, ray.direction) = (tracer.departure(&point, direction), direction);
+        }
+    };
+    (0..view.width * view.height).map(pixel).collect()
+}
+
+fn group_name(overlay: &Overlay, pixel: usize) -> &str {
+    overlay.pixels[pixel].checked_sub(1).map_or("", |group| &overlay.groups[group as usize])
+}
+
+#[test]
+fn offered_overlays_are_there_and_groups_are_the_references_paths() {
+    for (id, spec, settings) in [
+        ("auto", "planar_mirror?mirrors=2", ""),
+        ("auto", "two_spheres?surface=mesh", ""),
+        ("multiperspective", "two_spheres?surface=mesh", ""),
+        ("multiperspective", "glass_sphere?surface=mesh", ""),
+        ("planar_mirror", "planar_mirror?mirrors=2", ""),
+        ("path_perturbation", "sphere_room?surface=mesh&tess=16", "work = 150"),
+        ("sample_based_camera", "sphere_room?surface=mesh&tess=16", "work = 150"),
+        ("explosion_map", "sphere_room?surface=mesh&tess=16", "work = 150"),
+        ("reflector_search", "sphere_room?surface=mesh&tess=16", "work = 150"),
+    ] {
+        let scene = Arc::new(scene(spec));
+        let view = scene.default_view(120, 80);
+        let found = overlays(id, settings, &scene, &view, 1);
+        let paths = of_kind(&found, OverlayKind::Paths);
+        let truth = traced(&scene, &view);
+        assert_eq!((paths.size, paths.pixels.len()), ([120, 80], truth.len()));
+        let specular = truth.iter().filter(|(path, _)| !path.is_empty()).count();
+        let wrong = truth.iter().enumerate().filter(|(pixel, (path, _))| group_name(paths, *pixel) != path).count();
+        assert!(specular > 500, "{spec}: {specular}");
+        // Edges of meshes are off by parts of a pixel.
+        assert!((wrong as f64) < 0.03 * specular as f64, "{id}, {spec}: {wrong} of {specular}: {:?}", paths.groups);
+    }
+    for info in methods::all().iter().filter(|info| ["reference", "environment_map", "light_field"].contains(&info.id))
+    {
+        let method = methods::create(info.id, &Default::default()).unwrap();
+        assert!(method.overlays().is_empty());
+    }
+}
+
+/// Pixels that a line passes through, with those beside it.
+fn touched(overlay: &Overlay, wanted: impl Fn(&str) -> bool) -> Vec<bool> {
+    let [width, height] = overlay.size.map(|length| length as i32);
+    let mut touched = vec![false; (width * height) as usize];
+    for segment in overlay.segments.iter().filter(|segment| wanted(&overlay.groups[segment.group as usize - 1])) {
+        let [a, b] = segment.ends;
+        let steps = (4.0 * a.distance(b)).ceil().max(1.0) as i32;
+        for step in 0..=steps {
+            let at = a.lerp(b, step as f32 / steps as f32).floor().as_ivec2();
+            if at.x >= 0 && at.y >= 0 && at.x < width && at.y < height {
+                touched[(at.y * width + at.x) as usize] = true;
+            }
+        }
+    }
+    touched
+}
+
+#[test]
+fn edges_of_virtual_triangles_lie_where_the_reference_shows_reflections() {
+    for (id, spec, settings) in [
+        ("planar_mirror", "planar_mirror?mirrors=2", ""),
+        ("auto", "planar_mirror?mirrors=2", ""),
+        ("path_perturbation", "sphere_room?surface=mesh&tess=16", "work = 150"),
+        ("reflector_search", "sphere_room?surface=mesh&tess=16", "work = 150"),
+    ] {
+        let scene = Arc::new(scene(spec));
+        let view = scene.default_view(180, 120);
+        let found = overlays(id, settings, &scene, &view, 1);
+        let edges = of_kind(&found, OverlayKind::VirtualTriangles);
+        assert!(edges.segments.len() > 100 && edges.segments_left_out == 0, "{id}: {}", edges.segments.len());
+        let truth = traced(&scene, &view);
+        for group in &edges.groups {
+            let drawn = touched(edges, |name| name == group);
+            let shows =
+                |pixel: i32| truth.get(pixel as usize).is_some_and(|(path, end)| path == group && end.is_some());
+            let is_near = |pixel: i32| {
+                let width = 180;
+                (-1..=1).any(|row| (-1..=1).any(|column| shows(pixel + row * width + column)))
+            };
+            let count = drawn.iter().filter(|drawn| **drawn).count();
+            let beside = (0..drawn.len()).filter(|pixel| drawn[*pixel] && !is_near(*pixel as i32)).count();
+            assert!(beside * 50 <= count, "{id}, {spec}, {group}: {beside} of {count} beside");
+        }
+        // Where two triangles meet in the reflection, one of them is drawn: pixels whose right neighbour shows another
+        // object by the same path.
+        let all = touched(edges, |_| true);
+        let (mut borders, mut missed) = (0, 0);
+        for pixel in (0..truth.len() - 1).filter(|pixel| pixel % 180 < 179) {
+            let [(path, end), (other_path, other_end)] = [&truth[pixel], &truth[pixel + 1]];
+            if !path.is_empty() && path == other_path && end.is_some() && other_end.is_some() && end != other_end {
+                borders += 1;
+                let is_drawn = (pixel.saturating_sub(1)..pixel + 3).any(|pixel| all.get(pixel) == Some(&true));
+                missed += usize::from(!is_drawn);
+            }
+        }
+        assert!(borders > 20 && missed * 20 <= borders, "{id}, {spec}: {missed} of {borders} missed");
+    }
+}
+
+#[test]
+fn tiles_divide_the_reflectors_pixels() {
+    for (spec, samples) in [("sphere_room?tess=16", 4), ("two_spheres?surface=mesh", 1)] {
+        let scene = Arc::new(scene(spec));
+        let view = scene.default_view(150, 110);
+        let found = overlays("multiperspective", "", &scene, &view, samples);
+        let (tiles, paths) = (of_kind(&found, OverlayKind::Tiles), of_kind(&found, OverlayKind::Paths));
+        let truth = traced(&scene, &view);
+        // Every pixel whose centre shows a reflector is in a tile or traced, and no other but at silhouettes.
+        let (mut reflector, mut without, mut beyond) = (0, 0, 0);
+        for (pixel, (path, _)) in truth.iter().enumerate() {
+            let is_reflector = !path.is_empty();
+            reflector += usize::from(is_reflector);
+            without += usize::from(tiles.pixels[pixel] == 0 && !group_name(paths, pixel).is_empty());
+            let is_rim = group_name(tiles, pixel) == "traced sample by sample";
+            beyond += usize::from(tiles.pixels[pixel] != 0 && !is_reflector && !is_rim);
+        }
+        assert!(reflector > 2000 && without == 0, "{spec}: {without} of {reflector}");
+        assert!(beyond * 100 <= reflector, "{spec}: {beyond} of {reflector}");
+        let bundles = (0..truth.len()).filter(|pixel| group_name(tiles, *pixel) == "one bundle of rays").count();
+        assert!(bundles * 3 > reflector, "{spec}: {bundles} of {reflector}");
+        // Squares lie on the grid of their sides, and none in another: their borders do not cross.
+        assert!(tiles.segments.iter().all(|segment| {
+            let [a, b] = segment.ends;
+            (a.x == b.x) != (a.y == b.y) && a.x >= 0.0 && b.x <= 150.0 && a.y >= 0.0 && b.y <= 110.0
+        }));
+        // The same at any time, whatever thread was first.
+        let again = overlays("multiperspective", "", &scene, &view, samples);
+        assert!(again == found);
+    }
+}
+
+#[test]
+fn layers_are_those_that_the_rays_meet() {
+    // A ball between a block and the walls: the nearest layer shows the block alone.
+    let scene = Arc::new(scene("sphere_room?tess=16"));
+    let view = scene.default_view(90, 60);
+    let found = overlays("layered_environment_map", "size = 64", &scene, &view, 1);
+    let layers = of_kind(&found, OverlayKind::Layers);
+    let truth = traced(&scene, &view);
+    let wrong = truth.iter().enumerate().filter(|(pixel, (path, _))| (layers.pixels[*pixel] != 0) == path.is_empty());
+    assert!(wrong.count() * 50 <= truth.len());
+    assert!(layers.groups.len() >= 2, "{:?}", layers.groups);
+    // What an object shows is in one layer for the most part.
+    let mut votes: std::collections::BTreeMap<u32, std::collections::BTreeMap<u16, usize>> = Default::default();
+    for (pixel, (path, end)) in truth.iter().enumerate() {
+        if let (false, Some(object)) = (path.is_empty(), end) {
+            *votes.entry(*object).or_default().entry(layers.pixels[pixel]).or_default() += 1;
+        }
+    }
+    let (most, all) = votes
+        .values()
+        .fold((0, 0), |(most, all), votes| (most + votes.values().max().unwrap(), all + votes.values().sum::<usize>()));
+    assert!(most * 10 >= all * 8, "{most} of {all}: {votes:?}");
+}
