@@ -40,7 +40,7 @@ pub(super) fn color_of(kind: OverlayKind, group: usize) -> Color32 {
     }
     // Hues of numbers side by side are far apart.
     let hue = (0.58 + 0.618_034 * group as f32).fract();
-    Hsva::new(hue, if group % 2 == 0 { 0.85 } else { 0.6 }, 1.0, 1.0).into()
+    Hsva::new(hue, if group.is_multiple_of(2) { 0.85 } else { 0.6 }, 1.0, 1.0).into()
 }
 
 /// The overlay as a picture of the same size.

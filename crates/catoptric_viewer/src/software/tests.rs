@@ -318,3 +318,11 @@ fn parts_of_textures_are_replaced_and_textures_freed() {
     delta.clear();
     assert!(shown(&mut painter, EVERYTHING, pictured(1, rect, WHOLE)).iter().all(|pixel| *pixel == 0));
 }
+
+#[test]
+fn places_of_any_size_have_texels_nearby() {
+    for at in [1e30, -1e30, f64::MAX, f64::INFINITY, f64::NAN] {
+        let (first, share) = super::textures::before(at);
+        assert!(first.abs() < i64::MAX / 4 && share <= 256, "{at}: {first}, {share}");
+    }
+}

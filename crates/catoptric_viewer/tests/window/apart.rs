@@ -60,7 +60,8 @@ fn wish(methods: &[&str], eye_up: f32) -> Wish {
     camera.world_from_camera.translation.y += eye_up;
     let sides = methods.iter().map(drawn).collect();
     // Rows that do not fill what devices copy.
-    Wish { scene: 1, time: 0.0, changes: Changes::default(), camera, size: [97, 64], sides, compares: false }
+    let (changes, overlays) = (Changes::default(), Vec::new());
+    Wish { scene: 1, time: 0.0, changes, camera, size: [97, 64], sides, compares: false, overlays }
 }
 
 /// The share of a picture's pixels that are off by more than 0.1 from the library's on the processor.
