@@ -3,7 +3,7 @@
 use super::color::{OPAQUE_CHANNELS, WHITE, alpha, between, over, product};
 use super::plane::Plane;
 use super::region::Pixels;
-use super::textures::{Texture, before};
+use super::textures::{FAR, Texture, before};
 use eframe::egui::TextureFilter;
 use std::ops::Range;
 
@@ -172,8 +172,9 @@ fn way(texture: &Texture, [x, y]: &[Plane; 2], bounds: &Pixels) -> Way {
         || (0..2).all(|axis| {
             place[axis].min(ends[axis]) >= 1.0 && place[axis].max(ends[axis]) <= texture.size[axis] as f64 - 1.0
         });
-    // Few texels a pixel, so that no row is longer than it is worth.
-    if is_upright && is_clamped && filter == TextureFilter::Linear && x.right.abs() < 4.0 {
+    // Few texels a pixel, so that no row is longer than it is worth, and places that can be counted.
+    let is_near = place.iter().chain(&ends).all(|at| at.abs() < FAR);
+    if is_near && is_upright && is_clamped && filter == TextureFilter::Linear && x.right.abs() < 4.0 {
         return Way::Stretched;
     }
     Way::Sampled(filter)

@@ -41,7 +41,7 @@ impl Texture {
 }
 
 /// Farther than this from a texture all places look the same.
-const FAR: f64 = 1e9;
+pub(super) const FAR: f64 = 1e9;
 
 /// The texel whose middle lies before a place, and the share of the next one, of 256.
 pub(super) fn before(at: f64) -> (i64, u32) {
