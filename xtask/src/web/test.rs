@@ -94,7 +94,7 @@ fn draws_by_webgpu(base: &str) -> Result<()> {
     let drawn_by = |sharp: bool, processor: &str| {
         format!("(state => (state.sharp || !{sharp}) && /{processor}/.test(state.processor))({STATE})")
     };
-    page.wait_for(&drawn_by(true, "BrowserWebGpu"))?;
+    page.wait_for(&drawn_by(true, "WebGPU"))?;
     println!(
         "ok: by WebGPU: first picture {first:.1} s after the page was asked for, sharp after {:.1}",
         start.elapsed().as_secs_f64()
@@ -102,7 +102,7 @@ fn draws_by_webgpu(base: &str) -> Result<()> {
     for method in ["multiperspective", "environment_map", "planar_mirror", "reflector_search"] {
         page.value(&format!("catoptric.choose(0, '{method}')"))?;
         page.wait_for(&format!("(state => state.sharp && state.method === '{method}')({STATE})"))?;
-        page.wait_for(&drawn_by(true, "BrowserWebGpu"))?;
+        page.wait_for(&drawn_by(true, "WebGPU"))?;
         let off = matches_the_library(&mut page, method)?;
         println!("ok: by WebGPU: {method}: {:.3} % of its pixels are off", off * 100.0);
     }

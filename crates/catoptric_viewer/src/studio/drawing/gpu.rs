@@ -33,15 +33,13 @@ impl Gpu {
 
     /// Its name.
     pub fn name(&self) -> String {
-        let adapter = self.context.adapter();
-        adapter.map_or_else(
-            || "GPU".into(),
+        let Some(adapter) = self.context.adapter() else { return "GPU".into() };
+        match (adapter.name.as_str(), adapter.backend.as_str()) {
             // Browsers keep names to themselves.
-            |adapter| match adapter.name.as_str() {
-                "" => adapter.backend.clone(),
-                name => format!("{name} ({})", adapter.backend),
-            },
-        )
+            ("", "BrowserWebGpu") => "WebGPU".into(),
+            (name, "BrowserWebGpu") => format!("{name} (WebGPU)"),
+            (name, backend) => format!("{name} ({backend})"),
+        }
     }
 
     /// A scene ready to be drawn by a method; `None` for methods that draw on the CPU alone.
