@@ -77,6 +77,10 @@ pub(super) fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     }
+    if args.software && args.backend == BackendChoice::Gpu {
+        eprintln!("error: a window drawn by the processor (--software) has no GPU for --backend gpu");
+        return ExitCode::from(2);
+    }
     match run(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
