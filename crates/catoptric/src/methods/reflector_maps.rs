@@ -106,6 +106,26 @@ impl CaptureLimits {
         let size = (left / (WORK_A_SAMPLE * f64::from(settings.capture_samples))).max(0.0).sqrt() as u32;
         Self { count, size: size.clamp(least, settings.size) }
     }
+
+    /// The reflectors that share a map, or have one each.
+    fn groups(&self, scene: &Scene, reflectors: &[u32]) -> Vec<Vec<u32>> {
+        match self.count {
+            count if count < reflectors.len() => grouped(scene, reflectors, count),
+            _ => reflectors.iter().map(|object| vec![*object]).collect(),
+        }
+    }
+}
+
+/// Where the map of a group of reflectors is captured, and the members that it is captured without: those that the
+/// place lies in.
+fn place_of(scene: &Scene, group: &[u32]) -> (Vec3, Vec<u32>) {
+    let bounds = |object: u32| &scene.objects[object as usize].bounds;
+    let center = match group {
+        [object] => bounds(*object).center(),
+        several => several.iter().map(|object| bounds(*object).center()).sum::<Vec3>() / several.len() as f32,
+    };
+    let is_around = |object: &u32| group.len() == 1 || bounds(*object).contains(center);
+    (center, group.iter().copied().filter(is_around).collect())
 }
 
 /// Pictures of the six faces of a cube about a point: the wanted objects of a scene, by a shader of each face's view.
@@ -192,10 +212,7 @@ impl ReflectorMaps {
             return Ok(maps);
         }
         let limits = CaptureLimits::new(wanted, scene, reflectors.len(), rounds);
-        let groups = match limits.count {
-            count if count < reflectors.len() => grouped(scene, reflectors, count),
-            _ => reflectors.iter().map(|object| vec![*object]).collect(),
-        };
+        let groups = limits.groups(scene, reflectors);
         let settings = ReflectorMapSettings { size: limits.size, ..*wanted };
         maps.shared = groups.iter().filter(|group| group.len() > 1).map(|group| group.len() as u64).sum();
         maps.smaller = if limits.size < wanted.size { reflectors.len() as u64 } else { 0 };
@@ -212,6 +229,29 @@ impl ReflectorMaps {
             maps.maps = captured;
         }
         Ok(maps)
+    }
+
+    /// The places of the maps that [`Self::capture`] makes of some objects, with the objects that each is captured
+    /// without.
+    pub(super) fn places(
+        wanted: &ReflectorMapSettings,
+        scene: &Scene,
+        reflectors: &[u32],
+        rounds: u32,
+    ) -> Vec<Option<(ReflectorCubeMap, Vec<u32>)>> {
+        let mut places = vec![None; scene.objects.len()];
+        if rounds == 0 || reflectors.is_empty() {
+            return places;
+        }
+        let proxy = wanted.proxy.around(&diffuse_bounds(scene));
+        for group in CaptureLimits::new(wanted, scene, reflectors.len(), rounds).groups(scene, reflectors) {
+            let (center, around) = place_of(scene, &group);
+            for object in group {
+                let map = ReflectorCubeMap { center, cube: None, proxy };
+                places[object as usize] = Some((map, around.clone()));
+            }
+        }
+        places
     }
 
     /// Adds what is not as it was wanted to a report.
@@ -267,18 +307,13 @@ impl ReflectorMaps {
         scene: &Scene,
         group: &[u32],
     ) -> Result<ReflectorCubeMap, RenderError> {
-        let bounds = |object: u32| &scene.objects[object as usize].bounds;
-        let center = match group {
-            [object] => bounds(*object).center(),
-            several => several.iter().map(|object| bounds(*object).center()).sum::<Vec3>() / several.len() as f32,
-        };
-        let is_around = |object: u32| group == [object] || group.contains(&object) && bounds(object).contains(center);
+        let (center, around) = place_of(scene, group);
         let proxy = settings.proxy.around(&diffuse_bounds(scene));
         let cube = match settings.source {
             MapSource::Background => None,
             MapSource::Capture => {
                 let shader = |view: &View| LookupShader { scene, rays: view.rays(), reflectors: &*self };
-                let pictures = face_pictures(settings, scene, center, |other| !is_around(other), shader)?;
+                let pictures = face_pictures(settings, scene, center, |other| !around.contains(&other), shader)?;
                 self.captured_faces += 6;
                 Some(Arc::new(CubeMap::new(settings.size, pictures)))
             }

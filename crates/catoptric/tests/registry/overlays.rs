@@ -1,7 +1,5 @@
 //! Overlays of all methods: those that are offered are there, and show what the reference knows.
 
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
-
 use catoptric::light::tracer::Tracer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
@@ -13,12 +11,14 @@ use std::sync::Arc;
 
 const ORDER: u32 = 2;
 
+const VALID: &str = "the test's input is valid";
+
 fn overlays(id: &str, settings: &str, scene: &Arc<Scene>, view: &View, samples: u32) -> Vec<Overlay> {
-    let method = methods::create(id, &toml::from_str(settings).unwrap()).unwrap();
-    let mut prepared = method.prepare(scene, Quality { samples, order: ORDER }, None, &Silent).unwrap();
-    let frame = prepared.frame(view, &Silent).unwrap();
+    let method = methods::create(id, &toml::from_str(settings).expect(VALID)).expect(VALID);
+    let mut prepared = method.prepare(scene, Quality { samples, order: ORDER }, None, &Silent).expect(VALID);
+    let frame = prepared.frame(view, &Silent).expect(VALID);
     let found = |kind: OverlayKind| {
-        let overlay = frame.overlay(kind, &Silent).unwrap();
+        let overlay = frame.overlay(kind, &Silent).expect(VALID);
         assert_eq!(overlay.is_some(), method.overlays().contains(&kind), "{id}: {}", kind.name());
         overlay
     };
@@ -26,7 +26,7 @@ fn overlays(id: &str, settings: &str, scene: &Arc<Scene>, view: &View, samples: 
 }
 
 fn of_kind(overlays: &[Overlay], kind: OverlayKind) -> &Overlay {
-    overlays.iter().find(|overlay| overlay.kind == kind).unwrap()
+    overlays.iter().find(|overlay| overlay.kind == kind).expect(VALID)
 }
 
 /// The names of the objects along the ray through each pixel's centre, mirrors and glass on the way with their letters,

@@ -31,7 +31,7 @@ impl Viewer {
     pub(super) fn pick(&mut self, at: Pos2, rect: Rect, scale: f32) -> u64 {
         let position_px = [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale];
         self.picks += 1;
-        self.shown.picked = Some(Picked { number: self.picks, position_px, path: Vec::new() });
+        self.shown.picked = Some(Picked { number: self.picks, position_px, path: Vec::new(), places: None });
         self.link.send(Order::Pick { number: self.picks, position_px });
         self.picks
     }

@@ -3,6 +3,7 @@
 mod clock;
 mod hand;
 mod link;
+mod marks;
 mod navigator;
 mod news;
 mod overlay;
@@ -18,6 +19,7 @@ pub use link::StudioThread;
 
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
+use crate::studio::places::Places;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -191,6 +193,12 @@ impl Viewer {
     pub fn overlay(&self, kind: OverlayKind) -> Option<&Overlay> {
         let shown = self.shown.overlays.iter().find(|shown| shown.overlay.kind == kind)?;
         (self.overlays.contains(&kind) && self.shows_same(&shown.wish)).then_some(&shown.overlay)
+    }
+
+    /// Where the picked point appears by several methods, if that was asked of the picture that is wanted now.
+    pub fn places(&self) -> Option<&Places> {
+        let places = self.shown.picked.as_ref()?.places.as_ref()?;
+        self.shows_same(&places.wish).then_some(places)
     }
 
     /// True for wishes for the same pictures as the present one.

@@ -43,6 +43,11 @@ impl Viewer {
                     }
                 }
                 News::Compared(compared) => self.put_comparison(ctx, *compared),
+                News::Placed(places) => {
+                    if let Some(picked) = self.shown.picked.as_mut().filter(|picked| picked.number == places.number) {
+                        picked.places = Some(*places);
+                    }
+                }
                 News::Overlaid(mut overlaid) => {
                     if self.shows_same(&overlaid.wish) {
                         overlaid.problem.take().into_iter().for_each(|problem| self.say(problem));

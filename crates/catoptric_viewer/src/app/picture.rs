@@ -2,6 +2,7 @@
 
 use super::Viewer;
 use super::hand::Tool;
+use super::marks;
 use super::shown::ShownPicture;
 use eframe::egui::{
     Align2, Color32, Context, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
@@ -136,6 +137,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     }
     let Some(x) = divider else {
         path_lines(viewer, ui, rect);
+        marks::paint(viewer, ui, rect);
         return label(ui, rect, Align2::LEFT_TOP, left.as_ref(), &viewer.choices[0].method);
     };
     let right_part = Rect::from_min_max(pos2(x, rect.top()), rect.max);
@@ -150,6 +152,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
         caption(ui, pos2(rect.right() - 8.0, rect.bottom() - 8.0), Align2::RIGHT_BOTTOM, &text);
     }
     path_lines(viewer, ui, rect);
+    marks::paint(viewer, ui, rect);
     painter.vline(x, rect.y_range(), Stroke::new(2.0, Color32::WHITE));
     let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(10.0, 36.0));
     painter.rect(grip, 4.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK), StrokeKind::Inside);
@@ -172,7 +175,7 @@ fn label(ui: &Ui, rect: Rect, corner: Align2, picture: Option<&ShownPicture>, me
 }
 
 /// Text that can be read on any picture.
-fn caption(ui: &Ui, at: Pos2, align: Align2, text: &str) {
+pub(super) fn caption(ui: &Ui, at: Pos2, align: Align2, text: &str) {
     let galley = ui.painter().layout_no_wrap(text.into(), FontId::proportional(14.0), Color32::WHITE);
     let place = align.anchor_size(at, galley.size());
     ui.painter().rect_filled(place.expand(3.0), 3.0, Color32::from_black_alpha(150));

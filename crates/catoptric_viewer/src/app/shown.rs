@@ -4,6 +4,7 @@ use super::overlay::ShownOverlay;
 use crate::studio::news::Picture;
 use crate::studio::order::Wish;
 use crate::studio::pick::Bounce;
+use crate::studio::places::Places;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::Report;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
@@ -105,6 +106,8 @@ pub(super) struct Picked {
     pub(super) number: u64,
     pub(super) position_px: [f32; 2],
     pub(super) path: Vec<Bounce>,
+    /// Where its end appears by several methods, in the picture that was picked in.
+    pub(super) places: Option<Places>,
 }
 
 /// The times of a frame.

@@ -11,6 +11,7 @@ pub mod news;
 pub mod order;
 mod overlay_wire;
 pub mod pick;
+pub mod places;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ use drawing::{Fineness, OnItsWay, Outcome, OverlayMaker, Side, Tools};
 use mailbox::Mail;
 use news::{News, Overlaid, Picture};
 use order::{Order, Source, Wish};
+use places::{PlaceSearch, ReadyMethods, SearchedScene};
 use stage::Stage;
 use std::sync::Arc;
 use std::time::Duration;
@@ -47,6 +49,11 @@ pub struct Studio {
     stage: Option<Stage>,
     sides: [Side; 2],
     overlay_maker: OverlayMaker,
+    /// Where the picked point appears is still being found out.
+    place_search: Option<PlaceSearch>,
+    ready_methods: ReadyMethods,
+    /// The path that was picked, with its number, as long as it is seen so.
+    picked: Option<(u64, Vec<pick::Bounce>)>,
     /// The wish that is drawn now.
     current: Option<Current>,
     /// A picture that a device is drawing: one at a time, so that they do not pile up.
@@ -94,6 +101,9 @@ impl Studio {
             stage: None,
             sides: Default::default(),
             overlay_maker: Default::default(),
+            place_search: None,
+            ready_methods: ReadyMethods::default(),
+            picked: None,
             current: None,
             on_its_way: None,
         }
@@ -112,6 +122,7 @@ impl Studio {
         }
         let current = self.current.as_ref()?;
         match current.left.last() {
+            _ if self.searches_next() => Some(Duration::ZERO),
             None => current.next_overlay().map(|_| Duration::ZERO),
             Some((_, Fineness::Draft)) => Some(Duration::ZERO),
             Some((_, Fineness::Whole { .. })) => Some(REST),
@@ -125,9 +136,11 @@ impl Studio {
             Mail::Order(Order::Load { number, source }) => self.load(number, &source),
             Mail::Order(Order::Pick { number, position_px }) => self.pick(number, position_px),
             Mail::Wish(wish) => self.begin(wish),
+            Mail::Nothing if self.searches_next() => self.search_places(),
             Mail::Nothing => self.work(),
         }
         match &self.current {
+            Some(_) if self.place_search.is_some() => Turn::More,
             Some(current) if !current.left.is_empty() || current.next_overlay().is_some() => Turn::More,
             _ if self.on_its_way.is_some() => Turn::More,
             _ => Turn::Idle,
@@ -140,7 +153,8 @@ impl Studio {
             Ok((stage, summary)) => {
                 // Before the window can wish for anything of it.
                 self.sides.iter_mut().for_each(Side::clear);
-                self.overlay_maker = OverlayMaker::default();
+                (self.overlay_maker, self.place_search) = (OverlayMaker::default(), None);
+                (self.ready_methods, self.picked) = (ReadyMethods::default(), None);
                 (self.stage, self.current, self.on_its_way) = (Some(stage), None, None);
                 (self.tell)(News::Loaded(Box::new(summary)));
             }
@@ -151,14 +165,63 @@ impl Studio {
 
     fn pick(&mut self, number: u64, position_px: [f32; 2]) {
         let mut path = Vec::new();
+        self.place_search = None;
         if let (Some(stage), Some(Current { wish, .. })) = (&mut self.stage, &self.current)
             && let Ok(scene) = stage.scene_of(wish)
         {
             let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
             let order = wish.sides.iter().map(|side| side.quality.order).max().unwrap_or_default();
             path = pick::follow(&scene, &stage.tracer(&scene), &view, position_px, order);
+            let settings = &stage.model.method_settings;
+            self.place_search = PlaceSearch::new(number, wish, position_px, &path, settings);
         }
+        self.picked = Some((number, path.clone()));
         (self.tell)(News::Picked { number, path });
+    }
+
+    /// True if the next thing to do is to find out where the picked point appears: drafts come before that.
+    fn searches_next(&self) -> bool {
+        let next = self.current.as_ref().and_then(|current| current.left.last());
+        self.place_search.is_some() && !matches!(next, Some((_, Fineness::Draft)))
+    }
+
+    /// Asks the next method where the picked point appears.
+    fn search_places(&mut self) {
+        let (Some(search), Some(stage), Some(Current { wish, .. })) =
+            (&mut self.place_search, &mut self.stage, &self.current)
+        else {
+            return;
+        };
+        let Ok(scene) = stage.scene_of(wish) else { return self.place_search = None };
+        let tracer = stage.tracer(&scene);
+        let searched = SearchedScene { scene: &scene, tracer: &tracer };
+        let found = search.step(&searched, &mut self.ready_methods, &self.mailbox);
+        if search.is_over() {
+            self.place_search = None;
+        }
+        if let Some(places) = found {
+            (self.tell)(News::Placed(Box::new(places)));
+        }
+    }
+
+    /// Asks again where the picked point appears if only the picture's size or methods are others; from elsewhere it is
+    /// another path.
+    fn search_places_again(&mut self, wish: &Arc<Wish>) {
+        self.place_search = None;
+        let (Some((number, path)), Some(stage), Some(current)) = (&self.picked, &mut self.stage, &self.current) else {
+            return;
+        };
+        let is_same_path = current.wish.sees_same(wish);
+        let first = path.first().filter(|_| is_same_path).zip(stage.scene_of(wish).ok());
+        let seen = first
+            .and_then(|(first, scene)| scene.view(&wish.camera, wish.size[0], wish.size[1]).pixel_of(first.position));
+        match seen {
+            Some(px) => {
+                let settings = &stage.model.method_settings;
+                self.place_search = PlaceSearch::new(*number, wish, px.to_array(), path, settings);
+            }
+            None => self.picked = None,
+        }
     }
 
     /// Begins with a wish. Wishes for other scenes than the one that is on are out of date.
@@ -173,6 +236,7 @@ impl Studio {
             current.wish = wish;
             return;
         }
+        self.search_places_again(&wish);
         // Coarse before fine, and left before right.
         let mut left: Vec<(usize, usize, Fineness)> = Vec::new();
         for (side, drawn) in wish.sides.iter().take(2).enumerate() {

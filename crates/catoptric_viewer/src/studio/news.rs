@@ -150,6 +150,8 @@ pub enum News {
     },
     /// Both sides were compared.
     Compared(Box<Compared>),
+    /// Where the picked point appears by several methods, as far as that is known.
+    Placed(Box<super::places::Places>),
     /// An overlay is there.
     Overlaid(Box<Overlaid>),
     /// What is seen at a place of the picture.

@@ -154,9 +154,13 @@ pub struct Wish {
 impl Wish {
     /// True if both wish for the same pictures, whatever is shown over them.
     pub fn shows_same(&self, other: &Self) -> bool {
-        let Self { scene, time, changes, camera, size, sides, compares, overlays: _ } = self;
+        self.sees_same(other) && (self.size, &self.sides, self.compares) == (other.size, &other.sides, other.compares)
+    }
+
+    /// True if both look at the same things from the same place.
+    pub fn sees_same(&self, other: &Self) -> bool {
+        let Self { scene, time, changes, camera, size: _, sides: _, compares: _, overlays: _ } = self;
         (*scene, *time, changes, camera) == (other.scene, other.time, &other.changes, &other.camera)
-            && (*size, sides, *compares) == (other.size, &other.sides, other.compares)
     }
 }
 

@@ -250,7 +250,33 @@ fn sides_are_compared_and_pixels_are_picked() {
     assert!(error.flip_mean > 0.01 && error.over_0_1 > 0.01 && error.size == [96, 64], "{}", error.flip_mean);
     bench.mailbox.send(Order::Pick { number: 5, position_px: [48.0, 32.0] });
     bench.run();
-    let path = bench.all().into_iter().find_map(|news| match news {
+    let told = bench.all();
+    // Then where its end appears by other methods, one after the other.
+    let last = told.iter().rev().find_map(|news| match news {
+        News::Placed(places) => Some(places.clone()),
+        _ => None,
+    });
+    let last = last.unwrap();
+    assert!(last.number == 5 && last.is_done && last.is_solved && last.list.len() >= 4, "{last:?}");
+    // In a picture of another size it is asked again, and from another place not.
+    let mut other = (*last.wish).clone();
+    let (wish_before, truth) = (last.wish.clone(), last.truth_px);
+    other.size = [192, 128];
+    bench.mailbox.wish(Arc::new(other.clone()));
+    bench.run();
+    let again = bench.all().into_iter().rev().find_map(|news| match news {
+        News::Placed(places) => Some(places),
+        _ => None,
+    });
+    let again = again.unwrap();
+    assert!(again.is_done && again.wish.sees_same(&wish_before) && again.wish.size == [192, 128]);
+    let off = glam::Vec2::from(again.truth_px).distance(2.0 * glam::Vec2::from(truth));
+    assert!(off < 0.01, "{off}");
+    other.camera.world_from_camera.translation.x += 0.1;
+    bench.mailbox.wish(Arc::new(other));
+    bench.run();
+    assert!(!bench.all().iter().any(|news| matches!(news, News::Placed(_))));
+    let path = told.into_iter().find_map(|news| match news {
         News::Picked { number: 5, path } => Some(path),
         _ => None,
     });

@@ -5,6 +5,7 @@ use super::news::{Compared, News, ObjectSummary, Overlaid, Picture, SceneSummary
 use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::overlay_wire::{self, WireOverlay};
 use super::pick::Bounce;
+use super::places::{Place, Places};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::math::Aabb;
 use catoptric::methods::{Quality, Report};
@@ -62,7 +63,7 @@ enum WireRequest {
         number: u64,
         position_px: [f32; 2],
     },
-    Wish(WireWish),
+    Wish(Box<WireWish>),
 }
 
 #[derive(Serialize, Deserialize)]
@@ -127,6 +128,7 @@ enum WireNews {
         over_0_1: f64,
         size: [u32; 2],
     },
+    Placed(WirePlaces),
     /// The bytes are the overlay's.
     Overlaid {
         wish: WireWish,
@@ -137,6 +139,34 @@ enum WireNews {
         number: u64,
         path: Vec<WireBounce>,
     },
+}
+
+#[derive(Serialize, Deserialize)]
+struct WirePlaces {
+    number: u64,
+    wish: WireWish,
+    truth_px: [f32; 2],
+    is_solved: bool,
+    list: Vec<(String, [f32; 2], f32, String)>,
+    silent: Vec<(String, String)>,
+    is_done: bool,
+}
+
+impl From<Places> for WirePlaces {
+    fn from(Places { number, wish, truth_px, is_solved, list, silent, is_done }: Places) -> Self {
+        let place = |place: Place| (place.method, place.position_px, place.offset_px, place.remark);
+        let (wish, list) = (WireWish::from(&*wish), list.into_iter().map(place).collect());
+        Self { number, wish, truth_px, is_solved, list, silent, is_done }
+    }
+}
+
+impl WirePlaces {
+    fn read(self) -> Result<Places, WireError> {
+        let Self { number, wish, truth_px, is_solved, list, silent, is_done } = self;
+        let place = |(method, position_px, offset_px, remark)| Place { method, position_px, offset_px, remark };
+        let (wish, list) = (Arc::new(wish.read()?), list.into_iter().map(place).collect());
+        Ok(Places { number, wish, truth_px, is_solved, list, silent, is_done })
+    }
 }
 
 /// Object, place, whether light goes through (none: the path ends), distance, angle of incidence.
@@ -187,7 +217,7 @@ struct WirePicture {
 pub fn request(request: &Request) -> Option<Message> {
     let mut bytes = Vec::new();
     let wire = match request {
-        Request::Wish(wish) => WireRequest::Wish(WireWish::from(&**wish)),
+        Request::Wish(wish) => WireRequest::Wish(Box::new(WireWish::from(&**wish))),
         Request::Order(Order::Pick { number, position_px }) => {
             WireRequest::Pick { number: *number, position_px: *position_px }
         }
@@ -256,6 +286,7 @@ pub fn news(news: News) -> Option<Message> {
             bytes = heat_rgb;
             WireNews::Compared { wish: WireWish::from(&*wish), flip_mean, over_0_1, size }
         }
+        News::Placed(places) => WireNews::Placed(WirePlaces::from(*places)),
         News::Overlaid(overlaid) => {
             let Overlaid { wish, overlay, problem } = *overlaid;
             let (overlay, written) = overlay_wire::written(&overlay);
@@ -293,6 +324,7 @@ pub fn read_news(Message { text, bytes }: Message) -> Result<News, WireError> {
             let wish = Arc::new(wish.read()?);
             News::Compared(Box::new(Compared { wish, flip_mean, over_0_1, heat_rgb: bytes, size }))
         }
+        WireNews::Placed(places) => News::Placed(Box::new(places.read()?)),
         WireNews::Overlaid { wish, overlay, problem } => {
             let (wish, overlay) = (Arc::new(wish.read()?), overlay.read(&bytes)?);
             News::Overlaid(Box::new(Overlaid { wish, overlay, problem }))

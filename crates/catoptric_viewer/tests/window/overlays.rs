@@ -13,7 +13,10 @@ pub(crate) fn trials() -> Vec<Trial> {
 
 /// Those that look at the screen.
 pub(crate) fn screens() -> Vec<Trial> {
-    vec![trial("an overlay covers the pixels that it is of", covers)]
+    vec![
+        trial("an overlay covers the pixels that it is of", covers),
+        trial("a picked point is marked where methods show it", marks),
+    ]
 }
 
 /// Opens the panel of overlays and ticks one.
@@ -63,6 +66,37 @@ fn screen(session: &mut Session, name: &str) -> Vec<[u8; 4]> {
     let [width, height] = session.state().wish().unwrap().size;
     let at = |x: u32, y: u32| screen.get_pixel(rect.left() as u32 + x, rect.top() as u32 + y).0;
     (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| at(x, y)).collect()
+}
+
+fn marks() {
+    let mut session = open(&format!("builtin:{SCENE}"), "environment_map", None);
+    let bare = screen(&mut session, "marks, bare");
+    let at = session.state().picture_rect().center() + egui::vec2(40.0, 60.0);
+    for pressed in [true, false] {
+        let (pos, button, modifiers) = (at, egui::PointerButton::Primary, egui::Modifiers::NONE);
+        session.event(egui::Event::PointerMoved(at));
+        session.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+        session.step();
+    }
+    settle(&mut session, |viewer| viewer.places().is_some_and(|places| places.is_done));
+    (0..40).for_each(|_| session.step());
+    session.get_by_label("By other methods");
+    session.get_by_label("truth");
+    let marked = screen(&mut session, "marks");
+    let places = session.state().places().unwrap();
+    assert!(places.list.len() >= 4, "{places:?}");
+    let width = session.state().wish().unwrap().size[0] as i32;
+    for place in &places.list {
+        let [x, y] = place.position_px.map(|place| place as i32);
+        // The middle of a cross has its colour or, below another, that one's.
+        let pixel = (y * width + x) as usize;
+        assert!(bare[pixel] != marked[pixel], "{place:?}");
+    }
+    // In another picture nothing is said.
+    session.key_down(egui::Key::D);
+    (0..5).for_each(|_| session.step());
+    session.key_up(egui::Key::D);
+    assert!(session.state().places().is_none());
 }
 
 fn covers() {

@@ -2,6 +2,7 @@
 
 mod objects;
 mod overlays;
+mod places;
 mod times;
 
 use super::hand::Tool;
@@ -10,7 +11,8 @@ use super::{Viewer, settings};
 use crate::studio::order::Source;
 use catoptric_scenes::builtin;
 use eframe::egui::{
-    CollapsingHeader, Color32, ComboBox, DragValue, Grid, Panel, ProgressBar, RichText, ScrollArea, Slider, Ui,
+    CollapsingHeader, Color32, ComboBox, DragValue, Grid, Panel, ProgressBar, RichText, ScrollArea, Sense, Slider, Ui,
+    vec2,
 };
 
 /// Shows the panels.
@@ -25,11 +27,18 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
             split(viewer, ui);
             overlays::show(viewer, ui);
             objects::picked(viewer, ui);
+            places::show(viewer, ui);
             objects::list(viewer, ui);
             take_away::show(viewer, ui);
             times::show(viewer, ui);
         });
     });
+}
+
+/// A square of a colour, for legends.
+fn swatch(ui: &mut Ui, color: Color32) {
+    let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, color);
 }
 
 fn scene(viewer: &mut Viewer, ui: &mut Ui) {

@@ -2,9 +2,10 @@
 
 use super::super::Viewer;
 use super::super::overlay::color_of;
+use super::swatch;
 use catoptric::methods;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
-use eframe::egui::{CollapsingHeader, RichText, Ui};
+use eframe::egui::{CollapsingHeader, Ui};
 
 /// Groups of an overlay that are named.
 const NAMED: usize = 10;
@@ -44,7 +45,7 @@ fn legend(overlay: &Overlay, ui: &mut Ui) {
     }
     for (group, name) in overlay.groups.iter().enumerate().take(NAMED) {
         ui.horizontal(|ui| {
-            ui.label(RichText::new("■").color(color_of(overlay.kind, group)));
+            swatch(ui, color_of(overlay.kind, group));
             ui.label(name);
         });
     }

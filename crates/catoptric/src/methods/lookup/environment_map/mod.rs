@@ -3,11 +3,13 @@
 //! See this folder's `README.md`.
 
 mod limits;
+mod project;
 mod settings;
 
 pub use crate::light::cube_map::CubeMap;
 pub use crate::light::parallax_proxy::ParallaxProxy;
 pub use crate::methods::reflector_maps::ReflectorCubeMap;
+pub use project::MapPlaces;
 pub use settings::{EnvironmentMapSettings, Parallax, Source};
 
 use crate::clock::Stopwatch;

@@ -20,6 +20,11 @@ pub(super) enum TileWay {
 impl TileWay {
     const ALL: [Self; 3] = [Self::Bundle, Self::Rays, Self::Traced];
 
+    /// That of a square whose bundle is accurate or not.
+    pub(super) fn of_square(is_accurate: bool) -> Self {
+        if is_accurate { Self::Bundle } else { Self::Rays }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Bundle => "one bundle of rays",

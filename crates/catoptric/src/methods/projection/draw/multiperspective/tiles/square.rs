@@ -286,10 +286,9 @@ impl Reflections<'_> {
             self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
         }
         Counts::add(&self.counts.pairs, work.lists[job.level].len());
-        let way = if is_accurate { TileWay::Bundle } else { TileWay::Rays };
-        self.record(root, way, [job.column, job.row], job.size, || area);
-        let (own, side) = (self.own_rule(object, root.kind, outside), job.size);
-        let area = TileArea { size: job.size, rows: job.own_rows(&area) };
+        self.record(root, TileWay::of_square(is_accurate), [job.column, job.row], job.size, || area);
+        let own = self.own_rule(object, root.kind, outside);
+        let (side, area) = (job.size, TileArea { size: job.size, rows: job.own_rows(&area) });
         let PathWork { lists, fit, lines, cover, .. } = work;
         let (bundle, list, positions) = (&bundle, &lists[job.level], self.positions);
         let first = [job.column, job.row];
