@@ -1,7 +1,7 @@
 //! Where a picked point appears by other methods, in the same reflectors.
 //!
-//! The truth is the specular path itself, solved exactly. Listed are methods that map a point to its place: those of the
-//! projection family that project points, and environment maps, whose look-up is turned round. Others are not listed.
+//! The truth is the specular path itself, solved exactly. Listed are methods that map a point to its place: those of
+//! the projection family that project points, and environment maps, whose look-up is turned round.
 
 mod exact;
 #[cfg(test)]
@@ -135,8 +135,8 @@ impl ReadyMethods {
 }
 
 impl PlaceSearch {
-    /// A search for the point at the end of a picked path; `None` if that ends in nothing or is not mirrored. `settings`
-    /// are those of the scene.
+    /// A search for the point at the end of a picked path; `None` if that ends in nothing or is not mirrored.
+    /// `settings` are those of the scene.
     pub(super) fn new(
         number: u64,
         wish: &Arc<Wish>,

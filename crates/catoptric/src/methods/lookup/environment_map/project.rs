@@ -51,8 +51,8 @@ impl MapPlaces {
     }
 
     /// The angle between `point` and what a ray reads that leaves an object from `position`, as seen from the map's
-    /// centre, in radians: 0 where the map shows the point. A stand-in fails where a place of the reflector lies outside
-    /// the parallax proxy, which is grown there.
+    /// centre, in radians: 0 where the map shows the point. A stand-in fails where a place of the reflector lies
+    /// outside the parallax proxy, which is grown there.
     pub fn angle_missed(&self, object: u32, position: DVec3, direction: DVec3, point: DVec3) -> Option<f64> {
         let (map, _) = self.map(object)?;
         let read = map.proxy.direction(map.center, position.as_vec3(), direction.as_vec3()).as_dvec3();
