@@ -320,8 +320,9 @@ impl Studio {
         }
     }
 
-    fn is_current(&self, wish: &Arc<Wish>) -> bool {
-        self.current.as_ref().is_some_and(|current| Arc::ptr_eq(&current.wish, wish))
+    /// Whether pictures of a wish are those that are wanted now: other overlays may be.
+    fn is_current(&self, wish: &Wish) -> bool {
+        self.current.as_ref().is_some_and(|current| current.wish.shows_same(wish))
     }
 
     /// Tells a picture.

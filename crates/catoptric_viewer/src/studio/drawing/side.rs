@@ -158,9 +158,11 @@ impl Side {
         };
         // The first time says nothing about others: shaders became programs in it.
         let was_cold = self.prepared.as_mut().is_some_and(|prepared| std::mem::take(&mut prepared.is_cold));
-        let pace = was_cold.then(|| self.pace.clone());
+        let before = self.pace.clone();
         let picture = self.complete(plan, canvas, report);
-        self.pace = pace.unwrap_or_else(|| self.pace.clone());
+        if was_cold {
+            self.pace = before;
+        }
         self.meanwhile = None;
         Ok(picture)
     }
