@@ -55,9 +55,10 @@ fn read_later(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Faile
         of_view.into_iter().collect::<Result<Vec<_>, _>>()
     });
     for (begun, view) in begun.into_iter().zip(&views) {
-        let mut expected = Framebuffer::new(view.width, view.height);
-        let waited = renderer.read(view, &mut expected, &Silent)?;
         for reading in begun? {
+            // As often: what is known of a view that was just drawn is not found, and not counted, again.
+            let mut expected = Framebuffer::new(view.width, view.height);
+            let waited = renderer.read(view, &mut expected, &Silent)?;
             while !reading.is_ready() {
                 std::thread::yield_now();
             }
@@ -73,7 +74,6 @@ fn read_later(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Faile
             if !is_same {
                 return Err("another picture was read without waiting".into());
             }
-            // Counts of the same work.
             if report.counts != waited.counts {
                 return Err(format!("{:?} counted, {:?} expected", report.counts, waited.counts).into());
             }
