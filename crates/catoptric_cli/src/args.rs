@@ -31,12 +31,22 @@ pub(crate) struct Global {
     /// Print times, counts and every warning
     #[arg(long, short, global = true, action = ArgAction::Count)]
     pub(crate) verbose: u8,
+    /// Progress on standard error: bars where it is a terminal, or a line of JSON a step, for programs
+    #[arg(long, value_enum, value_name = "HOW", default_value = "bars", global = true, conflicts_with = "quiet")]
+    pub(crate) progress: ProgressChoice,
     /// Threads to work with [default: one for each core]
     #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// Print help
     #[arg(long, short, global = true, action = ArgAction::Help)]
     help: Option<bool>,
+}
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ProgressChoice {
+    Bars,
+    Lines,
 }
 
 #[derive(Subcommand)]

@@ -1,6 +1,6 @@
 //! Messages of the program while it works.
 
-use crate::args::Global;
+use crate::args::{Global, ProgressChoice};
 use crate::failure;
 use catoptric::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Work that is over sooner shows no bar.
 const PATIENCE: Duration = Duration::from_secs(2);
+/// The time between lines of progress.
+const BETWEEN_LINES: Duration = Duration::from_millis(100);
 /// More warnings than this are counted, not printed, without `--verbose`.
 const MAX_WARNINGS: usize = 12;
 
@@ -19,6 +21,7 @@ pub(crate) struct Terminal {
     quiet: bool,
     pub(crate) verbose: bool,
     bars: bool,
+    lines: bool,
     start: Instant,
     stage: Mutex<Stage>,
 }
@@ -29,14 +32,18 @@ struct Stage {
     subject: String,
     name: String,
     bar: Option<ProgressBar>,
+    /// When the last line was printed.
+    last_line: Option<Instant>,
 }
 
 impl Terminal {
     pub(crate) fn new(global: &Global) -> Self {
+        let lines = global.progress == ProgressChoice::Lines;
         Self {
             quiet: global.quiet,
             verbose: global.verbose > 0,
-            bars: !global.quiet && std::io::stderr().is_terminal(),
+            bars: !global.quiet && !lines && std::io::stderr().is_terminal(),
+            lines,
             start: Instant::now(),
             stage: Mutex::default(),
         }
@@ -126,6 +133,17 @@ impl Terminal {
 }
 
 impl Stage {
+    /// Prints how far a stage is, if the last line is some time ago or was about another one.
+    fn print_line(&mut self, name: &str, done: u64, of: u64) {
+        let is_due = self.last_line.is_none_or(|last| last.elapsed() >= BETWEEN_LINES);
+        if is_due || self.name != name {
+            self.name.replace_range(.., name);
+            self.last_line = Some(Instant::now());
+            let line = serde_json::json!({ "subject": self.subject, "stage": name, "done": done, "of": of });
+            failure::say(line);
+        }
+    }
+
     fn clear(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();
@@ -135,11 +153,15 @@ impl Stage {
 
 impl Progress for Terminal {
     fn at(&self, name: &str, done: u64, of: u64) -> Result<(), Cancelled> {
-        if self.bars && self.start.elapsed() >= PATIENCE {
+        let shows_bar = self.bars && self.start.elapsed() >= PATIENCE;
+        if shows_bar || self.lines {
             // Whoever cannot have the lock now leaves the drawing to the next one: workers must not wait for a
             // terminal.
             if let Ok(mut stage) = self.stage.try_lock() {
-                self.show(&mut stage, name, done, of);
+                match self.lines {
+                    true => stage.print_line(name, done, of),
+                    false => self.show(&mut stage, name, done, of),
+                }
             }
         }
         Ok(())

@@ -27,6 +27,8 @@ fn main() {
         quality: Quality { samples: 4, order: 2 },
         camera: None,
         panels: true,
+        bakes: Vec::new(),
+        program: None,
     };
     let mut viewer = Viewer::new(Box::new(StudioThread::start(None, Box::new(|| ()))), None, start);
     let context = Context::default();

@@ -1,7 +1,7 @@
 //! The program in a window of the desktop.
 
 use catoptric::methods::{self, Quality};
-use catoptric_viewer::app::{Start, StudioThread, Viewer};
+use catoptric_viewer::app::{Start, StudioThread, Viewer, ViewerEvent};
 use catoptric_viewer::software;
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::Source;
@@ -12,6 +12,7 @@ use eframe::egui_wgpu::{RenderState, WgpuSetup};
 use egui_winit::winit::event_loop::EventLoop;
 use egui_winit::winit::platform::run_on_demand::EventLoopExtRunOnDemand;
 use std::cell::RefCell;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -48,6 +49,9 @@ struct Args {
     /// The GPU, by a part of its name [default: the best]
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// A bake, for a method that uses it (repeat); `Bake...` makes some
+    #[arg(long, value_name = "FILE")]
+    baked: Vec<PathBuf>,
     /// Draw the window, too, on the processor, which needs no graphics driver
     #[arg(long, conflicts_with = "adapter")]
     software: bool,
@@ -68,8 +72,13 @@ fn samples(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("allowed are {}", counts.map(|count| count.to_string()).join(", ")))
 }
 
-/// Reads the command line and shows the window.
+/// Reads the command line and shows the window; with `--program` first, runs the program `catoptric` instead.
 pub(super) fn main() -> ExitCode {
+    // As the window calls it for reports and bakes.
+    let mut words = std::env::args_os().skip(1);
+    if words.next().is_some_and(|word| word == "--program") {
+        return catoptric_cli::run(std::iter::once("catoptric".into()).chain(words));
+    }
     let args = Args::parse();
     for id in [Some(&args.method), args.against.as_ref()].into_iter().flatten() {
         if let Err(error) = methods::find(id) {
@@ -91,7 +100,7 @@ pub(super) fn main() -> ExitCode {
 }
 
 fn run(args: Args) -> Result<(), String> {
-    let Args { scene, method, against, camera, samples, order, backend, adapter, software } = args;
+    let Args { scene, method, against, camera, samples, order, backend, adapter, baked, software } = args;
     let start = Start {
         source: Source::of_word(&scene),
         method,
@@ -99,6 +108,8 @@ fn run(args: Args) -> Result<(), String> {
         quality: Quality { samples, order },
         camera,
         panels: true,
+        bakes: baked,
+        program: std::env::current_exe().ok(),
     };
     let mut event_loop = EventLoop::with_user_event().build().map_err(|error| format!("no window: {error}"))?;
     let remark = if software {
@@ -114,6 +125,7 @@ fn run(args: Args) -> Result<(), String> {
     };
     let make = |window: &egui::Context| {
         let mut viewer = Viewer::new(Box::new(studio(window, None)), None, start);
+        viewer.listen(Box::new(show_reports));
         viewer.remark(remark);
         viewer
     };
@@ -129,6 +141,14 @@ fn viewport() -> egui::ViewportBuilder {
 fn studio(window: &egui::Context, gpu: Option<Gpu>) -> StudioThread {
     let window = window.clone();
     StudioThread::start(gpu, Box::new(move || window.request_repaint()))
+}
+
+/// Opens reports in the browser.
+fn show_reports(event: ViewerEvent<'_>) {
+    // Where there is none, the window says where the report is.
+    if let ViewerEvent::Report(page) = event {
+        let _ = open::that_detached(page);
+    }
 }
 
 /// The end of a window on a device.
@@ -169,7 +189,9 @@ fn on_device(
         let gpu = gpu.transpose();
         *made.borrow_mut() = Some(gpu.as_ref().map(|_| ()).map_err(ToString::to_string));
         let studio = studio(&context.egui_ctx, gpu?);
-        Ok(Box::new(Viewer::new(Box::new(studio), device, start)) as Box<dyn eframe::App>)
+        let mut viewer = Viewer::new(Box::new(studio), device, start);
+        viewer.listen(Box::new(show_reports));
+        Ok(Box::new(viewer) as Box<dyn eframe::App>)
     };
     let mut window = eframe::create_native("catoptric", options, Box::new(make), event_loop);
     let ended = event_loop.run_app_on_demand(&mut window);

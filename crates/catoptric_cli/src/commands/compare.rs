@@ -21,6 +21,7 @@ use catoptric::picture;
 use clap::ArgMatches;
 use selection::Selected;
 use std::collections::HashSet;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// The reference's picture, against which every method is measured.
@@ -33,7 +34,12 @@ struct Truth {
     projection_every: u32,
 }
 
-pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
+/// Compares; `words` are those of the command line, for the report.
+pub(crate) fn run(
+    args: &CompareArgs,
+    options: &ArgMatches,
+    (words, terminal): (&[OsString], &Terminal),
+) -> Result<Output, Failure> {
     let selected = selection::select(&args.method, &args.set)?;
     for wanted in &selected.methods {
         check_samples(&args.draw, methods::find(&wanted.id).map_err(Failure::usage)?)?;
@@ -74,7 +80,7 @@ pub(crate) fn run(args: &CompareArgs, options: &ArgMatches, terminal: &Terminal)
     }
 
     let report = Report {
-        command: command_line(std::env::args().skip(1)),
+        command: command_line(words.iter().skip(1).map(|word| word.to_string_lossy().into_owned())),
         truth: truth.stats,
         reflector_pixels: truth.mask.iter().filter(|set| **set).count(),
         entries,

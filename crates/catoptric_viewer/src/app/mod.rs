@@ -31,8 +31,11 @@ use hand::{Grip, Tool};
 use navigator::Navigator;
 use shown::{Shown, ShownPicture};
 use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use take_away::files::{self, Chosen, Saved};
+#[cfg(not(target_family = "wasm"))]
+use take_away::{Errand, Place, Task};
 
 /// What the window begins with.
 #[derive(Clone, Debug)]
@@ -49,6 +52,10 @@ pub struct Start {
     pub camera: Option<String>,
     /// The panels beside the picture are shown.
     pub panels: bool,
+    /// Bakes for methods that use them.
+    pub bakes: Vec<PathBuf>,
+    /// This program's own file, which makes reports and bakes if `--program` comes first on its command line.
+    pub program: Option<PathBuf>,
 }
 
 /// Something that who embeds a viewer may want to know.
@@ -60,6 +67,8 @@ pub enum ViewerEvent<'a> {
     Message(&'a str),
     /// A picture has all its pixels and samples.
     Sharp,
+    /// A report was made: its page.
+    Report(&'a Path),
 }
 
 /// Is told what happens in a viewer.
@@ -105,6 +114,15 @@ pub struct Viewer {
     remark: String,
     /// Files that are being saved.
     saves: Vec<Saved>,
+    /// The program that makes reports and bakes.
+    #[cfg(not(target_family = "wasm"))]
+    program: Option<PathBuf>,
+    /// What it makes now.
+    #[cfg(not(target_family = "wasm"))]
+    errands: Vec<Errand>,
+    /// Places for what it is to make that are being chosen.
+    #[cfg(not(target_family = "wasm"))]
+    asked_places: Vec<(Task, Place)>,
     /// A scene that is being chosen.
     opening: Option<files::Choice>,
     tool: Tool,
@@ -145,6 +163,12 @@ impl Viewer {
             listener: None,
             remark: String::new(),
             saves: Vec::new(),
+            #[cfg(not(target_family = "wasm"))]
+            program: start.program.clone(),
+            #[cfg(not(target_family = "wasm"))]
+            errands: Vec::new(),
+            #[cfg(not(target_family = "wasm"))]
+            asked_places: Vec::new(),
             opening: None,
             tool: Tool::Turn,
             grip: None,
@@ -156,6 +180,9 @@ impl Viewer {
             start,
         };
         viewer.open(viewer.source.clone());
+        for path in std::mem::take(&mut viewer.start.bakes) {
+            viewer.link.send(Order::UseBake { path });
+        }
         viewer
     }
 
@@ -287,6 +314,14 @@ impl Viewer {
         self.wake_up();
     }
 
+    /// Opens a file: a scene, or a bake by its extension.
+    fn open_file(&mut self, path: &Path) {
+        match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bake")) {
+            true => self.link.send(Order::UseBake { path: path.into() }),
+            false => self.open(Source::File(path.into())),
+        }
+    }
+
     /// Has the window shown again, which rests where nothing happens in it.
     fn wake_up(&self) {
         if let Some(window) = &self.window {
@@ -304,6 +339,8 @@ impl Viewer {
         self.read_news(ui.ctx());
         self.take_dropped_files(ui.ctx());
         self.read_dialogues();
+        #[cfg(not(target_family = "wasm"))]
+        self.follow_errands();
         self.follow_keys(ui.ctx());
         if self.shows_panels {
             panels::show(self, ui);
@@ -359,7 +396,7 @@ impl Viewer {
         {
             let names: Vec<String> = dropped.iter().map(|file| file.path().display().to_string()).collect();
             if let Some(scene) = scene_of(names.iter().map(String::as_str)) {
-                self.open(Source::File(dropped[scene].path().into()));
+                self.open_file(dropped[scene].path());
             }
         }
         #[cfg(target_family = "wasm")]
@@ -387,7 +424,7 @@ impl Viewer {
         told.into_iter().for_each(|message| self.say(message));
         let Some(opening) = &self.opening else { return };
         match opening.try_recv() {
-            Ok(Ok(Chosen::Path(path))) => self.open(Source::File(path)),
+            Ok(Ok(Chosen::Path(path))) => self.open_file(&path),
             Ok(Ok(Chosen::Contents(contents))) => self.open_contents(contents),
             Ok(Err(problem)) => self.say(problem),
             Err(Empty) => return,

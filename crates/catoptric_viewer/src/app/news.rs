@@ -16,6 +16,7 @@ impl Viewer {
             match news {
                 News::Busy { stage, share } => self.shown.busy = Some((stage, share)),
                 News::Remark { text } => self.remark(text),
+                News::Message { text } => self.say(text),
                 News::Idle => self.shown.busy = None,
                 News::Stopped { problem } => {
                     self.shown.busy = None;

@@ -4,6 +4,7 @@
 //! A wish is drawn as a draft first, as fine as time allows, so that the picture moves; once nothing newer waits it is
 //! drawn whole, and given up as soon as something does.
 
+mod bakes;
 mod drawing;
 mod interrupt;
 mod mailbox;
@@ -20,6 +21,7 @@ pub mod wire;
 pub use drawing::Gpu;
 pub use mailbox::Mailbox;
 
+use bakes::Bakes;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -29,6 +31,7 @@ use news::{News, Overlaid, Picture};
 use order::{Order, Source, Wish};
 use places::{PlaceSearch, ReadyMethods, SearchedScene};
 use stage::Stage;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -46,6 +49,7 @@ pub struct Studio {
     mailbox: Arc<Mailbox>,
     tell: Tell,
     gpu: Option<Gpu>,
+    bakes: Bakes,
     stage: Option<Stage>,
     sides: [Side; 2],
     overlay_maker: OverlayMaker,
@@ -98,6 +102,7 @@ impl Studio {
             mailbox,
             tell,
             gpu,
+            bakes: Bakes::default(),
             stage: None,
             sides: Default::default(),
             overlay_maker: Default::default(),
@@ -134,6 +139,7 @@ impl Studio {
         match self.mailbox.take(patience) {
             Mail::Closed => return Turn::Over,
             Mail::Order(Order::Load { number, source }) => self.load(number, &source),
+            Mail::Order(Order::UseBake { path }) => self.use_bake(&path),
             Mail::Order(Order::Pick { number, position_px }) => self.pick(number, position_px),
             Mail::Wish(wish) => self.begin(wish),
             Mail::Nothing if self.searches_next() => self.search_places(),
@@ -160,6 +166,24 @@ impl Studio {
             }
             Err(error) => (self.tell)(News::NotLoaded { number, problem: error.to_string() }),
         }
+        (self.tell)(News::Idle);
+    }
+
+    /// Opens a bake. What is shown is drawn again, with it where it fits.
+    fn use_bake(&mut self, path: &Path) {
+        (self.tell)(News::Busy { stage: format!("reading {}", path.display()), share: None });
+        let text = match self.bakes.open(path) {
+            Ok(method) => {
+                self.sides.iter_mut().for_each(Side::clear);
+                (self.overlay_maker, self.on_its_way) = (OverlayMaker::default(), None);
+                if let Some(current) = self.current.take() {
+                    self.begin(current.wish);
+                }
+                format!("{}: a bake of {method}, used where it fits", path.display())
+            }
+            Err(problem) => problem.to_string(),
+        };
+        (self.tell)(News::Message { text });
         (self.tell)(News::Idle);
     }
 
@@ -283,7 +307,7 @@ impl Studio {
                 return Ok(None);
             }
         };
-        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref(), bakes: &self.bakes };
         self.sides[side].draw((wish, side), &scene, fineness, tools).map(Some)
     }
 
@@ -294,7 +318,7 @@ impl Studio {
         if side >= current.wish.sides.len() || std::mem::replace(&mut current.has_draft[side], true) {
             return;
         }
-        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: None };
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: None, bakes: &self.bakes };
         let scene = stage.scene_of(&current.wish);
         let drawn = scene.map(|scene| self.sides[side].draw_meanwhile((&current.wish, side), &scene, tools));
         // The device will tell what is wrong, if anything is.
@@ -348,7 +372,7 @@ impl Studio {
         let Some(current) = &mut self.current else { return };
         let Some(kind) = current.next_overlay() else { return };
         let wish = current.wish.clone();
-        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref() };
+        let tools = Tools { mailbox: &self.mailbox, tell: &*self.tell, gpu: self.gpu.as_ref(), bakes: &self.bakes };
         let made = match self.stage.as_mut().map(|stage| stage.scene_of(&wish)) {
             Some(Ok(scene)) => self.overlay_maker.draw(&mut self.sides[0], &wish, &scene, kind, tools),
             _ => return current.made.push(kind),

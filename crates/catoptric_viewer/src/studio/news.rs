@@ -121,6 +121,11 @@ pub enum News {
         /// The words.
         text: String,
     },
+    /// Something that the user should know.
+    Message {
+        /// In words.
+        text: String,
+    },
     /// Nothing is left to do.
     Idle,
     /// The studio has failed and does nothing any more.

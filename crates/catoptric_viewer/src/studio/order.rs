@@ -174,6 +174,11 @@ pub enum Order {
         /// Where it is.
         source: Source,
     },
+    /// Use a bake wherever it fits, from now on.
+    UseBake {
+        /// Its file.
+        path: PathBuf,
+    },
     /// Tell what is seen at a place of the picture (pixels) of the last wish.
     Pick {
         /// Told back with the answer.

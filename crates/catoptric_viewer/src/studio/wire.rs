@@ -105,6 +105,9 @@ enum WireNews {
     Remark {
         text: String,
     },
+    Message {
+        text: String,
+    },
     Idle,
     Stopped {
         problem: String,
@@ -231,6 +234,7 @@ pub fn request(request: &Request) -> Option<Message> {
             }
             Source::File(_) => return None,
         },
+        Request::Order(Order::UseBake { .. }) => return None,
     };
     Some(Message { text: serde_json::to_string(&wire).ok()?, bytes })
 }
@@ -268,6 +272,7 @@ pub fn news(news: News) -> Option<Message> {
     let wire = match news {
         News::Busy { stage, share } => WireNews::Busy { stage, share },
         News::Remark { text } => WireNews::Remark { text },
+        News::Message { text } => WireNews::Message { text },
         News::Idle => WireNews::Idle,
         News::Stopped { problem } => WireNews::Stopped { problem },
         News::Loaded(summary) => WireNews::Loaded(WireScene::from(&*summary)),
@@ -313,6 +318,7 @@ pub fn read_news(Message { text, bytes }: Message) -> Result<News, WireError> {
     Ok(match wire {
         WireNews::Busy { stage, share } => News::Busy { stage, share },
         WireNews::Remark { text } => News::Remark { text },
+        WireNews::Message { text } => News::Message { text },
         WireNews::Idle => News::Idle,
         WireNews::Stopped { problem } => News::Stopped { problem },
         WireNews::Loaded(scene) => News::Loaded(Box::new(scene.read()?)),

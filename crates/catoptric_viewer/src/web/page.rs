@@ -78,6 +78,8 @@ impl Page {
                 ViewerEvent::Loaded(name) => ("load", name),
                 ViewerEvent::Message(text) => ("message", text),
                 ViewerEvent::Sharp => ("sharp", ""),
+                // None are made in pages.
+                ViewerEvent::Report(_) => return,
             };
             // What it throws is the page's to care for.
             let _ = told.call2(&JsValue::NULL, &kind.into(), &detail.into());
@@ -180,5 +182,7 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         quality,
         camera: text(options, "camera"),
         panels: text(options, "panels").as_deref() != Some("off"),
+        bakes: Vec::new(),
+        program: None,
     })
 }

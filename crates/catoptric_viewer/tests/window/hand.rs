@@ -17,6 +17,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         trial("another method and other settings are drawn", method_and_settings),
         trial("the split view compares with the reference", split_view),
         trial("a picked object becomes glass", pick_and_role),
+        trial("however far the panels are pulled, the picture stays", pulled_panels),
         trial("files are dropped, and broken ones told in words", dropped_files),
     ]
 }
@@ -28,6 +29,24 @@ fn middle(viewer: &Viewer) -> Pos2 {
 
 fn button(at: Pos2, pressed: bool, button: PointerButton) -> Event {
     Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE }
+}
+
+fn pulled_panels() {
+    let mut session = open(&format!("builtin:{SCENE}"), "auto", None);
+    let before = session.state().picture_rect();
+    let edge = before.left_center() - vec2(3.0, 0.0);
+    session.event(Event::PointerMoved(edge));
+    session.step();
+    session.event(button(edge, true, PointerButton::Primary));
+    session.step();
+    for step in 1..=40 {
+        session.event(Event::PointerMoved(edge + vec2(10.0 * step as f32, 0.0)));
+        session.step();
+    }
+    session.event(button(edge + vec2(400.0, 0.0), false, PointerButton::Primary));
+    settle(&mut session, Viewer::is_sharp);
+    let after = session.state().picture_rect();
+    assert!(after.width() < before.width() && after.width() > 100.0, "{before} {after}");
 }
 
 fn dragging_turns() {

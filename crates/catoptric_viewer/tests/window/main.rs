@@ -9,6 +9,7 @@
 mod apart;
 #[cfg(target_os = "linux")]
 mod desktop;
+mod errands;
 mod film;
 mod hand;
 mod overlays;
@@ -25,6 +26,7 @@ fn main() {
     trials.extend(random::trials());
     trials.extend(screen::trials());
     trials.extend(film::trials());
+    trials.extend(errands::trials());
     #[cfg(target_os = "linux")]
     trials.extend(desktop::trials());
     trials.extend(overlays::trials());

@@ -1,7 +1,8 @@
 //! Random input, the same in every run: nothing panics, nothing stops, no frame of the window takes long.
 //!
 //! `CATOPTRIC_RANDOM_SECONDS` is how long it goes on (a few seconds otherwise), `CATOPTRIC_RANDOM_SCENES` a folder of
-//! which all scenes are opened, broken ones too. Runs of ten minutes and more also check that memory does not grow.
+//! which all scenes are opened, broken ones too. Runs of ten minutes and more also check the time of frames, and that
+//! memory does not grow: now and then the same scene is opened, which takes as much then as before.
 
 use crate::session::{Session, open, settle};
 use catoptric::methods;
@@ -18,6 +19,12 @@ const LONGEST_FRAME: Duration = Duration::from_secs(2);
 
 /// Memory may grow by this factor after the first sixth of a long run.
 const GROWTH: f64 = 1.1;
+
+/// The longest time between looks at the memory.
+const BETWEEN_RESTS: Duration = Duration::from_secs(120);
+
+/// The scene between others, with which memory is compared.
+const AT_REST: &str = "sphere_room?tess=12";
 
 /// Keys that move the eye as long as they are held.
 const FLIGHT: [Key; 6] = [Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E];
@@ -79,11 +86,11 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The memory of this process in bytes, where the system tells.
+/// The memory of this process in megabytes, where the system tells.
 fn memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    line.trim().trim_end_matches(" kB").parse::<f64>().ok().map(|kilobytes| kilobytes * 1024.0)
+    line.trim().trim_end_matches(" kB").parse::<f64>().ok().map(|kilobytes| kilobytes / 1024.0)
 }
 
 fn random_input() {
@@ -91,43 +98,62 @@ fn random_input() {
     let duration = Duration::from_secs_f64(seconds);
     let folder = tempfile::tempdir().unwrap();
     let sources = sources(folder.path());
-    let mut session = open("builtin:sphere_room?tess=12", "auto", None);
+    let mut session = open(&format!("builtin:{AT_REST}"), "auto", None);
     let mut random = Random(7);
-    let (start, mut longest, mut early) = (Instant::now(), Duration::ZERO, None);
+    let (start, mut longest, mut at_rest) = (Instant::now(), (Duration::ZERO, String::new()), Vec::new());
+    let mut next_rest = (duration / 6).min(BETWEEN_RESTS);
     while start.elapsed() < duration {
-        act(&mut session, &mut random, &sources);
+        let done = act(&mut session, &mut random, &sources);
         for _ in 0..1 + random.below(6) {
             let step = Instant::now();
             session.step();
-            longest = longest.max(step.elapsed());
+            session.render().unwrap();
+            if step.elapsed() > longest.0 {
+                longest = (step.elapsed(), done.clone());
+            }
             std::thread::sleep(Duration::from_millis(4));
         }
-        if early.is_none() && start.elapsed() > duration / 6 {
-            early = memory();
+        if start.elapsed() > next_rest {
+            next_rest += (duration / 6).min(BETWEEN_RESTS);
+            rest(&mut session);
+            // Where the system does not tell, nothing is compared.
+            let megabytes = memory().unwrap_or(0.0);
+            at_rest.push((start.elapsed(), megabytes));
+            println!("{:.0?}: {megabytes:.0} MB at rest; longest frame {longest:?}", start.elapsed());
         }
     }
-    // What draws is still there; a picture becomes sharp only where nothing flies.
-    FLIGHT.into_iter().for_each(|key| session.key_up(key));
-    session.event(Event::PointerGone);
-    session.state_mut().open(Source::Builtin("sphere_room?tess=12".into()));
-    session.state_mut().choose(0, "auto").unwrap();
-    session.state_mut().choose(1, "").unwrap();
-    settle(&mut session, |viewer| viewer.is_sharp() && viewer.scene_name() == Some("builtin:sphere_room?tess=12"));
-    let grown = early.zip(memory()).map(|(early, late)| late / early);
-    println!("longest frame {longest:?}, memory {grown:?} times that of the first sixth");
     if seconds >= 600.0 {
-        assert!(longest <= LONGEST_FRAME, "{longest:?}");
-        assert!(grown.is_none_or(|grown| grown <= GROWTH), "{grown:?}");
+        assert!(longest.0 <= LONGEST_FRAME, "{longest:?}");
+        let most = |is_early: bool| {
+            // A rest is a bit later than it was due.
+            let part = duration / 6 + BETWEEN_RESTS / 2;
+            let of_part = at_rest.iter().filter(|(time, _)| (*time < part) == is_early);
+            of_part.map(|(_, megabytes)| *megabytes).fold(0.0, f64::max)
+        };
+        assert!(most(false) <= GROWTH * most(true), "{at_rest:?} MB");
     }
 }
 
-/// Does something.
-fn act(session: &mut Session, random: &mut Random, sources: &[Source]) {
+/// Lets go of everything and opens a scene: what draws is still there. A picture becomes sharp only where nothing
+/// flies.
+fn rest(session: &mut Session) {
+    FLIGHT.into_iter().for_each(|key| session.key_up(key));
+    session.event(Event::PointerGone);
+    session.state_mut().open(Source::Builtin(AT_REST.into()));
+    session.state_mut().choose(0, "auto").unwrap();
+    session.state_mut().choose(1, "").unwrap();
+    let name = format!("builtin:{AT_REST}");
+    settle(session, |viewer| viewer.is_sharp() && viewer.scene_name() == Some(&*name));
+}
+
+/// Does something, and says what.
+fn act(session: &mut Session, random: &mut Random, sources: &[Source]) -> String {
     let rect = session.state().picture_rect();
     let at = pos2(rect.left() + rect.width() * random.unit(), rect.top() + rect.height() * random.unit());
     let button = [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle][random.below(3)];
     let press = |pressed| Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE };
-    match random.below(12) {
+    let what = random.below(12);
+    match what {
         0..4 => {
             session.event(Event::PointerMoved(at));
             session.event(press(true));
@@ -162,7 +188,13 @@ fn act(session: &mut Session, random: &mut Random, sources: &[Source]) {
                 node.click();
             }
         }
-        10 => session.state_mut().open(sources[random.below(sources.len())].clone()),
+        10 => {
+            let source = sources[random.below(sources.len())].clone();
+            let said = format!("{source:?} was opened");
+            session.state_mut().open(source);
+            return said;
+        }
         _ => session.event(Event::PointerGone),
     }
+    format!("input {what} on {:?}", session.state().scene_name())
 }

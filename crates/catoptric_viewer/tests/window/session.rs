@@ -44,6 +44,8 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
         quality: Quality { samples: 4, order: 2 },
         camera: None,
         panels: true,
+        bakes: Vec::new(),
+        program: Some(env!("CARGO_BIN_EXE_catoptric_viewer").into()),
     }
 }
 

@@ -15,10 +15,15 @@ use eframe::egui::{
     vec2,
 };
 
+/// The least width of the panels, in points.
+const NARROWEST: f32 = 220.0;
+
 /// Shows the panels.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     Panel::bottom("status").show(ui, |ui| status(viewer, ui));
-    Panel::left("controls").default_size(300.0).min_size(220.0).show(ui, |ui| {
+    // Whoever pulls at its edge still sees something of the picture.
+    let widest = (ui.available_width() * 0.7).max(NARROWEST);
+    Panel::left("controls").default_size(300.0).min_size(NARROWEST).max_size(widest).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.spacing_mut().slider_width = 90.0;
             scene(viewer, ui);

@@ -1,7 +1,7 @@
 //! The command line that makes the same picture.
 
 use super::super::Viewer;
-use crate::studio::order::{RoleChange, Source, Wish};
+use crate::studio::order::{Drawn, RoleChange, Source, Wish};
 use catoptric::output::shell_word;
 use catoptric::scene::{Projection, Role};
 use glam::Vec3;
@@ -58,13 +58,42 @@ fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -
             (Role::Diffuse | Role::Coated, _) => option("diffuse", name.clone()),
         }
     }
-    option("method", drawn.method.clone());
-    for (key, value) in &drawn.settings {
-        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-        option("set", format!("{key}={value}"));
-    }
-    option("samples", drawn.quality.samples.to_string());
-    option("order", drawn.quality.order.to_string());
+    words.extend(method(drawn));
+    words.extend(quality(drawn));
     words.extend(["-o", "picture.png"].map(String::from));
+    Ok(words)
+}
+
+/// The options for a method and its settings.
+pub(super) fn method(drawn: &Drawn) -> Vec<String> {
+    let all = settings(drawn).map(|setting| format!("--set={setting}"));
+    std::iter::once(format!("--method={}", drawn.method)).chain(all).collect()
+}
+
+/// A method's settings as `KEY=VALUE`.
+pub(super) fn settings(drawn: &Drawn) -> impl Iterator<Item = String> {
+    drawn.settings.iter().map(|(key, value)| {
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        format!("{key}={value}")
+    })
+}
+
+fn quality(drawn: &Drawn) -> [String; 2] {
+    [format!("--samples={}", drawn.quality.samples), format!("--order={}", drawn.quality.order)]
+}
+
+/// The options for the view of a saved scene, which has the camera if that is a perspective one; `camera` is the
+/// scene's own, if it is that.
+///
+/// # Errors
+/// Orthographic cameras that were moved.
+#[cfg(not(target_family = "wasm"))]
+pub(super) fn view(wish: &Wish, camera: Option<usize>) -> Result<Vec<String>, String> {
+    let mut words = vec![format!("--size={}x{}", wish.size[0], wish.size[1]), format!("--time={}", wish.time)];
+    if !matches!(wish.camera.projection, Projection::Perspective { .. }) {
+        let camera = camera.ok_or("an orthographic camera that was moved cannot be told to the program")?;
+        words.push(format!("--camera={camera}"));
+    }
+    words.extend(quality(&wish.sides[0]));
     Ok(words)
 }

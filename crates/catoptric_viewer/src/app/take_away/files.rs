@@ -78,7 +78,7 @@ mod system {
     }
 
     pub(super) fn open(done: Sender<Result<Chosen, String>>) {
-        let dialogue = rfd::FileDialog::new().add_filter("scenes", &["glb", "gltf", "obj", "toml"]);
+        let dialogue = rfd::FileDialog::new().add_filter("scenes and bakes", &["glb", "gltf", "obj", "toml", "bake"]);
         std::thread::spawn(move || {
             if let Some(path) = dialogue.pick_file() {
                 let _ = done.send(Ok(Chosen::Path(path)));

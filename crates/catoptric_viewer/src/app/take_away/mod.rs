@@ -1,12 +1,16 @@
 //! What is taken out of the window: pictures, commands, scenes.
 
 mod command;
+#[cfg(not(target_family = "wasm"))]
+mod errand;
 pub(super) mod files;
 mod scene_file;
 
 use super::Viewer;
 use catoptric::picture::{PictureFormat, encode, encode_rgb8};
 use eframe::egui::{CollapsingHeader, Ui};
+#[cfg(not(target_family = "wasm"))]
+pub(super) use errand::{Errand, Place, Task};
 
 /// Buttons that save and copy.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -33,8 +37,28 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
                     Err(problem) => viewer.say(problem),
                 }
             }
+            #[cfg(not(target_family = "wasm"))]
+            errands(viewer, ui);
         });
+        #[cfg(not(target_family = "wasm"))]
+        errand::show(viewer, ui);
     });
+}
+
+/// Buttons for what the program makes beside the window.
+#[cfg(not(target_family = "wasm"))]
+fn errands(viewer: &mut Viewer, ui: &mut Ui) {
+    let mut button = |name: &str, is_possible: bool, about: &str| {
+        ui.add_enabled(is_possible, eframe::egui::Button::new(name)).on_hover_text(about).clicked()
+    };
+    let has_program = viewer.program.is_some() && viewer.sent.is_some();
+    if button("Report...", has_program, "A page with the methods that are shown beside the reference, and their errors")
+    {
+        viewer.ask_for_errand(Task::Report);
+    }
+    if button("Bake...", has_program && viewer.can_bake(), "What the left method precomputes, in a file for any time") {
+        viewer.ask_for_errand(Task::Bake);
+    }
 }
 
 /// Saves the left side's picture.

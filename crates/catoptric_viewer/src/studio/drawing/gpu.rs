@@ -1,5 +1,6 @@
 //! The graphics processor that draws, where there is one: the window's own.
 
+use crate::studio::bakes::Recipe;
 use catoptric::error::RenderError;
 use catoptric::methods::{Quality, Report};
 use catoptric::progress::Progress;
@@ -45,14 +46,15 @@ impl Gpu {
     /// A scene ready to be drawn by a method; `None` for methods that draw on the CPU alone.
     pub(super) fn prepare(
         &self,
-        (id, settings): (&str, &toml::Table),
+        id: &str,
+        Recipe { settings, bake, .. }: &Recipe,
         scene: &Arc<Scene>,
         quality: Quality,
         progress: &dyn Progress,
     ) -> Result<Option<DeviceScene>, RenderError> {
         let method: Option<DeviceMethod> = catoptric_gpu::create(&self.context, id, settings)?;
         let Some(method) = method else { return Ok(None) };
-        let renderer = Renderer::new(&method, scene, quality, None, progress)?;
+        let renderer = Renderer::new(&method, scene, quality, bake.clone(), progress)?;
         Ok(Some(DeviceScene { context: self.context.clone(), renderer, waits: self.is_window_s }))
     }
 }

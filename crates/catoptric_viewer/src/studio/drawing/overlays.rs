@@ -1,6 +1,7 @@
 //! Overlays of the left side.
 
 use super::side::{Side, Tools};
+use crate::studio::bakes::Recipe;
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::error::RenderError;
@@ -44,7 +45,11 @@ impl OverlayMaker {
         let is_same = |(of, known, _): &(Drawn, Arc<Scene>, _)| of == drawn && Arc::ptr_eq(known, scene);
         let own = match self.own.take().filter(is_same) {
             Some(own) => own,
-            None => (drawn.clone(), scene.clone(), method.prepare(scene, drawn.quality, None, &progress)?),
+            None => {
+                let Recipe { settings, bake, .. } = tools.bakes.recipe(drawn, scene, drawn.quality)?;
+                let method = methods::create(&drawn.method, &settings)?;
+                (drawn.clone(), scene.clone(), method.prepare(scene, drawn.quality, bake, &progress)?)
+            }
         };
         of_frame(&mut *self.own.insert(own).2, &view, kind, &progress)
     }

@@ -3,6 +3,7 @@
 use super::gpu::Gpu;
 use super::means::{Begun, Canvas, Means, PreparedSide};
 use super::pace::{Pace, scaled};
+use crate::studio::bakes::{Bakes, Recipe};
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::mailbox::Mailbox;
 use crate::studio::news::{News, Picture};
@@ -99,6 +100,7 @@ pub(in crate::studio) struct Tools<'a> {
     pub(in crate::studio) mailbox: &'a Mailbox,
     pub(in crate::studio) tell: &'a (dyn Fn(News) + Send + Sync),
     pub(in crate::studio) gpu: Option<&'a Gpu>,
+    pub(in crate::studio) bakes: &'a Bakes,
 }
 
 impl Side {
@@ -126,7 +128,7 @@ impl Side {
         let preparing = Interrupt::new(tools.mailbox, tools.tell, (wish, side), EndedBy::OtherWork);
         let drawing = Interrupt::new(tools.mailbox, tools.tell, (wish, side), ended_by);
         let of_all = Stopwatch::new();
-        let report = self.prepare(drawn, scene, quality, tools.gpu, &preparing)?;
+        let report = self.prepare(drawn, scene, quality, tools, &preparing)?;
         let Some(prepared) = &mut self.prepared else { return Err(Cancelled.into()) };
         let scale = if is_draft { self.pace.scale(wish.sides.len()) } else { 1.0 };
         let size = scaled(wish.size, scale);
@@ -138,7 +140,11 @@ impl Side {
             Ok(Begun::OnItsWay(reading)) => Ok(Outcome::OnItsWay(Box::new(OnItsWay { plan, reading }))),
             Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
                 // What the device could not do, the processor does from now on.
-                self.prepare_on_cpu(drawn, scene, quality, vec![format!("drawn on the CPU: {problem}")], &preparing)?;
+                let on_cpu = Tools { gpu: None, ..tools };
+                self.prepare_anew(drawn, scene, quality, (on_cpu, &preparing))?;
+                if let Some(prepared) = &mut self.prepared {
+                    prepared.warnings.push(format!("drawn on the CPU: {problem}"));
+                }
                 self.draw((wish, side), scene, fineness, tools)
             }
             Err(other) => Err(other),
@@ -224,62 +230,65 @@ impl Side {
         drawn: &Drawn,
         scene: &Arc<Scene>,
         quality: Quality,
-        gpu: Option<&Gpu>,
+        tools: Tools<'_>,
         progress: &dyn Progress,
     ) -> Result<Report, RenderError> {
         if let Some(known) = self.prepared.as_mut().filter(|known| known.does(drawn)) {
-            if Arc::ptr_eq(&known.scene, scene) && known.quality == quality {
+            let is_same = Arc::ptr_eq(&known.scene, scene);
+            if is_same && known.quality == quality {
                 return Ok(Report::default());
             }
-            let report = known.means.update(scene, quality, progress)?;
-            (known.scene, known.quality, known.drawn) = (scene.clone(), quality, drawn.clone());
-            return Ok(report);
+            // Another scene may be one that a bake fits, or fits no more.
+            if is_same || !tools.bakes.has(&drawn.method) {
+                let report = known.means.update(scene, quality, progress)?;
+                (known.scene, known.quality, known.drawn) = (scene.clone(), quality, drawn.clone());
+                return Ok(report);
+            }
         }
+        self.prepare_anew(drawn, scene, quality, (tools, progress))
+    }
+
+    /// Makes the method ready for a scene: on the device if there is one that can draw it, else on the CPU.
+    fn prepare_anew(
+        &mut self,
+        drawn: &Drawn,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        (tools, progress): (Tools<'_>, &dyn Progress),
+    ) -> Result<Report, RenderError> {
         // What was prepared makes room first.
         self.clear();
-        let mut warnings = Vec::new();
-        if let Some(gpu) = gpu {
-            match gpu.prepare((&drawn.method, &drawn.settings), scene, quality, progress) {
-                Ok(Some(device)) => {
-                    let report = device.renderer.report().clone();
-                    let (means, processor) = (Means::Gpu(Box::new(device)), gpu.name());
-                    self.keep((drawn, scene, quality), means, processor, warnings);
-                    return Ok(report);
+        let recipe = tools.bakes.recipe(drawn, scene, quality)?;
+        let mut warnings: Vec<String> = recipe.remark.iter().cloned().collect();
+        let mut device = None;
+        if let Some(gpu) = tools.gpu {
+            match gpu.prepare(&drawn.method, &recipe, scene, quality, progress) {
+                Ok(Some(ready)) => {
+                    let report = ready.renderer.report().clone();
+                    device = Some((Means::Gpu(Box::new(ready)), gpu.name(), report));
                 }
                 Ok(None) => {}
                 Err(RenderError::Limit { problem, .. }) => warnings.push(format!("drawn on the CPU: {problem}")),
                 Err(other) => return Err(other),
             }
         }
-        self.prepare_on_cpu(drawn, scene, quality, warnings, progress)
-    }
-
-    fn prepare_on_cpu(
-        &mut self,
-        drawn: &Drawn,
-        scene: &Arc<Scene>,
-        quality: Quality,
-        warnings: Vec<String>,
-        progress: &dyn Progress,
-    ) -> Result<Report, RenderError> {
-        self.clear();
-        let method = methods::create(&drawn.method, &drawn.settings)?;
-        let prepared = method.prepare(scene, quality, None, progress)?;
-        let report = prepared.report().clone();
-        self.keep((drawn, scene, quality), Means::Cpu(prepared), "CPU".into(), warnings);
-        Ok(report)
-    }
-
-    fn keep(
-        &mut self,
-        (drawn, scene, quality): (&Drawn, &Arc<Scene>, Quality),
-        means: Means,
-        processor: String,
-        warnings: Vec<String>,
-    ) {
+        let Recipe { settings, bake, .. } = recipe;
+        let is_baked = bake.is_some();
+        let (means, mut processor, report) = match device {
+            Some(device) => device,
+            None => {
+                let prepared = methods::create(&drawn.method, &settings)?.prepare(scene, quality, bake, progress)?;
+                let report = prepared.report().clone();
+                (Means::Cpu(prepared), "CPU".into(), report)
+            }
+        };
+        if is_baked {
+            processor += ", baked";
+        }
         let (drawn, scene) = (drawn.clone(), scene.clone());
         let is_cold = matches!(means, Means::Gpu(_));
         self.prepared = Some(PreparedSide { drawn, quality, scene, means, processor, warnings, is_cold });
+        Ok(report)
     }
 
     /// What draws on the CPU, if it is ready for a scene at rest.

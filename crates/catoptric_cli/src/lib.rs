@@ -1,0 +1,87 @@
+//! The program `catoptric`: pictures of reflections by several methods, and how far each is from the ray-traced truth.
+//!
+//! As a library it is one function, for other programs that carry this one.
+
+mod args;
+mod backend;
+mod baked;
+mod commands;
+mod drawing;
+mod failure;
+mod parse;
+mod report;
+mod scene_source;
+mod settings;
+mod stats;
+mod terminal;
+
+use args::{Cli, Command, Global};
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
+use failure::{Failure, Output};
+use std::ffi::OsString;
+use std::io::Write;
+use std::process::ExitCode;
+use terminal::Terminal;
+
+/// Runs the program with the words of a command line, its name first, and tells its exit code. It takes over the
+/// process: it listens for signals, prints, and sets the number of threads. Once a process.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let words: Vec<OsString> = words.into_iter().collect();
+    let matches = Cli::command().try_get_matches_from(&words);
+    let parsed = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
+        Err(message) => return explain(&message),
+    };
+    let options = matches.subcommand().map(|(_, options)| options.clone()).unwrap_or_default();
+    match obey(&cli, &options, &words) {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => failure.report(),
+    }
+}
+
+/// Prints the command line's help or fault.
+fn explain(message: &clap::Error) -> ExitCode {
+    let printed = message.print().and_then(|()| std::io::stdout().flush());
+    match written(printed) {
+        Err(failure) if !message.use_stderr() => failure.report(),
+        _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),
+    }
+}
+
+/// The outcome of writing to standard output.
+fn written(result: std::io::Result<()>) -> Result<(), Failure> {
+    match result {
+        // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::standard_output(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Runs the command; returns the exit code.
+fn obey(cli: &Cli, options: &ArgMatches, words: &[OsString]) -> Result<u8, Failure> {
+    failure::listen_for_signals()?;
+    set_threads(&cli.global)?;
+    let terminal = Terminal::new(&cli.global);
+    let output: Output = match &cli.command {
+        Command::Render(args) => commands::render::run(args, options, &terminal)?.into(),
+        Command::Compare(args) => commands::compare::run(args, options, (words, &terminal))?,
+        Command::Project(args) => commands::project::run(args, options, &terminal)?.into(),
+        Command::Bake(args) => commands::bake::run(args, options, &terminal)?,
+        Command::Methods(args) => commands::methods::run(args)?.into(),
+        Command::Info(args) => commands::info::run(args, options)?.into(),
+        Command::Scenes(args) => commands::scenes::run(args)?.into(),
+        Command::Doctor(args) => commands::doctor::run(args)?.into(),
+        Command::Completions(args) => commands::completions::run(args.shell).into(),
+    };
+    let mut stdout = std::io::stdout().lock();
+    written(stdout.write_all(output.text.as_bytes()).and_then(|()| stdout.flush()))?;
+    Ok(output.code)
+}
+
+fn set_threads(global: &Global) -> Result<(), Failure> {
+    if let Some(threads) = global.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    Ok(())
+}

@@ -1,0 +1,101 @@
+//! Reports and bakes that are made beside the window.
+
+use crate::session::{Session, expected, open, scene, settle, share_off};
+use crate::trial;
+use catoptric::methods;
+use catoptric_bake::{BakedFile, MethodBake};
+use catoptric_viewer::app::Viewer;
+use libtest_mimic::Trial;
+use std::time::{Duration, Instant};
+
+/// A window's frame, while something is at work beside it, takes no longer.
+const LONGEST_FRAME: Duration = Duration::from_secs(2);
+
+const SCENE: &str = "sphere_room?tess=8";
+
+pub(crate) fn trials() -> Vec<Trial> {
+    vec![
+        trial("a report is made beside the window", report),
+        trial("a bake is made beside the window, and used", bake),
+        trial("what is called off ends, and is gone on with", called_off),
+    ]
+}
+
+/// Lets time go on until no errand is left; looks at the picture meanwhile.
+fn wait(session: &mut Session) {
+    let start = Instant::now();
+    while session.state().has_errands() {
+        let step = Instant::now();
+        session.step();
+        assert!(step.elapsed() < LONGEST_FRAME);
+        assert!(start.elapsed() < Duration::from_secs(300), "it does not end");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn messages(session: &Session) -> String {
+    session.state().messages().collect::<Vec<_>>().join("\n")
+}
+
+fn report() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("a report");
+    let mut session = open(&format!("builtin:{SCENE}"), "auto", Some("environment_map"));
+    session.state_mut().make_report(&place);
+    assert!(session.state().has_errands());
+    wait(&mut session);
+    let page = std::fs::read_to_string(place.join("report.html")).unwrap();
+    assert!(page.contains("environment_map") && page.contains("auto"), "{}", messages(&session));
+    assert!(messages(&session).contains("report.html"));
+    // It is of the same view.
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(place.join("report.json")).unwrap()).unwrap();
+    let [width, height] = session.state().wish().unwrap().size;
+    assert_eq!((&report[0]["size"][0], &report[0]["size"][1]), (&width.into(), &height.into()));
+    let drawn = image::open(place.join("auto.png")).unwrap().into_rgba8();
+    // The camera went through words: some edge may fall on another side of a sample.
+    assert!(share_off(drawn.as_raw(), session.state().pixels(0).unwrap(), 4) < 1e-3);
+}
+
+fn bake() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("room.bake");
+    let mut session = open(&format!("builtin:{SCENE}"), "light_field", None);
+    let before = session.state().pixels(0).unwrap().to_vec();
+    assert_eq!(session.state().processor(), Some("CPU"));
+    session.state_mut().bake(&file);
+    wait(&mut session);
+    settle(&mut session, |viewer| viewer.processor() == Some("CPU, baked") && viewer.is_sharp());
+    // It is the bake of what was shown, and shows the same.
+    let wish = session.state().wish().unwrap().clone();
+    let (scene, drawn) = (scene(SCENE), &wish.sides[0]);
+    let info = methods::find("light_field").unwrap();
+    let asked = MethodBake::new(info, &drawn.settings, &scene, drawn.quality).unwrap();
+    asked.check(&BakedFile::open(&file).unwrap(), "the bake").unwrap();
+    assert!(session.state().pixels(0).unwrap() == before, "another picture");
+    assert!(*session.state().picture(0).unwrap() == expected(&scene, &wish, 0), "not the library's");
+    // What it does not fit is said, and drawn without it.
+    session.state_mut().open(catoptric_viewer::studio::order::Source::Builtin("sphere_room?tess=6".into()));
+    settle(&mut session, |viewer| viewer.processor() == Some("CPU") && viewer.is_sharp());
+    assert!(messages(&session).contains("is the bake of something else"), "{}", messages(&session));
+}
+
+fn called_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("room.bake");
+    let mut session = open("builtin:sphere_room", "auto", None);
+    session.state_mut().choose(0, "light_field").unwrap();
+    settle(&mut session, Viewer::is_sharp);
+    session.state_mut().bake(&file);
+    for _ in 0..20 {
+        session.step();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    session.state_mut().call_errands_off();
+    wait(&mut session);
+    assert!(messages(&session).contains("bake: stopped"), "{}", messages(&session));
+    assert!(!file.exists());
+    // The same again goes on to the end.
+    session.state_mut().bake(&file);
+    wait(&mut session);
+    assert!(file.is_file(), "{}", messages(&session));
+}
