@@ -4,7 +4,8 @@
 //! cargo bench -p catoptric_viewer --bench fluid -- builtin:vase scene.glb
 //! ```
 //!
-//! 1280 x 720 pixels, 4 samples, order 2, on the CPU. The eye moves 60 times a second for some seconds. Printed are
+//! 1280 x 720 pixels, 4 samples, order 2, on the CPU; on the adapter whose name has `CATOPTRIC_ADAPTER` as a part, if
+//! that is set, from which pictures are read back. The eye moves 60 times a second for some seconds. Printed are
 //! pictures a second, the share of their width that drafts have in the middle, and the times from a new wish to its
 //! picture: the middle one and the longest.
 
@@ -12,7 +13,9 @@
 
 use catoptric::methods::Quality;
 use catoptric::scene::Camera;
+use catoptric_gpu::Context;
 use catoptric_viewer::app::{Link, StudioThread};
+use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::news::{News, SceneSummary};
 use catoptric_viewer::studio::order::{Changes, Drawn, Order, Source, Wish};
 use glam::{Affine3A, Quat, Vec3};
@@ -27,6 +30,15 @@ fn main() {
     // What cargo adds is no scene.
     let scenes: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
     let usual = ["builtin:sphere_room", "builtin:vase", "builtin:dish", "builtin:glass_sphere"].map(String::from);
+    let adapter = std::env::var("CATOPTRIC_ADAPTER").ok();
+    let context = adapter.map(|name| Context::new(Some(&name)));
+    let gpu = match context.transpose() {
+        Ok(context) => context.map(Gpu::apart),
+        Err(problem) => return println!("{problem}"),
+    };
+    if let Some(gpu) = &gpu {
+        println!("on {}", gpu.name());
+    }
     for scene in if scenes.is_empty() { usual.to_vec() } else { scenes } {
         println!("{scene}");
         for (name, methods) in [
@@ -34,7 +46,7 @@ fn main() {
             ("auto beside the reference, which sharpens", &["auto", "reference"]),
             ("light_field, which is captured first", &["light_field"]),
         ] {
-            measure(&scene, name, methods);
+            measure(gpu.clone(), &scene, name, methods);
         }
     }
 }
@@ -47,8 +59,9 @@ struct Times {
     scales: Vec<f64>,
 }
 
-fn measure(scene: &str, name: &str, methods: &[&str]) {
-    let studio = StudioThread::start(None, Box::new(|| ()));
+fn measure(gpu: Option<Gpu>, scene: &str, name: &str, methods: &[&str]) {
+    let gpu_name = gpu.as_ref().map(Gpu::name);
+    let studio = StudioThread::start(gpu, Box::new(|| ()));
     studio.send(Order::Load { number: 1, source: Source::of_word(scene) });
     let Some(summary) = loaded(&studio) else { return println!("  it cannot be loaded") };
     let mut wishes: Vec<(Arc<Wish>, Instant)> = Vec::new();
@@ -67,12 +80,21 @@ fn measure(scene: &str, name: &str, methods: &[&str]) {
     let first = Arc::new(wish(summary.cameras[0].clone()));
     let start = Instant::now();
     studio.wish(first.clone());
-    let first_ms = loop {
-        if let Some(News::Drawn(_)) = studio.news() {
-            break start.elapsed().as_secs_f64() * 1e3;
+    let mut first_ms = None;
+    loop {
+        match studio.news() {
+            Some(News::Drawn(picture)) => {
+                first_ms.get_or_insert(start.elapsed().as_secs_f64() * 1e3);
+                // A device makes programs of its shaders before its first picture.
+                if gpu_name.as_ref().is_none_or(|name| *name == picture.processor) {
+                    break;
+                }
+            }
+            Some(News::NotDrawn { problem, .. }) => return println!("  {name}: {problem}"),
+            _ => std::thread::sleep(Duration::from_millis(1)),
         }
-        std::thread::sleep(Duration::from_millis(1));
-    };
+    }
+    let first_ms = first_ms.unwrap_or(f64::NAN);
     std::thread::sleep(Duration::from_millis(200));
     let start = Instant::now();
     let mut step = 0;

@@ -10,7 +10,6 @@ mod interrupt;
 mod mailbox;
 pub mod news;
 pub mod order;
-mod overlay_wire;
 pub mod pick;
 pub mod places;
 mod stage;

@@ -5,6 +5,7 @@ use crate::trial;
 use catoptric::methods;
 use catoptric_bake::{BakedFile, MethodBake};
 use catoptric_viewer::app::Viewer;
+use egui::{Event, Modifiers, PointerButton, vec2};
 use libtest_mimic::Trial;
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         trial("a report is made beside the window", report),
         trial("a bake is made beside the window, and used", bake),
         trial("what is called off ends, and is gone on with", called_off),
+        trial("the hand is answered while a bake runs and the reference sharpens", answered),
     ]
 }
 
@@ -98,4 +100,39 @@ fn called_off() {
     session.state_mut().bake(&file);
     wait(&mut session);
     assert!(file.is_file(), "{}", messages(&session));
+}
+
+fn answered() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = open("builtin:sphere_room", "light_field", Some("reference"));
+    session.state_mut().bake(&folder.path().join("room.bake"));
+    let at = session.state().picture_rect().left_center() + vec2(40.0, 0.0);
+    let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+    let press = |pressed| Event::PointerButton { pos: at, button, pressed, modifiers };
+    session.event(Event::PointerMoved(at));
+    session.event(press(true));
+    session.step();
+    let (mut frames, mut seen) = (Vec::new(), 0);
+    for step in 1..=150 {
+        let before = session.state().wish().unwrap().clone();
+        session.event(Event::PointerMoved(at + vec2(f32::from(u8::try_from(step % 60).unwrap()), 0.0)));
+        let start = Instant::now();
+        session.step();
+        session.render().unwrap();
+        frames.push(start.elapsed());
+        // The wish is another one by the end of the frame, and some picture follows the hand.
+        assert_ne!(*session.state().wish().unwrap(), before);
+        seen += usize::from(session.state().picture_wish(0).is_some_and(|of| of.camera != before.camera));
+        std::thread::sleep(Duration::from_millis(12));
+    }
+    session.event(press(false));
+    assert!(session.state().has_errands(), "the bake was done before the hand was");
+    session.state_mut().call_errands_off();
+    wait(&mut session);
+    frames.sort();
+    let [middle, most] = [frames[frames.len() / 2], frames[frames.len() - 1]];
+    println!(
+        "a frame of the window after a move of the hand: {middle:.1?}, at most {most:.1?}; {seen} of 150 pictures"
+    );
+    assert!(most < LONGEST_FRAME && seen > 0);
 }

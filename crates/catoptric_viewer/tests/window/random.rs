@@ -139,6 +139,7 @@ fn random_input() {
 fn rest(session: &mut Session) {
     FLIGHT.into_iter().for_each(|key| session.key_up(key));
     session.event(Event::PointerGone);
+    session.set_size(vec2(620.0, 800.0));
     session.state_mut().open(Source::Builtin(AT_REST.into()));
     session.state_mut().choose(0, "auto").unwrap();
     session.state_mut().choose(1, "").unwrap();
@@ -152,7 +153,7 @@ fn act(session: &mut Session, random: &mut Random, sources: &[Source]) -> String
     let at = pos2(rect.left() + rect.width() * random.unit(), rect.top() + rect.height() * random.unit());
     let button = [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle][random.below(3)];
     let press = |pressed| Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE };
-    let what = random.below(12);
+    let what = random.below(13);
     match what {
         0..4 => {
             session.event(Event::PointerMoved(at));
@@ -183,8 +184,11 @@ fn act(session: &mut Session, random: &mut Random, sources: &[Source]) -> String
             session.state_mut().choose(random.below(2), id).unwrap();
         }
         9 => {
-            let label = ["glass", "mirror", "plain", "Undo all changes"][random.below(4)];
-            if let Some(node) = session.query_by_label(label) {
+            let labels =
+                ["glass", "mirror", "plain", "Undo all changes", "tiles", "reflection groups", "virtual triangles"];
+            let label = labels[random.below(labels.len())];
+            let node = session.query_all_by_label(label).next();
+            if let Some(node) = node {
                 node.click();
             }
         }
@@ -193,6 +197,11 @@ fn act(session: &mut Session, random: &mut Random, sources: &[Source]) -> String
             let said = format!("{source:?} was opened");
             session.state_mut().open(source);
             return said;
+        }
+        11 => {
+            // Windows become as small as can be, too.
+            let size = vec2(1.0 + 899.0 * random.unit(), 1.0 + 899.0 * random.unit());
+            session.set_size(size);
         }
         _ => session.event(Event::PointerGone),
     }

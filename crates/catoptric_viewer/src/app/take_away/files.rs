@@ -41,20 +41,30 @@ pub(in crate::app) fn open() -> Choice {
 #[cfg(target_family = "wasm")]
 pub(in crate::app) fn read_dropped(files: Vec<eframe::egui::DroppedFileHandle>) -> Choice {
     let (sender, choice) = channel();
-    wasm_bindgen_futures::spawn_local(async move {
-        let mut contents = Ok(Vec::new());
-        for file in files {
-            let name = file.path().display().to_string();
-            let content = file.bytes_async().await.map_err(|problem| format!("{name}: {problem}"));
-            contents = contents.and_then(|mut all| {
-                all.push((name, content?));
-                Ok(all)
-            });
-        }
-        // The window may be gone by then.
-        let _ = sender.send(contents.map(Chosen::Contents));
+    let read = files.into_iter().map(|file| {
+        let name = file.path().display().to_string();
+        (name, async move { file.bytes_async().await.map_err(|problem| problem.to_string()) })
     });
+    wasm_bindgen_futures::spawn_local(gather(read, sender));
     choice
+}
+
+/// Reads files, one after the other, and tells their contents or the first problem.
+#[cfg(target_family = "wasm")]
+async fn gather<Read: Future<Output = Result<Vec<u8>, String>>>(
+    files: impl Iterator<Item = (String, Read)>,
+    done: Sender<Result<Chosen, String>>,
+) {
+    let mut contents = Ok(Vec::new());
+    for (name, read) in files {
+        match (&mut contents, read.await) {
+            (Ok(all), Ok(content)) => all.push((name, content)),
+            (Ok(_), Err(problem)) => contents = Err(format!("{name}: {problem}")),
+            (Err(_), _) => break,
+        }
+    }
+    // The window may be gone by then.
+    let _ = done.send(contents.map(Chosen::Contents));
 }
 
 #[cfg(not(target_family = "wasm"))]
@@ -131,19 +141,12 @@ mod system {
         let read = Closure::once_into_js(move || {
             let files = chosen.files();
             let all = move |index| files.as_ref().and_then(|files| files.get(index));
-            wasm_bindgen_futures::spawn_local(async move {
-                let mut contents = Ok(Vec::new());
-                for file in (0..).map_while(all) {
-                    let read = JsFuture::from(file.array_buffer()).await;
-                    let read = read.map_err(|problem| format!("{}: {problem:?}", file.name()));
-                    contents = contents.and_then(|mut all: Vec<_>| {
-                        all.push((file.name(), Uint8Array::new(&read?).to_vec()));
-                        Ok(all)
-                    });
-                }
-                // The window may be gone by then.
-                let _ = done.send(contents.map(Chosen::Contents));
+            let read = (0..).map_while(all).map(|file| {
+                let content = JsFuture::from(file.array_buffer());
+                let read = async move { content.await.map_err(|problem| format!("{problem:?}")) };
+                (file.name(), async move { Ok(Uint8Array::new(&read.await?).to_vec()) })
             });
+            wasm_bindgen_futures::spawn_local(super::gather(read, done));
         });
         input.set_onchange(Some(read.unchecked_ref()));
         input.click();

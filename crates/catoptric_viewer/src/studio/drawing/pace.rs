@@ -1,7 +1,7 @@
 //! The size of drafts: as many pixels as keep the picture moving.
 
 /// Drafts have these parts of the width and height.
-const SCALES: [f32; 7] = [1.0, 0.75, 0.5, 0.375, 0.25, 0.1875, 0.125];
+const SCALES: [f32; 11] = [1.0, 0.875, 0.75, 0.625, 0.5, 0.4375, 0.375, 0.3125, 0.25, 0.1875, 0.125];
 
 /// The time that drafts of all sides together may take, in milliseconds: fifteen in a second, with some left for the
 /// window itself.
@@ -33,7 +33,7 @@ pub(super) struct Pace {
 impl Default for Pace {
     fn default() -> Self {
         // Nobody knows what the first frame takes.
-        Self { measured: [None; SCALES.len()], frames: 0, now: 4 }
+        Self { measured: [None; SCALES.len()], frames: 0, now: 8 }
     }
 }
 

@@ -1,0 +1,120 @@
+//! Wishes as text.
+
+use super::{WireError, kind_of};
+use crate::studio::order::{Changes, Drawn, RoleChange, Wish};
+use catoptric::methods::Quality;
+use catoptric::scene::edits::Look;
+use catoptric::scene::{Camera, Projection, Role};
+use glam::{Affine3A, Vec3};
+use serde::{Deserialize, Serialize};
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct WireWish {
+    scene: u64,
+    time: f32,
+    roles: Vec<(String, String, Option<f32>)>,
+    looks: Vec<(String, WireLook)>,
+    moves: Vec<(String, [f32; 3])>,
+    camera: WireCamera,
+    size: [u32; 2],
+    sides: Vec<(String, toml::Table, u32, u32)>,
+    compares: bool,
+    overlays: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct WireLook {
+    color: Option<[f32; 3]>,
+    roughness: Option<f32>,
+    ior: Option<f32>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct WireCamera {
+    name: String,
+    other_name: String,
+    place: [f32; 12],
+    fov_y: Option<f32>,
+    half_height: Option<f32>,
+}
+
+impl From<&Wish> for WireWish {
+    fn from(wish: &Wish) -> Self {
+        let Wish { scene, time, changes: Changes { roles, looks, moves }, camera, size, sides, compares, overlays } =
+            wish;
+        let side = |Drawn { method, settings, quality }: &Drawn| {
+            (method.clone(), settings.clone(), quality.samples, quality.order)
+        };
+        let role = |change: &RoleChange| (change.name.clone(), change.role.name().to_owned(), change.ior);
+        Self {
+            scene: *scene,
+            time: *time,
+            roles: roles.iter().map(role).collect(),
+            looks: looks.iter().map(|(name, look)| (name.clone(), WireLook::from(look))).collect(),
+            moves: moves.iter().map(|(name, by)| (name.clone(), by.to_array())).collect(),
+            camera: WireCamera::from(camera),
+            size: *size,
+            sides: sides.iter().map(side).collect(),
+            compares: *compares,
+            overlays: overlays.iter().map(|kind| kind.name().into()).collect(),
+        }
+    }
+}
+
+impl WireWish {
+    pub(super) fn read(self) -> Result<Wish, WireError> {
+        let Self { scene, time, roles, looks, moves, camera, size, sides, compares, overlays } = self;
+        let role =
+            |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
+        let side = |(method, settings, samples, order)| Drawn { method, settings, quality: Quality { samples, order } };
+        let changes = Changes {
+            roles: roles.into_iter().map(role).collect::<Result<_, WireError>>()?,
+            looks: looks.into_iter().map(|(name, look)| (name, look.read())).collect(),
+            moves: moves.into_iter().map(|(name, by)| (name, Vec3::from_array(by))).collect(),
+        };
+        let (camera, sides) = (camera.read()?, sides.into_iter().map(side).collect());
+        let overlays = overlays.iter().map(|name| kind_of(name)).collect::<Result<_, _>>()?;
+        Ok(Wish { scene, time, changes, camera, size, sides, compares, overlays })
+    }
+}
+
+impl From<&Look> for WireLook {
+    fn from(Look { color, roughness, ior }: &Look) -> Self {
+        Self { color: color.map(|color| color.to_array()), roughness: *roughness, ior: *ior }
+    }
+}
+
+impl WireLook {
+    pub(super) fn read(self) -> Look {
+        Look { color: self.color.map(Vec3::from_array), roughness: self.roughness, ior: self.ior }
+    }
+}
+
+impl From<&Camera> for WireCamera {
+    fn from(Camera { name, other_name, world_from_camera, projection }: &Camera) -> Self {
+        let (fov_y, half_height) = match projection {
+            Projection::Perspective { fov_y } => (Some(*fov_y), None),
+            Projection::Orthographic { half_height } => (None, Some(*half_height)),
+        };
+        let (name, other_name, place) = (name.clone(), other_name.clone(), world_from_camera.to_cols_array());
+        Self { name, other_name, place, fov_y, half_height }
+    }
+}
+
+impl WireCamera {
+    pub(super) fn read(self) -> Result<Camera, WireError> {
+        let projection = match (self.fov_y, self.half_height) {
+            (Some(fov_y), None) => Projection::Perspective { fov_y },
+            (None, Some(half_height)) => Projection::Orthographic { half_height },
+            _ => return Err(WireError::new("a camera has one projection".into())),
+        };
+        let world_from_camera = Affine3A::from_cols_array(&self.place);
+        Ok(Camera { name: self.name, other_name: self.other_name, world_from_camera, projection })
+    }
+}
+
+pub(super) fn role_of(name: &str) -> Result<Role, WireError> {
+    let all = [Role::Diffuse, Role::Reflector, Role::Lens, Role::Coated];
+    let found = all.into_iter().find(|role| role.name() == name);
+    found.ok_or_else(|| WireError::new(format!("there is no role `{name}`")))
+}
