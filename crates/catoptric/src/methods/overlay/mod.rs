@@ -2,6 +2,8 @@
 //!
 //! Overlays are made beside the picture, by the same tables; a picture that has none costs nothing for them.
 
+pub(crate) mod paths;
+
 use glam::Vec2;
 
 /// The most line segments of an overlay: a bound on memory and on what can be told apart. Chosen, not measured.
@@ -42,7 +44,7 @@ impl OverlayKind {
         match self {
             Self::Paths => {
                 "Pixels by the sequence of reflectors (R) and glass (T) that light takes to them, from the eye on; \
-                 at glass the way through it."
+                 at glass the way through it, where light takes one."
             }
             Self::VirtualTriangles => {
                 "The edges of the scene's triangles where the method makes them appear in reflectors and through \
