@@ -259,6 +259,61 @@ fn tiles_divide_the_reflectors_pixels() {
     }
 }
 
+/// The length of all lines of an overlay.
+fn length_of_lines(overlay: &Overlay) -> f32 {
+    overlay.segments.iter().map(|segment| segment.ends[0].distance(segment.ends[1])).sum()
+}
+
+#[test]
+fn every_pixel_of_a_reflector_has_a_leaf() {
+    for (spec, settings) in [
+        ("sphere_room?surface=mesh&tess=16", "work = 150"),
+        ("sphere_room?surface=mesh&tess=16", "work = 150\ncamera = \"pinhole\"\naccuracy_px = 4.0"),
+        ("sphere_room?surface=mesh&tess=16", "work = 0.01"),
+        ("two_spheres?tess=16", "beyond_work = \"coarse\""),
+    ] {
+        let scene = Arc::new(scene(spec));
+        let view = scene.default_view(150, 100);
+        let found = overlays("sample_based_camera", settings, &scene, &view, 1);
+        let leaves = of_kind(&found, OverlayKind::Leaves);
+        let paths: Vec<String> = traced(&scene, &view).into_iter().map(|(path, _)| path).collect();
+        let within = are_within(&paths, 150);
+        let (mut reflector, mut wrong, mut by_tiles) = (0, 0, 0);
+        for pixel in (0..paths.len()).filter(|pixel| within[*pixel]) {
+            let is_reflector = !paths[pixel].is_empty();
+            reflector += usize::from(is_reflector);
+            wrong += usize::from((leaves.pixels[pixel] != 0) != is_reflector);
+            by_tiles += usize::from(group_name(leaves, pixel) == "no leaf: drawn by tiles");
+        }
+        assert!(reflector > 1000 && wrong == 0, "{spec}, {settings}: {wrong} of {reflector}");
+        // Without work there are no cameras, and with enough of it nothing else.
+        let expected = if settings == "work = 0.01" { reflector } else { 0 };
+        assert_eq!(by_tiles, expected, "{spec}, {settings}: {reflector}");
+        assert_eq!(leaves.segments.is_empty(), by_tiles > 0, "{spec}, {settings}");
+    }
+}
+
+#[test]
+fn leaves_are_as_many_as_the_accuracy_takes() {
+    let leaves = |spec: &str, settings: &str| {
+        let scene = Arc::new(scene(spec));
+        let view = scene.default_view(150, 100);
+        of_kind(&overlays("sample_based_camera", settings, &scene, &view, 1), OverlayKind::Leaves).clone()
+    };
+    // What a flat mirror shows is what one pinhole behind it sees, whatever the accuracy.
+    for settings in ["accuracy_px = 0.1", "accuracy_px = 0.1\ncamera = \"pinhole\""] {
+        let flat = leaves("planar_mirror?mirrors=1", settings);
+        let cameras = flat.pixels.iter().filter(|group| **group == 1).count();
+        assert!(cameras > 1000 && flat.pixels.iter().all(|group| *group <= 1), "{settings}: {cameras}");
+        assert_eq!(flat.segments, [], "{settings}");
+    }
+    let [fine, coarse] = ["0.05", "5.0"].map(|accuracy| {
+        let settings = format!("beyond_work = \"coarse\"\naccuracy_px = {accuracy}");
+        length_of_lines(&leaves("sphere_room?surface=analytic&tess=16", &settings))
+    });
+    assert!(fine > 2.0 * coarse && fine > 300.0, "{fine} against {coarse}");
+}
+
 #[test]
 fn layers_are_those_that_the_rays_meet() {
     // A ball between a block and the walls: the nearest layer shows the block alone.

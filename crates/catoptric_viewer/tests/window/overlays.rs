@@ -108,6 +108,7 @@ fn covers() {
         ("layered_environment_map", SCENE, OverlayKind::Layers),
         ("auto", "glass_sphere", OverlayKind::Paths),
         ("reference", "glass_sphere", OverlayKind::Paths),
+        ("sample_based_camera", SCENE, OverlayKind::Leaves),
     ] {
         let mut session = open(&format!("builtin:{spec}"), method, None);
         let name = format!("{method} {}", kind.name());

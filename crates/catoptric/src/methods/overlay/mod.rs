@@ -21,13 +21,15 @@ pub enum OverlayKind {
     VirtualTriangles,
     /// The squares of pixels whose rays are drawn together.
     Tiles,
+    /// Pixels by the sample-based camera that draws their reflection.
+    Leaves,
     /// Pixels by the layer of the surroundings that they look up.
     Layers,
 }
 
 impl OverlayKind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Paths, Self::VirtualTriangles, Self::Tiles, Self::Layers];
+    pub const ALL: [Self; 5] = [Self::Paths, Self::VirtualTriangles, Self::Tiles, Self::Leaves, Self::Layers];
 
     /// Its name, in lower case.
     pub fn name(self) -> &'static str {
@@ -35,6 +37,7 @@ impl OverlayKind {
             Self::Paths => "reflection groups",
             Self::VirtualTriangles => "virtual triangles",
             Self::Tiles => "tiles",
+            Self::Leaves => "leaves",
             Self::Layers => "layers",
         }
     }
@@ -54,6 +57,10 @@ impl OverlayKind {
                 "Squares of the first bounce's pixels whose rays are drawn together: by one bundle, or with a ray for \
                  each pixel; and pixels that are traced sample by sample. Thin lines: the squares of 16 x 16 pixels \
                  that the division begins with."
+            }
+            Self::Leaves => {
+                "Pixels by the leaf of the trees of sample-based cameras that draws their reflection: a camera, or a \
+                 list of rays where no camera is accurate. Lines: where one leaf ends and another begins."
             }
             Self::Layers => {
                 "Pixels by the layer of the surroundings that shows there, the nearest first; of two paths the one \
