@@ -1,7 +1,7 @@
 //! Reflectors and lenses by the first bounce alone: light is looked up along the rays that leave it.
 
 use crate::light::radiance_field::RadianceField;
-use crate::optics::path::bundle::BounceKind;
+use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::{LightStep, RoughLobe};
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Ray, RayDifferential, Role, Scene, TurnedEncounter};
@@ -119,4 +119,16 @@ pub(crate) fn reflector_radiance(
         }
     }
     sum
+}
+
+/// The one event behind which [`reflector_radiance`] looks light up, of two the way through glass; `None` where light
+/// goes on by none.
+pub(crate) fn first_bounce(scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray) -> Option<Bounce> {
+    let object = encounter.point.object;
+    let material = scene.material_of(object);
+    let TurnedEncounter { encounter: turned, .. } = &scene.turned_encounter(material, encounter);
+    let step = LightStep::at(scene, material, &turned.point, ray.direction);
+    let goes_on = |kind: &BounceKind| step.weight(*kind) != Vec3::ZERO && step.outgoing(*kind, ray.direction).is_some();
+    let kind = [BounceKind::Transmit, BounceKind::Reflect].into_iter().find(goes_on)?;
+    Some(Bounce { object, kind })
 }

@@ -4,10 +4,15 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::light::reflector_shader::ReflectorShader;
+use crate::methods::overlay::paths::Numbers;
+use crate::methods::overlay::{self, Overlay};
+use crate::methods::projector::SpecularPath;
 use crate::methods::{Job, Report};
-use crate::raster::{self, Fragment, LookShader, ShadingRequest};
-use crate::scene::{Scene, ViewRays};
-use glam::Vec3;
+use crate::optics::path::bundle::Bounce;
+use crate::raster::{self, Fragment, FragmentShader, LayerSurface, LookShader, ShadingRequest};
+use crate::scene::shade::SurfaceInteraction;
+use crate::scene::{Ray, RayDifferential, Scene, ViewRays};
+use glam::{Vec2, Vec3};
 
 /// Colours a view of the scene.
 pub(crate) struct LookupShader<'a, L> {
@@ -63,4 +68,55 @@ pub(crate) fn draw(
     let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors };
     report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target, job.progress)?);
     Ok(report)
+}
+
+/// Gives fragments the number of the path that they show, plus 1, as a colour.
+struct PathNumbers<'a, B> {
+    scene: &'a Scene,
+    rays: ViewRays,
+    bounces: B,
+    paths: Numbers<SpecularPath>,
+}
+
+impl<B> FragmentShader for PathNumbers<'_, B>
+where
+    B: Fn(&SurfaceInteraction, &Ray, &RayDifferential) -> Vec<Bounce> + Sync,
+{
+    fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
+        let Some(surface) = fragment.chain.first() else { return Vec3::ZERO };
+        if !self.scene.role_of(self.scene.triangle_objects[surface.source as usize]).is_specular() {
+            return Vec3::ZERO;
+        }
+        let (ray, change) = self.rays.ray_with_differential(fragment.position.x, fragment.position.y);
+        let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change);
+        let path = SpecularPath { bounces: (self.bounces)(&encounter, &ray, &change) };
+        Vec3::splat(self.paths.number(path) as f32 + 1.0)
+    }
+
+    fn is_present(&self, surface: &LayerSurface, _position: Vec2) -> bool {
+        self.scene.is_surface_present(surface.source, &surface.barycentrics)
+    }
+}
+
+/// The wanted objects' pixels by the path of light that reflectors and lenses show there: what `bounces` gives for a
+/// ray that meets one, with its change a pixel.
+///
+/// # Errors
+/// Errors of the rasteriser.
+pub(crate) fn shown_paths(
+    job: &Job<'_>,
+    bounces: impl Fn(&SurfaceInteraction, &Ray, &RayDifferential) -> Vec<Bounce> + Sync,
+    is_wanted: impl Fn(u32) -> bool,
+) -> Result<Overlay, RenderError> {
+    let Job { scene, view, progress, .. } = *job;
+    let list = raster::scene_draw_list(scene, view, |object| is_wanted(object).then_some(0));
+    let shader = PathNumbers { scene, rays: view.rays(), bounces, paths: Numbers::default() };
+    let mut picture = Framebuffer::new(view.width, view.height);
+    raster::draw(view, 1, &[list], &shader, &mut picture, progress)?;
+    let (paths, places) = shader.paths.sorted(SpecularPath::cmp);
+    let none = SpecularPath::default();
+    let shown =
+        |pixel: &[f32; 4]| (pixel[0] as usize).checked_sub(1).map_or(&none, |number| &paths[places[number] as usize]);
+    let pixels: Vec<&SpecularPath> = picture.pixels.iter().map(shown).collect();
+    Ok(overlay::paths::of_pixels(scene, [view.width, view.height], &pixels))
 }

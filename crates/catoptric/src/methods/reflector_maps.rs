@@ -5,10 +5,11 @@ use crate::framebuffer::Framebuffer;
 use crate::light::cube_map::CubeMap;
 use crate::light::parallax_proxy::ParallaxProxy;
 use crate::light::radiance_field::RadianceField;
-use crate::light::reflector_shader::{ReflectorShader, reflector_radiance};
+use crate::light::reflector_shader::{ReflectorShader, first_bounce, reflector_radiance};
 use crate::math::Aabb;
 use crate::methods::Report;
 use crate::methods::lookup_shader::LookupShader;
+use crate::optics::path::bundle::Bounce;
 use crate::progress::{Progress, Silent, Stage};
 use crate::raster::{self, LookShader};
 use crate::scene::shade::SurfaceInteraction;
@@ -284,6 +285,12 @@ impl ReflectorMaps {
     #[inline]
     pub(super) fn has(&self, object: u32) -> bool {
         self.maps.get(object as usize).is_some_and(Option::is_some)
+    }
+
+    /// The bounces of the light that a reflector or lens shows to a ray that meets it: one, if it has a map.
+    pub(super) fn bounces(&self, scene: &Scene, encounter: &SurfaceInteraction, ray: &Ray) -> Vec<Bounce> {
+        let bounce = self.has(encounter.point.object).then(|| first_bounce(scene, encounter, ray));
+        bounce.flatten().into_iter().collect()
     }
 
     /// Faces of cubes drawn to make them.

@@ -4,5 +4,6 @@ mod blend;
 mod bumps;
 mod closed_forms;
 mod path_derivatives;
+mod reflection_groups;
 mod shadows;
 mod visibility;

@@ -36,10 +36,10 @@ impl ShownOverlay {
 
 /// The colour of a group (its number less 1) of an overlay.
 pub(super) fn color_of(kind: OverlayKind, group: usize) -> Color32 {
-    // From green for what is drawn fast to red for what is not, and the grid.
-    const OF_TILES: [[u8; 3]; 4] = [[60, 220, 110], [250, 205, 50], [240, 70, 60], [235, 235, 235]];
-    if kind == OverlayKind::Tiles {
-        let [red, green, blue] = OF_TILES[group.min(3)];
+    // From green for what is drawn fast to red for what is not, and the lines between.
+    const BY_SPEED: [[u8; 3]; 4] = [[60, 220, 110], [250, 205, 50], [240, 70, 60], [235, 235, 235]];
+    if matches!(kind, OverlayKind::Tiles | OverlayKind::Leaves) {
+        let [red, green, blue] = BY_SPEED[group.min(3)];
         return Color32::from_rgb(red, green, blue);
     }
     // Hues of numbers side by side are far apart.

@@ -107,6 +107,8 @@ fn covers() {
         ("auto", "planar_mirror?mirrors=2", OverlayKind::VirtualTriangles),
         ("layered_environment_map", SCENE, OverlayKind::Layers),
         ("auto", "glass_sphere", OverlayKind::Paths),
+        ("reference", "glass_sphere", OverlayKind::Paths),
+        ("sample_based_camera", SCENE, OverlayKind::Leaves),
     ] {
         let mut session = open(&format!("builtin:{spec}"), method, None);
         let name = format!("{method} {}", kind.name());

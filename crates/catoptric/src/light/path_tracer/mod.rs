@@ -1,5 +1,6 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
+mod bounces;
 mod rough;
 mod waves;
 

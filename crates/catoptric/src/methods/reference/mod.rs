@@ -15,6 +15,8 @@ use crate::light::path_tracer::{NearPlane, PathTracer};
 use crate::light::tracer::Tracer;
 use crate::math::random;
 use crate::methods::limits::ErrorLimits;
+use crate::methods::overlay::{self, Overlay, OverlayKind};
+use crate::methods::projector::SpecularPath;
 use crate::parallel;
 use crate::progress::{Progress, Stage};
 use crate::raster::sample_positions;
@@ -69,6 +71,10 @@ struct ReferenceFrame<'a> {
 impl Method for Reference {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths]
     }
 
     fn prepare(
@@ -138,6 +144,23 @@ impl Frame for ReferenceFrame<'_> {
             report.counts.insert("triangle_tests", after - before);
         }
         Ok(report)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if kind != OverlayKind::Paths {
+            return Ok(None);
+        }
+        let PreparedReference { settings, scene, quality, tracer, .. } = self.prepared;
+        let (view, rays, near) = (&self.view, self.view.rays(), NearPlane::new(&self.view));
+        let init = || PathTracer::new(scene, tracer, settings.paths.into(), quality.order);
+        let rows = parallel::map_init_stage(progress, "tracing", view.height as usize, init, |paths, row| {
+            let pixel = |column: u32| SpecularPath {
+                bounces: paths.bounces(&rays, &near, column as f32 + 0.5, row as f32 + 0.5),
+            };
+            (0..view.width).map(pixel).collect::<Vec<_>>()
+        })?;
+        let pixels: Vec<&SpecularPath> = rows.iter().flatten().collect();
+        Ok(Some(overlay::paths::of_pixels(scene, [view.width, view.height], &pixels)))
     }
 }
 

@@ -16,7 +16,8 @@ use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
-use crate::methods::lookup_shader::draw;
+use crate::methods::lookup_shader::{draw, shown_paths};
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::progress::Progress;
@@ -65,6 +66,10 @@ struct MapsFrame<'a> {
 impl Method for EnvironmentMap {
     fn info(&self) -> &'static MethodInfo {
         &INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths]
     }
 
     fn prepare(
@@ -143,5 +148,15 @@ impl Frame for MapsFrame<'_> {
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let PreparedMaps { scene, quality, maps, .. } = self.prepared;
         draw(&Job { scene, view: &self.view, quality: *quality, progress }, maps, |_| true, target)
+    }
+
+    /// Paths have one bounce: what a map shows is looked up as what is infinitely far, or on the proxy, is.
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if kind != OverlayKind::Paths {
+            return Ok(None);
+        }
+        let PreparedMaps { scene, quality, maps, .. } = self.prepared;
+        let job = Job { scene, view: &self.view, quality: *quality, progress };
+        shown_paths(&job, |encounter, ray, _| maps.bounces(scene, encounter, ray), |_| true).map(Some)
     }
 }

@@ -6,6 +6,7 @@ mod bake;
 mod capture;
 mod layout;
 mod limits;
+mod paths;
 mod settings;
 mod slabs;
 mod stored;
@@ -23,7 +24,8 @@ use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::shared::memory::fit_into_memory;
 use crate::methods::lookup::shared::regions::Regions;
-use crate::methods::lookup_shader::draw;
+use crate::methods::lookup_shader::{draw, shown_paths};
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::reflector_maps::{ReflectorCubeMap, ReflectorMapSettings, ReflectorMaps};
 use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
 use crate::progress::{Cancelled, Progress};
@@ -31,6 +33,7 @@ use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Projection, Ray, RayDifferential, Role, Scene, View};
 use bake::SlabsWork;
 use glam::Vec3;
+use paths::FieldPaths;
 pub use slabs::tables::{SlabPlane, SlabTables};
 pub use slabs::{SlabCoordinates, Slabs};
 use std::sync::Arc;
@@ -131,6 +134,10 @@ impl Method for LightField {
         &INFO
     }
 
+    fn overlays(&self) -> &'static [OverlayKind] {
+        &[OverlayKind::Paths]
+    }
+
     fn prepare(
         &self,
         scene: &Arc<Scene>,
@@ -169,9 +176,7 @@ impl Frame for FieldsFrame<'_> {
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let PreparedFields { settings, scene, quality, fields, .. } = self.prepared;
         let job = &Job { scene, view: &self.view, quality: *quality, progress };
-        // Orthographic views have no eye that could be in a region.
-        let eye = matches!(job.view.projection, Projection::Perspective { .. }).then(|| job.view.eye());
-        let region = eye.and_then(|eye| fields.regions.iter().position(|region| region.slabs.holds(eye)));
+        let region = self.region_of_eye();
         match (settings.background, region) {
             (Background::Scene, _) => draw(job, &FieldShader { fields, behind: None }, |_| true, target),
             (Background::Slabs, Some(region)) => {
@@ -190,6 +195,30 @@ impl Frame for FieldsFrame<'_> {
                 Ok(report)
             }
         }
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if kind != OverlayKind::Paths {
+            return Ok(None);
+        }
+        let PreparedFields { settings, scene, quality, fields, .. } = self.prepared;
+        let job = &Job { scene, view: &self.view, quality: *quality, progress };
+        let region = self.region_of_eye().filter(|_| settings.background == Background::Slabs);
+        let is_wanted = |object: u32| match region {
+            Some(region) => fields.region_of[object as usize] == Some(region as u32),
+            None => true,
+        };
+        let paths = FieldPaths::new(fields, scene, progress)?;
+        shown_paths(job, |encounter, ray, change| paths.bounces(scene, encounter, ray, change), is_wanted).map(Some)
+    }
+}
+
+impl FieldsFrame<'_> {
+    /// The region that the eye is in; orthographic views have no eye that could be in one.
+    fn region_of_eye(&self) -> Option<usize> {
+        let is_perspective = matches!(self.view.projection, Projection::Perspective { .. });
+        let eye = is_perspective.then(|| self.view.eye())?;
+        self.prepared.fields.regions.iter().position(|region| region.slabs.holds(eye))
     }
 }
 

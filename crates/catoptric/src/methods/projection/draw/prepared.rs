@@ -3,6 +3,7 @@
 
 use super::MapsInView;
 use super::lists::path_lists;
+use super::overlays::ShownPixels;
 use super::virtual_mesh::MeshQuality;
 use super::virtual_scene::{MeshesOfView, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
@@ -13,10 +14,11 @@ use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::path_lists::PathLists;
-use crate::methods::projector::VertexProjector;
+use crate::methods::projector::{SpecularPath, VertexProjector};
 use crate::methods::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
 use crate::progress::{Progress, Silent, Stage};
 use crate::scene::{Scene, View};
+use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 /// The parts of a projection method that draws virtual meshes.
@@ -30,6 +32,9 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
 
     /// The method.
     const INFO: &'static MethodInfo;
+
+    /// The overlays of its frames.
+    const OVERLAYS: &'static [OverlayKind] = &[OverlayKind::Paths, OverlayKind::VirtualTriangles];
 
     /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
     ///
@@ -94,6 +99,21 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
 
     /// The fineness of virtual meshes in a view.
     fn mesh_quality(&self, view: &View) -> MeshQuality;
+
+    /// An overlay of a kind that virtual meshes do not have, by what pixels show and the paths that meshes draw.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn own_overlay(
+        &self,
+        _kind: OverlayKind,
+        _context: &Context<'_, Self>,
+        _data: &Self::ViewData,
+        (_shown, _drawn): (&ShownPixels, &HashSet<SpecularPath>),
+        _progress: &dyn Progress,
+    ) -> Result<Option<Overlay>, RenderError> {
+        Ok(None)
+    }
 
     /// The projector of a view.
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a Self::ViewData) -> Self::Projector<'a>;
@@ -197,7 +217,7 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
     }
 
     fn overlays(&self) -> &'static [OverlayKind] {
-        &[OverlayKind::Paths, OverlayKind::VirtualTriangles]
+        M::OVERLAYS
     }
 
     fn prepare(
@@ -335,12 +355,18 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     }
 
     fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if !M::OVERLAYS.contains(&kind) {
+            return Ok(None);
+        }
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
         let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
-        virtual_scene.overlay(kind, &job, &meshes, (work.meshes, tiles), method.maps(data))
+        let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
+            method.own_overlay(kind, &self.context(0), data, (shown, drawn), progress)
+        };
+        virtual_scene.overlay(kind, &job, &meshes, (work.meshes, tiles), method.maps(data), own)
     }
 
     fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {

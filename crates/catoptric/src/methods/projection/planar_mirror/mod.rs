@@ -167,7 +167,7 @@ impl Frame for MirrorFrame<'_> {
         Ok(match kind {
             OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
             OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
-            OverlayKind::Tiles | OverlayKind::Layers => None,
+            OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => None,
         })
     }
 

@@ -5,6 +5,7 @@
 mod cameras;
 mod hybrid;
 mod layout;
+mod leaves;
 mod limits;
 mod panorama;
 mod project;
@@ -18,7 +19,9 @@ pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::math::Aabb;
+use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::projection::draw::MapsInView;
+use crate::methods::projection::draw::overlays::ShownPixels;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::draw::work_limit::{BeyondWork, WorkLimit};
@@ -32,6 +35,7 @@ use crate::scene::{PreciseView, Scene, View};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
 use project::CameraProjector;
 use rays::grid::{RayGrid, RaySampler};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Description of the method.
@@ -170,6 +174,7 @@ impl MeshProjection for SampleBasedCamera {
     type Projector<'a> = CameraProjector<'a>;
 
     const INFO: &'static MethodInfo = &INFO;
+    const OVERLAYS: &'static [OverlayKind] = &[OverlayKind::Paths, OverlayKind::VirtualTriangles, OverlayKind::Leaves];
 
     fn mirrors(
         &self,
@@ -254,6 +259,21 @@ impl MeshProjection for SampleBasedCamera {
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {
         MeshQuality::new(view, self.0.edge_error_px, self.0.piece_px)
+    }
+
+    fn own_overlay(
+        &self,
+        kind: OverlayKind,
+        context: &Context<'_, Self>,
+        data: &ViewCameras,
+        (shown, drawn): (&ShownPixels, &HashSet<SpecularPath>),
+        progress: &dyn Progress,
+    ) -> Result<Option<Overlay>, RenderError> {
+        if kind != OverlayKind::Leaves {
+            return Ok(None);
+        }
+        let projector = self.projector(context, data);
+        Ok(Some(leaves::overlay(&projector, self.0.camera, (shown, drawn), progress)?))
     }
 
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a ViewCameras) -> CameraProjector<'a> {

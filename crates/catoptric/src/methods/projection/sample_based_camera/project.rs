@@ -14,7 +14,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it. Chosen, not measured.
-const TOUCHING: f64 = 2e-4;
+pub(super) const TOUCHING: f64 = 2e-4;
 
 /// A leaf is believed so far, in cells, beyond the cells of its rays. Chosen, not measured.
 const BEYOND_BLOCK: f64 = 0.75;
@@ -140,7 +140,7 @@ impl CameraProjector<'_> {
     }
 
     /// A place of the picture in cells of the ray map, whose rays are at whole numbers.
-    fn cell_of(&self, pixel: [f64; 2]) -> [f64; 2] {
+    pub(super) fn cell_of(&self, pixel: [f64; 2]) -> [f64; 2] {
         let cell = |pixel: f64| (pixel + self.margin_px) / f64::from(self.grid.spacing_px) - 0.5;
         pixel.map(|pixel| cell(pixel).clamp(-FARTHEST_CELL, FARTHEST_CELL))
     }

@@ -194,7 +194,7 @@ impl TiledScene {
                 })?;
                 Some(log.overlay([view.width, view.height]))
             }
-            OverlayKind::Layers => None,
+            OverlayKind::Leaves | OverlayKind::Layers => None,
         })
     }
 }

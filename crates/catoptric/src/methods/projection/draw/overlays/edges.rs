@@ -1,7 +1,7 @@
 //! The edges of moved triangles, where they show.
 
-use super::name_of;
 use super::shown::{PathEnd, ShownPixels};
+use crate::methods::overlay::paths::name_of;
 use crate::methods::overlay::{Overlay, OverlayKind, OverlaySegment};
 use crate::progress::{Cancelled, Progress, Stage};
 use crate::raster::DrawList;

@@ -2,13 +2,12 @@
 
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::methods::overlay::paths::Numbers;
 use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::raster::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::scene::{Role, Scene, View};
 use glam::{Vec2, Vec3};
-use rustc_hash::FxHashMap;
-use std::sync::{Mutex, PoisonError};
 
 /// Numbers below this are exact in single precision.
 const EXACT: u32 = 1 << 20;
@@ -42,17 +41,11 @@ impl ShownPixels {
         view: &View,
         draw: impl FnOnce(&ShownShader<'_>, &mut Framebuffer) -> Result<(), RenderError>,
     ) -> Result<Self, RenderError> {
-        let shader = ShownShader { scene, ends: Mutex::default() };
+        let shader = ShownShader { scene, ends: Numbers::default() };
         let mut picture = Framebuffer::new(view.width, view.height);
         draw(&shader, &mut picture)?;
-        let found = shader.ends.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // Threads number them as they come.
-        let mut sorted: Vec<(PathEnd, u32)> = found.into_iter().collect();
-        sorted.sort_by(|(one, _), (other, _)| (one.path.bounces.len(), one).cmp(&(other.path.bounces.len(), other)));
-        let mut places = vec![0; sorted.len()];
-        for (place, (_, number)) in sorted.iter().enumerate() {
-            places[*number as usize] = place as u32;
-        }
+        let (ends, places) =
+            shader.ends.sorted(|one, other| (one.path.bounces.len(), one).cmp(&(other.path.bounces.len(), other)));
         let end_of = |pixel: &[f32; 4]| (pixel[0] as u32).checked_sub(1).map(|number| places[number as usize]);
         let triangle_of = |pixel: &[f32; 4]| match pixel[2] as u32 {
             0 => u32::MAX,
@@ -62,7 +55,7 @@ impl ShownPixels {
             size: [view.width, view.height],
             end_of_pixels: picture.pixels.iter().map(end_of).collect(),
             triangle_of_pixels: picture.pixels.iter().map(triangle_of).collect(),
-            ends: sorted.into_iter().map(|(end, _)| end).collect(),
+            ends,
         })
     }
 }
@@ -71,7 +64,7 @@ impl ShownPixels {
 /// same sample counts.
 pub(in crate::methods::projection) struct ShownShader<'a> {
     scene: &'a Scene,
-    ends: Mutex<FxHashMap<PathEnd, u32>>,
+    ends: Numbers<PathEnd>,
 }
 
 impl ShownShader<'_> {
@@ -103,12 +96,6 @@ impl ShownShader<'_> {
         }
         (end, triangle)
     }
-
-    fn number(&self, end: PathEnd) -> u32 {
-        let mut known = self.ends.lock().unwrap_or_else(PoisonError::into_inner);
-        let next = known.len() as u32;
-        *known.entry(end).or_insert(next)
-    }
 }
 
 impl FragmentShader for ShownShader<'_> {
@@ -117,7 +104,7 @@ impl FragmentShader for ShownShader<'_> {
             return Vec3::ZERO;
         }
         let (end, triangle) = self.end(fragment);
-        color(self.number(end), triangle)
+        color(self.ends.number(end), triangle)
     }
 
     fn shade_batch(&self, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
@@ -131,7 +118,7 @@ impl FragmentShader for ShownShader<'_> {
             let (end, triangle) = self.end(&fragment);
             let number = match &last {
                 Some((known, number)) if *known == end => *number,
-                _ => self.number(end.clone()),
+                _ => self.ends.number(end.clone()),
             };
             last = Some((end, number));
             *shown = color(number, triangle);

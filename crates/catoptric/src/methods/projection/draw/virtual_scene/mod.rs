@@ -156,7 +156,8 @@ impl VirtualScene {
         Ok(report)
     }
 
-    /// An overlay of what [`Self::draw`] draws; `None` for kinds that virtual meshes do not have.
+    /// An overlay of what [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the method: it
+    /// makes them of what pixels show and of the paths that meshes draw.
     ///
     /// # Errors
     /// As [`Self::draw`].
@@ -167,12 +168,14 @@ impl VirtualScene {
         maker: &MeshesOfView<'_, P>,
         (work, tiles): (u64, Option<&ExactTiles<'_>>),
         maps: MapsInView<'_>,
+        own: impl FnOnce(&ShownPixels, &HashSet<SpecularPath>) -> Result<Option<Overlay>, RenderError>,
     ) -> Result<Option<Overlay>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
         let VirtualGeometry { paths, paths_left, .. } = self.geometry(job, maker, (work, tiles.is_some()), maps)?;
         let tiles = tiles.filter(|_| paths_left > 0);
         let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+        let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
         let lists = draw_lists(job, paths, maps.whole, ends);
         let shown = match tiles {
             Some(tiles) => tiles.shown(job, &lists, maps)?,
@@ -183,7 +186,7 @@ impl VirtualScene {
         Ok(match kind {
             OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
             OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
-            OverlayKind::Tiles | OverlayKind::Layers => None,
+            OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => own(&shown, &drawn)?,
         })
     }
 

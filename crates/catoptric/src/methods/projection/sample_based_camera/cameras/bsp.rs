@@ -4,7 +4,8 @@
 use super::bundle;
 use super::fit::{Fit, FitSpan};
 use super::pinhole;
-use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
+use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, LeafNumber};
+use super::{MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::methods::projection::find::ray_map::{BeamTree, Reach};
 use crate::methods::projection::sample_based_camera::layout::{BundleLeaf, PinholeLeaf, SplitNode};
 use crate::methods::projection::sample_based_camera::rays::grid::GridRay;
@@ -203,11 +204,7 @@ impl PinholeTrees {
         let CameraScratch { numbers, answers } = scratch;
         // The pieces in whose trees the point is in a list come first in the scratch.
         for (piece, &root) in self.roots.iter().enumerate() {
-            let mut at = root;
-            while at & SplitNode::LEAF == 0 {
-                let Some(node) = self.nodes.get(at as usize) else { break };
-                at = node.children[usize::from(point.dot(node.normal.into()) <= node.offset)];
-            }
+            let at = self.end_at(root, point);
             if at == SplitNode::LIST {
                 numbers.push(piece as u32);
             } else if let Some(leaf) = self.leaves.get((at & !SplitNode::LEAF) as usize)
@@ -231,6 +228,24 @@ impl PinholeTrees {
             for answer in answers.iter() {
                 found(&CameraAnswer::of(answer, leaf));
             }
+        }
+    }
+
+    /// Where the tree with this start sends a point: a number as in [`SplitNode::children`].
+    fn end_at(&self, root: u32, point: Vec3) -> u32 {
+        let mut at = root;
+        while at & SplitNode::LEAF == 0 {
+            let Some(node) = self.nodes.get(at as usize) else { break };
+            at = node.children[usize::from(point.dot(node.normal.into()) <= node.offset)];
+        }
+        at
+    }
+
+    /// The leaf that is asked for a point in a piece; all lists of rays of a piece count as one.
+    pub(in super::super) fn leaf_at(&self, piece: u32, point: Vec3) -> Option<LeafNumber> {
+        match self.end_at(*self.roots.get(piece as usize)?, point) {
+            SplitNode::LIST => Some(LeafNumber { number: piece, is_list: true }),
+            leaf => Some(LeafNumber { number: leaf & !SplitNode::LEAF, is_list: false }),
         }
     }
 

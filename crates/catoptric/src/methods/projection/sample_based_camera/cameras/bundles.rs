@@ -273,7 +273,12 @@ impl BundleTree {
 
     /// The leaf of a ray.
     pub(in super::super) fn leaf_of(&self, ray: usize) -> Option<&BundleLeaf> {
-        self.leaves.get(*self.leaf_of_ray.get(ray)? as usize)
+        self.leaf(self.leaf_number(ray)?)
+    }
+
+    /// The number of the leaf of a ray.
+    pub(in super::super) fn leaf_number(&self, ray: usize) -> Option<u32> {
+        self.leaf_of_ray.get(ray).copied().filter(|leaf| *leaf != NO_LEAF)
     }
 
     pub(in super::super) fn counts(&self) -> Counts {

@@ -128,6 +128,15 @@ impl<'a> CameraAnswer<'a> {
     }
 }
 
+/// A leaf among those of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LeafNumber {
+    /// The number of the camera, or of a list of rays.
+    pub(super) number: u32,
+    /// True if it interpolates between rays.
+    pub(super) is_list: bool,
+}
+
 /// Scratch space of look-ups.
 #[derive(Debug, Default)]
 pub(super) struct CameraScratch {
@@ -207,6 +216,18 @@ impl Cameras {
         let leaf = tree.leaf_of(ray)?;
         let answer = &ask_near(leaf, point, first)?;
         Some(found(&CameraAnswer::of(answer, leaf)))
+    }
+
+    /// The leaf that draws what is seen at a ray of the group, in a piece: the bundle that the ray belongs to, or the
+    /// pinhole that is asked for the point that shows there.
+    pub(super) fn leaf_at(&self, ray: usize, piece: u32, point: Vec3) -> Option<LeafNumber> {
+        match self {
+            Self::Bundles(tree) => {
+                let number = tree.leaf_number(ray)?;
+                Some(LeafNumber { number, is_list: tree.leaf(number)?.interpolates != 0 })
+            }
+            Self::Pinholes(trees) => trees.leaf_at(piece, point),
+        }
     }
 
     /// The group's rays have got other numbers: the old ones by the new.

@@ -2,6 +2,8 @@
 //!
 //! Overlays are made beside the picture, by the same tables; a picture that has none costs nothing for them.
 
+pub(crate) mod paths;
+
 use glam::Vec2;
 
 /// The most line segments of an overlay: a bound on memory and on what can be told apart. Chosen, not measured.
@@ -19,13 +21,15 @@ pub enum OverlayKind {
     VirtualTriangles,
     /// The squares of pixels whose rays are drawn together.
     Tiles,
+    /// Pixels by the sample-based camera that draws their reflection.
+    Leaves,
     /// Pixels by the layer of the surroundings that they look up.
     Layers,
 }
 
 impl OverlayKind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [Self::Paths, Self::VirtualTriangles, Self::Tiles, Self::Layers];
+    pub const ALL: [Self; 5] = [Self::Paths, Self::VirtualTriangles, Self::Tiles, Self::Leaves, Self::Layers];
 
     /// Its name, in lower case.
     pub fn name(self) -> &'static str {
@@ -33,6 +37,7 @@ impl OverlayKind {
             Self::Paths => "reflection groups",
             Self::VirtualTriangles => "virtual triangles",
             Self::Tiles => "tiles",
+            Self::Leaves => "leaves",
             Self::Layers => "layers",
         }
     }
@@ -42,7 +47,7 @@ impl OverlayKind {
         match self {
             Self::Paths => {
                 "Pixels by the sequence of reflectors (R) and glass (T) that light takes to them, from the eye on; \
-                 at glass the way through it."
+                 at glass the way through it, where light takes one."
             }
             Self::VirtualTriangles => {
                 "The edges of the scene's triangles where the method makes them appear in reflectors and through \
@@ -52,6 +57,10 @@ impl OverlayKind {
                 "Squares of the first bounce's pixels whose rays are drawn together: by one bundle, or with a ray for \
                  each pixel; and pixels that are traced sample by sample. Thin lines: the squares of 16 x 16 pixels \
                  that the division begins with."
+            }
+            Self::Leaves => {
+                "Pixels by the leaf of the trees of sample-based cameras that draws their reflection: a camera, or a \
+                 list of rays where no camera is accurate. Lines: where one leaf ends and another begins."
             }
             Self::Layers => {
                 "Pixels by the layer of the surroundings that shows there, the nearest first; of two paths the one \
