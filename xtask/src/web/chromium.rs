@@ -176,13 +176,43 @@ impl Page {
         Ok(())
     }
 
-    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`, with the left button where `held`.
+    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`; the left button is `held` after it.
     pub(super) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], held: bool) -> Result<()> {
-        let button = if held { "left" } else { "none" };
+        let button = if kind == "mouseMoved" && !held { "none" } else { "left" };
         let parameters = json!({
             "type": kind, "x": x, "y": y, "button": button, "buttons": u8::from(held), "clickCount": 1
         });
         self.command("Input.dispatchMouseEvent", parameters).map(drop)
+    }
+
+    /// A click with the left button.
+    pub(super) fn click(&mut self, at: [f64; 2]) -> Result<()> {
+        self.mouse("mouseMoved", at, false)?;
+        self.mouse("mousePressed", at, true)?;
+        self.mouse("mouseReleased", at, false)
+    }
+
+    /// The wheel turns, by points that the page is to go down.
+    pub(super) fn wheel(&mut self, [x, y]: [f64; 2], down: f64) -> Result<()> {
+        let parameters = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
+        self.command("Input.dispatchMouseEvent", parameters).map(drop)
+    }
+
+    /// A text is typed.
+    pub(super) fn write(&mut self, text: &str) -> Result<()> {
+        for letter in text.chars() {
+            let parameters = json!({ "type": "char", "text": letter.to_string() });
+            self.command("Input.dispatchKeyEvent", parameters)?;
+        }
+        Ok(())
+    }
+
+    /// A key that writes nothing is pressed and released.
+    pub(super) fn key(&mut self, key: &str) -> Result<()> {
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.command("Input.dispatchKeyEvent", json!({ "type": kind, "key": key, "code": key }))?;
+        }
+        Ok(())
     }
 
     /// Something that fingers do, which are then at these places: `touchStart`, `touchMove`, `touchEnd`.

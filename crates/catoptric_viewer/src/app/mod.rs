@@ -16,6 +16,7 @@ mod take_away;
 pub use link::Link;
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
+pub use settings::read_settings;
 
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
@@ -44,6 +45,8 @@ pub struct Start {
     pub source: Source,
     /// The method on the left.
     pub method: String,
+    /// Settings of the method on the left, over the scene's.
+    pub settings: toml::Table,
     /// The method on the right, if the view is split.
     pub against: Option<String>,
     /// Samples and order.
@@ -142,6 +145,8 @@ impl Viewer {
     pub fn new(link: Box<dyn Link>, device: Option<RenderState>, start: Start) -> Self {
         let choice = |method: &str| Choice { method: method.into(), settings: BTreeMap::new() };
         let right = start.against.clone().unwrap_or_else(|| "reference".into());
+        let mut choices = [choice(&start.method), choice(&right)];
+        choices[0].settings.insert(start.method.clone(), start.settings.clone());
         let mut viewer = Self {
             link,
             window: None,
@@ -152,7 +157,7 @@ impl Viewer {
             scene: None,
             navigator: None,
             camera: None,
-            choices: [choice(&start.method), choice(&right)],
+            choices,
             quality: start.quality,
             divider: start.against.is_some().then_some(0.5),
             shows_heat: false,
@@ -184,6 +189,11 @@ impl Viewer {
             viewer.link.send(Order::UseBake { path });
         }
         viewer
+    }
+
+    /// The window, once it has been shown.
+    pub fn window(&self) -> Option<&Context> {
+        self.window.as_ref()
     }
 
     /// What is wanted now; `None` until a scene is there.
@@ -292,6 +302,19 @@ impl Viewer {
         if let (Some(choice), false) = (self.choices.get_mut(side), method.is_empty()) {
             choice.method = methods::find(method)?.id.into();
         }
+        self.wake_up();
+        Ok(())
+    }
+
+    /// Gives the method of a side settings over the scene's, as [`read_settings`] reads them, in place of those that the
+    /// user gave it.
+    ///
+    /// # Errors
+    /// Words about what the method does not take.
+    pub fn configure(&mut self, side: usize, text: &str) -> Result<(), String> {
+        let Some(Choice { method, settings }) = self.choices.get_mut(side) else { return Ok(()) };
+        let info = methods::find(method).map_err(|error| error.to_string())?;
+        settings.insert(info.id.into(), read_settings(info, text)?);
         self.wake_up();
         Ok(())
     }
