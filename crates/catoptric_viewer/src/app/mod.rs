@@ -13,9 +13,9 @@ mod settings;
 mod shown;
 mod take_away;
 
-pub use link::Link;
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
+pub use link::{Link, Restarts};
 pub use settings::read_settings;
 
 use crate::studio::news::SceneSummary;
@@ -98,6 +98,10 @@ pub struct Viewer {
     asked: BTreeMap<u64, Source>,
     /// The number of the last load.
     loads: u64,
+    /// The load that brings the present scene back to a studio that was started again.
+    reopening: Option<u64>,
+    /// Bakes in use.
+    bakes: Vec<PathBuf>,
     scene: Option<SceneSummary>,
     navigator: Option<Navigator>,
     /// Index of the camera that was chosen last, until the user moves.
@@ -154,6 +158,8 @@ impl Viewer {
             source: start.source.clone(),
             asked: BTreeMap::new(),
             loads: 0,
+            reopening: None,
+            bakes: Vec::new(),
             scene: None,
             navigator: None,
             camera: None,
@@ -185,9 +191,7 @@ impl Viewer {
             start,
         };
         viewer.open(viewer.source.clone());
-        for path in std::mem::take(&mut viewer.start.bakes) {
-            viewer.link.send(Order::UseBake { path });
-        }
+        std::mem::take(&mut viewer.start.bakes).into_iter().for_each(|path| viewer.use_bake(path));
         viewer
     }
 
@@ -208,6 +212,9 @@ impl Viewer {
 
     /// True if everything that is wanted is shown, with all pixels and samples.
     pub fn is_sharp(&self) -> bool {
+        if self.reopening.is_some() {
+            return false;
+        }
         let Some(wish) = &self.sent else { return false };
         let is_whole = |picture: &Option<ShownPicture>| {
             picture.as_ref().is_some_and(|picture| picture.is_whole && picture.wish.shows_same(wish))
@@ -340,9 +347,15 @@ impl Viewer {
     /// Opens a file: a scene, or a bake by its extension.
     fn open_file(&mut self, path: &Path) {
         match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bake")) {
-            true => self.link.send(Order::UseBake { path: path.into() }),
+            true => self.use_bake(path.into()),
             false => self.open(Source::File(path.into())),
         }
+    }
+
+    /// Has a bake used wherever it fits.
+    fn use_bake(&mut self, path: PathBuf) {
+        self.bakes.push(path.clone());
+        self.link.send(Order::UseBake { path });
     }
 
     /// Has the window shown again, which rests where nothing happens in it.

@@ -1,5 +1,6 @@
 //! The page in a real browser: what is seen is what the program draws.
 
+mod restart;
 mod settings;
 
 use super::chromium::{Graphics, Page, installed};
@@ -32,11 +33,13 @@ const LABELS: u32 = 40;
 type Test = fn(&str) -> Result<()>;
 
 /// All tests with their names.
-const TESTS: [(&str, Test); 6] = [
+const TESTS: [(&str, Test); 8] = [
     ("window by WebGPU", |base| shows_the_picture(base, Graphics::WebGpu)),
     ("window by WebGL", |base| shows_the_picture(base, Graphics::WebGl)),
     ("scenes by WebGPU", draws_by_webgpu),
     ("settings", settings::change),
+    ("workers that end", restart::go_on),
+    ("workers with a device that end", restart::go_on_without_device),
     ("the element", stands_in_a_page),
     ("without graphics", says_what_is_missing),
 ];

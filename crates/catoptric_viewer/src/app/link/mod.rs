@@ -1,10 +1,21 @@
 //! The window's end of the line to the studio.
 
+mod restarts;
+#[cfg(not(target_family = "wasm"))]
+mod thread;
+
+pub use restarts::Restarts;
+#[cfg(not(target_family = "wasm"))]
+pub use thread::StudioThread;
+
 use crate::studio::news::News;
 use crate::studio::order::{Order, Wish};
 use std::sync::Arc;
 
 /// A line to a studio, wherever it works.
+///
+/// A studio that fails is started again, as often as [`Restarts`] allows, and [`News::Restarted`] is told; what waited
+/// for it is forgotten.
 pub trait Link {
     /// Gives an order.
     fn send(&self, order: Order);
@@ -14,67 +25,4 @@ pub trait Link {
 
     /// The next news, if there is any.
     fn news(&self) -> Option<News>;
-}
-
-#[cfg(not(target_family = "wasm"))]
-pub use thread::StudioThread;
-
-#[cfg(not(target_family = "wasm"))]
-mod thread {
-    use super::Link;
-    use crate::studio::news::News;
-    use crate::studio::order::{Order, Wish};
-    use crate::studio::{Gpu, Mailbox, Studio};
-    use std::sync::mpsc::{Receiver, channel};
-    use std::sync::{Arc, Mutex, PoisonError};
-    use std::thread::JoinHandle;
-
-    /// A studio on a thread of its own.
-    #[derive(Debug)]
-    pub struct StudioThread {
-        mailbox: Arc<Mailbox>,
-        news: Receiver<News>,
-        thread: Option<JoinHandle<()>>,
-    }
-
-    impl StudioThread {
-        /// Starts a studio; `wake_up` is called whenever it has news.
-        pub fn start(gpu: Option<Gpu>, wake_up: Box<dyn Fn() + Send + Sync>) -> Self {
-            let mailbox = Arc::new(Mailbox::default());
-            let (sender, news) = channel();
-            let sender = Mutex::new(sender);
-            let tell = move |news| {
-                // Nobody listens any more while the window closes.
-                let _ = sender.lock().unwrap_or_else(PoisonError::into_inner).send(news);
-                wake_up();
-            };
-            let mut studio = Studio::new(mailbox.clone(), Arc::new(tell), gpu);
-            let thread = Some(std::thread::spawn(move || studio.run()));
-            Self { mailbox, news, thread }
-        }
-    }
-
-    impl Link for StudioThread {
-        fn send(&self, order: Order) {
-            self.mailbox.send(order);
-        }
-
-        fn wish(&self, wish: Arc<Wish>) {
-            self.mailbox.wish(wish);
-        }
-
-        fn news(&self) -> Option<News> {
-            self.news.try_recv().ok()
-        }
-    }
-
-    impl Drop for StudioThread {
-        fn drop(&mut self) {
-            self.mailbox.close();
-            if let Some(thread) = self.thread.take() {
-                // Its panic, if there was one, has been printed.
-                let _ = thread.join();
-            }
-        }
-    }
 }
