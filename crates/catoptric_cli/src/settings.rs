@@ -3,6 +3,7 @@
 use crate::baked::Bakes;
 use crate::failure::Failure;
 use catoptric::error::RenderError;
+pub(crate) use catoptric::methods::setting_value as value;
 use catoptric::methods::{self, Method, MethodInfo};
 use catoptric::scene::Model;
 use toml::{Table, Value};
@@ -12,14 +13,6 @@ pub(crate) struct Chosen {
     pub(crate) method: Box<dyn Method>,
     pub(crate) info: &'static MethodInfo,
     pub(crate) settings: Table,
-}
-
-/// The value that a text on the command line stands for: TOML where it is, else the text itself.
-pub(crate) fn value(text: &str) -> Value {
-    match toml::from_str::<Table>(&format!("value = {text}")) {
-        Ok(mut table) if table.len() == 1 => table.remove("value").unwrap_or_else(|| Value::String(text.into())),
-        _ => Value::String(text.into()),
-    }
 }
 
 /// The method with this id, with the scene's settings and `given` over them.

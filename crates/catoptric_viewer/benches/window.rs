@@ -23,6 +23,7 @@ fn main() {
     let start = Start {
         source: Source::Builtin("sphere_room".into()),
         method: "auto".into(),
+        settings: toml::Table::new(),
         against: None,
         quality: Quality { samples: 4, order: 2 },
         camera: None,

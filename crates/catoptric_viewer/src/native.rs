@@ -104,6 +104,7 @@ fn run(args: Args) -> Result<(), String> {
     let start = Start {
         source: Source::of_word(&scene),
         method,
+        settings: toml::Table::new(),
         against,
         quality: Quality { samples, order },
         camera,

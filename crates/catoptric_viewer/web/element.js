@@ -9,12 +9,13 @@ const STYLE = `
   div:empty { display: none; }`;
 
 /**
- * Attributes: `src` (an address or `builtin:NAME`), `method`, `against` (a second method: a split view), `camera` (name
- * or index), `samples`, `order`, `processor` (`gpu` or `cpu`), `controls` (shows the panels). The first three may change at any time.
+ * Attributes: `src` (an address or `builtin:NAME`), `method`, `settings` (of that method: `KEY=VALUE, KEY=VALUE`),
+ * `against` (a second method: a split view), `camera` (name or index), `samples`, `order`, `processor` (`gpu` or `cpu`),
+ * `controls` (shows the panels). The first four may change at any time.
  * Events: `load` (detail: the scene's name), `sharp`, `message` and `error` (detail: their words).
  */
 export class CatoptricViewer extends HTMLElement {
-  static observedAttributes = ['src', 'method', 'against'];
+  static observedAttributes = ['src', 'method', 'settings', 'against'];
 
   #viewer;
   #words;
@@ -35,7 +36,9 @@ export class CatoptricViewer extends HTMLElement {
     const say = (text) => { this.#words.textContent = text; };
     const value = (name) => this.getAttribute(name) ?? '';
     const options = { scene: value('src'), panels: this.hasAttribute('controls') ? '' : 'off' };
-    for (const name of ['method', 'against', 'camera', 'samples', 'order', 'processor']) options[name] = value(name);
+    for (const name of ['method', 'settings', 'against', 'camera', 'samples', 'order', 'processor']) {
+      options[name] = value(name);
+    }
     try {
       const viewer = await show(canvas, options, say);
       if (!this.isConnected) return viewer.end();
@@ -58,6 +61,8 @@ export class CatoptricViewer extends HTMLElement {
     try {
       if (name === 'src') {
         open(this.#viewer, now ?? '').catch((error) => this.#tell('error', error.message));
+      } else if (name === 'settings') {
+        this.#viewer.configure(0, now ?? '');
       } else {
         this.#viewer.choose(name === 'method' ? 0 : 1, now ?? '');
       }
@@ -66,7 +71,7 @@ export class CatoptricViewer extends HTMLElement {
     }
   }
 
-  /** What is shown: scene, method, size, eye and messages; undefined while nothing is. */
+  /** What is shown: scene, method, settings, size, eye and messages; undefined while nothing is. */
   get state() {
     return this.#viewer && JSON.parse(this.#viewer.state());
   }

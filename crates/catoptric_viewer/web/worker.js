@@ -11,6 +11,14 @@ channel.port1.onmessage = () => wake();
 const breathe = () => new Promise((done) => { wake = done; channel.port2.postMessage(0); });
 const pause = (ms) => new Promise((done) => { setTimeout(done, ms); });
 
+// A lock that is held as long as this worker lives: the page waits for it, as nothing else tells it of a worker that the
+// browser has ended.
+function holdLock() {
+  const name = `catoptric studio ${Math.random()}`;
+  const forEver = () => { postMessage(name); return new Promise(() => {}); };
+  navigator.locks?.request(name, forEver).catch(() => {});
+}
+
 function fail(error) {
   studio = undefined;
   postMessage([undefined, globalThis.catoptricPanic ?? String(error)]);
@@ -41,6 +49,7 @@ function receive([text, bytes, isOtherWork]) {
 
 onmessage = async ({ data }) => {
   if (data[0] instanceof WebAssembly.Module) {
+    holdLock();
     try {
       await init({ module_or_path: data[0] });
       install_panic_hook();

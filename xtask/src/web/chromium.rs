@@ -65,6 +65,8 @@ pub(super) struct Page {
     browser: Child,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     session: String,
+    /// Sessions with the workers that live, the newest last.
+    workers: Vec<String>,
     commands: u64,
     /// What the page has complained about.
     pub(super) complaints: Vec<String>,
@@ -94,8 +96,8 @@ impl Page {
         if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
             stream.set_read_timeout(Some(PATIENCE)).context("no time limit")?;
         }
-        let (session, complaints) = (String::new(), Vec::new());
-        let mut page = Self { browser, socket, session, commands: 0, complaints, _profile: profile };
+        let (session, workers, complaints) = (String::new(), Vec::new(), Vec::new());
+        let mut page = Self { browser, socket, session, workers, commands: 0, complaints, _profile: profile };
         let target = page.command("Target.createTarget", json!({ "url": "about:blank" }))?;
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let attached = page.command("Target.attachToTarget", attach)?;
@@ -105,15 +107,23 @@ impl Page {
         }
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         page.command("Emulation.setDeviceMetricsOverride", metrics)?;
+        let workers = json!({ "autoAttach": true, "waitForDebuggerOnStart": false, "flatten": true });
+        page.command("Target.setAutoAttach", workers)?;
         Ok(page)
     }
 
     /// Sends a command and waits for its result.
     pub(super) fn command(&mut self, method: &str, parameters: Value) -> Result<Value> {
+        let session = self.session.clone();
+        self.command_to(&session, method, parameters)
+    }
+
+    /// The same, to the page or a worker of it by its session.
+    fn command_to(&mut self, session: &str, method: &str, parameters: Value) -> Result<Value> {
         self.commands += 1;
         let mut message = json!({ "id": self.commands, "method": method, "params": parameters });
-        if !self.session.is_empty() {
-            message["sessionId"] = json!(self.session);
+        if !session.is_empty() {
+            message["sessionId"] = json!(session);
         }
         self.socket.send(Message::text(message.to_string())).with_context(|| format!("cannot send {method}"))?;
         loop {
@@ -132,7 +142,17 @@ impl Page {
         }
     }
 
-    /// Keeps errors that the page prints.
+    /// Runs something in the page's newest worker.
+    pub(super) fn in_worker(&mut self, expression: &str) -> Result<()> {
+        let worker = self.workers.last().cloned().context("there is no worker")?;
+        let result = self.command_to(&worker, "Runtime.evaluate", json!({ "expression": expression }))?;
+        match result.get("exceptionDetails") {
+            Some(details) => bail!("{expression} in the worker: {details}"),
+            None => Ok(()),
+        }
+    }
+
+    /// Keeps errors that the page prints, and its workers.
     fn note(&mut self, event: &Value) {
         let parameters = &event["params"];
         match event["method"].as_str() {
@@ -142,6 +162,12 @@ impl Page {
             Some("Runtime.exceptionThrown") => self.complaints.push(parameters["exceptionDetails"].to_string()),
             Some("Log.entryAdded") if parameters["entry"]["level"] == "error" => {
                 self.complaints.push(parameters["entry"].to_string());
+            }
+            Some("Target.attachedToTarget") if parameters["targetInfo"]["type"] == "worker" => {
+                self.workers.extend(parameters["sessionId"].as_str().map(str::to_owned));
+            }
+            Some("Target.detachedFromTarget") => {
+                self.workers.retain(|worker| parameters["sessionId"] != json!(worker));
             }
             _ => {}
         }
@@ -176,13 +202,43 @@ impl Page {
         Ok(())
     }
 
-    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`, with the left button where `held`.
+    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`; the left button is `held` after it.
     pub(super) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], held: bool) -> Result<()> {
-        let button = if held { "left" } else { "none" };
+        let button = if kind == "mouseMoved" && !held { "none" } else { "left" };
         let parameters = json!({
             "type": kind, "x": x, "y": y, "button": button, "buttons": u8::from(held), "clickCount": 1
         });
         self.command("Input.dispatchMouseEvent", parameters).map(drop)
+    }
+
+    /// A click with the left button.
+    pub(super) fn click(&mut self, at: [f64; 2]) -> Result<()> {
+        self.mouse("mouseMoved", at, false)?;
+        self.mouse("mousePressed", at, true)?;
+        self.mouse("mouseReleased", at, false)
+    }
+
+    /// The wheel turns, by points that the page is to go down.
+    pub(super) fn wheel(&mut self, [x, y]: [f64; 2], down: f64) -> Result<()> {
+        let parameters = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
+        self.command("Input.dispatchMouseEvent", parameters).map(drop)
+    }
+
+    /// A text is typed.
+    pub(super) fn write(&mut self, text: &str) -> Result<()> {
+        for letter in text.chars() {
+            let parameters = json!({ "type": "char", "text": letter.to_string() });
+            self.command("Input.dispatchKeyEvent", parameters)?;
+        }
+        Ok(())
+    }
+
+    /// A key that writes nothing is pressed and released.
+    pub(super) fn key(&mut self, key: &str) -> Result<()> {
+        for kind in ["rawKeyDown", "keyUp"] {
+            self.command("Input.dispatchKeyEvent", json!({ "type": kind, "key": key, "code": key }))?;
+        }
+        Ok(())
     }
 
     /// Something that fingers do, which are then at these places: `touchStart`, `touchMove`, `touchEnd`.

@@ -19,10 +19,11 @@ pub(crate) fn run(words: &[String]) -> Result<()> {
             Ok(port) => serve::serve(&build::build()?, port),
             Err(_) => bail!("--serve {port}: a port is a number up to 65535"),
         },
-        ["--test"] => test::test(&build::build()?),
-        // One that was built before.
-        ["--test", folder] => test::test(Path::new(folder)),
-        _ => bail!("`web` takes nothing, --serve [PORT] or --test [FOLDER]"),
+        ["--test"] => test::test(&build::build()?, ""),
+        // One that was built before, and the tests whose names have a word.
+        ["--test", folder] => test::test(Path::new(folder), ""),
+        ["--test", folder, word] => test::test(Path::new(folder), word),
+        _ => bail!("`web` takes nothing, --serve [PORT] or --test [FOLDER [WORD]]"),
     }
 }
 

@@ -15,7 +15,7 @@ mod reflector_maps;
 mod settings;
 mod simplified;
 
-pub use settings::{ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, Settings};
+pub use settings::{ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, Settings, setting_value};
 pub(crate) use settings::{SettingValue, declare_choices, declare_settings, within};
 
 use crate::error::RenderError;

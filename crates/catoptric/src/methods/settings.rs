@@ -301,6 +301,14 @@ impl SettingSpec {
     }
 }
 
+/// The value that a text on a command line or in a link stands for: TOML if it is that, else the text itself.
+pub fn setting_value(text: &str) -> Value {
+    match toml::from_str::<Table>(&format!("value = {text}")) {
+        Ok(mut table) if table.len() == 1 => table.remove("value").unwrap_or_else(|| Value::String(text.into())),
+        _ => Value::String(text.into()),
+    }
+}
+
 /// Checks that a number lies in its range.
 pub(crate) fn within(name: &str, value: f32, least: f32, most: f32) -> Result<(), String> {
     if (least..=most).contains(&value) { Ok(()) } else { Err(format!("{name} = {value} is outside {least} to {most}")) }

@@ -13,9 +13,10 @@ mod settings;
 mod shown;
 mod take_away;
 
-pub use link::Link;
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
+pub use link::{Link, Restarts};
+pub use settings::read_settings;
 
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
@@ -44,6 +45,8 @@ pub struct Start {
     pub source: Source,
     /// The method on the left.
     pub method: String,
+    /// Settings of the method on the left, over the scene's.
+    pub settings: toml::Table,
     /// The method on the right, if the view is split.
     pub against: Option<String>,
     /// Samples and order.
@@ -95,6 +98,10 @@ pub struct Viewer {
     asked: BTreeMap<u64, Source>,
     /// The number of the last load.
     loads: u64,
+    /// The load that brings the present scene back to a studio that was started again.
+    reopening: Option<u64>,
+    /// Bakes in use.
+    bakes: Vec<PathBuf>,
     scene: Option<SceneSummary>,
     navigator: Option<Navigator>,
     /// Index of the camera that was chosen last, until the user moves.
@@ -142,6 +149,8 @@ impl Viewer {
     pub fn new(link: Box<dyn Link>, device: Option<RenderState>, start: Start) -> Self {
         let choice = |method: &str| Choice { method: method.into(), settings: BTreeMap::new() };
         let right = start.against.clone().unwrap_or_else(|| "reference".into());
+        let mut choices = [choice(&start.method), choice(&right)];
+        choices[0].settings.insert(start.method.clone(), start.settings.clone());
         let mut viewer = Self {
             link,
             window: None,
@@ -149,10 +158,12 @@ impl Viewer {
             source: start.source.clone(),
             asked: BTreeMap::new(),
             loads: 0,
+            reopening: None,
+            bakes: Vec::new(),
             scene: None,
             navigator: None,
             camera: None,
-            choices: [choice(&start.method), choice(&right)],
+            choices,
             quality: start.quality,
             divider: start.against.is_some().then_some(0.5),
             shows_heat: false,
@@ -180,10 +191,13 @@ impl Viewer {
             start,
         };
         viewer.open(viewer.source.clone());
-        for path in std::mem::take(&mut viewer.start.bakes) {
-            viewer.link.send(Order::UseBake { path });
-        }
+        std::mem::take(&mut viewer.start.bakes).into_iter().for_each(|path| viewer.use_bake(path));
         viewer
+    }
+
+    /// The window, once it has been shown.
+    pub fn window(&self) -> Option<&Context> {
+        self.window.as_ref()
     }
 
     /// What is wanted now; `None` until a scene is there.
@@ -198,6 +212,9 @@ impl Viewer {
 
     /// True if everything that is wanted is shown, with all pixels and samples.
     pub fn is_sharp(&self) -> bool {
+        if self.reopening.is_some() {
+            return false;
+        }
         let Some(wish) = &self.sent else { return false };
         let is_whole = |picture: &Option<ShownPicture>| {
             picture.as_ref().is_some_and(|picture| picture.is_whole && picture.wish.shows_same(wish))
@@ -296,6 +313,19 @@ impl Viewer {
         Ok(())
     }
 
+    /// Gives the method of a side settings over the scene's, as [`read_settings`] reads them, in place of those that the
+    /// user gave it.
+    ///
+    /// # Errors
+    /// Words about what the method does not take.
+    pub fn configure(&mut self, side: usize, text: &str) -> Result<(), String> {
+        let Some(Choice { method, settings }) = self.choices.get_mut(side) else { return Ok(()) };
+        let info = methods::find(method).map_err(|error| error.to_string())?;
+        settings.insert(info.id.into(), read_settings(info, text)?);
+        self.wake_up();
+        Ok(())
+    }
+
     /// Puts the divider of the split view, from 0 (left) to 1.
     pub fn set_divider(&mut self, share: f32) {
         self.divider = Some(share.clamp(0.02, 0.98));
@@ -317,9 +347,15 @@ impl Viewer {
     /// Opens a file: a scene, or a bake by its extension.
     fn open_file(&mut self, path: &Path) {
         match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bake")) {
-            true => self.link.send(Order::UseBake { path: path.into() }),
+            true => self.use_bake(path.into()),
             false => self.open(Source::File(path.into())),
         }
+    }
+
+    /// Has a bake used wherever it fits.
+    fn use_bake(&mut self, path: PathBuf) {
+        self.bakes.push(path.clone());
+        self.link.send(Order::UseBake { path });
     }
 
     /// Has the window shown again, which rests where nothing happens in it.

@@ -6,8 +6,11 @@ use super::overlay::ShownOverlay;
 use super::shown::{Shown, ShownComparison};
 use super::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
-use crate::studio::order::Changes;
+use crate::studio::order::{Changes, Order};
 use eframe::egui::{ColorImage, Context, TextureOptions};
+
+/// What users are asked to do again once drawing has stopped.
+const AGAIN: &str = if cfg!(target_family = "wasm") { "load the page" } else { "start the program" };
 
 impl Viewer {
     /// Takes all news in.
@@ -18,14 +21,21 @@ impl Viewer {
                 News::Remark { text } => self.remark(text),
                 News::Message { text } => self.say(text),
                 News::Idle => self.shown.busy = None,
+                News::Restarted { problem } => self.recover(&problem),
                 News::Stopped { problem } => {
-                    self.shown.busy = None;
-                    self.say(format!("drawing has stopped because of an error; please start again: {problem}"));
+                    (self.shown.busy, self.reopening) = (None, None);
+                    self.say(format!("drawing has stopped because of an error; please {AGAIN} again: {problem}"));
                 }
-                News::Loaded(summary) => self.begin_scene(*summary),
+                News::Loaded(summary) => self.take_scene(*summary),
                 News::NotLoaded { number, problem } => {
                     self.asked.remove(&number);
                     self.say(problem);
+                    match self.reopening {
+                        Some(reopening) if reopening == number => self.reopening = None,
+                        // It was forgotten for this one.
+                        Some(_) => self.reopen(),
+                        None => {}
+                    }
                 }
                 News::Drawn(picture) => {
                     if self.is_current(picture.wish.scene) {
@@ -67,6 +77,48 @@ impl Viewer {
 
     fn is_current(&self, scene: u64) -> bool {
         self.scene.as_ref().is_some_and(|summary| summary.number == scene)
+    }
+
+    /// Has a studio that was started again show what was shown before: first of all it needs the scene.
+    fn recover(&mut self, problem: &str) {
+        self.shown.busy = None;
+        self.say(format!("drawing has failed and was started again: {problem}"));
+        for path in self.bakes.clone() {
+            self.link.send(Order::UseBake { path });
+        }
+        let mut lost = std::mem::take(&mut self.asked);
+        if let Some(reopening) = self.reopening.take() {
+            lost.remove(&reopening);
+        }
+        if self.scene.is_some() {
+            // One of them may be why it has failed.
+            for source in lost.into_values() {
+                self.say(format!("`{}` was not opened because of that; please open it again", source.word()));
+            }
+            self.reopen();
+        } else if let Some((_, source)) = lost.pop_last() {
+            self.open(source);
+        }
+    }
+
+    /// Loads the scene that is shown, which keeps its changes and its camera.
+    fn reopen(&mut self) {
+        self.open(self.source.clone());
+        self.reopening = Some(self.loads);
+    }
+
+    /// Takes a scene that was loaded.
+    fn take_scene(&mut self, summary: SceneSummary) {
+        // Nobody waits any more for what was asked of a studio that has failed.
+        if !self.asked.contains_key(&summary.number) {
+            return;
+        }
+        if self.reopening.take() == Some(summary.number) {
+            self.asked.remove(&summary.number);
+            (self.sent, self.scene) = (None, Some(summary));
+        } else {
+            self.begin_scene(summary);
+        }
     }
 
     /// Shows a scene that was loaded.

@@ -1,8 +1,42 @@
-//! Widgets for a method's settings, made from its schema.
+//! A method's settings: widgets, made from its schema, and texts.
 
-use catoptric::methods::{Limits, MethodInfo, SettingInfo};
+use catoptric::methods::{Limits, MethodInfo, SettingInfo, setting_value};
 use eframe::egui::{ComboBox, DragValue, Grid, Id, Response, RichText, Ui};
 use toml::{Table, Value};
+
+/// The settings that a text gives: `KEY=VALUE, KEY=VALUE`. Commas in brackets and quotes belong to values.
+///
+/// # Errors
+/// Words about parts that are no settings, and about names and values that the method does not take.
+pub fn read_settings(info: &MethodInfo, text: &str) -> Result<Table, String> {
+    let mut settings = Table::new();
+    for pair in pairs(text) {
+        match pair.split_once('=') {
+            Some((key, value)) if !key.trim().is_empty() => {
+                settings.insert(key.trim().into(), setting_value(value.trim()));
+            }
+            _ => return Err(format!("`{pair}` is no setting: write it as KEY=VALUE")),
+        }
+    }
+    (info.effective)(&settings).map_err(|error| error.to_string())?;
+    Ok(settings)
+}
+
+/// The parts between commas that are in no brackets and quotes.
+fn pairs(text: &str) -> impl Iterator<Item = &str> {
+    let (mut depth, mut quote) = (0_i32, None);
+    let between = move |letter: char| {
+        match (letter, quote) {
+            (_, Some(open)) => quote = Some(open).filter(|open| letter != *open),
+            ('"' | '\'', None) => quote = Some(letter),
+            ('[', None) => depth += 1,
+            (']', None) => depth -= 1,
+            _ => {}
+        }
+        letter == ',' && depth <= 0 && quote.is_none()
+    };
+    text.split(between).map(str::trim).filter(|pair| !pair.is_empty())
+}
 
 /// Shows all settings of a method with the values in force; `scene` are those of the scene, `own` the user's over
 /// them, which are changed.
@@ -126,4 +160,31 @@ pub(super) fn choose_method(ui: &mut Ui, name: &str, method: &mut String) {
         });
         list.response.labelled_by(name);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catoptric::methods::find;
+
+    #[test]
+    fn settings_are_read_from_texts() {
+        let info = find("environment_map").unwrap();
+        let read = read_settings(info, "parallax=box, size = 64,box_min=[-1, 0, 2.5], ").unwrap();
+        let expected = toml::from_str("parallax = 'box'\nsize = 64\nbox_min = [-1, 0, 2.5]").unwrap();
+        assert_eq!(read, expected);
+        assert_eq!(read_settings(info, " ").unwrap(), Table::new());
+        let light_field = find("light_field").unwrap();
+        assert_eq!(read_settings(light_field, "views = \"a,b.toml\"").unwrap()["views"].as_str(), Some("a,b.toml"));
+    }
+
+    #[test]
+    fn what_is_no_setting_is_told_in_words() {
+        let info = find("environment_map").unwrap();
+        let problem = |text: &str| read_settings(info, text).unwrap_err();
+        assert!(problem("paralax=box").contains("there is no setting `paralax`"));
+        assert!(problem("parallax=cone").contains("`sphere`"));
+        assert!(problem("size=64, parallax").contains("KEY=VALUE"));
+        assert!(problem("size=1e9").contains("whole number"));
+    }
 }

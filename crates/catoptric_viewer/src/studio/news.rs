@@ -128,6 +128,11 @@ pub enum News {
     },
     /// Nothing is left to do.
     Idle,
+    /// The studio has failed, and a new one has taken its place, which knows nothing of what was asked of the other.
+    Restarted {
+        /// The reason.
+        problem: String,
+    },
     /// The studio has failed and does nothing any more.
     Stopped {
         /// The reason.

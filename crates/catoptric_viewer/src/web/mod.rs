@@ -1,6 +1,7 @@
 //! The program in a page: the window on the page's thread, and the studio in a worker, which is a second instance of
 //! the same module.
 
+mod accessible;
 mod line;
 mod page;
 mod worker;

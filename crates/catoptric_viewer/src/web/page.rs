@@ -1,9 +1,10 @@
 //! The page: what its script calls.
 
+use super::accessible::Accessible;
 use super::line::WorkerLine;
 use catoptric::methods::Quality;
 use catoptric::scene::Projection;
-use catoptric_viewer::app::{Start, Viewer, ViewerEvent};
+use catoptric_viewer::app::{Start, Viewer, ViewerEvent, read_settings};
 use catoptric_viewer::studio::order::{Beside, Source};
 use eframe::{WebOptions, WebRunner};
 use js_sys::{Function, Reflect};
@@ -21,7 +22,7 @@ pub struct Page {
 impl Page {
     /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
     /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
-    /// `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `processor` (`cpu` or `gpu`
+    /// `settings` (of that method: `KEY=VALUE, KEY=VALUE`), `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `processor` (`cpu` or `gpu`
     /// draws scenes; else the better one), `canvas` (`webgl` keeps WebGPU from drawing the window).
     ///
     /// # Errors
@@ -68,6 +69,14 @@ impl Page {
         self.viewer()?.choose(side, method).map_err(|error| JsError::new(&error.to_string()))
     }
 
+    /// Gives the method of a side settings, `KEY=VALUE, KEY=VALUE`, in place of those that it was given before.
+    ///
+    /// # Errors
+    /// Settings and values that the method does not have, with a list of those that it has.
+    pub fn configure(&self, side: usize, settings: &str) -> Result<(), JsError> {
+        self.viewer()?.configure(side, settings).map_err(|problem| JsError::new(&problem))
+    }
+
     /// Calls a function with what happens from now on: `load` and a scene's name, `message` and its text, or `sharp`.
     ///
     /// # Errors
@@ -92,7 +101,7 @@ impl Page {
         self.runner.destroy();
     }
 
-    /// What is shown, as JSON: `scene`, `method`, `sharp`, `size`, `rect` (left, top, width and height in points),
+    /// What is shown, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`, `rect` (left, top, width and height in points),
     /// `eye`, `messages`, `remark` (what draws, and why), `processor` (what has drawn the left side).
     ///
     /// # Errors
@@ -104,6 +113,7 @@ impl Page {
         let state = serde_json::json!({
             "scene": viewer.scene_name(),
             "method": wish.map(|wish| wish.sides[0].method.clone()),
+            "settings": wish.map(|wish| wish.sides[0].settings.clone()),
             "sharp": viewer.is_sharp(),
             "size": wish.map(|wish| wish.size),
             "rect": [rect.left(), rect.top(), rect.width(), rect.height()],
@@ -131,6 +141,15 @@ impl Page {
             }
         };
         Ok(camera.to_string())
+    }
+
+    /// The window's widgets as assistive technology is told of them, as JSON, a list of objects: `role`, `label`, `value`,
+    /// `rect` (left, top, width and height in points). Empty before the next frame when it is asked for the first time.
+    ///
+    /// # Errors
+    /// Viewers that have stopped.
+    pub fn widgets(&self) -> Result<String, JsError> {
+        Ok(self.viewer()?.window().map_or_else(|| "[]".into(), Accessible::read))
     }
 
     /// The picture of a side, red, green, blue and 255 a pixel, rows from the top; undefined while there is none.
@@ -172,12 +191,16 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
     }
     let method = text(options, "method").unwrap_or_else(|| "auto".into());
     let against = text(options, "against");
-    for id in [Some(&method), against.as_ref()].into_iter().flatten() {
+    if let Some(id) = &against {
         catoptric::methods::find(id).map_err(|error| JsError::new(&error.to_string()))?;
     }
+    let info = catoptric::methods::find(&method).map_err(|error| JsError::new(&error.to_string()))?;
+    let settings = text(options, "settings").unwrap_or_default();
+    let settings = read_settings(info, &settings).map_err(|problem| JsError::new(&problem))?;
     Ok(Start {
         source: source(&text(options, "scene").unwrap_or_else(|| "builtin:sphere_room".into()), content),
         method,
+        settings,
         against,
         quality,
         camera: text(options, "camera"),

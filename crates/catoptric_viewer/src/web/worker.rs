@@ -32,8 +32,10 @@ fn waits_outside(for_anything: bool) -> bool {
 
 /// The device that is to draw, or why there is none.
 async fn chosen(processor: &str) -> Result<Gpu, String> {
-    if processor == "cpu" {
-        return Err(String::new());
+    match processor {
+        "cpu" => return Err(String::new()),
+        super::line::AFTER_FAILURE => return Err("WebGPU is not used again after a failure".into()),
+        _ => {}
     }
     let navigator = Reflect::get(&js_sys::global(), &"navigator".into()).unwrap_or_default();
     if !Reflect::get(&navigator, &"gpu".into()).is_ok_and(|gpu| gpu.is_truthy()) {
@@ -70,8 +72,8 @@ pub struct StudioWorker {
 #[wasm_bindgen]
 impl StudioWorker {
     /// Starts a studio. `sent` are the counts of what was sent, in shared memory, or undefined; `post` takes a text and
-    /// an array of bytes to the page; `processor` is what is to draw scenes: `gpu`, `cpu`, or anything else for the
-    /// better one.
+    /// an array of bytes to the page; `processor` is what is to draw scenes: `gpu`, `cpu`, [`super::line::AFTER_FAILURE`]
+    /// (the CPU, too), or anything else for the better one.
     pub async fn start(sent: Option<Int32Array>, post: Function, processor: String) -> Self {
         let is_interruptible = sent.is_some();
         SENT.set(sent);

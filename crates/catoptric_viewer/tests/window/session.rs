@@ -40,6 +40,7 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
     Start {
         source: Source::of_word(scene),
         method: method.into(),
+        settings: toml::Table::new(),
         against: against.map(str::to_owned),
         quality: Quality { samples: 4, order: 2 },
         camera: None,

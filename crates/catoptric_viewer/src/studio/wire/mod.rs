@@ -179,6 +179,8 @@ pub fn news(news: News) -> Option<Message> {
         News::Message { text } => WireNews::Message { text },
         News::Idle => WireNews::Idle,
         News::Stopped { problem } => WireNews::Stopped { problem },
+        // Told by those who start studios, not by studios.
+        News::Restarted { .. } => return None,
         News::Loaded(summary) => WireNews::Loaded(WireScene::from(&*summary)),
         News::NotLoaded { number, problem } => WireNews::NotLoaded { number, problem },
         News::Drawn(picture) => {

@@ -1,5 +1,8 @@
 //! The page in a real browser: what is seen is what the program draws.
 
+mod restart;
+mod settings;
+
 use super::chromium::{Graphics, Page, installed};
 use super::serve;
 use anyhow::{Context, Result, bail, ensure};
@@ -15,6 +18,7 @@ use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+use toml::Table;
 
 /// The size of the page.
 const SIZE: [u32; 2] = [900, 700];
@@ -25,8 +29,23 @@ const MOST_OFF: f64 = 0.005;
 /// Points beside the picture's edges that labels may cover.
 const LABELS: u32 = 40;
 
-/// Runs all tests, or says why there are none.
-pub(super) fn test(dist: &Path) -> Result<()> {
+/// A test of the pages at an address.
+type Test = fn(&str) -> Result<()>;
+
+/// All tests with their names.
+const TESTS: [(&str, Test); 8] = [
+    ("window by WebGPU", |base| shows_the_picture(base, Graphics::WebGpu)),
+    ("window by WebGL", |base| shows_the_picture(base, Graphics::WebGl)),
+    ("scenes by WebGPU", draws_by_webgpu),
+    ("settings", settings::change),
+    ("workers that end", restart::go_on),
+    ("workers with a device that end", restart::go_on_without_device),
+    ("the element", stands_in_a_page),
+    ("without graphics", says_what_is_missing),
+];
+
+/// Runs the tests with a word in their names, or says why there are none.
+pub(super) fn test(dist: &Path, word: &str) -> Result<()> {
     if installed().is_none() {
         println!("skipped: Chromium is not installed (Debian: apt-get install chromium)");
         return Ok(());
@@ -37,12 +56,9 @@ pub(super) fn test(dist: &Path) -> Result<()> {
     let answering = server.clone();
     std::thread::spawn(move || serve::answer(&answering, &folder));
     let base = format!("http://127.0.0.1:{port}/");
-    for graphics in [Graphics::WebGpu, Graphics::WebGl] {
-        shows_the_picture(&base, graphics).with_context(|| format!("with {graphics:?}"))?;
+    for (name, test) in TESTS.iter().filter(|(name, _)| name.contains(word)) {
+        test(&base).with_context(|| (*name).to_owned())?;
     }
-    draws_by_webgpu(&base).context("scenes by WebGPU")?;
-    stands_in_a_page(&base).context("the element")?;
-    says_what_is_missing(&base).context("without graphics")?;
     server.unblock();
     Ok(())
 }
@@ -171,10 +187,24 @@ fn drag(page: &mut Page) -> Result<()> {
 
 /// Compares what is on the screen with what the library draws here. Returns the share of pixels that are off.
 fn matches_the_library(page: &mut Page, method: &str) -> Result<f64> {
+    matches_with_settings(page, method, &Table::new())
+}
+
+/// The same for a method with settings.
+fn matches_with_settings(page: &mut Page, method: &str, settings: &Table) -> Result<f64> {
+    let share = share_off(page, method, settings)?;
+    if share > MOST_OFF {
+        bail!("{:.2} % of the pixels of `{method}` are off", share * 100.0);
+    }
+    Ok(share)
+}
+
+/// The share of pixels on the screen that are off by more than 0.1 from what the library draws here.
+fn share_off(page: &mut Page, method: &str, settings: &Table) -> Result<f64> {
     let shown = state(page)?;
     let camera = page.value("JSON.parse(catoptric.camera())")?;
     let [width, height] = [0, 1].map(|index| shown["size"][index].as_u64().unwrap_or_default() as u32);
-    let expected = drawn(method, &camera, [width, height])?.to_srgb8();
+    let expected = drawn((method, settings), &camera, [width, height])?.to_srgb8();
     let screen = page.screenshot()?;
     let [left, top] = [0, 1].map(|index| shown["rect"][index].as_f64().unwrap_or_default() as u32);
     let (mut off, mut all) = (0, 0);
@@ -187,15 +217,11 @@ fn matches_the_library(page: &mut Page, method: &str) -> Result<f64> {
         }
     }
     save(&screen, method)?;
-    let share = off as f64 / all.max(1) as f64;
-    if share > MOST_OFF {
-        bail!("{:.2} % of the pixels of `{method}` are off", share * 100.0);
-    }
-    Ok(share)
+    Ok(off as f64 / all.max(1) as f64)
 }
 
 /// The picture by the library.
-fn drawn(method: &str, camera: &Value, [width, height]: [u32; 2]) -> Result<Framebuffer> {
+fn drawn((method, settings): (&str, &Table), camera: &Value, [width, height]: [u32; 2]) -> Result<Framebuffer> {
     let numbers: Vec<f32> = camera["place"].as_array().into_iter().flatten().filter_map(number).collect();
     let place: [f32; 12] = numbers.try_into().ok().context("no place of the camera")?;
     let fov_y = number(&camera["fov_y"]).context("no field of view")?;
@@ -208,7 +234,7 @@ fn drawn(method: &str, camera: &Value, [width, height]: [u32; 2]) -> Result<Fram
     let mut scene = builtin::parse("sphere_room")?.pose(&PoseOptions::default())?;
     cast_shadows(&mut scene);
     let scene = Arc::new(scene);
-    let method = methods::create(method, &Default::default())?;
+    let method = methods::create(method, settings)?;
     let mut prepared = method.prepare(&scene, Quality { samples: 4, order: 2 }, None, &Silent)?;
     let mut picture = Framebuffer::new(width, height);
     prepared.frame(&scene.view(&camera, width, height), &Silent)?.draw(&mut picture, &Silent)?;
@@ -232,9 +258,16 @@ fn stands_in_a_page(base: &str) -> Result<()> {
     page.value(&format!("{ELEMENT}.setAttribute('src', 'scenes/two-mirrors.toml')"))?;
     page.wait_for(&shows("two-mirrors.toml", "auto"))?;
     page.wait_for("told.includes('two-mirrors.toml')")?;
+    page.value(&format!("{ELEMENT}.setAttribute('method', 'environment_map')"))?;
+    page.value(&format!("{ELEMENT}.setAttribute('settings', 'parallax=box, size=64')"))?;
+    page.wait_for(&format!(
+        "(state => state.sharp && state.settings.parallax === 'box' && state.settings.size === 64)({ELEMENT}.state)"
+    ))?;
     page.value(&format!("{ELEMENT}.addEventListener('error', e => told.push(e.detail))"))?;
     page.value(&format!("{ELEMENT}.setAttribute('src', 'none.glb')"))?;
     page.wait_for("told.some(text => text.includes('none.glb cannot be loaded: 404'))")?;
+    page.value(&format!("{ELEMENT}.setAttribute('settings', 'paralax=box')"))?;
+    page.wait_for("told.some(text => text.includes('there is no setting `paralax`'))")?;
     save(&page.screenshot()?, "element")?;
     // It goes with its worker.
     page.value(&format!("{ELEMENT}.remove()"))?;
