@@ -260,6 +260,11 @@ impl Viewer {
         self.shown.pictures.get(side)?.as_ref().map(|picture| picture.rgba.as_slice())
     }
 
+    /// The number of pictures that the left side has shown of the scene.
+    pub fn pictures_shown(&self) -> u64 {
+        self.shown.pictures_shown
+    }
+
     /// The name of the scene that is shown.
     pub fn scene_name(&self) -> Option<&str> {
         self.scene.as_ref().map(|scene| scene.name.as_str())

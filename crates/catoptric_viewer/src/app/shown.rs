@@ -30,6 +30,8 @@ pub(super) struct Shown {
     /// What the user should know, the newest last.
     pub(super) messages: VecDeque<String>,
     pub(super) picked: Option<Picked>,
+    /// The number of pictures of the left side so far.
+    pub(super) pictures_shown: u64,
     /// The last frames of the left side.
     pub(super) frames: VecDeque<FrameTimes>,
 }
@@ -152,6 +154,7 @@ impl Shown {
             }
         };
         if side == 0 {
+            self.pictures_shown += 1;
             self.frames.push_back(FrameTimes {
                 stages_ms: report.stages_ms.clone(),
                 frame_ms,

@@ -115,6 +115,7 @@ impl Page {
             "method": wish.map(|wish| wish.sides[0].method.clone()),
             "settings": wish.map(|wish| wish.sides[0].settings.clone()),
             "sharp": viewer.is_sharp(),
+            "pictures": viewer.pictures_shown(),
             "size": wish.map(|wish| wish.size),
             "rect": [rect.left(), rect.top(), rect.width(), rect.height()],
             "eye": wish.map(|wish| wish.camera.world_from_camera.translation.to_array()),

@@ -17,7 +17,7 @@ use image::RgbImage;
 use serde_json::Value;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use toml::Table;
 
 /// The size of the page.
@@ -77,6 +77,8 @@ fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
     page.wait_for(&format!("(state => state.sharp && JSON.stringify(state.eye) !== '{eye}')({STATE})"))?;
     matches_the_library(&mut page, "auto")?;
     println!("ok: {graphics:?}: dragging turns the view");
+    println!("ok: {graphics:?}: by the CPU: {}", motion(&mut page)?);
+    page.wait_for(SHARP)?;
     let far = distance(&mut page)?;
     pinch(&mut page)?;
     page.wait_for(&format!("(state => state.sharp && Math.hypot(...state.eye) < {far} * 0.9)({STATE})"))?;
@@ -115,6 +117,10 @@ fn draws_by_webgpu(base: &str) -> Result<()> {
         "ok: by WebGPU: first picture {first:.1} s after the page was asked for, sharp after {:.1}",
         start.elapsed().as_secs_f64()
     );
+    // Twice: programs of shaders for drafts are made in the first motion.
+    motion(&mut page)?;
+    println!("ok: by WebGPU: {}", motion(&mut page)?);
+    page.wait_for(&drawn_by(true, "WebGPU"))?;
     for method in ["multiperspective", "environment_map", "planar_mirror", "reflector_search"] {
         page.value(&format!("catoptric.choose(0, '{method}')"))?;
         page.wait_for(&format!("(state => state.sharp && state.method === '{method}')({STATE})"))?;
@@ -183,6 +189,27 @@ fn drag(page: &mut Page) -> Result<()> {
         page.mouse("mouseMoved", [middle[0] + 6.0 * f64::from(step), middle[1]], true)?;
     }
     page.mouse("mouseReleased", [middle[0] + 36.0, middle[1]], false)
+}
+
+/// Turns the view to and fro for some seconds. Tells how many pictures that gave.
+fn motion(page: &mut Page) -> Result<String> {
+    const SECONDS: f64 = 4.0;
+    let middle = middle(page)?;
+    page.mouse("mouseMoved", middle, false)?;
+    page.mouse("mousePressed", middle, true)?;
+    let (before, start) = (state(page)?, Instant::now());
+    let mut step = 0;
+    while start.elapsed().as_secs_f64() < SECONDS {
+        step += 1;
+        let turned = f64::from((step % 120 - 60_i32).abs() - 60) * 1.5;
+        page.mouse("mouseMoved", [middle[0] + turned, middle[1]], true)?;
+        std::thread::sleep(Duration::from_millis(15));
+    }
+    let (after, seconds) = (state(page)?, start.elapsed().as_secs_f64());
+    page.mouse("mouseReleased", middle, false)?;
+    let [one, other] = [before, after].map(|state| state["pictures"].as_f64().unwrap_or_default());
+    ensure!(other > one, "no picture in {seconds:.1} s of motion");
+    Ok(format!("{:.1} pictures a second while the view turns", (other - one) / seconds))
 }
 
 /// Compares what is on the screen with what the library draws here. Returns the share of pixels that are off.
