@@ -69,6 +69,11 @@ impl Mailbox {
         self.put(|inbox| inbox.wish = Some(wish));
     }
 
+    /// Forgets what waits.
+    pub fn forget(&self) {
+        self.put(|inbox| (inbox.orders, inbox.wish) = (VecDeque::new(), None));
+    }
+
     /// Ends the studio's work.
     pub fn close(&self) {
         self.put(|inbox| inbox.is_closed = true);

@@ -15,6 +15,7 @@ mod hand;
 mod overlays;
 mod painted;
 mod random;
+mod restart;
 mod screen;
 mod session;
 
@@ -30,6 +31,7 @@ fn main() {
     #[cfg(target_os = "linux")]
     trials.extend(desktop::trials());
     trials.extend(overlays::trials());
+    trials.extend(restart::trials());
     libtest_mimic::run(&arguments, trials).exit();
 }
 

@@ -60,10 +60,20 @@ pub(crate) fn open_as(device: Option<RenderState>, start: Start) -> Session {
 
 /// The same, with what draws the window; `device` is what draws the scene.
 pub(crate) fn open_with(renderer: impl TestRenderer + 'static, device: Option<RenderState>, start: Start) -> Session {
+    open_woken(renderer, device, start, Box::new(|| ()))
+}
+
+/// The same; `wake_up` is called within the studio's work whenever it has news.
+pub(crate) fn open_woken(
+    renderer: impl TestRenderer + 'static,
+    device: Option<RenderState>,
+    start: Start,
+    wake_up: Box<dyn Fn() + Send + Sync>,
+) -> Session {
     let gpu = device.as_ref().map(|RenderState { adapter, device, queue, .. }| {
         Gpu::of_window(adapter, device.clone(), queue.clone()).unwrap()
     });
-    let studio = StudioThread::start(gpu, Box::new(|| ()));
+    let studio = StudioThread::start(gpu, wake_up);
     let viewer = Viewer::new(Box::new(studio), device, start);
     // Files may have names of any letters.
     let builder = Harness::builder().allow_missing_glyphs().with_size([620.0, 1000.0]).with_step_dt(1.0 / 60.0);

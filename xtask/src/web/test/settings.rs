@@ -37,6 +37,9 @@ pub(super) fn change(base: &str) -> Result<()> {
     println!("ok: settings: the mouse chooses another value from a list, and it is drawn");
     // A number that is typed, then what the method has of itself.
     click(&mut page, "SpinButton", "size", "64")?;
+    // Letters go to the element that takes them for the window, once a text is edited.
+    page.wait_for("document.activeElement?.tagName === 'INPUT'")?;
+    page.wait_for("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")?;
     page.write("8")?;
     page.key("Enter")?;
     settings.insert("size".into(), 8.into());
