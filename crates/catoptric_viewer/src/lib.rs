@@ -4,6 +4,7 @@
 //! and news. [`software`] shows it where there is no graphics driver.
 
 pub mod app;
+pub mod memory;
 #[cfg(not(target_family = "wasm"))]
 pub mod software;
 pub mod studio;

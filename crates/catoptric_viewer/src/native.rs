@@ -2,6 +2,7 @@
 
 use catoptric::methods::{self, Quality};
 use catoptric_viewer::app::{Start, StudioThread, Viewer, ViewerEvent};
+use catoptric_viewer::memory;
 use catoptric_viewer::software;
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::Source;
@@ -79,6 +80,7 @@ pub(super) fn main() -> ExitCode {
     if words.next().is_some_and(|word| word == "--program") {
         return catoptric_cli::run(std::iter::once("catoptric".into()).chain(words));
     }
+    memory::keep_little();
     let args = Args::parse();
     for id in [Some(&args.method), args.against.as_ref()].into_iter().flatten() {
         if let Err(error) = methods::find(id) {

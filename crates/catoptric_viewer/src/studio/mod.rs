@@ -8,7 +8,6 @@ mod bakes;
 mod drawing;
 mod interrupt;
 mod mailbox;
-mod memory;
 pub mod news;
 pub mod order;
 pub mod pick;
@@ -162,7 +161,7 @@ impl Studio {
                 (self.overlay_maker, self.place_search) = (OverlayMaker::default(), None);
                 (self.ready_methods, self.picked) = (ReadyMethods::default(), None);
                 (self.stage, self.current, self.on_its_way) = (Some(stage), None, None);
-                memory::give_back();
+                crate::memory::give_back();
                 (self.tell)(News::Loaded(Box::new(summary)));
             }
             Err(error) => (self.tell)(News::NotLoaded { number, problem: error.to_string() }),

@@ -22,6 +22,8 @@ mod session;
 use libtest_mimic::{Arguments, Trial};
 
 fn main() {
+    // As the program does.
+    catoptric_viewer::memory::keep_little();
     let arguments = Arguments::from_args();
     let mut trials = hand::trials();
     trials.extend(random::trials());
