@@ -103,8 +103,8 @@ impl Page {
     }
 
     /// What is shown, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`, `rect`
-    /// (left, top, width and height in points), `eye`, `messages`, `remark` (what draws, and why), `processor` (what has
-    /// drawn the left side).
+    /// (left, top, width and height in points), `eye`, `messages`, `remark` (what draws, and why), `processor` (what
+    /// has drawn the left side).
     ///
     /// # Errors
     /// Viewers that have stopped.
