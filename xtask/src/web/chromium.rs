@@ -202,7 +202,7 @@ impl Page {
         Ok(())
     }
 
-    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`; the left button is `held` after it.
+    /// Something that the mouse does: `mousePressed`, `mouseMoved`, `mouseReleased`; the left button is `held` after.
     pub(super) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], held: bool) -> Result<()> {
         let button = if kind == "mouseMoved" && !held { "none" } else { "left" };
         let parameters = json!({

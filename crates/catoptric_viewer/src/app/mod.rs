@@ -318,8 +318,8 @@ impl Viewer {
         Ok(())
     }
 
-    /// Gives the method of a side settings over the scene's, as [`read_settings`] reads them, in place of those that the
-    /// user gave it.
+    /// Gives the method of a side settings over the scene's, as [`read_settings`] reads them, in place of those that
+    /// the user gave it.
     ///
     /// # Errors
     /// Words about what the method does not take.

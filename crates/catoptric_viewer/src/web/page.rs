@@ -22,8 +22,9 @@ pub struct Page {
 impl Page {
     /// Shows a viewer in a canvas. `worker_url` is the address of the worker's script, `module` the compiled module.
     /// `options` is an object: `scene` (`builtin:NAME`, or a file's name with `content`, its bytes), `method`,
-    /// `settings` (of that method: `KEY=VALUE, KEY=VALUE`), `against`, `camera`, `samples`, `order`, `panels` (`off` hides them), `processor` (`cpu` or `gpu`
-    /// draws scenes; else the better one), `canvas` (`webgl` keeps WebGPU from drawing the window).
+    /// `settings` (of that method: `KEY=VALUE, KEY=VALUE`), `against`, `camera`, `samples`, `order`, `panels` (`off`
+    /// hides them), `processor` (`cpu` or `gpu` draws scenes; else the better one), `canvas` (`webgl` keeps WebGPU from
+    /// drawing the window).
     ///
     /// # Errors
     /// What the browser says where neither WebGPU nor WebGL draws.
@@ -101,8 +102,9 @@ impl Page {
         self.runner.destroy();
     }
 
-    /// What is shown, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`, `rect` (left, top, width and height in points),
-    /// `eye`, `messages`, `remark` (what draws, and why), `processor` (what has drawn the left side).
+    /// What is shown, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`, `rect`
+    /// (left, top, width and height in points), `eye`, `messages`, `remark` (what draws, and why), `processor` (what
+    /// has drawn the left side).
     ///
     /// # Errors
     /// Viewers that have stopped.
@@ -144,8 +146,9 @@ impl Page {
         Ok(camera.to_string())
     }
 
-    /// The window's widgets as assistive technology is told of them, as JSON, a list of objects: `role`, `label`, `value`,
-    /// `rect` (left, top, width and height in points). Empty before the next frame when it is asked for the first time.
+    /// The window's widgets as assistive technology is told of them, as JSON, a list of objects: `role`, `label`,
+    /// `value`, `rect` (left, top, width and height in points). Empty before the next frame when it is asked for the
+    /// first time.
     ///
     /// # Errors
     /// Viewers that have stopped.

@@ -72,8 +72,8 @@ pub struct StudioWorker {
 #[wasm_bindgen]
 impl StudioWorker {
     /// Starts a studio. `sent` are the counts of what was sent, in shared memory, or undefined; `post` takes a text and
-    /// an array of bytes to the page; `processor` is what is to draw scenes: `gpu`, `cpu`, [`super::line::AFTER_FAILURE`]
-    /// (the CPU, too), or anything else for the better one.
+    /// an array of bytes to the page; `processor` is what is to draw scenes: `gpu`, `cpu`,
+    /// [`super::line::AFTER_FAILURE`] (the CPU, too), or anything else for the better one.
     pub async fn start(sent: Option<Int32Array>, post: Function, processor: String) -> Self {
         let is_interruptible = sent.is_some();
         SENT.set(sent);
