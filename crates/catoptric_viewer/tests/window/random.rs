@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 /// A frame of the window that takes longer is a failure of long runs.
 const LONGEST_FRAME: Duration = Duration::from_secs(2);
 
-/// Memory may grow by this factor after the first sixth of a long run.
+/// Memory may grow by this factor after the first sixth of a long run, in the mean.
 const GROWTH: f64 = 1.1;
 
 /// The longest time between looks at the memory.
@@ -124,13 +124,15 @@ fn random_input() {
     }
     if seconds >= 600.0 {
         assert!(longest.0 <= LONGEST_FRAME, "{longest:?}");
-        let most = |is_early: bool| {
+        // Single looks differ by a tenth and more, as free pages lie between used ones: what grows shows in the mean.
+        let mean = |is_early: bool| {
             // A rest is a bit later than it was due.
             let part = duration / 6 + BETWEEN_RESTS / 2;
             let of_part = at_rest.iter().filter(|(time, _)| (*time < part) == is_early);
-            of_part.map(|(_, megabytes)| *megabytes).fold(0.0, f64::max)
+            let looks: Vec<f64> = of_part.map(|(_, megabytes)| *megabytes).collect();
+            looks.iter().sum::<f64>() / looks.len().max(1) as f64
         };
-        assert!(most(false) <= GROWTH * most(true), "{at_rest:?} MB");
+        assert!(mean(false) <= GROWTH * mean(true), "{at_rest:?} MB");
     }
 }
 

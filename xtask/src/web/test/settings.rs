@@ -2,7 +2,7 @@
 
 use super::{MOST_OFF, SIZE, STATE, matches_with_settings, save, share_off};
 use crate::web::chromium::{Graphics, Page};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use std::time::Duration;
 use toml::Table;
@@ -27,7 +27,7 @@ pub(super) fn change(base: &str) -> Result<()> {
     println!("ok: settings: a link has them");
     click(&mut page, "DisclosureTriangle", "Settings", "")?;
     // A list, and a value in it.
-    click(&mut page, "ComboBox", "parallax", "none")?;
+    open_list(&mut page, "parallax", "none", "box")?;
     click(&mut page, "Button", "box", "")?;
     let before = settings.clone();
     settings.insert("parallax".into(), "box".into());
@@ -71,12 +71,32 @@ fn click(page: &mut Page, role: &str, label: &str, value: &str) -> Result<()> {
     page.click(middle)
 }
 
-/// The middle of a widget, once it is there and rests, scrolled to where it is seen.
-fn widget(page: &mut Page, role: &str, label: &str, value: &str) -> Result<[f64; 2]> {
-    let find = format!(
+/// Opens a list until a value is there to be clicked: a list that was opened in a frame in which the panels moved is
+/// closed by that.
+fn open_list(page: &mut Page, label: &str, value: &str, wanted: &str) -> Result<()> {
+    for _ in 0..10 {
+        click(page, "ComboBox", label, value)?;
+        for _ in 0..15 {
+            if page.value(&found("Button", wanted, ""))?.is_array() {
+                return Ok(());
+            }
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    }
+    bail!("the list `{label}` does not open")
+}
+
+/// JavaScript that finds the rectangle of a widget.
+fn found(role: &str, label: &str, value: &str) -> String {
+    format!(
         "JSON.parse(catoptric.widgets()).find(widget => widget.role === '{role}' && widget.label === '{label}' && \
          widget.value.startsWith('{value}'))?.rect"
-    );
+    )
+}
+
+/// The middle of a widget, once it is there and rests, scrolled to where it is seen.
+fn widget(page: &mut Page, role: &str, label: &str, value: &str) -> Result<[f64; 2]> {
+    let find = found(role, label, value);
     page.wait_for(&format!("{find} !== undefined")).with_context(|| {
         let names = "JSON.parse(catoptric.widgets()).map(({ role, label, value }) => [role, label, value].join(' '))";
         let all = page.value(names).unwrap_or_default();

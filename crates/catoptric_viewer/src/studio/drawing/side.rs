@@ -10,7 +10,7 @@ use crate::studio::news::{News, Picture};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
-use catoptric::methods::{self, Family, Prepared, Quality, Report};
+use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::Scene;
 use catoptric_gpu::{Pixels, Reading};
@@ -44,15 +44,9 @@ pub(in crate::studio) fn steps(drawn: &Drawn) -> Vec<Fineness> {
     steps
 }
 
-/// Samples a pixel of drafts. Rays cost the same each, so the reference's drafts have one, and twice the width in the
-/// time of four; other methods draw four samples in little more than the time of one.
-fn draft_samples(drawn: &Drawn) -> u32 {
-    let traces = methods::find(&drawn.method).is_ok_and(|info| info.family == Family::Reference);
-    if traces { 1 } else { drawn.quality.samples }
-}
-
-/// Whether the processor can draw a draft while a device is not ready: by methods that need no preparation.
-fn is_ready_at_once(drawn: &Drawn) -> bool {
+/// Whether drafts are drawn with one sample a pixel: of methods that need nothing new for that. In the time of four
+/// samples their drafts have twice the width.
+fn drafts_are_cheaper(drawn: &Drawn) -> bool {
     ["auto", "multiperspective", "planar_mirror", "reference"].contains(&drawn.method.as_str())
 }
 
@@ -123,7 +117,10 @@ impl Side {
     ) -> Result<Outcome, RenderError> {
         let drawn = &wish.sides[side];
         let quality = match fineness {
-            Fineness::Draft => Quality { samples: draft_samples(drawn), ..drawn.quality },
+            Fineness::Draft if drafts_are_cheaper(drawn) && !self.draws_on_device(drawn, tools) => {
+                Quality { samples: 1, ..drawn.quality }
+            }
+            Fineness::Draft => drawn.quality,
             Fineness::Whole { samples } => Quality { samples, ..drawn.quality },
         };
         let is_draft = fineness == Fineness::Draft;
@@ -187,7 +184,7 @@ impl Side {
         tools: Tools<'_>,
     ) -> Result<Option<Picture>, RenderError> {
         let is_cold = self.prepared.as_ref().is_some_and(|prepared| prepared.is_cold);
-        if !is_cold || !is_ready_at_once(&wish.sides[side]) {
+        if !is_cold || !drafts_are_cheaper(&wish.sides[side]) {
             return Ok(None);
         }
         let meanwhile = self.meanwhile.get_or_insert_default();
@@ -197,12 +194,19 @@ impl Side {
         }
     }
 
+    /// Whether a device draws a method.
+    fn draws_on_device(&self, drawn: &Drawn, tools: Tools<'_>) -> bool {
+        let known = self.prepared.as_ref().filter(|known| known.does(drawn));
+        let could = || tools.gpu.is_some() && methods::find(&drawn.method).is_ok_and(|info| info.gpu);
+        known.map_or_else(could, |known| matches!(known.means, Means::Gpu(_)))
+    }
+
     /// A picture of what was drawn.
     fn complete(&mut self, plan: Plan, canvas: Canvas, of_view: Report) -> Picture {
-        let Plan { wish, side, fineness: _, quality, scale, size, mut report, watches: [of_all, of_frame] } = plan;
+        let Plan { wish, side, fineness, quality, scale, size, mut report, watches: [of_all, of_frame] } = plan;
         report.add(of_view);
         // Pictures of other numbers of samples say nothing about drafts.
-        if quality.samples == draft_samples(&wish.sides[side]) {
+        if fineness == Fineness::Draft || !drafts_are_cheaper(&wish.sides[side]) {
             self.pace.note(scale, of_frame.elapsed_ms());
         }
         let mut processor = String::new();
