@@ -1,6 +1,6 @@
 //! What the hand does: none of it needs a device.
 
-use crate::session::{SCENE, expected, open, scene, settle};
+use crate::session::{SCENE, choose_parallax_box, expected, open, scene, settle};
 use crate::trial;
 use catoptric::scene::Role;
 use catoptric_viewer::app::Viewer;
@@ -116,14 +116,7 @@ fn method_and_settings() {
     let wish = session.state().wish().unwrap().clone();
     let scene = scene(SCENE);
     assert_eq!(session.state().picture(0).unwrap(), &expected(&scene, &wish, 0));
-    session.get_by_label("Settings").click();
-    (0..30).for_each(|_| session.step());
-    session.get_by_value("none").click();
-    (0..3).for_each(|_| session.step());
-    session.get_by_label("box").click();
-    settle(&mut session, |viewer| {
-        viewer.is_sharp() && viewer.wish().is_some_and(|wish| wish.sides[0].settings.contains_key("parallax"))
-    });
+    choose_parallax_box(&mut session);
     let boxed = session.state().wish().unwrap().clone();
     assert_eq!(boxed.sides[0].settings["parallax"].as_str(), Some("box"));
     assert_eq!(session.state().picture(0).unwrap(), &expected(&scene, &boxed, 0));

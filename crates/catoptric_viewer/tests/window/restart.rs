@@ -1,11 +1,10 @@
 //! A studio that fails while it works: another one goes on.
 
 use crate::painted::Painted;
-use crate::session::{SCENE, Session, expected, open_woken, scene, settle, start};
+use crate::session::{SCENE, Session, choose_parallax_box, expected, open_woken, scene, settle, start};
 use crate::trial;
 use catoptric_viewer::app::Viewer;
 use egui::Key;
-use egui_kittest::kittest::Queryable;
 use libtest_mimic::Trial;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -37,14 +36,7 @@ fn goes_on_after_panics() {
     let builtin = format!("builtin:{SCENE}");
     let mut session = open_woken(Painted::default(), None, start(&builtin, "environment_map", None), Box::new(wake_up));
     // Something of the user's own: the view, and a setting.
-    session.get_by_label("Settings").click();
-    (0..30).for_each(|_| session.step());
-    session.get_by_value("none").click();
-    (0..3).for_each(|_| session.step());
-    session.get_by_label("box").click();
-    settle(&mut session, |viewer| {
-        viewer.is_sharp() && viewer.wish().is_some_and(|wish| wish.sides[0].settings.contains_key("parallax"))
-    });
+    choose_parallax_box(&mut session);
     let scene = scene(SCENE);
     for number in 1..=3 {
         let before = session.state().wish().unwrap().clone();

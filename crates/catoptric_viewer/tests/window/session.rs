@@ -12,6 +12,7 @@ use catoptric_viewer::app::{StudioThread, Viewer};
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::{Source, Wish};
 use eframe::egui_wgpu::RenderState;
+use egui_kittest::kittest::Queryable;
 use egui_kittest::wgpu::WgpuTestRenderer;
 use egui_kittest::{Harness, TestRenderer};
 use std::sync::Arc;
@@ -122,4 +123,16 @@ pub(crate) fn share_off(one: &[u8], other: &[u8], channels: usize) -> f64 {
     let is_off = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 25);
     let off = one.chunks(channels).zip(other.chunks(channels)).filter(is_off).count();
     off as f64 / (one.len() / channels) as f64
+}
+
+/// Chooses the environment map's parallax of a box in the panel, as the hand does.
+pub(crate) fn choose_parallax_box(session: &mut Session) {
+    session.get_by_label("Settings").click();
+    (0..30).for_each(|_| session.step());
+    session.get_by_value("none").click();
+    (0..3).for_each(|_| session.step());
+    session.get_by_label("box").click();
+    settle(session, |viewer| {
+        viewer.is_sharp() && viewer.wish().is_some_and(|wish| wish.sides[0].settings.contains_key("parallax"))
+    });
 }
