@@ -8,7 +8,7 @@
 //! * [`merge`] makes one [`BakedFile`] of all units: the same bits, whoever made the units, in whatever order.
 //!
 //! The contents of units are their methods' own: all this is about bytes. A [`MethodBake`] holds what catoptric's
-//! methods bake, and that a file belongs to a scene and settings.
+//! methods bake, and that a file belongs to a scene and settings; a [`Shelf`] has open files and chooses one that fits.
 //!
 //! ```
 //! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};
@@ -53,6 +53,7 @@ mod plan;
 mod publish;
 mod run;
 mod shard;
+mod shelf;
 mod status;
 mod store;
 #[cfg(test)]
@@ -67,6 +68,7 @@ pub use methods::{MethodBake, MethodUnits};
 pub use plan::{Estimate, PLAN_NAME, Plan};
 pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, run};
 pub use shard::Shard;
+pub use shelf::{BakeChoice, Shelf, Unfit};
 pub use status::{BadUnit, Check, Status, status};
 pub use store::{Created, Entry, LocalStore, Store};
 pub use unit::UnitFault;

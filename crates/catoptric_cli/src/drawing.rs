@@ -2,7 +2,7 @@
 
 use crate::args::{DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
 use crate::backend::Gpu;
-use crate::baked::Bakes;
+use crate::baked;
 use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
@@ -14,6 +14,7 @@ use catoptric::progress::Progress;
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
+use catoptric_bake::Shelf;
 use clap::ArgMatches;
 use glam::{Affine3A, Quat, Vec3};
 use std::collections::BTreeMap;
@@ -38,7 +39,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) budget_ms: Option<u32>,
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
-    pub(crate) bakes: Bakes,
+    pub(crate) bakes: Shelf,
     pub(crate) gpu: Option<Gpu>,
     roles: Vec<RoleRule>,
     shadows: Shadows,
@@ -110,7 +111,9 @@ impl<'a> Shot<'a> {
             return Err(Failure::usage("--eye and --target are the same point"));
         }
         let gpu = Gpu::open(draw)?;
-        let bakes = Bakes::open(&draw.baked)?;
+        let start = Instant::now();
+        let bakes = baked::open(&draw.baked)?;
+        let bake_open_ms = milliseconds(start);
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
         let model = scene_source::load(&args.scene, args.environment.as_deref())?;
@@ -119,7 +122,7 @@ impl<'a> Shot<'a> {
         let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, args.shadows, None)?);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
-            setup_ms.push(("bake_open".into(), bakes.open_ms));
+            setup_ms.push(("bake_open".into(), bake_open_ms));
         }
         let quality = Quality { samples: draw.samples, order: draw.order };
         let (motion, budget_ms, time, shadows) = (draw.motion, draw.budget_ms, args.pose.time, args.shadows);
@@ -167,8 +170,10 @@ impl<'a> Shot<'a> {
         chosen: &Chosen,
         progress: &dyn Progress,
     ) -> Result<Drawing, Failure> {
-        let bake = self.bakes.fitting(chosen.info, &chosen.settings, &self.scene, self.quality)?;
-        let prepared = method.prepare(&self.scene, self.quality, bake, progress)?;
+        if let Some(unfit) = &chosen.unfit {
+            return Err(Failure::input(unfit));
+        }
+        let prepared = method.prepare(&self.scene, self.quality, chosen.bake.clone(), progress)?;
         let mut setup_ms = self.setup_ms.clone();
         setup_ms.extend(prepared.report().stages_ms.iter().map(|(name, time)| ((*name).to_owned(), *time)));
         let [width, height] = self.view.size;

@@ -1,11 +1,14 @@
 //! Settings of methods, from scenes and from the command line.
 
-use crate::baked::Bakes;
+use crate::drawing::Shot;
 use crate::failure::Failure;
 use catoptric::error::RenderError;
+use catoptric::methods::bake::Baked;
 pub(crate) use catoptric::methods::setting_value as value;
 use catoptric::methods::{self, Method, MethodInfo};
 use catoptric::scene::Model;
+use catoptric_bake::{BakeChoice, Unfit};
+use std::sync::Arc;
 use toml::{Table, Value};
 
 /// A method that is ready to be prepared, and the settings it was made from.
@@ -13,21 +16,35 @@ pub(crate) struct Chosen {
     pub(crate) method: Box<dyn Method>,
     pub(crate) info: &'static MethodInfo,
     pub(crate) settings: Table,
+    pub(crate) bake: Option<Arc<dyn Baked>>,
+    /// Why no bake of the method can be used, where there are some: it is not drawn then.
+    pub(crate) unfit: Option<Unfit>,
 }
 
 /// The method with this id, with the scene's settings and `given` over them.
 pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, Failure> {
-    choose_baked(id, model, given, &Bakes::default())
+    let info = methods::find(id).map_err(Failure::usage)?;
+    made_of(info, BakeChoice { settings: merged(info, model, given), bake: None, problem: None })
 }
 
-/// The same; settings that neither gives are those of the method's bake.
-pub(crate) fn choose_baked(id: &str, model: &Model, given: &Table, bakes: &Bakes) -> Result<Chosen, Failure> {
+/// The same for a picture; settings that neither gives are those of the method's bake.
+pub(crate) fn choose_baked(id: &str, given: &Table, shot: &Shot<'_>) -> Result<Chosen, Failure> {
     let info = methods::find(id).map_err(Failure::usage)?;
-    let mut settings = model.method_settings.get(id).cloned().unwrap_or_default();
+    let settings = merged(info, &shot.model, given);
+    let choice = shot.bakes.choose(info, &settings, &shot.scene, shot.quality);
+    made_of(info, choice.map_err(Failure::usage)?)
+}
+
+fn merged(info: &MethodInfo, model: &Model, given: &Table) -> Table {
+    let mut settings = model.method_settings.get(info.id).cloned().unwrap_or_default();
     settings.extend(given.clone());
-    let settings = bakes.settings(info, settings)?;
-    let method = methods::create(id, &settings).map_err(Failure::usage)?;
-    Ok(Chosen { method, info, settings })
+    settings
+}
+
+fn made_of(info: &'static MethodInfo, choice: BakeChoice) -> Result<Chosen, Failure> {
+    let BakeChoice { settings, bake, problem: unfit } = choice;
+    let method = methods::create(info.id, &settings).map_err(Failure::usage)?;
+    Ok(Chosen { method, info, settings, bake, unfit })
 }
 
 /// All settings of a method with the values in force, as JSON.

@@ -5,6 +5,7 @@ mod selection;
 use super::columns;
 use crate::args::CompareArgs;
 use crate::backend;
+use crate::baked;
 use crate::drawing::{Drawing, Shot, check_samples};
 use crate::failure::{Failure, Output};
 use crate::report::{self, Entry, Measured, Outcome, Report};
@@ -48,9 +49,9 @@ pub(crate) fn run(
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
     let mut methods = Vec::new();
     let ids: Vec<&str> = selected.methods.iter().map(|wanted| wanted.id.as_str()).collect();
-    shot.bakes.check_methods(&ids)?;
+    baked::check_methods(&shot.bakes, &ids)?;
     for wanted in &selected.methods {
-        methods.push((wanted, settings::choose_baked(&wanted.id, &shot.model, &wanted.settings, &shot.bakes)?));
+        methods.push((wanted, settings::choose_baked(&wanted.id, &wanted.settings, &shot)?));
     }
     if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
         terminal.say(remark);

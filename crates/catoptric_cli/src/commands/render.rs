@@ -3,6 +3,7 @@
 use super::{columns, pretty};
 use crate::args::RenderArgs;
 use crate::backend;
+use crate::baked;
 use crate::drawing::{Shot, check_samples};
 use crate::failure::Failure;
 use crate::settings;
@@ -21,8 +22,8 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     let outputs = outputs(args)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
-    shot.bakes.check_methods(&[&args.method])?;
-    let chosen = settings::choose_baked(&args.method, &shot.model, &given, &shot.bakes)?;
+    baked::check_methods(&shot.bakes, &[&args.method])?;
+    let chosen = settings::choose_baked(&args.method, &given, &shot)?;
     let _folders = make_writable(&outputs)?;
     if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
         terminal.say(remark);

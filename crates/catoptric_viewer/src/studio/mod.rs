@@ -4,7 +4,6 @@
 //! A wish is drawn as a draft first, as fine as time allows, so that the picture moves; once nothing newer waits it is
 //! drawn whole, and given up as soon as something does.
 
-mod bakes;
 mod drawing;
 mod interrupt;
 mod mailbox;
@@ -20,10 +19,10 @@ pub mod wire;
 pub use drawing::Gpu;
 pub use mailbox::Mailbox;
 
-use bakes::Bakes;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
+use catoptric_bake::Shelf;
 use drawing::{Fineness, OnItsWay, Outcome, OverlayMaker, Side, Tools};
 use mailbox::Mail;
 use news::{News, Overlaid, Picture};
@@ -48,7 +47,7 @@ pub struct Studio {
     mailbox: Arc<Mailbox>,
     tell: Tell,
     gpu: Option<Gpu>,
-    bakes: Bakes,
+    bakes: Shelf,
     stage: Option<Stage>,
     sides: [Side; 2],
     overlay_maker: OverlayMaker,
@@ -101,7 +100,7 @@ impl Studio {
             mailbox,
             tell,
             gpu,
-            bakes: Bakes::default(),
+            bakes: Shelf::default(),
             stage: None,
             sides: Default::default(),
             overlay_maker: Default::default(),
@@ -173,7 +172,8 @@ impl Studio {
     fn use_bake(&mut self, path: &Path) {
         (self.tell)(News::Busy { stage: format!("reading {}", path.display()), share: None });
         let text = match self.bakes.open(path) {
-            Ok(method) => {
+            Ok(file) => {
+                let method = file.identity().method.clone();
                 self.sides.iter_mut().for_each(Side::clear);
                 (self.overlay_maker, self.on_its_way) = (OverlayMaker::default(), None);
                 if let Some(current) = self.current.take() {

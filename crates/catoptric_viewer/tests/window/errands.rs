@@ -5,8 +5,10 @@ use crate::trial;
 use catoptric::methods;
 use catoptric_bake::{BakedFile, MethodBake};
 use catoptric_viewer::app::Viewer;
-use egui::{Event, Modifiers, PointerButton, vec2};
+use egui::{DroppedFile, Event, Modifiers, PointerButton, vec2};
 use libtest_mimic::Trial;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A window's frame, while something is at work beside it, takes no longer.
@@ -18,6 +20,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     vec![
         trial("a report is made beside the window", report),
         trial("a bake is made beside the window, and used", bake),
+        trial("a bake is dropped, and a damaged one", dropped),
         trial("what is called off ends, and is gone on with", called_off),
         trial("the hand is answered while a bake runs and the reference sharpens", answered),
     ]
@@ -79,6 +82,42 @@ fn bake() {
     session.state_mut().open(catoptric_viewer::studio::order::Source::Builtin("sphere_room?tess=6".into()));
     settle(&mut session, |viewer| viewer.processor() == Some("CPU") && viewer.is_sharp());
     assert!(messages(&session).contains("is the bake of something else"), "{}", messages(&session));
+}
+
+/// A file that is dropped onto the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|problem| problem.to_string())
+    }
+}
+
+fn dropped() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, damaged] = ["room.bake", "damaged.bake"].map(|name| folder.path().join(name));
+    let mut session = open(&format!("builtin:{SCENE}"), "light_field", None);
+    session.state_mut().bake(&file);
+    wait(&mut session);
+    let mut bytes = std::fs::read(&file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 1;
+    std::fs::write(&damaged, bytes).unwrap();
+    // Nothing is used that was not dropped: another window.
+    let mut session = open(&format!("builtin:{SCENE}"), "light_field", None);
+    let before = session.state().pixels(0).unwrap().to_vec();
+    session.input_mut().dropped_files.push(Arc::new(Dropped(damaged)));
+    settle(&mut session, |viewer| viewer.messages().any(|message| message.contains("damaged.bake")));
+    settle(&mut session, Viewer::is_sharp);
+    assert_eq!(session.state().processor(), Some("CPU"), "{}", messages(&session));
+    session.input_mut().dropped_files.push(Arc::new(Dropped(file)));
+    settle(&mut session, |viewer| viewer.processor() == Some("CPU, baked") && viewer.is_sharp());
+    assert!(session.state().pixels(0).unwrap() == before, "another picture");
 }
 
 fn called_off() {

@@ -1,10 +1,10 @@
 //! The graphics processor that draws, where there is one: the window's own.
 
-use crate::studio::bakes::Recipe;
 use catoptric::error::RenderError;
 use catoptric::methods::{Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
+use catoptric_bake::BakeChoice;
 use catoptric_gpu::{Context, DeviceMethod, GpuError, Renderer};
 use std::sync::Arc;
 use wgpu::{TextureFormat, TextureUsages};
@@ -47,7 +47,7 @@ impl Gpu {
     pub(super) fn prepare(
         &self,
         id: &str,
-        Recipe { settings, bake, .. }: &Recipe,
+        BakeChoice { settings, bake, .. }: &BakeChoice,
         scene: &Arc<Scene>,
         quality: Quality,
         progress: &dyn Progress,

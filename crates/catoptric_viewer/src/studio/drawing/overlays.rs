@@ -1,7 +1,6 @@
 //! Overlays of the left side.
 
 use super::side::{Side, Tools};
-use crate::studio::bakes::Recipe;
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::error::RenderError;
@@ -9,6 +8,7 @@ use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Prepared};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
+use catoptric_bake::BakeChoice;
 use std::sync::Arc;
 
 /// Makes overlays, by what is ready to draw the picture, if that is on the CPU.
@@ -46,7 +46,9 @@ impl OverlayMaker {
         let own = match self.own.take().filter(is_same) {
             Some(own) => own,
             None => {
-                let Recipe { settings, bake, .. } = tools.bakes.recipe(drawn, scene, drawn.quality)?;
+                let info = methods::find(&drawn.method)?;
+                let BakeChoice { settings, bake, .. } =
+                    tools.bakes.choose(info, &drawn.settings, scene, drawn.quality)?;
                 let method = methods::create(&drawn.method, &settings)?;
                 (drawn.clone(), scene.clone(), method.prepare(scene, drawn.quality, bake, &progress)?)
             }

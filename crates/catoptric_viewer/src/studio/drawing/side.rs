@@ -3,7 +3,6 @@
 use super::gpu::Gpu;
 use super::means::{Begun, Canvas, Means, PreparedSide};
 use super::pace::{Pace, scaled};
-use crate::studio::bakes::{Bakes, Recipe};
 use crate::studio::interrupt::{EndedBy, Interrupt};
 use crate::studio::mailbox::Mailbox;
 use crate::studio::news::{News, Picture};
@@ -13,6 +12,7 @@ use catoptric::error::RenderError;
 use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::Scene;
+use catoptric_bake::{BakeChoice, Shelf};
 use catoptric_gpu::{Pixels, Reading};
 use std::sync::Arc;
 
@@ -100,7 +100,7 @@ pub(in crate::studio) struct Tools<'a> {
     pub(in crate::studio) mailbox: &'a Mailbox,
     pub(in crate::studio) tell: &'a (dyn Fn(News) + Send + Sync),
     pub(in crate::studio) gpu: Option<&'a Gpu>,
-    pub(in crate::studio) bakes: &'a Bakes,
+    pub(in crate::studio) bakes: &'a Shelf,
 }
 
 impl Side {
@@ -256,13 +256,15 @@ impl Side {
         quality: Quality,
         (tools, progress): (Tools<'_>, &dyn Progress),
     ) -> Result<Report, RenderError> {
-        // What was prepared makes room first.
-        self.clear();
-        let recipe = tools.bakes.recipe(drawn, scene, quality)?;
-        let mut warnings: Vec<String> = recipe.remark.iter().cloned().collect();
+        // What was prepared makes room first. The same method in another pose will take about as long.
+        let keeps_pace = self.prepared.as_ref().is_some_and(|known| known.does(drawn));
+        let pace = if keeps_pace { std::mem::take(&mut self.pace) } else { Pace::default() };
+        *self = Self { pace, ..Self::default() };
+        let choice = tools.bakes.choose(methods::find(&drawn.method)?, &drawn.settings, scene, quality)?;
+        let mut warnings: Vec<String> = choice.problem.iter().map(ToString::to_string).collect();
         let mut device = None;
         if let Some(gpu) = tools.gpu {
-            match gpu.prepare(&drawn.method, &recipe, scene, quality, progress) {
+            match gpu.prepare(&drawn.method, &choice, scene, quality, progress) {
                 Ok(Some(ready)) => {
                     let report = ready.renderer.report().clone();
                     device = Some((Means::Gpu(Box::new(ready)), gpu.name(), report));
@@ -272,7 +274,7 @@ impl Side {
                 Err(other) => return Err(other),
             }
         }
-        let Recipe { settings, bake, .. } = recipe;
+        let BakeChoice { settings, bake, .. } = choice;
         let is_baked = bake.is_some();
         let (means, mut processor, report) = match device {
             Some(device) => device,
