@@ -5,7 +5,6 @@ mod exact_search;
 mod explosion_map;
 mod extrusions;
 mod far_objects;
-mod panoramic_cameras;
 mod path_perturbation;
 mod planar_mirror;
 mod reflector_search;

@@ -7,6 +7,7 @@ mod hybrid;
 mod layout;
 mod leaves;
 mod limits;
+mod morph;
 mod panorama;
 mod project;
 mod rays;
@@ -14,7 +15,7 @@ mod settings;
 
 pub use panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors, PanoramicProjection, PanoramicProjector};
 pub use rays::visible_pieces::{PiecesOfPixels, visible_pieces};
-pub use settings::{CameraKind, Preset, SampleBasedCameraSettings};
+pub use settings::{CameraKind, Mode, Preset, SampleBasedCameraSettings};
 
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
@@ -33,6 +34,7 @@ use crate::parallel;
 use crate::progress::{Cancelled, Progress};
 use crate::scene::{PreciseView, Scene, View};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
+use morph::Morphing;
 use project::CameraProjector;
 use rays::grid::{RayGrid, RaySampler};
 use std::collections::HashSet;
@@ -52,7 +54,13 @@ pub static INFO: MethodInfo = MethodInfo {
     settings: SampleBasedCameraSettings::describe,
     effective: SampleBasedCameraSettings::effective,
     limits: &limits::LIMITS,
-    create: |table| Ok(Box::new(ProjectionMethod(SampleBasedCamera(SampleBasedCameraSettings::from_table(table)?)))),
+    create: |table| {
+        let settings = SampleBasedCameraSettings::from_table(table)?;
+        Ok(match settings.mode {
+            Mode::Runtime => Box::new(ProjectionMethod(SampleBasedCamera(settings))),
+            Mode::Morph => Box::new(ProjectionMethod(Morphing::new(settings)?)),
+        })
+    },
 };
 
 /// Cells of the ray map around the picture: what appears there belongs to triangles that reach into it. Chosen, not

@@ -1,6 +1,6 @@
 //! Scene points to their appearances through the cameras.
 
-use super::cameras::{CameraAnswer, CameraScratch, Cameras};
+use super::cameras::{CameraAnswer, CameraProjection, CameraScratch, Cameras};
 use super::rays::grid::RayGrid;
 use crate::light::tracer::Tracer;
 use crate::methods::projection::find::polish::{Effort, polished};
@@ -62,6 +62,25 @@ pub(super) struct CameraProjector<'a> {
     pub(super) sizes: Vec<f64>,
 }
 
+/// What is kept of an appearance.
+pub(super) trait Appearance {
+    /// An appearance, as a camera has found it.
+    fn new(projection: Projection, answer: &CameraProjection) -> Self;
+
+    /// The appearance.
+    fn projection(&self) -> &Projection;
+}
+
+impl Appearance for Projection {
+    fn new(projection: Projection, _: &CameraProjection) -> Self {
+        projection
+    }
+
+    fn projection(&self) -> &Projection {
+        self
+    }
+}
+
 thread_local! {
     static SCRATCH: RefCell<CameraScratch> = RefCell::default();
 }
@@ -110,12 +129,12 @@ impl CameraProjector<'_> {
     }
 
     /// Appends all appearances of a point on a path; those near a place of the map if there is a `limit` (in cells).
-    pub(super) fn project_near(
+    pub(super) fn project_near<T: Appearance>(
         &self,
         path: u32,
         point: Vec3,
         limit: Option<([f64; 2], f64)>,
-        found: &mut Vec<Projection>,
+        found: &mut Vec<T>,
     ) {
         let Some(cameras) = self.cameras.get(path as usize) else { return };
         if !point.is_finite() {
@@ -129,11 +148,12 @@ impl CameraProjector<'_> {
                 () if seen.interpolates => (SAME * self.accuracy_px).max(seen.apart * self.grid.spacing_px),
                 () => SAME * self.accuracy_px,
             };
-            let same = |other: &Projection| {
+            let same = |other: &T| {
+                let other = other.projection();
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < apart_px
             };
             if !found[start..].iter().any(same) {
-                found.push(projection);
+                found.push(T::new(projection, seen.answer));
             }
         };
         SCRATCH.with_borrow_mut(|scratch| cameras.ask(point, limit, scratch, &mut take));

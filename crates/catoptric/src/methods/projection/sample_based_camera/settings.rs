@@ -1,8 +1,19 @@
 //! The settings of sample-based cameras.
 
 use super::hybrid::patterns;
+use super::morph::node_counts;
 use crate::methods::projection::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
 use crate::methods::{declare_choices, declare_settings};
+
+declare_choices! {
+    /// Where cameras stand.
+    pub enum Mode {
+        /// At the eye: they are built for every view.
+        Runtime = "runtime",
+        /// At nodes of a grid around every reflector: appearances at four of them are blended (section VI).
+        Morph = "morph",
+    }
+}
 
 declare_choices! {
     /// The form of leaves.
@@ -33,6 +44,8 @@ declare_settings! {
     pub struct SampleBasedCameraSettings of "sample_based_camera" {
         /// The set of values that the other settings start from.
         preset: Preset = Preset::Balanced;
+        /// Where cameras stand.
+        mode: Mode = Mode::Runtime;
         /// The form of leaves.
         camera: CameraKind = CameraKind::RayBundle;
         /// The largest error of a leaf at the points of its rays.
@@ -62,6 +75,14 @@ declare_settings! {
         environment_below_px: f32 = 0.0, range(0.0, 1e5), unit("pixels");
         /// Side of a face of these maps.
         environment_size: u32 = 256, range(4.0, 4096.0), unit("texels");
+        /// Morphing: nodes of the grid along x, z and y.
+        grid: String = "17x17x8".into();
+        /// Morphing: the grid reaches so far beyond its reflector.
+        grid_reach: f32 = 2.0, range(0.1, 100.0), unit("diagonals of the reflector's box");
+        /// Morphing: side of each of the six pictures about a node whose rays are mapped.
+        node_size: u32 = 512, range(16.0, 4096.0), unit("pixels");
+        /// Morphing: nodes that no view needs are forgotten beyond this.
+        node_memory: u32 = 512, range(0.0, 1e6), unit("MiB");
     }
 
     fn start(&self) -> Self {
@@ -69,7 +90,17 @@ declare_settings! {
     }
 
     fn check_rules(&self) -> Result<(), String> {
-        patterns(&self.environment).map(|_| ())
+        patterns(&self.environment)?;
+        node_counts(&self.grid)?;
+        if self.mode == Mode::Morph {
+            if !self.environment.is_empty() || self.environment_below_px > 0.0 {
+                return Err("mode = \"morph\" knows no environment maps: leave `environment` out".into());
+            }
+            if self.beyond_work == BeyondWork::Coarse {
+                return Err("mode = \"morph\" has tiles draw what it cannot blend: leave `beyond_work` out".into());
+            }
+        }
+        Ok(())
     }
 }
 

@@ -112,6 +112,11 @@ impl VirtualScene {
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What is known of the mirrors' meshes.
+    pub(in crate::methods::projection) fn topologies(&self) -> &MeshTopologies {
+        &self.topologies
+    }
+
     /// The mirrors, made ready for solvers.
     pub fn surfaces<'a>(&self, scene: &'a Scene) -> SpecularSurfaces<'a> {
         SpecularSurfaces::with_topologies(scene, &self.topologies)

@@ -17,7 +17,7 @@ use crate::scene::PreciseView;
 use bsp::PinholeTrees;
 use bundle::{ask, ask_near};
 use bundles::BundleTree;
-use camera_projection::CameraProjection;
+pub(super) use camera_projection::CameraProjection;
 use glam::{DVec3, Vec3};
 
 /// Beams are widest across which their rays are so at this share of the scene's size. Chosen, not measured.

@@ -26,7 +26,7 @@ use std::sync::Arc;
 /// Rays across a face at the most: all six take some gigabytes then.
 const MAX_RAYS: u32 = 2048;
 
-/// Work for fitting the cameras of one face, in units of about 100 ns of one core. Chosen, not measured.
+/// The usual work for fitting the cameras of one face. Chosen, not measured.
 const FACE_WORK: u64 = 20_000_000;
 
 /// A scene's mirrors and lenses, made ready once for panoramic cameras at any number of places.
@@ -44,6 +44,12 @@ impl<'a> PanoramicMirrors<'a> {
         let topologies = MeshTopologies::of(scene);
         let surfaces = SpecularSurfaces::with_topologies(scene, &topologies);
         Self { scene, tracer, topologies, surfaces }
+    }
+
+    /// The same of what is ready already.
+    pub(super) fn of(scene: &'a Scene, tracer: Arc<Tracer>, topologies: &MeshTopologies) -> Self {
+        let surfaces = SpecularSurfaces::with_topologies(scene, topologies);
+        Self { scene, tracer, topologies: topologies.clone(), surfaces }
     }
 }
 
@@ -85,6 +91,9 @@ pub struct PanoramaSettings {
     /// Objects at which paths may begin, counted from the eye; all if none. Other objects still hide these, and paths
     /// may go on at them.
     pub first: Option<Vec<u32>>,
+    /// Work for fitting the cameras of one face where rays have to be traced between these, in units of about 100 ns
+    /// of one core.
+    pub work: u64,
 }
 
 impl Default for PanoramaSettings {
@@ -103,6 +112,7 @@ impl Default for PanoramaSettings {
             polish,
             environment_mapped: Vec::new(),
             first: None,
+            work: FACE_WORK,
         }
     }
 }
@@ -231,7 +241,7 @@ impl PanoramicCameras {
             let mut grid = RayGrid::new(&sampler, progress)?;
             grid.groups.retain(|group| group.path.bounces.first().is_some_and(|bounce| is_first(bounce.object)));
             let cameras =
-                grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, FACE_WORK, progress)?;
+                grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, settings.work, progress)?;
             Ok((grid, cameras))
         };
         let seen: Vec<(RayGrid, Vec<Cameras>)> =

@@ -3,7 +3,8 @@
 use super::cube::{FACES, beyond, owner};
 use super::{PanoramaFace, PanoramicCameras, PanoramicMirrors};
 use crate::methods::projection::find::ray_map::{ViewField, eye_of};
-use crate::methods::projection::sample_based_camera::project::CameraProjector;
+use crate::methods::projection::sample_based_camera::cameras::CameraProjection;
+use crate::methods::projection::sample_based_camera::project::{Appearance, CameraProjector};
 use crate::methods::projector::{Projection, SpecularPath};
 use crate::optics::path::manifold::SpecularSurfaces;
 use crate::scene::{PreciseView, ViewRays};
@@ -31,6 +32,10 @@ pub struct PanoramicProjection {
     /// The change of the direction with the scene point, to first order: radians a scene unit, across the direction.
     /// Without polish that of the leaf's polynomials, some hundredths off at the border of one that fills a face.
     pub direction_change: Mat3,
+    /// The change of the reflection point with the scene point, to first order, as the leaf's polynomials have it.
+    pub reflection_change: Mat3,
+    /// Unit normal of the mirror there, on the side from which it is seen.
+    pub normal: Vec3,
     /// Optical length of the path from the eye to the scene point, in scene units. On paths of several bounces, without
     /// polish, leaves have the part up to the last bounce as a polynomial that the accuracy does not cover: where one
     /// leaf fills a face, as over a flat mirror nearby, it may be some hundredths off.
@@ -43,6 +48,7 @@ pub struct PanoramicProjection {
 
 /// Projects scene points by [`PanoramicCameras`].
 pub struct PanoramicProjector<'a> {
+    eye: Vec3,
     paths: &'a [SpecularPath],
     faces: Vec<FaceProjector<'a>>,
     /// Answers of two faces that are farther from each other than this, in radians, are two.
@@ -72,9 +78,30 @@ struct FaceCandidate {
     seen: PanoramicProjection,
 }
 
+/// An appearance in a face's picture, and the change of its reflection point with the scene point.
+#[derive(Clone, Copy, Debug)]
+struct FaceAppearance {
+    seen: Projection,
+    reflection_change: Mat3,
+    normal: Vec3,
+}
+
+impl Appearance for FaceAppearance {
+    fn new(seen: Projection, answer: &CameraProjection) -> Self {
+        let [right, up] = answer.moves;
+        let column = |axis: usize| right * answer.lateral[0][axis] + up * answer.lateral[1][axis];
+        let reflection_change = Mat3::from_cols(column(0), column(1), column(2));
+        Self { seen, reflection_change, normal: answer.normal.normalize_or_zero() }
+    }
+
+    fn projection(&self) -> &Projection {
+        &self.seen
+    }
+}
+
 #[derive(Default)]
 struct PanoramaScratch {
-    of_face: Vec<Projection>,
+    of_face: Vec<FaceAppearance>,
     candidates: Vec<FaceCandidate>,
 }
 
@@ -86,7 +113,12 @@ impl<'a> PanoramicProjector<'a> {
     pub(super) fn new(cameras: &'a PanoramicCameras, mirrors: &PanoramicMirrors<'a>) -> Self {
         let faces = cameras.faces.iter().map(|face| FaceProjector::new(cameras, face, mirrors));
         let same = SAME_CELLS * cameras.settings.spacing_px() * 2.0 / cameras.settings.size_px as f32;
-        Self { paths: &cameras.paths, faces: faces.collect(), same }
+        Self { eye: cameras.eye, paths: &cameras.paths, faces: faces.collect(), same }
+    }
+
+    /// The point from which is seen.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
     }
 
     /// The paths that can be asked for: [`PanoramicCameras::paths`].
@@ -176,7 +208,8 @@ impl<'a> FaceProjector<'a> {
     }
 
     /// Direction of a point by the face's cameras; returns `None` if another face owns it.
-    fn candidate(&self, path: u32, seen: &Projection, group: u32) -> Option<FaceCandidate> {
+    fn candidate(&self, path: u32, found: &FaceAppearance, group: u32) -> Option<FaceCandidate> {
+        let FaceAppearance { seen, reflection_change, normal } = found;
         let Vec2 { x, y } = seen.image_px;
         let (ray, change) = self.rays.ray_with_differential(x, y);
         let beyond = beyond(self.face.number, ray.direction);
@@ -199,6 +232,8 @@ impl<'a> FaceProjector<'a> {
             reflection_point: seen.reflection_point,
             direction: ray.direction,
             direction_change: Mat3::from_cols(column(0), column(1), column(2)),
+            reflection_change: *reflection_change,
+            normal: *normal,
             path_length: measured.unwrap_or(seen.path_length),
             last_segment: seen.last_segment,
             // A pixel is widest across the way to the middle of the face.

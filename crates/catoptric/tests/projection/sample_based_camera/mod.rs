@@ -1,5 +1,8 @@
 //! Sample-based cameras against the reference, by pictures and by round trips, and where there is little to draw.
 
+mod morphing;
+mod panoramic_cameras;
+
 use catoptric::methods::projection::sample_based_camera::SampleBasedCameraSettings;
 use catoptric::methods::{Quality, Settings};
 use catoptric::scene::{Material, Scene};

@@ -1,0 +1,267 @@
+//! Appearances at the nodes, blended.
+
+use super::cache::SightingCache;
+use super::sightings::{Lookout, MOST_NODES, Node, REACH, Sighting, Sightings};
+use crate::light::tracer::Tracer;
+use crate::methods::Report;
+use crate::methods::projection::find::polish::{Effort, polished};
+use crate::methods::projection::find::ray_map::Specular;
+use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
+use crate::methods::projection::sample_based_camera::project::TOUCHING;
+use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
+use crate::optics::path::bundle::Eye;
+use crate::optics::path::manifold::SpecularSurfaces;
+use crate::scene::{PreciseView, Scene};
+use glam::{DVec3, Mat3, Vec2, Vec3};
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Steps of the solver where some node knows nothing: it starts from another's appearance. Chosen, not measured.
+const STEPS_WHERE_AMBIGUOUS: u32 = 12;
+
+/// Answers are one when they are nearer than this, in pixels. Chosen, not measured.
+const SAME_PX: f32 = 0.5;
+
+/// Where a path is found at the nodes around the eye.
+#[derive(Debug, PartialEq)]
+pub(super) struct BlendedPath {
+    /// The index of its first reflector among those with nodes.
+    pub(super) reflector: usize,
+    /// Its number at each node.
+    pub(super) in_nodes: Vec<u32>,
+}
+
+/// Numbers of points, since the projector was made.
+#[derive(Debug, Default)]
+pub(super) struct PointCounts {
+    /// Appearances that some node does not know of, whatever is tried: the solver looks for them from the eye.
+    ambiguous: AtomicU64,
+    /// Those that it does not find.
+    unsolved: AtomicU64,
+}
+
+/// Projects scene points by blending.
+pub(in super::super) struct MorphProjector<'a> {
+    /// For each reflector its nodes.
+    pub(super) nodes: Vec<Vec<Node<'a>>>,
+    pub(super) paths: &'a [SpecularPath],
+    pub(super) blended: &'a [BlendedPath],
+    pub(super) left_out: &'a [SpecularPath],
+    pub(super) cache: &'a SightingCache,
+    pub(super) eye: DVec3,
+    pub(super) view: PreciseView,
+    pub(super) scene: &'a Scene,
+    pub(super) tracer: Arc<Tracer>,
+    pub(super) surfaces: SpecularSurfaces<'a>,
+    pub(super) order: u32,
+    /// Steps of the solver after blending, or 0.
+    pub(super) polish: u32,
+    pub(super) counts: PointCounts,
+}
+
+#[derive(Default)]
+struct Scratch {
+    at_nodes: [Vec<PanoramicProjection>; MOST_NODES],
+    found: Vec<Sightings>,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+impl VertexProjector for MorphProjector<'_> {
+    fn paths(&self) -> &[SpecularPath] {
+        self.paths
+    }
+
+    fn left_out(&self) -> &[SpecularPath] {
+        self.left_out
+    }
+
+    fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
+        found.extend(points, |point, found| self.project_point(path, point, found));
+    }
+
+    fn add_fallbacks(&self, report: &mut Report) {
+        report.add_fallback("ambiguous_points", self.counts.ambiguous.load(Ordering::Relaxed));
+        report.add_fallback("ambiguous_points_unsolved", self.counts.unsolved.load(Ordering::Relaxed));
+    }
+}
+
+/// The mean of the appearances at the nodes.
+struct Mean {
+    first: DVec3,
+    change: Mat3,
+    normal: Vec3,
+    length: f32,
+    last_segment: f32,
+    error: f32,
+}
+
+impl Mean {
+    /// That for an eye.
+    ///
+    /// Where derivatives with the eye are known, half of what these predict for the way from each node is added: so
+    /// whatever changes with the square of the way is right (the mean alone, as in the paper, is right for what changes
+    /// in proportion to it). Lengths change by the way along the ray (Fermat). Elsewhere the mean of points of a curved
+    /// surface lies below it, by half of what their tangent planes say.
+    fn of(eye: DVec3, nodes: &[Node<'_>], at: &[Sighting]) -> Self {
+        let mut mean = Self {
+            first: DVec3::ZERO,
+            change: Mat3::ZERO,
+            normal: Vec3::ZERO,
+            length: 0.0,
+            last_segment: 0.0,
+            error: 0.0,
+        };
+        let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
+        for (Node { weight, projector }, seen) in nodes.iter().zip(at) {
+            let way = (eye - projector.eye().as_dvec3()).as_vec3();
+            let ray = (seen.first - projector.eye()).normalize_or_zero();
+            let moved = seen.change_with_eye.filter(|_| knows_all).map(|change| change * way * 0.5);
+            mean.first += f64::from(*weight) * (seen.first.as_dvec3() + moved.unwrap_or_default().as_dvec3());
+            mean.change += seen.change * *weight;
+            mean.normal += seen.normal * *weight;
+            mean.length += weight * (seen.length - 0.5 * ray.dot(way));
+            mean.last_segment += weight * seen.last_segment;
+            mean.error += weight * seen.error;
+        }
+        if !knows_all {
+            let plain = mean.first.as_vec3();
+            let below = nodes
+                .iter()
+                .zip(at)
+                .map(|(node, seen)| seen.normal * ((seen.first - plain).dot(seen.normal) * 0.5 * node.weight));
+            mean.first += below.sum::<Vec3>().as_dvec3();
+        }
+        mean
+    }
+}
+
+impl MorphProjector<'_> {
+    /// Appends the appearances of a point on a path.
+    fn project_point(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
+        let Some(BlendedPath { reflector, in_nodes }) = self.blended.get(path as usize) else { return };
+        if !point.is_finite() {
+            return;
+        }
+        let lookout = Lookout {
+            nodes: &self.nodes[*reflector],
+            in_nodes,
+            path: &self.paths[path as usize],
+            specular: Specular { scene: self.scene, tracer: &self.tracer, surfaces: &self.surfaces, order: self.order },
+        };
+        let seen = self.cache.get(path, point, || {
+            SCRATCH.with_borrow_mut(|Scratch { at_nodes, found }| {
+                found.clear();
+                lookout.look(point, at_nodes, found);
+                Arc::from(&found[..])
+            })
+        });
+        let start = found.len();
+        for sightings in &*seen {
+            let count = lookout.nodes.len();
+            let mut whole = [Sighting::default(); MOST_NODES];
+            let is_whole = sightings.at[..count].iter().zip(&mut whole).all(|(at, whole)| {
+                at.is_some_and(|at| {
+                    *whole = at;
+                    true
+                })
+            });
+            let projection = if is_whole {
+                self.blend(path, &lookout, sightings.focal_index, &whole[..count], point)
+            } else {
+                self.settle(path, &lookout, sightings, point)
+            };
+            let Some(projection) = projection else { continue };
+            let is_same = |other: &Projection| {
+                other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
+            };
+            if !found[start..].iter().any(is_same) {
+                found.push(projection);
+            }
+        }
+    }
+
+    /// An appearance that some node does not know of, by the solver from the eye.
+    fn settle(&self, path: u32, lookout: &Lookout<'_>, sightings: &Sightings, point: Vec3) -> Option<Projection> {
+        self.counts.ambiguous.fetch_add(1, Ordering::Relaxed);
+        let effort = Effort { steps: STEPS_WHERE_AMBIGUOUS, reach: REACH, must_converge: true };
+        let mut known = lookout.nodes.iter().zip(&sightings.at).filter_map(|(node, at)| Some((node, at.as_ref()?)));
+        let solved = known.find_map(|(node, at)| {
+            let way = (self.eye - node.projector.eye().as_dvec3()).as_vec3();
+            let expected = at.first + at.change_with_eye.map_or(Vec3::ZERO, |change| change * way);
+            self.solved(path, lookout, (node, at), expected.as_dvec3(), point, effort)
+        });
+        if solved.is_none() {
+            self.counts.unsolved.fetch_add(1, Ordering::Relaxed);
+        }
+        solved
+    }
+
+    /// The mean of the appearances at all nodes of a reflector, made exact if that is wanted; `None` where it is beyond
+    /// the eye's horizon.
+    fn blend(
+        &self,
+        path: u32,
+        lookout: &Lookout<'_>,
+        focal_index: u32,
+        at: &[Sighting],
+        point: Vec3,
+    ) -> Option<Projection> {
+        let Mean { first, change, normal, length, last_segment, error } = Mean::of(self.eye, lookout.nodes, at);
+        if normal.as_dvec3().dot(self.eye - first) <= 0.0 {
+            return None;
+        }
+        let [x, y] = self.view.place_of(first)?;
+        let gradients = self.view.place_change(first).map(DVec3::as_vec3);
+        let across = change.transpose();
+        let projection = Projection {
+            path,
+            focal_index,
+            image_px: Vec2::new(x as f32, y as f32),
+            image_change: gradients.map(|gradient| across * gradient),
+            path_length: length,
+            reflection_point: first.as_vec3(),
+            last_segment,
+            error_px: error * gradients[0].length().max(gradients[1].length()),
+        };
+        let projection = projection.if_meaningful()?;
+        if self.polish == 0 {
+            return Some(projection);
+        }
+        let effort = Effort { steps: self.polish, reach: REACH, must_converge: false };
+        let mut nodes: Vec<(&Node<'_>, &Sighting)> = lookout.nodes.iter().zip(at).collect();
+        nodes.sort_by(|a, b| b.0.weight.total_cmp(&a.0.weight));
+        let solved = nodes.into_iter().find_map(|node| self.solved(path, lookout, node, first, point, effort));
+        solved.or(Some(projection))
+    }
+
+    /// The appearance of a point near a place on the first reflector by the solver, which starts from what a node sees:
+    /// the view itself may see nothing at that place; `None` where it finds none.
+    fn solved(
+        &self,
+        path: u32,
+        lookout: &Lookout<'_>,
+        (node, at): (&Node<'_>, &Sighting),
+        near: DVec3,
+        point: Vec3,
+        effort: Effort,
+    ) -> Option<Projection> {
+        let node = node.projector.eye();
+        let sample = lookout.sample(node, (at.first - node).normalize_or_zero())?;
+        let start = sample.sites_at(&self.surfaces, sample.parameters_of(near))?;
+        let (eye, exact) = (Eye::Point(self.eye), point.as_dvec3());
+        let effort = Effort { reach: effort.reach * lookout.size(lookout.path.bounces.first()), ..effort };
+        let found = polished(&self.surfaces, &eye, &start, &sample.outside, exact, effort)?;
+        if found.last.distance(exact) < TOUCHING * lookout.size(lookout.path.bounces.last()) {
+            return None;
+        }
+        let length = sample.optical_length_along(&eye, &found.sites, exact);
+        let projection = found.projection(path, &self.view, length, exact)?;
+        // Cameras count the focal points of the last segment alone.
+        let before = if self.polish == 0 { sample.focal_points_passed } else { 0 };
+        Some(Projection { focal_index: projection.focal_index.saturating_sub(before), ..projection })
+    }
+}

@@ -1,0 +1,289 @@
+//! Reflection morphing (Popescu, Sacks, Mei 2006, section VI): cameras stand at the nodes of a grid around every
+//! reflector, and of each point the appearances at the four nodes around the eye are blended.
+
+mod blend;
+mod cache;
+mod grid;
+mod nodes;
+mod sightings;
+mod walk;
+
+pub(super) use grid::node_counts;
+
+use super::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
+use super::rays::grid::extent;
+use super::settings::SampleBasedCameraSettings;
+use super::{INFO, margin_px};
+use crate::error::RenderError;
+use crate::light::tracer::Tracer;
+use crate::methods::projection::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
+use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::work_limit::WorkLimit;
+use crate::methods::projection::find::ray_map::{RayField, ViewField};
+use crate::methods::projector::SpecularPath;
+use crate::methods::{MethodInfo, Quality, Report, Settings};
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::scene::{PreciseView, Projection, Scene, View};
+use blend::{BlendedPath, MorphProjector};
+use cache::SightingCache;
+use glam::UVec3;
+use grid::NodeGrid;
+use nodes::{NodeKey, NodeStore, WantedNode};
+use sightings::Node;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Nodes are built for so many reflectors of a view at the most, those that appear largest: it takes some tenths of a
+/// second each. Chosen, not measured.
+const MOST_REFLECTORS: usize = 8;
+
+/// Work for the rays of a face that are traced between those of its map: the building of a node takes about as long
+/// again. Chosen, not measured.
+const FACE_WORK: u64 = 2_000_000;
+
+/// The method with its settings.
+#[derive(Clone)]
+pub(super) struct Morphing {
+    settings: SampleBasedCameraSettings,
+    /// Nodes along each axis.
+    counts: UVec3,
+}
+
+/// The mirrors of a scene, and the nodes that were built for them.
+pub(super) struct MorphMirrors {
+    tracer: Arc<Tracer>,
+    nodes: Arc<Mutex<NodeStore>>,
+}
+
+/// What a view is blended from.
+pub(super) struct MorphView {
+    /// For each reflector the nodes around the eye with their weights.
+    reflectors: Vec<Vec<(f32, Arc<PanoramicCameras>)>>,
+    paths: Vec<SpecularPath>,
+    /// For each path where it is found at the nodes.
+    blended: Vec<BlendedPath>,
+    /// Paths that some node does not know, and reflectors in whose grid the eye is not.
+    left_out: Vec<SpecularPath>,
+    /// Reflectors in view that have no nodes about this eye.
+    beyond_grid: u64,
+    built: u64,
+    /// Nodes that are kept, and their bytes.
+    kept: [u64; 2],
+    /// What is known of points at these nodes.
+    cache: SightingCache,
+}
+
+impl Morphing {
+    /// The method with its settings.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] for a grid that is none.
+    pub(super) fn new(settings: SampleBasedCameraSettings) -> Result<Self, RenderError> {
+        let wrong = |problem| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
+        let counts = node_counts(&settings.grid).map_err(wrong)?;
+        Ok(Self { settings, counts })
+    }
+
+    fn panorama(&self) -> PanoramaSettings {
+        let SampleBasedCameraSettings { downsampling, camera, accuracy_px, max_shared, finest_ray_px, .. } =
+            self.settings;
+        let size_px = self.settings.node_size;
+        let polish = 0;
+        let accuracy_px = accuracy_px.min(downsampling as f32);
+        PanoramaSettings {
+            size_px,
+            downsampling,
+            camera,
+            accuracy_px,
+            max_shared,
+            finest_ray_px,
+            polish,
+            work: FACE_WORK,
+            ..PanoramaSettings::default()
+        }
+    }
+
+    /// The reflectors and lenses in view, the largest first, as they appear.
+    fn in_view(scene: &Scene, field: &ViewField) -> Vec<u32> {
+        let [width, height] = field.size_px().map(f64::from);
+        let size = |object: u32| match extent(&scene.objects[object as usize].bounds, field) {
+            Some([low, high]) => {
+                let length = |axis: usize, most: f64| high[axis].min(most) - low[axis].max(0.0);
+                let (across, down) = (length(0, width), length(1, height));
+                if across > 0.0 && down > 0.0 { across * down } else { 0.0 }
+            }
+            // It reaches behind the eye.
+            None => width * height,
+        };
+        let mut found: Vec<(f64, u32)> =
+            scene.specular_objects().into_iter().map(|object| (size(object), object)).collect();
+        found.retain(|(size, _)| *size > 0.0);
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        found.into_iter().map(|(_, object)| object).collect()
+    }
+
+    /// The nodes around the eye in a reflector's grid with their weights; `None` beyond it, and where a node is in the
+    /// reflector's box: it may see the reflector from within.
+    fn nodes_of(&self, scene: &Scene, reflector: u32, view: &View, order: u32) -> Option<Vec<(f32, WantedNode)>> {
+        if !matches!(view.projection, Projection::Perspective { .. }) {
+            return None;
+        }
+        let bounds = &scene.objects[reflector as usize].bounds;
+        let grid = NodeGrid::around(bounds, self.counts, self.settings.grid_reach);
+        let corners = grid.tetrahedron(view.eye())?;
+        let wanted = corners.into_iter().map(|(node, weight)| {
+            let place = grid.place(node);
+            let is_outside = !bounds.contains(place);
+            is_outside.then_some((weight, (NodeKey { reflector, node, order }, place)))
+        });
+        wanted.collect()
+    }
+}
+
+impl MorphView {
+    /// Sorts out which paths every node of their reflector knows.
+    fn find_paths(&mut self) {
+        let mut known: BTreeMap<&SpecularPath, (usize, Vec<Option<u32>>)> = BTreeMap::new();
+        for (reflector, nodes) in self.reflectors.iter().enumerate() {
+            for (number, (_, cameras)) in nodes.iter().enumerate() {
+                for (index, path) in cameras.paths().iter().enumerate() {
+                    let entry = known.entry(path).or_insert_with(|| (reflector, vec![None; nodes.len()]));
+                    entry.1[number] = Some(index as u32);
+                }
+            }
+        }
+        let mut paths: Vec<(SpecularPath, Option<BlendedPath>)> = Vec::with_capacity(known.len());
+        for (path, (reflector, in_nodes)) in known {
+            let in_nodes: Option<Vec<u32>> = in_nodes.into_iter().collect();
+            paths.push((path.clone(), in_nodes.map(|in_nodes| BlendedPath { reflector, in_nodes })));
+        }
+        for (path, blended) in paths {
+            match blended {
+                Some(blended) => {
+                    self.paths.push(path);
+                    self.blended.push(blended);
+                }
+                None => self.left_out.push(path),
+            }
+        }
+    }
+}
+
+impl MeshProjection for Morphing {
+    type Mirrors = MorphMirrors;
+    type ViewData = MorphView;
+    type Projector<'a> = MorphProjector<'a>;
+
+    const INFO: &'static MethodInfo = &INFO;
+
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        _: Quality,
+        old: Option<&MorphMirrors>,
+        stages: &mut Stages<'_>,
+    ) -> Result<MorphMirrors, RenderError> {
+        let tracer = mirror_tracer(scene, old.map(|old| &old.tracer), stages)?;
+        Ok(MorphMirrors { tracer, nodes: old.map_or_else(Default::default, |old| old.nodes.clone()) })
+    }
+
+    fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<MorphView, RenderError> {
+        let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
+        let objects = Self::in_view(scene, &ViewField::new(view, margin_px(&self.settings)));
+        let (mut wanted, mut counts, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut reflectors = Vec::new();
+        for &object in objects.iter().take(MOST_REFLECTORS) {
+            if let Some(nodes) = self.nodes_of(scene, object, view, order) {
+                reflectors.push(object);
+                counts.push(nodes.len());
+                weights.extend(nodes.iter().map(|(weight, _)| *weight));
+                wanted.extend(nodes.into_iter().map(|(_, node)| node));
+            }
+        }
+        let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
+        let mut store = mirrors.nodes.lock().unwrap_or_else(PoisonError::into_inner);
+        let limits = (scene.bounds, u64::from(self.settings.node_memory) << 20);
+        let (cameras, built) = store.get(&wanted, &panoramic, &self.panorama(), limits, stages.progress)?;
+        let kept = [store.count(), store.byte_count()];
+        drop(store);
+        stages.lap("nodes");
+        let mut nodes = weights.into_iter().zip(cameras);
+        let mut found = MorphView {
+            reflectors: counts.into_iter().map(|count| nodes.by_ref().take(count).collect()).collect(),
+            paths: Vec::new(),
+            blended: Vec::new(),
+            left_out: Vec::new(),
+            beyond_grid: (objects.len() - reflectors.len()) as u64,
+            built,
+            kept,
+            cache: SightingCache::default(),
+        };
+        found.find_paths();
+        // What no node knows is left out by its first bounce: of a lens both paths are, if one is.
+        let first = |path: &SpecularPath| path.bounces.first().map(|bounce| bounce.object);
+        for object in objects.into_iter().filter(|_| order > 0) {
+            if !found.paths.iter().chain(&found.left_out).any(|path| first(path) == Some(object)) {
+                let kind = BounceKind::Reflect;
+                found.left_out.push(SpecularPath { bounces: vec![Bounce { object, kind }] });
+            }
+        }
+        Ok(found)
+    }
+
+    fn describe(&self, data: &MorphView, report: &mut Report) {
+        report.counts.insert("nodes_blended", data.reflectors.iter().map(|nodes| nodes.len() as u64).sum());
+        report.counts.insert("nodes_built", data.built);
+        report.counts.insert("nodes_kept", data.kept[0]);
+        report.bytes.insert("nodes", data.kept[1]);
+        report.counts.insert("cached_points", data.cache.count());
+        report.add_fallback("reflectors_without_nodes", data.beyond_grid);
+        report.add_fallback("paths_without_nodes", data.left_out.len() as u64);
+    }
+
+    fn take_over(&self, data: &mut MorphView, old: MorphView) {
+        let nodes = |view: &MorphView| -> Vec<Vec<*const PanoramicCameras>> {
+            let of_reflector = |nodes: &Vec<(f32, Arc<PanoramicCameras>)>| {
+                nodes.iter().map(|(_, cameras)| Arc::as_ptr(cameras)).collect()
+            };
+            view.reflectors.iter().map(of_reflector).collect()
+        };
+        if nodes(data) == nodes(&old) && data.paths == old.paths && data.blended == old.blended {
+            data.cache = old.cache;
+        }
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        self.settings.work_limit()
+    }
+
+    fn mesh_quality(&self, view: &View) -> MeshQuality {
+        MeshQuality::new(view, self.settings.edge_error_px, self.settings.piece_px)
+    }
+
+    fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a MorphView) -> MorphProjector<'a> {
+        let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
+        let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
+        let of_reflector = |nodes: &'a Vec<(f32, Arc<PanoramicCameras>)>| {
+            // A view's nodes were built for this scene's objects.
+            let node = |(weight, cameras): &'a (f32, Arc<PanoramicCameras>)| {
+                Some(Node { weight: *weight, projector: cameras.projector(&panoramic).ok()? })
+            };
+            nodes.iter().filter_map(node).collect()
+        };
+        MorphProjector {
+            nodes: data.reflectors.iter().map(of_reflector).collect(),
+            paths: &data.paths,
+            blended: &data.blended,
+            left_out: &data.left_out,
+            cache: &data.cache,
+            eye: view.eye().as_dvec3(),
+            view: PreciseView::new(view),
+            scene,
+            tracer: mirrors.tracer.clone(),
+            surfaces: virtual_scene.surfaces(scene),
+            order,
+            polish: self.settings.polish,
+            counts: Default::default(),
+        }
+    }
+}

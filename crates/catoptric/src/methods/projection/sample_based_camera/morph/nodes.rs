@@ -1,0 +1,108 @@
+//! The panoramic cameras at nodes: built when a view first needs them, kept for the next views.
+
+use crate::error::RenderError;
+use crate::math::Aabb;
+use crate::methods::projection::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
+use crate::parallel;
+use crate::progress::Progress;
+use glam::{UVec3, Vec3};
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+/// A node: of which reflector's grid, and where in it; the highest order of its paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct NodeKey {
+    pub(super) reflector: u32,
+    pub(super) node: UVec3,
+    pub(super) order: u32,
+}
+
+/// A node that a view needs, and its place.
+pub(super) type WantedNode = (NodeKey, Vec3);
+
+/// The nodes that were built.
+#[derive(Default)]
+pub(super) struct NodeStore {
+    nodes: HashMap<NodeKey, KnownNode>,
+    /// The number of the last view.
+    views: u64,
+}
+
+struct KnownNode {
+    cameras: Arc<PanoramicCameras>,
+    /// The scene's box when it was built: rays were tested as far as that.
+    bounds: Aabb,
+    bytes: u64,
+    /// The last view that needed it.
+    view: u64,
+}
+
+impl NodeStore {
+    /// The cameras of the nodes that a view needs, in their order, and the number of those that had to be built. Of the
+    /// other nodes those that were needed last are kept, as many as fit into so many bytes.
+    ///
+    /// # Errors
+    /// As [`PanoramicCameras::new`].
+    pub(super) fn get(
+        &mut self,
+        wanted: &[WantedNode],
+        mirrors: &PanoramicMirrors<'_>,
+        settings: &PanoramaSettings,
+        (bounds, bytes): (Aabb, u64),
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Arc<PanoramicCameras>>, u64), RenderError> {
+        self.views += 1;
+        self.nodes.retain(|_, node| node.bounds.union(bounds) == node.bounds);
+        let mut seen = HashSet::new();
+        let missing: Vec<&WantedNode> =
+            wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
+        let built = parallel::map_stage(progress, "building nodes", missing.len(), |index| {
+            let (key, place) = *missing[index];
+            let settings = PanoramaSettings { order: key.order, first: Some(vec![key.reflector]), ..settings.clone() };
+            PanoramicCameras::new(mirrors, place, &settings, progress)
+        })?;
+        let count = built.len() as u64;
+        for ((key, _), cameras) in missing.into_iter().zip(built) {
+            let cameras = Arc::new(cameras?);
+            let bytes = cameras.report().bytes.values().sum();
+            self.nodes.insert(*key, KnownNode { cameras, bounds, bytes, view: self.views });
+        }
+        let mut found = Vec::with_capacity(wanted.len());
+        for (key, _) in wanted {
+            if let Some(node) = self.nodes.get_mut(key) {
+                node.view = self.views;
+                found.push(node.cameras.clone());
+            }
+        }
+        self.forget(bytes);
+        Ok((found, count))
+    }
+
+    /// Forgets the nodes that were needed longest ago, but for those of the last view, until the rest fits.
+    fn forget(&mut self, most_bytes: u64) {
+        let mut bytes = self.byte_count();
+        if bytes <= most_bytes {
+            return;
+        }
+        let mut old: Vec<(u64, [u32; 3], NodeKey)> =
+            self.nodes.iter().map(|(key, node)| (node.view, key.node.to_array(), *key)).collect();
+        old.retain(|(view, ..)| *view < self.views);
+        old.sort_by_key(|(view, node, key)| (*view, key.reflector, *node, key.order));
+        for (.., key) in old {
+            if bytes <= most_bytes {
+                break;
+            }
+            bytes -= self.nodes.remove(&key).map_or(0, |node| node.bytes);
+        }
+    }
+
+    /// The bytes of all cameras.
+    pub(super) fn byte_count(&self) -> u64 {
+        self.nodes.values().map(|node| node.bytes).sum()
+    }
+
+    /// The number of nodes.
+    pub(super) fn count(&self) -> u64 {
+        self.nodes.len() as u64
+    }
+}

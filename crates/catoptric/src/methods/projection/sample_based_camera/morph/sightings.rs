@@ -1,0 +1,235 @@
+//! Appearances of a point at all nodes around the eye, sorted by what belongs together.
+
+use super::walk::{Mirror, Reflection};
+use crate::methods::projection::find::ray_map::{RaySample, Specular, follow};
+use crate::methods::projection::find::work;
+use crate::methods::projection::sample_based_camera::panorama::{PanoramicProjection, PanoramicProjector};
+use crate::methods::projector::SpecularPath;
+use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
+use crate::scene::Ray;
+use glam::{DVec3, Mat3, Vec3};
+
+/// The most nodes around an eye: the corners of a tetrahedron.
+pub(super) const MOST_NODES: usize = 4;
+
+/// Work of following a ray to a bounce.
+const WORK_A_RAY: u64 = 20;
+
+/// The solver may move a first reflection point by this share of the reflector's size. Chosen, not measured.
+pub(super) const REACH: f64 = 0.25;
+
+/// Appearances at two nodes whose reflection points are this share of the reflector's size from where the derivatives
+/// of both expect them are not one. Chosen, not measured.
+const MISMATCH: f32 = 0.02;
+
+/// An appearance at one node.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sighting {
+    /// The first reflection point, and how it changes with the scene point.
+    pub(super) first: Vec3,
+    pub(super) change: Mat3,
+    /// How it changes with the eye; not known after several bounces, and of glass.
+    pub(super) change_with_eye: Option<Mat3>,
+    /// Unit normal there, on the side from which other nodes see it, if it is beyond this node's horizon.
+    pub(super) normal: Vec3,
+    /// Optical length from the node to the scene point.
+    pub(super) length: f32,
+    pub(super) last_segment: f32,
+    /// How far the reflection point may be off.
+    pub(super) error: f32,
+}
+
+/// An appearance at several nodes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sightings {
+    pub(super) focal_index: u32,
+    /// At each node, of those that know of it.
+    pub(super) at: [Option<Sighting>; MOST_NODES],
+}
+
+/// A node around the eye.
+pub(super) struct Node<'a> {
+    pub(super) weight: f32,
+    pub(super) projector: PanoramicProjector<'a>,
+}
+
+impl Sighting {
+    fn of(seen: &PanoramicProjection, eye: Vec3) -> Self {
+        Self {
+            first: seen.reflection_point,
+            change: seen.reflection_change,
+            change_with_eye: None,
+            normal: seen.normal,
+            length: seen.path_length,
+            last_segment: seen.last_segment,
+            error: seen.error * seen.reflection_point.distance(eye),
+        }
+    }
+
+    /// That of a mirror, exactly. `None` if anything is not finite.
+    fn exact(found: &Reflection, eye: Vec3, point: Vec3, (towards, media): (Vec3, [f64; 2])) -> Option<Self> {
+        let Reflection { position, normal, moves, by_point, by_eye } = found;
+        let matrix = |by: &[DVec3; 2]| {
+            let column = |axis: usize| (moves[0] * by[0][axis] + moves[1] * by[1][axis]).as_vec3();
+            Mat3::from_cols(column(0), column(1), column(2))
+        };
+        let (normal, last_segment) = (normal.as_vec3(), position.distance(point.as_dvec3()));
+        let sighting = Self {
+            first: position.as_vec3(),
+            change: matrix(by_point),
+            change_with_eye: Some(matrix(by_eye)),
+            normal: if normal.dot(towards) < 0.0 { -normal } else { normal },
+            length: (media[0] * position.distance(eye.as_dvec3()) + media[1] * last_segment) as f32,
+            last_segment: last_segment as f32,
+            error: 0.0,
+        };
+        let is_finite = sighting.first.is_finite() && sighting.change.is_finite() && sighting.length.is_finite();
+        (is_finite && sighting.change_with_eye?.is_finite()).then_some(sighting)
+    }
+}
+
+/// The partner of an appearance among those at another node: each is the other's nearest.
+fn partner(of: &PanoramicProjection, own: &[PanoramicProjection], others: &[PanoramicProjection]) -> Option<usize> {
+    let nearest = |to: &PanoramicProjection, list: &[PanoramicProjection]| {
+        let distance = |one: &PanoramicProjection| one.reflection_point.distance_squared(to.reflection_point);
+        let same_sheet = list.iter().enumerate().filter(|(_, one)| one.focal_index == to.focal_index);
+        same_sheet.min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b))).map(|(index, _)| index)
+    };
+    let other = nearest(of, others)?;
+    let back = nearest(&others[other], own)?;
+    std::ptr::eq(&own[back], of).then_some(other)
+}
+
+/// Looks for a point's appearances on one path at the nodes around the eye.
+pub(super) struct Lookout<'a> {
+    pub(super) nodes: &'a [Node<'a>],
+    /// The path's number at each node.
+    pub(super) in_nodes: &'a [u32],
+    pub(super) path: &'a SpecularPath,
+    pub(super) specular: Specular<'a>,
+}
+
+impl Lookout<'_> {
+    /// Appends a point's appearances, each with the nodes that know of it. What one node sees and another does not
+    /// (beyond its horizon, or past the reflector's border) is looked for there by the solver.
+    pub(super) fn look(
+        &self,
+        point: Vec3,
+        at_nodes: &mut [Vec<PanoramicProjection>; MOST_NODES],
+        found: &mut Vec<Sightings>,
+    ) {
+        for ((list, node), number) in at_nodes.iter_mut().zip(self.nodes).zip(self.in_nodes) {
+            list.clear();
+            node.projector.project_on(*number, point, list);
+        }
+        for (index, list) in at_nodes[..self.nodes.len()].iter().enumerate() {
+            for own in list {
+                let partners: [Option<usize>; MOST_NODES] = std::array::from_fn(|other| match other {
+                    _ if other >= self.nodes.len() => None,
+                    _ if other == index => Some(0),
+                    _ => partner(own, list, &at_nodes[other]),
+                });
+                // What an earlier node sees, too, was found there.
+                if partners[..index].iter().any(Option::is_some) {
+                    continue;
+                }
+                let seen_at = |other: usize| match other {
+                    _ if other == index => Some(own),
+                    _ => partners[other].map(|number| &at_nodes[other][number]),
+                };
+                let at = match self.of_mirror(point, index, &seen_at) {
+                    Some(exact) => exact,
+                    None => std::array::from_fn(|other| {
+                        seen_at(other).map(|seen| Sighting::of(seen, self.nodes[other].projector.eye()))
+                    }),
+                };
+                let focal_index = own.focal_index;
+                if self.belong_together(&at) {
+                    found.push(Sightings { focal_index, at });
+                    continue;
+                }
+                for (node, one) in at.iter().enumerate().filter(|(_, one)| one.is_some()) {
+                    let mut alone = [None; MOST_NODES];
+                    alone[node] = *one;
+                    found.push(Sightings { focal_index, at: alone });
+                }
+            }
+        }
+    }
+
+    /// True unless the derivatives with the eye tell that appearances at two nodes are not the same: on one sheet each
+    /// half of the way between them moves the reflection point as its end says, but for terms of third order.
+    fn belong_together(&self, at: &[Option<Sighting>; MOST_NODES]) -> bool {
+        let most = MISMATCH * self.size(self.path.bounces.first()) as f32;
+        let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.projector.eye(), at.as_ref()?)));
+        known().enumerate().all(|(index, (from, one))| {
+            known().skip(index + 1).all(|(to, other)| {
+                let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { return true };
+                let expected = (at_one + at_other) * (to - from) * 0.5;
+                (other.first - one.first).distance(expected) <= most
+            })
+        })
+    }
+
+    /// The exact appearances in a single mirror: what nodes see is the start, and where one does not see what others
+    /// do, that is followed from these. `None` on other paths.
+    fn of_mirror<'s>(
+        &self,
+        point: Vec3,
+        index: usize,
+        seen_at: &impl Fn(usize) -> Option<&'s PanoramicProjection>,
+    ) -> Option<[Option<Sighting>; MOST_NODES]> {
+        let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
+        let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].projector.eye());
+        let own = seen_at(index)?;
+        let sample = self.sample(eye_of(index), own.direction)?;
+        let media = [sample.media[0], sample.media[1]];
+        let reach = REACH * self.size(self.path.bounces.first());
+        let mirror = Mirror { surfaces, object, point: point.as_dvec3(), reach };
+        // The site of a ray is where the cameras put the reflection, but for their accuracy.
+        let site = |sample: RaySample, seen: &PanoramicProjection| {
+            let step = sample.parameters_of(seen.reflection_point.as_dvec3());
+            sample.sites_at(surfaces, step).map(|sites| sites.sites[0])
+        };
+        let own_site = site(sample, own)?;
+        let mut at = [None; MOST_NODES];
+        for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
+            let eye = eye_of(node);
+            let found = match seen_at(node) {
+                Some(_) if node == index => mirror.seen(eye.as_dvec3(), &own_site),
+                Some(seen) => self
+                    .sample(eye, seen.direction)
+                    .and_then(|sample| mirror.seen(eye.as_dvec3(), &site(sample, seen)?)),
+                None => mirror.walked(&own_site, [eye_of(index), eye].map(Vec3::as_dvec3)),
+            };
+            let exact = found.and_then(|found| Sighting::exact(&found, eye, point, (own.normal, media)));
+            *at = exact.or_else(|| seen_at(node).map(|seen| Sighting::of(seen, eye)));
+        }
+        Some(at)
+    }
+
+    /// The path's ray in a direction from a place.
+    pub(super) fn sample(&self, eye: Vec3, direction: Vec3) -> Option<RaySample> {
+        work::add(WORK_A_RAY * self.path.bounces.len() as u64);
+        let ray = Ray { origin: eye, direction };
+        let mut sample = None;
+        follow(
+            &self.specular,
+            &Eye::Point(eye.as_dvec3()),
+            &ray,
+            self.specular.scene.near(),
+            &mut |other, followed| {
+                if other == *self.path {
+                    sample = Some(followed);
+                }
+            },
+        );
+        sample
+    }
+
+    /// The size of a bounce's object.
+    pub(super) fn size(&self, bounce: Option<&Bounce>) -> f64 {
+        let size = |bounce: &Bounce| self.specular.scene.objects[bounce.object as usize].bounds.diagonal();
+        bounce.map_or(0.0, |bounce| f64::from(size(bounce)))
+    }
+}
