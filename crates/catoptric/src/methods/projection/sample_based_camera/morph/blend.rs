@@ -2,6 +2,7 @@
 
 use super::cache::SightingCache;
 use super::sightings::{Lookout, MOST_NODES, Node, REACH, Sighting, Sightings};
+use super::walk::Mirror;
 use crate::light::tracer::Tracer;
 use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
@@ -9,7 +10,7 @@ use crate::methods::projection::find::ray_map::Specular;
 use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
 use crate::methods::projection::sample_based_camera::project::TOUCHING;
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
-use crate::optics::path::bundle::Eye;
+use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::SpecularSurfaces;
 use crate::scene::{PreciseView, Scene};
 use glam::{DVec3, Mat3, Vec2, Vec3};
@@ -35,6 +36,8 @@ pub(super) struct BlendedPath {
 /// Numbers of points, since the projector was made.
 #[derive(Debug, Default)]
 pub(super) struct PointCounts {
+    /// Points that were looked for at the nodes, as nothing was known of them.
+    sought: AtomicU64,
     /// Appearances that some node does not know of, whatever is tried: the solver looks for them from the eye.
     ambiguous: AtomicU64,
     /// Those that it does not find.
@@ -83,7 +86,15 @@ impl VertexProjector for MorphProjector<'_> {
         found.extend(points, |point, found| self.project_point(path, point, found));
     }
 
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
+        found.extend(&[point], |point, found| match self.followed(one, point) {
+            Some(projection) => found.extend(projection),
+            None => self.project_point(one.path, point, found),
+        });
+    }
+
     fn add_fallbacks(&self, report: &mut Report) {
+        report.counts.insert("points_sought_at_nodes", self.counts.sought.load(Ordering::Relaxed));
         report.add_fallback("ambiguous_points", self.counts.ambiguous.load(Ordering::Relaxed));
         report.add_fallback("ambiguous_points_unsolved", self.counts.unsolved.load(Ordering::Relaxed));
     }
@@ -146,13 +157,9 @@ impl MorphProjector<'_> {
         if !point.is_finite() {
             return;
         }
-        let lookout = Lookout {
-            nodes: &self.nodes[*reflector],
-            in_nodes,
-            path: &self.paths[path as usize],
-            specular: Specular { scene: self.scene, tracer: &self.tracer, surfaces: &self.surfaces, order: self.order },
-        };
+        let lookout = self.lookout(path, &self.nodes[*reflector], in_nodes);
         let seen = self.cache.get(path, point, || {
+            self.counts.sought.fetch_add(1, Ordering::Relaxed);
             SCRATCH.with_borrow_mut(|Scratch { at_nodes, found }| {
                 found.clear();
                 lookout.look(point, at_nodes, found);
@@ -182,6 +189,48 @@ impl MorphProjector<'_> {
                 found.push(projection);
             }
         }
+    }
+
+    fn lookout<'s>(&'s self, path: u32, nodes: &'s [Node<'s>], in_nodes: &'s [u32]) -> Lookout<'s> {
+        let (scene, tracer, surfaces, order) = (self.scene, &*self.tracer, &self.surfaces, self.order);
+        let specular = Specular { scene, tracer, surfaces, order };
+        Lookout { nodes, in_nodes, path: &self.paths[path as usize], specular }
+    }
+
+    /// In a single mirror, the appearance of a point that one of a point near it continues into, exactly: that takes
+    /// one reflection in place of one for each node, and is asked for points that no other view asks for.
+    /// `Some(None)` beyond the horizon; `None` on other paths and if the solver does not get there.
+    fn followed(&self, one: &Projection, point: Vec3) -> Option<Option<Projection>> {
+        let [Bounce { object, kind: BounceKind::Reflect }] = self.paths.get(one.path as usize)?.bounces[..] else {
+            return None;
+        };
+        let lookout = self.lookout(one.path, &[], &[]);
+        let eye = self.eye.as_vec3();
+        let site = lookout.site(object, eye, (one.reflection_point - eye).normalize_or_zero())?;
+        let reach = REACH * lookout.size(lookout.path.bounces.first());
+        let exact = point.as_dvec3();
+        let mirror = Mirror { surfaces: &self.surfaces, object, point: exact, reach };
+        let seen_from = |normal: DVec3, at: DVec3| normal.dot(self.eye - at) > 0.0;
+        let side = seen_from(self.surfaces.frame(object, &site)?.normal, site.position);
+        let found = mirror.seen(self.eye, &site)?;
+        if seen_from(found.normal, found.position) != side {
+            return Some(None);
+        }
+        let [x, y] = self.view.place_of(found.position)?;
+        let medium = one.path_length / (one.reflection_point.distance(eye) + one.last_segment);
+        let last_segment = found.position.distance(exact) as f32;
+        let across = found.change_with_point().transpose();
+        let projection = Projection {
+            path: one.path,
+            focal_index: one.focal_index,
+            image_px: Vec2::new(x as f32, y as f32),
+            image_change: self.view.place_change(found.position).map(|gradient| across * gradient.as_vec3()),
+            path_length: medium * (found.position.distance(self.eye) as f32 + last_segment),
+            reflection_point: found.position.as_vec3(),
+            last_segment,
+            error_px: 0.0,
+        };
+        Some(projection.if_meaningful())
     }
 
     /// An appearance that some node does not know of, by the solver from the eye.

@@ -6,21 +6,24 @@ use crate::methods::projection::find::work;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramicProjection, PanoramicProjector};
 use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
+use crate::optics::path::manifold::ManifoldVertex;
 use crate::scene::Ray;
-use glam::{DVec3, Mat3, Vec3};
+use glam::{Mat3, Vec3};
 
 /// The most nodes around an eye: the corners of a tetrahedron.
 pub(super) const MOST_NODES: usize = 4;
 
 /// Work of following a ray to a bounce.
-const WORK_A_RAY: u64 = 20;
+const WORK_A_RAY: u64 = 10;
 
 /// The solver may move a first reflection point by this share of the reflector's size. Chosen, not measured.
 pub(super) const REACH: f64 = 0.25;
 
-/// Appearances at two nodes whose reflection points are this share of the reflector's size from where the derivatives
-/// of both expect them are not one. Chosen, not measured.
+/// Appearances at two nodes whose reflection points are farther than this from where the derivatives of both expect
+/// them are not one: a share of the reflector's size, and of the way between them, which near a horizon changes fast.
+/// Chosen, not measured.
 const MISMATCH: f32 = 0.02;
+const MISMATCH_OF_WAY: f32 = 0.35;
 
 /// An appearance at one node.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,19 +70,15 @@ impl Sighting {
     }
 
     /// That of a mirror, exactly. `None` if anything is not finite.
-    fn exact(found: &Reflection, eye: Vec3, point: Vec3, (towards, media): (Vec3, [f64; 2])) -> Option<Self> {
-        let Reflection { position, normal, moves, by_point, by_eye } = found;
-        let matrix = |by: &[DVec3; 2]| {
-            let column = |axis: usize| (moves[0] * by[0][axis] + moves[1] * by[1][axis]).as_vec3();
-            Mat3::from_cols(column(0), column(1), column(2))
-        };
+    fn exact(found: &Reflection, eye: Vec3, point: Vec3, (towards, medium): (Vec3, f32)) -> Option<Self> {
+        let Reflection { position, normal, .. } = found;
         let (normal, last_segment) = (normal.as_vec3(), position.distance(point.as_dvec3()));
         let sighting = Self {
             first: position.as_vec3(),
-            change: matrix(by_point),
-            change_with_eye: Some(matrix(by_eye)),
+            change: found.change_with_point(),
+            change_with_eye: Some(found.change_with_eye()),
             normal: if normal.dot(towards) < 0.0 { -normal } else { normal },
-            length: (media[0] * position.distance(eye.as_dvec3()) + media[1] * last_segment) as f32,
+            length: medium * (position.distance(eye.as_dvec3()) + last_segment) as f32,
             last_segment: last_segment as f32,
             error: 0.0,
         };
@@ -166,7 +165,7 @@ impl Lookout<'_> {
             known().skip(index + 1).all(|(to, other)| {
                 let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { return true };
                 let expected = (at_one + at_other) * (to - from) * 0.5;
-                (other.first - one.first).distance(expected) <= most
+                (other.first - one.first).distance(expected) <= most.max(MISMATCH_OF_WAY * expected.length())
             })
         })
     }
@@ -182,30 +181,34 @@ impl Lookout<'_> {
         let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
         let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].projector.eye());
         let own = seen_at(index)?;
-        let sample = self.sample(eye_of(index), own.direction)?;
-        let media = [sample.media[0], sample.media[1]];
+        let own_site = self.site(object, eye_of(index), own.direction)?;
+        // Light stays in one medium.
+        let medium = own.path_length / (own.reflection_point.distance(eye_of(index)) + own.last_segment);
         let reach = REACH * self.size(self.path.bounces.first());
         let mirror = Mirror { surfaces, object, point: point.as_dvec3(), reach };
-        // The site of a ray is where the cameras put the reflection, but for their accuracy.
-        let site = |sample: RaySample, seen: &PanoramicProjection| {
-            let step = sample.parameters_of(seen.reflection_point.as_dvec3());
-            sample.sites_at(surfaces, step).map(|sites| sites.sites[0])
-        };
-        let own_site = site(sample, own)?;
         let mut at = [None; MOST_NODES];
         for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
             let eye = eye_of(node);
             let found = match seen_at(node) {
                 Some(_) if node == index => mirror.seen(eye.as_dvec3(), &own_site),
-                Some(seen) => self
-                    .sample(eye, seen.direction)
-                    .and_then(|sample| mirror.seen(eye.as_dvec3(), &site(sample, seen)?)),
+                Some(seen) => {
+                    self.site(object, eye, seen.direction).and_then(|site| mirror.seen(eye.as_dvec3(), &site))
+                }
                 None => mirror.walked(&own_site, [eye_of(index), eye].map(Vec3::as_dvec3)),
             };
-            let exact = found.and_then(|found| Sighting::exact(&found, eye, point, (own.normal, media)));
+            let exact = found.and_then(|found| Sighting::exact(&found, eye, point, (own.normal, medium)));
             *at = exact.or_else(|| seen_at(node).map(|seen| Sighting::of(seen, eye)));
         }
         Some(at)
+    }
+
+    /// Where a ray first meets specular surfaces, if that is on an object.
+    pub(super) fn site(&self, object: u32, eye: Vec3, direction: Vec3) -> Option<ManifoldVertex> {
+        work::add(WORK_A_RAY);
+        let Specular { scene, tracer, surfaces, .. } = self.specular;
+        let ray = Ray { origin: eye, direction };
+        let hit = tracer.first_hit(scene, &ray, scene.near())?;
+        surfaces.site_of(&ray, &hit).filter(|(met, _)| *met == object).map(|(_, site)| site)
     }
 
     /// The path's ray in a direction from a place.

@@ -13,7 +13,7 @@
 
 use crate::methods::projection::find::work;
 use crate::optics::path::manifold::{ManifoldFrame, ManifoldVertex, SpecularSurfaces};
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DVec2, DVec3, Mat3};
 
 /// Strides of the eye. Chosen, not measured.
 const STRIDES: u32 = 8;
@@ -36,11 +36,31 @@ pub(super) struct Reflection {
     pub(super) position: DVec3,
     pub(super) normal: DVec3,
     /// A step of the scene point moves it by `moves[0] (by_point[0] . step) + moves[1] (by_point[1] . step)`.
-    pub(super) moves: [DVec3; 2],
-    pub(super) by_point: [DVec3; 2],
+    moves: [DVec3; 2],
+    by_point: [DVec3; 2],
     /// A step of the eye likewise.
-    pub(super) by_eye: [DVec3; 2],
+    by_eye: [DVec3; 2],
 }
+
+impl Reflection {
+    /// Its change with the scene point.
+    pub(super) fn change_with_point(&self) -> Mat3 {
+        self.change(&self.by_point)
+    }
+
+    /// Its change with the eye.
+    pub(super) fn change_with_eye(&self) -> Mat3 {
+        self.change(&self.by_eye)
+    }
+
+    fn change(&self, by: &[DVec3; 2]) -> Mat3 {
+        let column = |axis: usize| (self.moves[0] * by[0][axis] + self.moves[1] * by[1][axis]).as_vec3();
+        Mat3::from_cols(column(0), column(1), column(2))
+    }
+}
+
+/// A place of a surface with its tangents.
+type Site = (ManifoldVertex, ManifoldFrame);
 
 /// A mirror and what it shows.
 pub(super) struct Mirror<'a> {
@@ -55,54 +75,53 @@ pub(super) struct Mirror<'a> {
 impl Mirror<'_> {
     /// The reflection as an eye sees it near a place; `None` if the method does not converge.
     pub(super) fn seen(&self, eye: DVec3, near: &ManifoldVertex) -> Option<Reflection> {
-        self.reflection(eye, &self.solved(eye, near)?)
+        self.solved(eye, &self.surfaces.landed(self.object, near)?).map(|(_, found)| found)
     }
 
     /// The reflection as the eye sees it at the end of its way; `start` is near the one that it sees at the beginning.
     /// `None` if the method does not converge.
     pub(super) fn walked(&self, start: &ManifoldVertex, [from, to]: [DVec3; 2]) -> Option<Reflection> {
-        let (mut before, mut now) = (None, self.solved(from, start)?);
+        let (mut now, mut found) = self.solved(from, &self.surfaces.landed(self.object, start)?)?;
+        let mut before: Option<DVec3> = None;
         for stride in 1..=STRIDES {
             let eye = from.lerp(to, f64::from(stride) / f64::from(STRIDES));
-            let expected = before.and_then(|before| self.gone_on(&before, &now)).unwrap_or(now);
-            let next = self.solved(eye, &expected)?;
-            before = Some(std::mem::replace(&mut now, next));
+            let expected = before.and_then(|before| self.gone_on(before, &now)).unwrap_or(now);
+            before = Some(now.0.position);
+            (now, found) = self.solved(eye, &expected)?;
         }
-        self.reflection(to, &now)
+        Some(found)
     }
 
     /// The place after as much motion again.
-    fn gone_on(&self, before: &ManifoldVertex, now: &ManifoldVertex) -> Option<ManifoldVertex> {
-        let [right, up] = self.surfaces.frame(self.object, now)?.tangents;
-        let motion = now.position - before.position;
+    fn gone_on(&self, before: DVec3, now: &Site) -> Option<Site> {
+        let [right, up] = now.1.tangents;
+        let motion = now.0.position - before;
         let (a, b, c) = (right.length_squared(), right.dot(up), up.length_squared());
         let (along, across) = (motion.dot(right), motion.dot(up));
         let step = DVec2::new(c * along - b * across, a * across - b * along) / (a * c - b * b);
-        self.surfaces.moved(self.object, now, step)
+        self.surfaces.stepped(self.object, now, step)
     }
 
     /// The reflection point near a start.
-    fn solved(&self, eye: DVec3, start: &ManifoldVertex) -> Option<ManifoldVertex> {
+    fn solved(&self, eye: DVec3, start: &Site) -> Option<(Site, Reflection)> {
         let mut at = *start;
-        for _ in 0..STEPS {
-            let Constraint { step, miss, is_reflection, .. } = self.constraint(eye, &at)?;
-            if miss < SOLVED {
-                return is_reflection.then_some(at);
+        for _ in 0..=STEPS {
+            let constraint = self.constraint(eye, &at)?;
+            if constraint.miss < SOLVED {
+                return constraint.is_reflection.then(|| (at, constraint.reflection(&at)));
             }
-            at = self.surfaces.moved(self.object, &at, step)?;
-            if at.position.distance_squared(start.position) > self.reach * self.reach {
+            at = self.surfaces.stepped(self.object, &at, constraint.step)?;
+            if at.0.position.distance_squared(start.0.position) > self.reach * self.reach {
                 return None;
             }
         }
-        let Constraint { miss, is_reflection, .. } = self.constraint(eye, &at)?;
-        (miss < SOLVED && is_reflection).then_some(at)
+        None
     }
 
     /// The constraint at a place.
-    fn constraint(&self, eye: DVec3, at: &ManifoldVertex) -> Option<Constraint> {
+    fn constraint(&self, eye: DVec3, (at, frame): &Site) -> Option<Constraint> {
         work::add(WORK_A_STEP);
-        let frame = self.surfaces.frame(self.object, at)?;
-        let ManifoldFrame { normal, tangents, normal_change, .. } = frame;
+        let ManifoldFrame { normal, tangents, normal_change, .. } = *frame;
         let (a, b) = (eye - at.position, self.point - at.position);
         let (up_a, up_b) = (a.dot(normal), b.dot(normal));
         let across = tangents.map(|tangent| tangent - normal * tangent.dot(normal));
@@ -126,14 +145,7 @@ impl Mirror<'_> {
             inverse,
             by_point: across.map(|across| normal * a.dot(across) + across * up_a),
             by_eye: across.map(|across| normal * b.dot(across) + across * up_b),
-            frame,
         })
-    }
-
-    fn reflection(&self, eye: DVec3, at: &ManifoldVertex) -> Option<Reflection> {
-        let Constraint { inverse, by_point, by_eye, frame, .. } = self.constraint(eye, at)?;
-        let along = |axis: usize| -(frame.tangents[0] * inverse.col(axis).x + frame.tangents[1] * inverse.col(axis).y);
-        Some(Reflection { position: at.position, normal: frame.normal, moves: [along(0), along(1)], by_point, by_eye })
     }
 }
 
@@ -151,5 +163,13 @@ struct Constraint {
     by_point: [DVec3; 2],
     /// And with the eye.
     by_eye: [DVec3; 2],
-    frame: ManifoldFrame,
+}
+
+impl Constraint {
+    /// The reflection at a place where it is fulfilled.
+    fn reflection(&self, (at, frame): &Site) -> Reflection {
+        let Self { inverse, by_point, by_eye, .. } = *self;
+        let along = |axis: usize| -(frame.tangents[0] * inverse.col(axis).x + frame.tangents[1] * inverse.col(axis).y);
+        Reflection { position: at.position, normal: frame.normal, moves: [along(0), along(1)], by_point, by_eye }
+    }
 }
