@@ -104,7 +104,8 @@ impl Morphing {
     }
 
     /// The reflectors and lenses in view, the largest first, as they appear.
-    fn in_view(scene: &Scene, field: &ViewField) -> Vec<u32> {
+    fn in_view(scene: &Scene, view: &View, margin_px: f32) -> Vec<u32> {
+        let (field, picture) = (&ViewField::new(view, margin_px), PreciseView::new(view));
         let [width, height] = field.size_px().map(f64::from);
         let size = |object: u32| match extent(&scene.objects[object as usize].bounds, field) {
             Some([low, high]) => {
@@ -112,8 +113,12 @@ impl Morphing {
                 let (across, down) = (length(0, width), length(1, height));
                 if across > 0.0 && down > 0.0 { across * down } else { 0.0 }
             }
-            // It reaches behind the eye.
-            None => width * height,
+            // Some of it is behind the eye, or all.
+            None => {
+                let mut corners = scene.objects[object as usize].bounds.corners().into_iter();
+                let is_before = corners.any(|corner| picture.depth_of(corner.as_dvec3()) > 0.0);
+                if is_before { width * height } else { 0.0 }
+            }
         };
         let mut found: Vec<(f64, u32)> =
             scene.specular_objects().into_iter().map(|object| (size(object), object)).collect();
@@ -189,7 +194,7 @@ impl MeshProjection for Morphing {
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<MorphView, RenderError> {
         let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
-        let objects = Self::in_view(scene, &ViewField::new(view, margin_px(&self.settings)));
+        let objects = Self::in_view(scene, view, margin_px(&self.settings));
         let (mut wanted, mut counts, mut weights) = (Vec::new(), Vec::new(), Vec::new());
         let mut reflectors = Vec::new();
         for &object in objects.iter().take(MOST_REFLECTORS) {

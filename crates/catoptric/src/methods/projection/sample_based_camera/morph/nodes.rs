@@ -64,7 +64,7 @@ impl NodeStore {
         let count = built.len() as u64;
         for ((key, _), cameras) in missing.into_iter().zip(built) {
             let cameras = Arc::new(cameras?);
-            let bytes = cameras.report().bytes.values().sum();
+            let bytes = cameras.byte_count();
             self.nodes.insert(*key, KnownNode { cameras, bounds, bytes, view: self.views });
         }
         let mut found = Vec::with_capacity(wanted.len());

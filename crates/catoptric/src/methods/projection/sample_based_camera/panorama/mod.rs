@@ -278,6 +278,14 @@ impl PanoramicCameras {
         report
     }
 
+    /// Bytes of the rays and of the cameras over them.
+    pub fn byte_count(&self) -> u64 {
+        let groups = || self.faces.iter().flat_map(|face| &face.grid.groups);
+        let rays: usize = groups().map(|group| size_of_val(group.rays.as_slice())).sum();
+        let cameras = self.faces.iter().flat_map(|face| &face.cameras).map(|cameras| cameras.counts().bytes);
+        rays as u64 + cameras.sum::<u64>()
+    }
+
     /// The projector of scene points. `mirrors` are those that the cameras were built for, or those of another moment
     /// of the scene, in which other things have moved.
     ///
