@@ -1,11 +1,10 @@
 //! Reflection morphing: appearances blended from nodes against the reference, and what happens as the eye moves.
 
 use catoptric::methods::Quality;
-use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripOptions, round_trip};
+use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripOptions};
 use catoptric::methods::projector::{Projection, Projections};
-use catoptric::progress::Silent;
 use catoptric::scene::{Camera, Scene, View};
-use catoptric_testkit::drawing::{draw, picture, points_in, reflector_error, scene, session};
+use catoptric_testkit::drawing::{draw, picture, points_in, reflector_error, round_trips_in, scene, session};
 use glam::Vec3;
 
 const ID: &str = "sample_based_camera";
@@ -21,11 +20,8 @@ fn view_from(scene: &Scene, eye: Vec3) -> View {
 
 /// Round trips of every pixel.
 fn trips(scene: &Scene, settings: &str, order: u32) -> RoundTrip {
-    let view = scene.default_view(120, 90);
-    let mut session = session(ID, &format!("{MORPH}\n{settings}"), scene, Quality { samples: 1, order });
     let options = RoundTripOptions { order, every: 1 };
-    let trips = session.with_projector(&view, |projector| round_trip(scene, &view, projector, options, &Silent));
-    trips.expect("the input is valid").expect("nobody cancels")
+    round_trips_in(ID, scene, &format!("{MORPH}\n{settings}"), &scene.default_view(120, 90), options)
 }
 
 #[test]
@@ -132,7 +128,14 @@ fn settings_that_do_not_go_together_are_refused() {
     use catoptric::methods::Settings;
     use catoptric::methods::projection::sample_based_camera::SampleBasedCameraSettings;
     let read = |text: &str| SampleBasedCameraSettings::from_table(&toml::from_str(text).expect("valid"));
-    for wrong in ["grid = '17'", "grid = '1x1x1'", "environment = '*'", "beyond_work = 'coarse'", "mode = 'walk'"] {
+    for wrong in [
+        "grid = '17'",
+        "grid = '1x1x1'",
+        "environment = '*'",
+        "node_size = 4096\ndownsampling = 1",
+        "beyond_work = 'coarse'",
+        "mode = 'walk'",
+    ] {
         let given = if wrong.starts_with("mode") { wrong.into() } else { format!("mode = 'morph'\n{wrong}") };
         assert!(read(&given).is_err(), "{wrong}");
     }

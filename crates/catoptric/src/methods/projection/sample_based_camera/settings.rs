@@ -2,6 +2,7 @@
 
 use super::hybrid::patterns;
 use super::morph::node_counts;
+use super::panorama::MAX_RAYS;
 use crate::methods::projection::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
 use crate::methods::{declare_choices, declare_settings};
 
@@ -95,6 +96,11 @@ declare_settings! {
         if self.mode == Mode::Morph {
             if !self.environment.is_empty() || self.environment_below_px > 0.0 {
                 return Err("mode = \"morph\" knows no environment maps: leave `environment` out".into());
+            }
+            let most = MAX_RAYS.saturating_mul(self.downsampling);
+            if self.node_size > most {
+                let (size, apart) = (self.node_size, self.downsampling);
+                return Err(format!("node_size = {size} with downsampling = {apart}: it may be {most} at the most"));
             }
             if self.beyond_work == BeyondWork::Coarse {
                 return Err("mode = \"morph\" has tiles draw what it cannot blend: leave `beyond_work` out".into());

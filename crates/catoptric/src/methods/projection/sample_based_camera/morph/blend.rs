@@ -169,14 +169,8 @@ impl MorphProjector<'_> {
         let start = found.len();
         for sightings in &*seen {
             let count = lookout.nodes.len();
-            let mut whole = [Sighting::default(); MOST_NODES];
-            let is_whole = sightings.at[..count].iter().zip(&mut whole).all(|(at, whole)| {
-                at.is_some_and(|at| {
-                    *whole = at;
-                    true
-                })
-            });
-            let projection = if is_whole {
+            let projection = if sightings.at[..count].iter().all(Option::is_some) {
+                let whole = sightings.at.map(Option::unwrap_or_default);
                 self.blend(path, &lookout, sightings.focal_index, &whole[..count], point)
             } else {
                 self.settle(path, &lookout, sightings, point)
@@ -216,21 +210,27 @@ impl MorphProjector<'_> {
         if seen_from(found.normal, found.position) != side {
             return Some(None);
         }
-        let [x, y] = self.view.place_of(found.position)?;
         let medium = one.path_length / (one.reflection_point.distance(eye) + one.last_segment);
         let last_segment = found.position.distance(exact) as f32;
-        let across = found.change_with_point().transpose();
-        let projection = Projection {
-            path: one.path,
-            focal_index: one.focal_index,
+        let length = medium * (found.position.distance(self.eye) as f32 + last_segment);
+        let projection = self.shown(found.position, found.change_with_point(), 0.0)?;
+        let (path, focal_index) = (one.path, one.focal_index);
+        Some(Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful())
+    }
+
+    /// A reflection point in the picture, with its change with the scene point, and how far it may be off; without what
+    /// is known of the path. `None` behind the eye.
+    fn shown(&self, first: DVec3, change: Mat3, error: f32) -> Option<Projection> {
+        let [x, y] = self.view.place_of(first)?;
+        let gradients = self.view.place_change(first).map(DVec3::as_vec3);
+        let across = change.transpose();
+        Some(Projection {
             image_px: Vec2::new(x as f32, y as f32),
-            image_change: self.view.place_change(found.position).map(|gradient| across * gradient.as_vec3()),
-            path_length: medium * (found.position.distance(self.eye) as f32 + last_segment),
-            reflection_point: found.position.as_vec3(),
-            last_segment,
-            error_px: 0.0,
-        };
-        Some(projection.if_meaningful())
+            image_change: gradients.map(|gradient| across * gradient),
+            reflection_point: first.as_vec3(),
+            error_px: error * gradients[0].length().max(gradients[1].length()),
+            ..Projection::default()
+        })
     }
 
     /// An appearance that some node does not know of, by the solver from the eye.
@@ -263,27 +263,18 @@ impl MorphProjector<'_> {
         if normal.as_dvec3().dot(self.eye - first) <= 0.0 {
             return None;
         }
-        let [x, y] = self.view.place_of(first)?;
-        let gradients = self.view.place_change(first).map(DVec3::as_vec3);
-        let across = change.transpose();
-        let projection = Projection {
-            path,
-            focal_index,
-            image_px: Vec2::new(x as f32, y as f32),
-            image_change: gradients.map(|gradient| across * gradient),
-            path_length: length,
-            reflection_point: first.as_vec3(),
-            last_segment,
-            error_px: error * gradients[0].length().max(gradients[1].length()),
-        };
+        let projection = self.shown(first, change, error)?;
+        let projection = Projection { path, focal_index, path_length: length, last_segment, ..projection };
         let projection = projection.if_meaningful()?;
         if self.polish == 0 {
             return Some(projection);
         }
         let effort = Effort { steps: self.polish, reach: REACH, must_converge: false };
-        let mut nodes: Vec<(&Node<'_>, &Sighting)> = lookout.nodes.iter().zip(at).collect();
-        nodes.sort_by(|a, b| b.0.weight.total_cmp(&a.0.weight));
-        let solved = nodes.into_iter().find_map(|node| self.solved(path, lookout, node, first, point, effort));
+        let nodes = lookout.nodes;
+        let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
+        by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
+        let mut heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (&nodes[node], &at[node]));
+        let solved = heaviest_first.find_map(|node| self.solved(path, lookout, node, first, point, effort));
         solved.or(Some(projection))
     }
 

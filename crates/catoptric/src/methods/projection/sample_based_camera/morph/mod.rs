@@ -148,25 +148,20 @@ impl Morphing {
 impl MorphView {
     /// Sorts out which paths every node of their reflector knows.
     fn find_paths(&mut self) {
-        let mut known: BTreeMap<&SpecularPath, (usize, Vec<Option<u32>>)> = BTreeMap::new();
+        let mut known: BTreeMap<SpecularPath, (usize, Vec<Option<u32>>)> = BTreeMap::new();
         for (reflector, nodes) in self.reflectors.iter().enumerate() {
             for (number, (_, cameras)) in nodes.iter().enumerate() {
                 for (index, path) in cameras.paths().iter().enumerate() {
-                    let entry = known.entry(path).or_insert_with(|| (reflector, vec![None; nodes.len()]));
+                    let entry = known.entry(path.clone()).or_insert_with(|| (reflector, vec![None; nodes.len()]));
                     entry.1[number] = Some(index as u32);
                 }
             }
         }
-        let mut paths: Vec<(SpecularPath, Option<BlendedPath>)> = Vec::with_capacity(known.len());
         for (path, (reflector, in_nodes)) in known {
-            let in_nodes: Option<Vec<u32>> = in_nodes.into_iter().collect();
-            paths.push((path.clone(), in_nodes.map(|in_nodes| BlendedPath { reflector, in_nodes })));
-        }
-        for (path, blended) in paths {
-            match blended {
-                Some(blended) => {
+            match in_nodes.into_iter().collect() {
+                Some(in_nodes) => {
                     self.paths.push(path);
-                    self.blended.push(blended);
+                    self.blended.push(BlendedPath { reflector, in_nodes });
                 }
                 None => self.left_out.push(path),
             }
@@ -195,16 +190,10 @@ impl MeshProjection for Morphing {
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<MorphView, RenderError> {
         let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
         let objects = Self::in_view(scene, view, margin_px(&self.settings));
-        let (mut wanted, mut counts, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-        let mut reflectors = Vec::new();
-        for &object in objects.iter().take(MOST_REFLECTORS) {
-            if let Some(nodes) = self.nodes_of(scene, object, view, order) {
-                reflectors.push(object);
-                counts.push(nodes.len());
-                weights.extend(nodes.iter().map(|(weight, _)| *weight));
-                wanted.extend(nodes.into_iter().map(|(_, node)| node));
-            }
-        }
+        let largest = objects.iter().take(MOST_REFLECTORS);
+        let around: Vec<Vec<(f32, WantedNode)>> =
+            largest.filter_map(|&object| self.nodes_of(scene, object, view, order)).collect();
+        let wanted: Vec<WantedNode> = around.iter().flatten().map(|(_, node)| *node).collect();
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
         let mut store = mirrors.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let limits = (scene.bounds, u64::from(self.settings.node_memory) << 20);
@@ -212,13 +201,15 @@ impl MeshProjection for Morphing {
         let kept = [store.count(), store.byte_count()];
         drop(store);
         stages.lap("nodes");
-        let mut nodes = weights.into_iter().zip(cameras);
+        let mut cameras = cameras.into_iter();
+        let of_reflector =
+            |nodes: &Vec<(f32, WantedNode)>| nodes.iter().map(|(weight, _)| *weight).zip(cameras.by_ref()).collect();
         let mut found = MorphView {
-            reflectors: counts.into_iter().map(|count| nodes.by_ref().take(count).collect()).collect(),
+            reflectors: around.iter().map(of_reflector).collect(),
             paths: Vec::new(),
             blended: Vec::new(),
             left_out: Vec::new(),
-            beyond_grid: (objects.len() - reflectors.len()) as u64,
+            beyond_grid: (objects.len() - around.len()) as u64,
             built,
             kept,
             cache: SightingCache::default(),

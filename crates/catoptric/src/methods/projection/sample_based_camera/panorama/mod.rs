@@ -24,7 +24,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Rays across a face at the most: all six take some gigabytes then.
-const MAX_RAYS: u32 = 2048;
+pub(super) const MAX_RAYS: u32 = 2048;
 
 /// The usual work for fitting the cameras of one face. Chosen, not measured.
 const FACE_WORK: u64 = 20_000_000;
