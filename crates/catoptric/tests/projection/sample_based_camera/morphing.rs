@@ -52,6 +52,26 @@ fn pictures_are_those_of_the_reference() {
     }
 }
 
+/// What shows environment maps does so as without nodes, and paths end there at the nodes, too.
+#[test]
+fn environment_maps_are_shown_beside_nodes() {
+    let scene = scene("two_spheres?tess=16");
+    let (view, quality) = (scene.default_view(160, 120), Quality { samples: 4, order: 2 });
+    let names = scene.specular_objects().into_iter().map(|object| scene.objects[object as usize].name.as_str());
+    let [first, second] = names.collect::<Vec<_>>()[..] else { panic!("there are two spheres") };
+    for (environment, mapped) in [(first.to_owned(), 1), (format!("{first},{second}"), 2)] {
+        let settings = format!("environment = '{environment}'\nenvironment_size = 64");
+        let blended = draw(ID, &format!("{MORPH}\n{settings}"), &scene, &view, quality);
+        let at_runtime = draw(ID, &settings, &scene, &view, quality);
+        for drawn in [&blended, &at_runtime] {
+            assert_eq!(drawn.report.fallbacks["environment_mapped_reflectors"], mapped, "{:?}", drawn.report);
+        }
+        assert_eq!(blended.report.counts["nodes_blended"], 4 * (2 - mapped), "{:?}", blended.report);
+        let error = reflector_error(&blended.picture, &at_runtime.picture, &scene, &view);
+        assert!(error.over_0_1 <= if mapped == 2 { 0.0 } else { 0.02 }, "{environment}: {error:?}");
+    }
+}
+
 #[test]
 fn beyond_the_grid_and_within_a_reflectors_box_tiles_draw() {
     let scene = scene("sphere_room?tess=16");
@@ -131,7 +151,6 @@ fn settings_that_do_not_go_together_are_refused() {
     for wrong in [
         "grid = '17'",
         "grid = '1x1x1'",
-        "environment = '*'",
         "node_size = 4096\ndownsampling = 1",
         "beyond_work = 'coarse'",
         "mode = 'walk'",

@@ -4,9 +4,11 @@
 use super::rays::grid::extent;
 use super::settings::SampleBasedCameraSettings;
 use crate::error::RenderError;
-use crate::methods::Settings;
+use crate::methods::projection::draw::MapsInView;
+use crate::methods::projection::draw::prepared::Stages;
 use crate::methods::projection::find::ray_map::RayField;
 use crate::methods::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
+use crate::methods::{Report, Settings};
 use crate::progress::Progress;
 use crate::scene::Scene;
 use globset::{Glob, GlobSet, GlobSetBuilder};
@@ -27,11 +29,7 @@ pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
 ///
 /// # Errors
 /// Where names are given that no reflector or lens has.
-pub(super) fn mapped(
-    settings: &SampleBasedCameraSettings,
-    scene: &Scene,
-    field: &dyn RayField,
-) -> Result<Vec<bool>, RenderError> {
+fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayField) -> Result<Vec<bool>, RenderError> {
     let fail = |problem: String| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
     let names = patterns(&settings.environment).map_err(fail)?;
     let mut mapped = vec![false; scene.objects.len()];
@@ -59,8 +57,81 @@ pub(super) fn mapped(
     Ok(mapped)
 }
 
+/// The reflectors of a view that show environment maps.
+pub(super) struct MappedReflectors {
+    /// True for each object that does.
+    pub(super) mapped: Vec<bool>,
+    /// Their maps; `None` until they are captured.
+    maps: Option<ReflectorMaps>,
+}
+
+impl MappedReflectors {
+    /// Of a view, by the settings' rule, without their maps.
+    ///
+    /// # Errors
+    /// Where names are given that no reflector or lens has.
+    pub(super) fn new(
+        settings: &SampleBasedCameraSettings,
+        scene: &Scene,
+        field: &dyn RayField,
+    ) -> Result<Self, RenderError> {
+        Ok(Self { mapped: mapped(settings, scene, field)?, maps: None })
+    }
+
+    /// Those of another view or moment, if they are the same objects.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub(super) fn fits(
+        &self,
+        settings: &SampleBasedCameraSettings,
+        scene: &Scene,
+        field: &dyn RayField,
+    ) -> Result<bool, RenderError> {
+        Ok(self.mapped == mapped(settings, scene, field)?)
+    }
+
+    /// Captures the maps that are missing.
+    ///
+    /// # Errors
+    /// As [`ReflectorMaps::capture`].
+    pub(super) fn complete(
+        &mut self,
+        settings: &SampleBasedCameraSettings,
+        (scene, order): (&Scene, u32),
+        stages: &mut Stages<'_>,
+    ) -> Result<(), RenderError> {
+        if self.maps.is_none() && self.mapped.contains(&true) {
+            self.maps = Some(captured(settings, scene, &self.mapped, order, stages.progress)?);
+            stages.lap("capture");
+        }
+        Ok(())
+    }
+
+    /// Forgets the maps, which show what has moved.
+    pub(super) fn forget(&mut self) {
+        self.maps = None;
+    }
+
+    /// The objects' numbers.
+    pub(super) fn objects(&self) -> Vec<u32> {
+        (0..).zip(&self.mapped).filter(|(_, mapped)| **mapped).map(|(object, _)| object).collect()
+    }
+
+    pub(super) fn describe(&self, report: &mut Report) {
+        if let Some(maps) = &self.maps {
+            report.fallbacks.insert("environment_mapped_reflectors", self.objects().len() as u64);
+            report.bytes.insert("environment_maps", maps.byte_count());
+        }
+    }
+
+    pub(super) fn in_view(&self) -> MapsInView<'_> {
+        MapsInView { whole: self.maps.as_ref(), far: None }
+    }
+}
+
 /// The environment maps of these objects. The order bounds how often reflectors show each other in them.
-pub(super) fn captured(
+fn captured(
     settings: &SampleBasedCameraSettings,
     scene: &Scene,
     mapped: &[bool],

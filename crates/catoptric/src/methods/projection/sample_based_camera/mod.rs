@@ -13,6 +13,7 @@ mod project;
 mod rays;
 mod settings;
 
+use hybrid::MappedReflectors;
 pub use panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors, PanoramicProjection, PanoramicProjector};
 pub use rays::visible_pieces::{PiecesOfPixels, visible_pieces};
 pub use settings::{CameraKind, Mode, Preset, SampleBasedCameraSettings};
@@ -28,7 +29,6 @@ use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::methods::projection::find::ray_map::{Specular, ViewField, eye_of};
 use crate::methods::projector::SpecularPath;
-use crate::methods::reflector_maps::ReflectorMaps;
 use crate::methods::{Family, MethodInfo, Quality, Report, Settings};
 use crate::parallel;
 use crate::progress::{Cancelled, Progress};
@@ -86,10 +86,7 @@ struct ViewCameras {
     cameras: Vec<Cameras>,
     /// Paths that have none, because there is too much to do for them.
     left_out: Vec<SpecularPath>,
-    /// True if each object shows an environment map.
-    mapped: Vec<bool>,
-    /// The environment maps, where any object shows one; `None` until they are captured.
-    maps: Option<ReflectorMaps>,
+    environment: MappedReflectors,
 }
 
 impl RayGrid {
@@ -198,16 +195,16 @@ impl MeshProjection for SampleBasedCamera {
         let bounds = context.scene.bounds;
         let field = ViewField::new(context.view, margin_px(&self.0));
         // Rays are tested as far as the scene reached when the cameras were built.
-        Ok(data.mapped == hybrid::mapped(&self.0, context.scene, &field)? && data.bounds.union(bounds) == data.bounds)
+        Ok(data.environment.fits(&self.0, context.scene, &field)? && data.bounds.union(bounds) == data.bounds)
     }
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<ViewCameras, RenderError> {
         let Context { scene, virtual_scene, mirrors, view, order, work, .. } = *context;
         let field = ViewField::new(view, margin_px(&self.0));
-        let mapped = hybrid::mapped(&self.0, scene, &field)?;
+        let environment = MappedReflectors::new(&self.0, scene, &field)?;
         let surfaces = &virtual_scene.surfaces(scene);
         let specular = Specular { scene, tracer: mirrors, surfaces, order };
-        let sampler = RaySampler::new(&specular, &field, self.0.downsampling as f32, &mapped);
+        let sampler = RaySampler::new(&specular, &field, self.0.downsampling as f32, &environment.mapped);
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
         let SampleBasedCameraSettings { camera, accuracy_px, max_shared, finest_ray_px, .. } = self.0;
@@ -221,7 +218,7 @@ impl MeshProjection for SampleBasedCamera {
             left_out.extend(grid.drop_inaccurate(&mut cameras));
         }
         stages.report.counts.insert("rays_traced", grid.traced);
-        Ok(ViewCameras { bounds, grid, cameras, left_out, mapped, maps: None })
+        Ok(ViewCameras { bounds, grid, cameras, left_out, environment })
     }
 
     fn is_complete(&self, data: &ViewCameras) -> bool {
@@ -235,30 +232,21 @@ impl MeshProjection for SampleBasedCamera {
         data: &mut ViewCameras,
         stages: &mut Stages<'_>,
     ) -> Result<(), RenderError> {
-        if data.maps.is_none() && data.mapped.contains(&true) {
-            let (scene, order) = (context.scene, context.order);
-            data.maps = Some(hybrid::captured(&self.0, scene, &data.mapped, order, stages.progress)?);
-            stages.lap("capture");
-        }
-        Ok(())
+        data.environment.complete(&self.0, (context.scene, context.order), stages)
     }
 
     fn forget_objects(&self, data: &mut ViewCameras) {
-        data.maps = None;
+        data.environment.forget();
     }
 
     fn describe(&self, data: &ViewCameras, report: &mut Report) {
         report.counts.entry("rays_traced").or_insert(0);
         describe(std::iter::once((&data.grid, &data.cameras[..])), report);
-        if let Some(maps) = &data.maps {
-            let count = data.mapped.iter().filter(|&&mapped| mapped).count() as u64;
-            report.fallbacks.insert("environment_mapped_reflectors", count);
-            report.bytes.insert("environment_maps", maps.byte_count());
-        }
+        data.environment.describe(report);
     }
 
     fn maps<'a>(&self, data: &'a ViewCameras) -> MapsInView<'a> {
-        MapsInView { whole: data.maps.as_ref(), far: None }
+        data.environment.in_view()
     }
 
     fn work_limit(&self) -> WorkLimit {

@@ -94,9 +94,6 @@ declare_settings! {
         patterns(&self.environment)?;
         node_counts(&self.grid)?;
         if self.mode == Mode::Morph {
-            if !self.environment.is_empty() || self.environment_below_px > 0.0 {
-                return Err("mode = \"morph\" knows no environment maps: leave `environment` out".into());
-            }
             let most = MAX_RAYS.saturating_mul(self.downsampling);
             if self.node_size > most {
                 let (size, apart) = (self.node_size, self.downsampling);

@@ -241,7 +241,7 @@ impl MorphProjector<'_> {
         let solved = known.find_map(|(node, at)| {
             let way = (self.eye - node.projector.eye().as_dvec3()).as_vec3();
             let expected = at.first + at.change_with_eye.map_or(Vec3::ZERO, |change| change * way);
-            self.solved(path, lookout, (node, at), expected.as_dvec3(), point, effort)
+            self.solved(path, lookout, (node.projector.eye(), at.first), expected.as_dvec3(), point, effort)
         });
         if solved.is_none() {
             self.counts.unsolved.fetch_add(1, Ordering::Relaxed);
@@ -273,24 +273,25 @@ impl MorphProjector<'_> {
         let nodes = lookout.nodes;
         let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
         by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
-        let mut heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (&nodes[node], &at[node]));
-        let solved = heaviest_first.find_map(|node| self.solved(path, lookout, node, first, point, effort));
+        let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].projector.eye(), at[node].first));
+        // The eye's own ray is nearest to the path; where the mean is just beyond what it sees, nodes have one.
+        let mut rays = std::iter::once((self.eye.as_vec3(), first.as_vec3())).chain(heaviest_first);
+        let solved = rays.find_map(|ray| self.solved(path, lookout, ray, first, point, effort));
         solved.or(Some(projection))
     }
 
-    /// The appearance of a point near a place on the first reflector by the solver, which starts from what a node sees:
-    /// the view itself may see nothing at that place; `None` where it finds none.
+    /// The appearance of a point near a place on the first reflector by the solver, which starts from the ray between two
+    /// places, from a node's or the eye's on; `None` where it finds none.
     fn solved(
         &self,
         path: u32,
         lookout: &Lookout<'_>,
-        (node, at): (&Node<'_>, &Sighting),
+        (from, towards): (Vec3, Vec3),
         near: DVec3,
         point: Vec3,
         effort: Effort,
     ) -> Option<Projection> {
-        let node = node.projector.eye();
-        let sample = lookout.sample(node, (at.first - node).normalize_or_zero())?;
+        let sample = lookout.sample(from, (towards - from).normalize_or_zero())?;
         let start = sample.sites_at(&self.surfaces, sample.parameters_of(near))?;
         let (eye, exact) = (Eye::Point(self.eye), point.as_dvec3());
         let effort = Effort { reach: effort.reach * lookout.size(lookout.path.bounces.first()), ..effort };

@@ -10,12 +10,14 @@ mod walk;
 
 pub(super) use grid::node_counts;
 
+use super::hybrid::MappedReflectors;
 use super::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
 use super::rays::grid::extent;
 use super::settings::SampleBasedCameraSettings;
 use super::{INFO, margin_px};
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
+use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
 use crate::methods::projection::draw::work_limit::WorkLimit;
@@ -66,6 +68,8 @@ pub(super) struct MorphView {
     left_out: Vec<SpecularPath>,
     /// Reflectors in view that have no nodes about this eye.
     beyond_grid: u64,
+    /// The reflectors that show environment maps: paths end at them.
+    environment: MappedReflectors,
     built: u64,
     /// Nodes that are kept, and their bytes.
     kept: [u64; 2],
@@ -189,7 +193,10 @@ impl MeshProjection for Morphing {
 
     fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<MorphView, RenderError> {
         let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
-        let objects = Self::in_view(scene, view, margin_px(&self.settings));
+        let margin_px = margin_px(&self.settings);
+        let environment = MappedReflectors::new(&self.settings, scene, &ViewField::new(view, margin_px))?;
+        let mut objects = Self::in_view(scene, view, margin_px);
+        objects.retain(|&object| !environment.mapped[object as usize]);
         let largest = objects.iter().take(MOST_REFLECTORS);
         let around: Vec<Vec<(f32, WantedNode)>> =
             largest.filter_map(|&object| self.nodes_of(scene, object, view, order)).collect();
@@ -197,7 +204,8 @@ impl MeshProjection for Morphing {
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
         let mut store = mirrors.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let limits = (scene.bounds, u64::from(self.settings.node_memory) << 20);
-        let (cameras, built) = store.get(&wanted, &panoramic, &self.panorama(), limits, stages.progress)?;
+        let settings = PanoramaSettings { environment_mapped: environment.objects(), ..self.panorama() };
+        let (cameras, built) = store.get(&wanted, &panoramic, &settings, limits, stages.progress)?;
         let kept = [store.count(), store.byte_count()];
         drop(store);
         stages.lap("nodes");
@@ -210,6 +218,7 @@ impl MeshProjection for Morphing {
             blended: Vec::new(),
             left_out: Vec::new(),
             beyond_grid: (objects.len() - around.len()) as u64,
+            environment,
             built,
             kept,
             cache: SightingCache::default(),
@@ -226,7 +235,31 @@ impl MeshProjection for Morphing {
         Ok(found)
     }
 
+    fn fits(&self, context: &Context<'_, Self>, data: &MorphView) -> Result<bool, RenderError> {
+        let field = ViewField::new(context.view, margin_px(&self.settings));
+        data.environment.fits(&self.settings, context.scene, &field)
+    }
+
+    /// Captures the environment maps.
+    fn complete(
+        &self,
+        context: &Context<'_, Self>,
+        data: &mut MorphView,
+        stages: &mut Stages<'_>,
+    ) -> Result<(), RenderError> {
+        data.environment.complete(&self.settings, (context.scene, context.order), stages)
+    }
+
+    fn forget_objects(&self, data: &mut MorphView) {
+        data.environment.forget();
+    }
+
+    fn maps<'a>(&self, data: &'a MorphView) -> MapsInView<'a> {
+        data.environment.in_view()
+    }
+
     fn describe(&self, data: &MorphView, report: &mut Report) {
+        data.environment.describe(report);
         report.counts.insert("nodes_blended", data.reflectors.iter().map(|nodes| nodes.len() as u64).sum());
         report.counts.insert("nodes_built", data.built);
         report.counts.insert("nodes_kept", data.kept[0]);

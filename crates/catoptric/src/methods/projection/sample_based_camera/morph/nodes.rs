@@ -24,6 +24,8 @@ pub(super) type WantedNode = (NodeKey, Vec3);
 #[derive(Default)]
 pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
+    /// The objects at which their paths end, because these show environment maps.
+    mapped: Vec<u32>,
     /// The number of the last view.
     views: u64,
 }
@@ -52,6 +54,10 @@ impl NodeStore {
         progress: &dyn Progress,
     ) -> Result<(Vec<Arc<PanoramicCameras>>, u64), RenderError> {
         self.views += 1;
+        if self.mapped != settings.environment_mapped {
+            self.mapped.clone_from(&settings.environment_mapped);
+            self.nodes.clear();
+        }
         self.nodes.retain(|_, node| node.bounds.union(bounds) == node.bounds);
         let mut seen = HashSet::new();
         let missing: Vec<&WantedNode> =
