@@ -1,5 +1,6 @@
 //! Pictures: linear radiance in floating point, and their conversion to sRGB.
 
+use crate::math::portable::PortableMath;
 use crate::parallel;
 use std::sync::LazyLock;
 
@@ -93,13 +94,13 @@ impl Srgb8 {
 #[inline]
 pub fn srgb_from_linear(linear: f32) -> f32 {
     let c = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
-    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
+    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.power(1.0 / 2.4) - 0.055 }
 }
 
 /// The inverse of [`srgb_from_linear`] on 0..1.
 #[inline]
 pub fn linear_from_srgb(srgb: f32) -> f32 {
-    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).powf(2.4) }
+    if srgb <= 0.040_45 { srgb / 12.92 } else { ((srgb + 0.055) / 1.055).power(2.4) }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 
 use super::tracer::Tracer;
 use crate::math::lanes::LANES;
+use crate::math::portable::PortableMath;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::LightStep;
@@ -92,8 +93,8 @@ impl<'a> BumpyMeeting<'a> {
         let incoming = incoming.try_normalize()?;
         let (across, along) = normal.any_orthonormal_pair();
         // Of two normally distributed numbers whose squares have this sum in the mean (Box and Muller).
-        let (sine, cosine) = (TAU * slope.x).sin_cos();
-        let length = (-variance * (1.0 - slope.y).max(f32::MIN_POSITIVE).ln()).sqrt();
+        let (sine, cosine) = (TAU * slope.x).sine_cosine();
+        let length = (-variance * (1.0 - slope.y).max(f32::MIN_POSITIVE).logarithm()).sqrt();
         let normal = (normal + (across * cosine + along * sine) * length).try_normalize()?;
         let step = LightStep::with_normal(scene, material, &encounter.point, normal, incoming);
         let (change, finer_slope) = (change.scaled(side), variance.sqrt());

@@ -1,6 +1,7 @@
 //! Interval arithmetic: bounds of a function, and of its derivative, over a range of its argument.
 
 use super::scalar::Scalar;
+use crate::math::portable::PortableMath;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -73,7 +74,7 @@ impl Interval {
     /// The cosine of `self` less that many quarter turns: cosine (0) or sine (1).
     #[inline]
     fn cosine(self, quarter_turns: f64) -> Self {
-        let function = |x: f64| if quarter_turns == 0.0 { x.cos() } else { x.sin() };
+        let function = |x: f64| if quarter_turns == 0.0 { x.cosine() } else { x.sine() };
         if self.is_empty() {
             return self;
         }
@@ -198,7 +199,7 @@ impl Scalar for Interval {
             return Self::constant(1.0) / self.powf(-exponent);
         }
         let clipped = Self { low: self.low.max(0.0), high: self.high };
-        let Self { low, high } = clipped.rising(|x| x.powf(exponent));
+        let Self { low, high } = clipped.rising(|x| x.power(exponent));
         Self { low: low.max(0.0), high }
     }
 
@@ -213,7 +214,7 @@ impl Scalar for Interval {
 
     #[inline]
     fn exp(self) -> Self {
-        let Self { low, high } = self.rising(f64::exp);
+        let Self { low, high } = self.rising(f64::exponential);
         if low.is_nan() { Self::EMPTY } else { Self { low: low.max(0.0), high } }
     }
 
@@ -222,7 +223,7 @@ impl Scalar for Interval {
         if self.is_empty() || self.high <= 0.0 {
             return Self::EMPTY;
         }
-        Self { low: self.low.max(0.0), high: self.high }.rising(f64::ln)
+        Self { low: self.low.max(0.0), high: self.high }.rising(f64::logarithm)
     }
 
     #[inline]

@@ -4,6 +4,7 @@ mod aabb;
 pub mod interval;
 pub mod jet;
 pub mod lanes;
+pub mod portable;
 pub mod random;
 pub mod roots;
 pub mod scalar;

@@ -1,5 +1,6 @@
 //! Functions written once and evaluated over numbers, dual numbers and intervals.
 
+use super::portable::PortableMath;
 use num_dual::DualNum;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -40,6 +41,28 @@ fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D, at_zero: f64, function
     function(value)
 }
 
+/// The most derivatives that numbers have.
+const MAX_DERIVATIVES: usize = 3;
+
+/// A function of a number by its derivatives there (the zeroth is its value): its Taylor polynomial, which is exact,
+/// since the powers of what a dual number has beside its real part vanish beyond its derivatives. The library's own
+/// functions are the system's, which differ in their last bits from machine to machine.
+#[inline]
+fn by_derivatives<D: DualNum<f64, Real = f64> + Copy>(value: D, derivative: impl Fn(i32) -> f64) -> D {
+    const FACTORIALS: [f64; MAX_DERIVATIVES + 1] = [1.0, 1.0, 2.0, 6.0];
+    let mut sum = D::from(derivative(0));
+    if D::NDERIV == 0 {
+        return sum;
+    }
+    let beside = value - value.re();
+    let mut power = beside;
+    for order in 1..=D::NDERIV.min(MAX_DERIVATIVES) {
+        sum += power * (derivative(order as i32) / FACTORIALS[order]);
+        power *= beside;
+    }
+    sum
+}
+
 impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
     fn constant(value: f64) -> Self {
         D::from(value)
@@ -51,22 +74,44 @@ impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
         DualNum::powi(&self, exponent)
     }
     fn powf(self, exponent: f64) -> Self {
-        off_zero(self, 0f64.powf(exponent), |value| DualNum::powf(&value, exponent))
+        off_zero(self, 0f64.power(exponent), |value| {
+            let (x, most) = (value.re(), D::NDERIV.min(MAX_DERIVATIVES) as i32);
+            let exact = x.power(exponent);
+            let lowest = if most > 0 { x.power(exponent - f64::from(most)) } else { exact };
+            let falling = |order: i32| (0..order).map(|less| exponent - f64::from(less)).product::<f64>();
+            let multiplied = |order: i32| (order..most).fold(lowest, |product, _| product * x);
+            let derivative = |order: i32| match falling(order) {
+                _ if order == 0 => exact,
+                // Where the power is infinite, too.
+                0.0 => 0.0,
+                factor => factor * multiplied(order),
+            };
+            by_derivatives(value, derivative)
+        })
     }
     fn sqrt(self) -> Self {
         off_zero(self, 0.0, |value| DualNum::sqrt(&value))
     }
     fn exp(self) -> Self {
-        DualNum::exp(&self)
+        let value = self.re().exponential();
+        by_derivatives(self, |_| value)
     }
     fn ln(self) -> Self {
-        DualNum::ln(&self)
+        let x = self.re();
+        by_derivatives(self, |order| match order {
+            0 => x.logarithm(),
+            1 => 1.0 / x,
+            2 => -1.0 / (x * x),
+            _ => 2.0 / (x * x * x),
+        })
     }
     fn sin(self) -> Self {
-        DualNum::sin(&self)
+        let (sine, cosine) = self.re().sine_cosine();
+        by_derivatives(self, |order| [sine, cosine, -sine, -cosine][order as usize % 4])
     }
     fn cos(self) -> Self {
-        DualNum::cos(&self)
+        let (sine, cosine) = self.re().sine_cosine();
+        by_derivatives(self, |order| [cosine, -sine, -cosine, sine][order as usize % 4])
     }
     fn abs(self) -> Self {
         <D as num_traits::Signed>::abs(&self)

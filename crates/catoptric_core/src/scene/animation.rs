@@ -1,6 +1,7 @@
 //! Animation: the values of channels between their keys, as glTF interpolates them.
 
 use super::model::{Channel, ChannelValues, Interpolation, LocalTransform};
+use crate::math::portable::between_turns;
 use glam::{Quat, Vec3};
 
 impl ChannelValues {
@@ -87,7 +88,7 @@ impl Channel {
                 *scale = vector(values).unwrap_or(*scale);
             }
             (ChannelValues::Rotation(values), LocalTransform::Parts { rotation, .. }) => {
-                let slerp = |a: Quat, b: Quat, t: f32| a.normalize().slerp(b.normalize(), t);
+                let slerp = |a: Quat, b: Quat, t: f32| between_turns(a.normalize(), b.normalize(), t);
                 let value = self.value(&span, values, |a, b| a + b, |a, s| a * s, slerp);
                 *rotation = value.filter(|q| q.is_finite()).unwrap_or(*rotation);
             }

@@ -1,6 +1,7 @@
 //! Cameras and views: rays through pixels, and pixels of points.
 
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// A camera's map from directions to the picture.
@@ -48,7 +49,7 @@ impl Camera {
     pub fn framing(bounds: &Aabb) -> Self {
         let radius = (bounds.diagonal() * 0.5).max(1e-3);
         let fov_deg = 40.0f32;
-        let distance = radius / (fov_deg.to_radians() * 0.5).sin();
+        let distance = radius / (fov_deg.to_radians() * 0.5).sine();
         let direction = Vec3::new(0.45, 0.3, 0.85).normalize();
         let center = bounds.center();
         Self::look_at("framing", center + direction * distance, center, Vec3::Y, fov_deg)
@@ -122,7 +123,7 @@ impl RayDifferential {
         let across = across.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
         let along = direction.cross(across);
         let [dx, dy] = [self.direction_dx.length(), self.direction_dy.dot(along).abs()];
-        Self { direction_dx: across * dx.hypot(width), direction_dy: along * dy.hypot(width), ..*self }
+        Self { direction_dx: across * dx.hypotenuse(width), direction_dy: along * dy.hypotenuse(width), ..*self }
     }
 
     /// The change of the point where the ray meets a plane at `distance` (Igehy 1999, equation 10).
@@ -186,7 +187,7 @@ impl View {
     #[inline]
     pub fn pixel_size(&self) -> f32 {
         let half = match self.projection {
-            Projection::Perspective { fov_y } => (fov_y * 0.5).tan(),
+            Projection::Perspective { fov_y } => (fov_y * 0.5).tangent(),
             Projection::Orthographic { half_height } => half_height,
         };
         2.0 * half / self.height as f32
@@ -283,7 +284,7 @@ impl PreciseView {
         let axes = view.world_from_view.matrix3;
         let axis = |axis: Vec3A| Vec3::from(axis).as_dvec3();
         let half = match view.projection {
-            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tan(),
+            Projection::Perspective { fov_y } => (fov_y as f64 * 0.5).tangent(),
             Projection::Orthographic { half_height } => half_height as f64,
         };
         let pixels_per_unit = view.height as f64 / (2.0 * half);

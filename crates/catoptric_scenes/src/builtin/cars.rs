@@ -5,6 +5,7 @@ use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, GridVertex, Shape, prop_segments};
 use super::parts::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::Model;
@@ -56,11 +57,11 @@ impl Hull {
     fn point(&self, x: f32, angle: f32) -> (Vec3, Vec3) {
         let n = self.exponent;
         let ([w, dw], [h, dh]) = ((self.half_width)(x), (self.height)(x));
-        let (sin, cos) = angle.sin_cos();
-        let reach = ((cos.abs() / w).powf(n) + (sin.abs() / h).powf(n)).powf(-1.0 / n);
+        let (sin, cos) = angle.sine_cosine();
+        let reach = ((cos.abs() / w).power(n) + (sin.abs() / h).power(n)).power(-1.0 / n);
         let (z, y) = (cos * reach, sin * reach);
         // F = |z/w|^n + |y/h|^n - 1; w and h depend on x.
-        let power = |value: f32| value.abs().powf(n - 1.0) * value.signum();
+        let power = |value: f32| value.abs().power(n - 1.0) * value.signum();
         let (fz, fy) = (power(z / w), power(y / h));
         let gradient = Vec3::new(-fz * z * dw / (w * w) - fy * y * dh / (h * h), fy / h, fz / w);
         (Vec3::new(x, self.base + y, z), gradient.normalize_or(Vec3::Y))
@@ -83,7 +84,7 @@ impl Hull {
             let (z, y) = (rim.z * r, (rim.y - self.base) * r);
             let slope = |value: f32, scale: f32| {
                 let ratio = value / scale;
-                2.0 * bulge * r.max(1e-6).powf(2.0 - n) * ratio.abs().powf(n - 1.0) * ratio.signum() / scale
+                2.0 * bulge * r.max(1e-6).power(2.0 - n) * ratio.abs().power(n - 1.0) * ratio.signum() / scale
             };
             let normal = Vec3::new(1.0, slope(y, h), slope(z, w)) * facing;
             GridVertex {

@@ -5,6 +5,7 @@ use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
 use super::{BuiltinInfo, ParameterInfo, TESS};
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::Model;
 use glam::{Vec2, Vec3};
@@ -84,7 +85,7 @@ fn glass_slab(spec: &str, values: &Values<'_>) -> Model {
     kit.add_box("slab", glass, [2.1, 1.7, 0.55], at(0.0, 0.35, 0.0).turned(34.0));
     let steel = kit.painted(textures::marble("steel", 33, 6, rgb(0x59636e), rgb(0x9aa7b3)));
     for (name, side) in [("foot_left", -0.75), ("foot_right", 0.75)] {
-        let (sin, cos) = 34f32.to_radians().sin_cos();
+        let (sin, cos) = 34f32.to_radians().sine_cosine();
         kit.add_box(name, steel, [0.2, 0.35, 0.5], at(side * cos, 0.0, -side * sin).turned(34.0));
     }
     let green = kit.painted(textures::labels("green_labels", 3, rgb(0xf3fff0), rgb(0x2f8a4c)));

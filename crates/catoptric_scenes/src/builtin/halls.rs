@@ -5,6 +5,7 @@ use super::parts::kit::{Kit, Place, at};
 use super::parts::shapes::{self, GridVertex, Shape};
 use super::parts::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
+use catoptric_core::math::portable::{PortableMath, at_angle};
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::LightKind;
 use catoptric_core::scene::model::Model;
@@ -96,8 +97,8 @@ fn relief_sheet(corner: Vec3, right: Vec3, up: Vec3, relief: f32, cells: [u32; 2
         let (s, t) = (i as f32 / cells[0] as f32, j as f32 / cells[1] as f32);
         let (phase_x, phase_y) = (frequency.x * s, frequency.y * t);
         // sin^2 sin^2: value and slope vanish at the edges.
-        let (sx, cx) = phase_x.sin_cos();
-        let (sy, cy) = phase_y.sin_cos();
+        let (sx, cx) = phase_x.sine_cosine();
+        let (sy, cy) = phase_y.sine_cosine();
         let offset = relief * sx * sx * sy * sy;
         let slope_x = relief * 2.0 * sx * cx * sy * sy * frequency.x / width;
         let slope_y = relief * 2.0 * sx * sx * sy * cy * frequency.y / height;
@@ -114,14 +115,14 @@ fn fluted_column(rings: u32, segments: u32) -> Shape {
     shapes::grid(rings, segments, |i, j| {
         let t = i as f32 / rings as f32;
         let angle = (j % segments) as f32 / segments as f32 * TAU;
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.sine_cosine();
         // Slender in the middle, and with flutes: r = R (1 - 0.12 sin(pi t)) (1 + 0.06 cos(k angle)).
-        let (bulge_sin, bulge_cos) = (t * TAU * 0.5).sin_cos();
+        let (bulge_sin, bulge_cos) = (t * TAU * 0.5).sine_cosine();
         let bulge = 1.0 - 0.12 * bulge_sin;
-        let flute = 1.0 + 0.06 * (FLUTES * angle).cos();
+        let flute = 1.0 + 0.06 * (FLUTES * angle).cosine();
         let radius = COLUMN_RADIUS * bulge * flute;
         let by_height = -COLUMN_RADIUS * 0.12 * bulge_cos * TAU * 0.5 / HEIGHT * flute;
-        let by_angle = -COLUMN_RADIUS * bulge * 0.06 * FLUTES * (FLUTES * angle).sin();
+        let by_angle = -COLUMN_RADIUS * bulge * 0.06 * FLUTES * (FLUTES * angle).sine();
         let (radial, around) = (Vec3::new(cos, 0.0, sin), Vec3::new(-sin, 0.0, cos));
         GridVertex {
             position: radial * radius + Vec3::Y * (t * HEIGHT),
@@ -191,7 +192,7 @@ fn large_room(spec: &str, values: &Values<'_>) -> Model {
         let distance = 1.7 + index as f32 * 0.2;
         // The golden angle spreads them evenly; the way to the camera stays free.
         let angle = index as f32 * 2.399_963 + random.next_between(-0.25, 0.25);
-        let place = Vec2::from_angle(angle) * distance;
+        let place = at_angle(angle) * distance;
         let size = random.next_between(0.35, 0.75);
         let tall = random.next_between(0.6, 1.8);
         let turn_deg = random.next_between(0.0, 90.0);

@@ -6,6 +6,7 @@ use super::parts::lizard::lizard;
 use super::parts::shapes::{self, ProfilePoint, Shape, TubePoint, prop_segments};
 use super::parts::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
+use catoptric_core::math::portable::turn_about_f32;
 use catoptric_core::scene::model::{Animation, Channel, ChannelValues, Interpolation, Model};
 use catoptric_core::scene::{LightKind, Material};
 use catoptric_core::surface::{AnalyticSurface, Revolution};
@@ -111,7 +112,7 @@ fn vase(spec: &str, values: &Values<'_>) -> Model {
             .map(|key| {
                 let share = key as f32 / keys as f32;
                 let angle = start + share * turns as f32 * TAU;
-                (share * ORBIT_SECONDS, Quat::from_axis_angle(axis, angle))
+                (share * ORBIT_SECONDS, turn_about_f32(axis, angle))
             })
             .unzip()
     };

@@ -5,6 +5,7 @@ use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
 use super::{BuiltinInfo, TESS};
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::model::Model;
 use catoptric_core::surface::AnalyticSurface;
 use glam::{Vec2, Vec3};
@@ -50,7 +51,7 @@ fn planar_mirror(spec: &str, values: &Values<'_>) -> Model {
     let walls = [("back", 0.0), ("right", -90.0), ("front", 180.0), ("left", 90.0)];
     for (wall, turn_deg) in walls.into_iter().take(values.integer("mirrors") as usize) {
         let name = format!("mirror_{wall}");
-        let inwards = Vec3::new(f32::to_radians(turn_deg).sin(), 0.0, f32::to_radians(turn_deg).cos());
+        let inwards = Vec3::new(f32::to_radians(turn_deg).sine(), 0.0, f32::to_radians(turn_deg).cosine());
         let across = Vec3::Y.cross(inwards);
         let center = -inwards * (HALF - 0.04) + Vec3::Y * middle_height;
         let place = at(center.x, center.y, center.z).turned(turn_deg);

@@ -1,6 +1,7 @@
 //! Radiance from all directions about a point, on the faces of a cube, with mip levels.
 
 use super::{FACES, Probes, locate, texels_across};
+use crate::math::portable::PortableMath;
 use crate::scene::{Projection, View};
 use glam::{Affine3A, Mat3A, Vec2, Vec3, Vec4, Vec4Swizzles};
 
@@ -37,7 +38,7 @@ impl CubeMap {
         let [right, up, back] = FACES[face];
         let side = size + 2 * BORDER;
         // Without the border exactly 90 degrees are seen.
-        let fov_y = 2.0 * (side as f32 / size as f32).atan();
+        let fov_y = 2.0 * (side as f32 / size as f32).arc_tangent();
         View {
             world_from_view: Affine3A { matrix3: Mat3A::from_cols(right, up, back), translation: center.into() },
             projection: Projection::Perspective { fov_y },
@@ -86,7 +87,7 @@ impl CubeMap {
         let (face, at, secant2) = locate(direction);
         let texels = texels_across(spread, self.size, secant2);
         let levels = &self.faces[face];
-        let level = if texels > 1.0 { texels.log2().min((levels.len() - 1) as f32) } else { 0.0 };
+        let level = if texels > 1.0 { texels.logarithm2().min((levels.len() - 1) as f32) } else { 0.0 };
         let index = level as usize;
         let fine = levels[index].bilinear(at);
         let blend = level - index as f32;

@@ -6,6 +6,7 @@
 //! and the surface's own scattering, [`crossed_medium`] and [`medium_after`] keep account of the medium along a path.
 
 use super::path::bundle::BounceKind;
+use crate::math::portable::PortableMath;
 use crate::scene::microfacets::ReflectanceTable;
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Attenuation, Material, RayDifferential, Role, Scene};
@@ -106,7 +107,7 @@ pub fn transmittance(absorption: Vec3, distance: f32) -> Vec3 {
         return Vec3::ONE;
     }
     let exponent = absorption * -distance.max(0.0);
-    Vec3::new(exponent.x.exp(), exponent.y.exp(), exponent.z.exp())
+    Vec3::new(exponent.x.exponential(), exponent.y.exponential(), exponent.z.exponential())
 }
 
 /// The medium that a ray has crossed on arrival at a surface: `own`, that inside the surface's lens, or `carried`, that

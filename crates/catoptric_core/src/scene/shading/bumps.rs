@@ -4,6 +4,7 @@ use super::microfacets::{variance_of_mean, variance_over_pixel, widened_alpha};
 use super::sample_patterns::SAMPLE_PATTERNS;
 use super::shade::{SurfaceInteraction, SurfacePoint};
 use crate::math::lanes::LANES;
+use crate::math::portable::PortableMath;
 use crate::scene::{Material, NormalMap, Scene, UvFootprint};
 use glam::{Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -134,7 +135,7 @@ impl Scene {
     fn normal_by_mean(&self, map: &NormalMap, point: &SurfacePoint, texture: Vec4) -> (Vec3, f32) {
         let mean = texture.truncate() * 2.0 - 1.0;
         // Within a texel normals are blended, which makes them shorter, but each is that of a place.
-        let hidden = self.texels_across(&map.binding, point).log2().clamp(0.0, 1.0);
+        let hidden = self.texels_across(&map.binding, point).logarithm2().clamp(0.0, 1.0);
         let variance = variance_of_mean(mean.length()) * (map.scale * map.scale) * hidden;
         match point.tangent.truncate() == Vec3::ZERO {
             true => (point.normal, 0.0),

@@ -2,6 +2,7 @@ use super::derivatives::{self, ImplicitFunction, outer};
 use super::ray::{clip, roomy};
 use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, revolved};
 use super::{ImplicitShape, MAX_LENGTH, MIN_LENGTH, SurfaceError, Taylor2, Taylor3, checked_length};
+use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
 use crate::math::scalar::Scalar;
 use glam::{DMat3, DVec3};
@@ -88,7 +89,7 @@ impl Revolution {
         let density = |s: f64| {
             let [_, slope, bend] = value_and_slopes(&self.profile, s);
             // In terms of s: |(h, r')| ds is the arc, |h r''| / |(h, r')|^3 the curvature.
-            let speed = self.height.hypot(slope);
+            let speed = self.height.hypotenuse(slope);
             ((self.height * bend).abs() / speed.powi(3) / (8.0 * error)).sqrt() * speed
         };
         let mut sums = vec![0.0];

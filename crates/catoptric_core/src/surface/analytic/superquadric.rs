@@ -3,6 +3,7 @@ use super::ray::{clip, roomy};
 use super::tessellation::mesh::SurfaceMesh;
 use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
 use crate::math::interval::{Interval, IntervalDual};
+use crate::math::portable::PortableMath;
 use crate::math::roots::first_interval_root;
 use crate::math::scalar::Scalar;
 use glam::{DMat3, DVec3, Vec2};
@@ -117,9 +118,9 @@ impl Mean {
     fn new(exponent: f64, u: f64, v: f64) -> Self {
         let power = 1.0 / exponent;
         let larger = u.max(v);
-        let (p, q) = ((u / larger).powf(power), (v / larger).powf(power));
+        let (p, q) = ((u / larger).power(power), (v / larger).power(power));
         let sum = p + q;
-        let value = larger * sum.powf(exponent);
+        let value = larger * sum.power(exponent);
         let slope = [value * p / (sum * u), value * q / (sum * v)];
         Self { value, slope, mixed: (1.0 - power) * slope[0] * slope[1] / value }
     }
@@ -216,9 +217,9 @@ impl ImplicitShape for Superquadric {
             let (quarter, step) = (step / QUARTER % 4, step % QUARTER);
             let (sin, cos) = match step {
                 0 => (0.0, 1.0),
-                _ => (step as f64 / QUARTER as f64 * FRAC_PI_2).sin_cos(),
+                _ => (step as f64 / QUARTER as f64 * FRAC_PI_2).sine_cosine(),
             };
-            let (sin, cos) = (sin.powf(exponent), cos.powf(exponent));
+            let (sin, cos) = (sin.power(exponent), cos.power(exponent));
             match quarter {
                 0 => (sin, cos),
                 1 => (cos, -sin),

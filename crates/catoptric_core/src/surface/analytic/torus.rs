@@ -2,6 +2,7 @@ use super::derivatives::{self, ImplicitFunction, outer};
 use super::ray::{clip, product_of_quadratics, roomy};
 use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, revolved};
 use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
+use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
 use crate::math::scalar::Scalar;
 use glam::{DMat3, DVec3};
@@ -113,7 +114,7 @@ impl ImplicitShape for Torus {
         let share = self.minor_radius / (self.major_radius + self.minor_radius);
         let steps = ((320.0 * share.sqrt()).ceil() as u32).max(16);
         let point = |step: u32| {
-            let (sin, cos) = ((step % steps) as f64 / steps as f64 * TAU).sin_cos();
+            let (sin, cos) = ((step % steps) as f64 / steps as f64 * TAU).sine_cosine();
             ProfilePoint {
                 radius: self.major_radius + self.minor_radius * cos,
                 height: self.minor_radius * sin,

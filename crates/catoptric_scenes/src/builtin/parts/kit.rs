@@ -4,12 +4,13 @@ use super::super::parameters::Values;
 use super::shapes::{self, Shape};
 use super::textures;
 use crate::tangents;
+use catoptric_core::math::portable::turn_about_f32;
 use catoptric_core::scene::model::{
     AnalyticAsset, CameraAsset, LightAsset, LocalTransform, MeshAsset, Model, Node, Primitive,
 };
 use catoptric_core::scene::{Camera, LightKind, Material, Microfacets, NormalMap, Texture, TextureBinding};
 use catoptric_core::surface::{AnalyticSurface, SurfaceError};
-use glam::{Affine2, Affine3A, EulerRot, Quat, Vec2, Vec3};
+use glam::{Affine2, Affine3A, Quat, Vec2, Vec3};
 use std::sync::Arc;
 
 /// A model under construction.
@@ -33,13 +34,14 @@ pub(in super::super) fn at(x: f32, y: f32, z: f32) -> Place {
 impl Place {
     /// Turned about y, counter-clockwise from above.
     pub(in super::super) fn turned(self, degrees: f32) -> Self {
-        Self { rotation: self.rotation * Quat::from_rotation_y(degrees.to_radians()), ..self }
+        Self { rotation: self.rotation * turn_about_f32(Vec3::Y, degrees.to_radians()), ..self }
     }
 
     /// Turned about its own x, y and z axes, y first.
     pub(in super::super) fn turned_yxz(self, y_deg: f32, x_deg: f32, z_deg: f32) -> Self {
-        let angles = [y_deg, x_deg, z_deg].map(f32::to_radians);
-        Self { rotation: self.rotation * Quat::from_euler(EulerRot::YXZ, angles[0], angles[1], angles[2]), ..self }
+        let about = |axis: Vec3, degrees: f32| turn_about_f32(axis, degrees.to_radians());
+        let turn = about(Vec3::Y, y_deg) * about(Vec3::X, x_deg) * about(Vec3::Z, z_deg);
+        Self { rotation: self.rotation * turn, ..self }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A flat lizard of 61 vertices, as in the pictures of the sample-based camera paper.
 
 use super::shapes::{self, Shape};
+use catoptric_core::math::portable::PortableMath;
 use glam::Vec2;
 
 /// The right half of a lizard seen from above, nose upwards at (0, 1), tail downwards: x, y.
@@ -56,5 +57,5 @@ pub(in super::super) fn lizard(length: f32) -> Shape {
 fn walking(p: Vec2) -> Vec2 {
     let y = p.y + 0.22 * p.x;
     let swing = 0.06 + 0.2 * (0.3 - y).max(0.0);
-    Vec2::new(p.x + swing * (y * 3.6).sin(), y)
+    Vec2::new(p.x + swing * (y * 3.6).sine(), y)
 }

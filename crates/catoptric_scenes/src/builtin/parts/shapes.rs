@@ -1,5 +1,6 @@
 //! Meshes by formula: positions, exact unit normals, texture coordinates, counter-clockwise from outside.
 
+use catoptric_core::math::portable::{PortableMath, at_angle};
 use catoptric_core::surface::{SurfaceMesh, sphere_mesh};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -115,7 +116,7 @@ pub(in super::super) fn revolution(profile: &[ProfilePoint], segments: u32) -> S
     grid(last as u32, segments, |i, j| {
         let point = &profile[i as usize];
         // The seam's two columns of vertices must be the same points, bit for bit.
-        let (sin, cos) = ((j % segments) as f32 / segments as f32 * TAU).sin_cos();
+        let (sin, cos) = ((j % segments) as f32 / segments as f32 * TAU).sine_cosine();
         let normal = Vec3::new(point.direction.y * cos, -point.direction.x, point.direction.y * sin);
         GridVertex {
             position: Vec3::new(point.radius * cos, point.y, point.radius * sin),
@@ -160,7 +161,7 @@ pub(in super::super) fn cone(radius: f32, height: f32, segments: u32) -> Shape {
 /// A torus about the y axis: `rings` steps around the tube and twice as many about the axis.
 pub(in super::super) fn torus(major_radius: f32, minor_radius: f32, rings: u32) -> Shape {
     let point = |step: u32| {
-        let (sin, cos) = ((step % rings) as f32 / rings as f32 * TAU).sin_cos();
+        let (sin, cos) = ((step % rings) as f32 / rings as f32 * TAU).sine_cosine();
         ProfilePoint {
             radius: major_radius + minor_radius * cos,
             y: minor_radius * sin,
@@ -173,17 +174,17 @@ pub(in super::super) fn torus(major_radius: f32, minor_radius: f32, rings: u32) 
 /// A closed lens about the y axis: two caps of spheres of radius `curvature` that meet in a circle of radius
 /// `aperture` (below `curvature`) in the xz plane.
 pub(in super::super) fn biconvex_lens(curvature: f32, aperture: f32, rings: u32) -> Shape {
-    let widest = (aperture / curvature).asin();
+    let widest = (aperture / curvature).arc_sine();
     let cap = |upper: bool| {
         // Each cap runs upwards: the lower one from its pole to the rim, the upper one back to the axis.
         let point = |step: u32| {
             let from_pole = if upper { rings - step } else { step };
             let sign = if upper { 1.0 } else { -1.0 };
-            let (sin, cos) = (widest * from_pole as f32 / rings as f32).sin_cos();
+            let (sin, cos) = (widest * from_pole as f32 / rings as f32).sine_cosine();
             let on_rim = from_pole == rings;
             ProfilePoint {
                 radius: if on_rim { aperture } else { curvature * sin },
-                y: if on_rim { 0.0 } else { sign * curvature * (cos - widest.cos()) },
+                y: if on_rim { 0.0 } else { sign * curvature * (cos - widest.cosine()) },
                 direction: Vec2::new(-sign * cos, sin),
             }
         };
@@ -196,9 +197,9 @@ pub(in super::super) fn biconvex_lens(curvature: f32, aperture: f32, rings: u32)
 
 /// A spherical dish that opens towards +y, its deepest point at the origin; the outer side is the hollow one.
 pub(in super::super) fn spherical_dish(curvature: f32, aperture: f32, rings: u32) -> Shape {
-    let widest = (aperture / curvature).asin();
+    let widest = (aperture / curvature).arc_sine();
     let curve = |t: f32| {
-        let (sin, cos) = (widest * (1.0 - t)).sin_cos();
+        let (sin, cos) = (widest * (1.0 - t)).sine_cosine();
         (Vec2::new(curvature * sin, curvature * (1.0 - cos)), -Vec2::new(cos, sin))
     };
     revolution(&profile(rings, curve), rings * 3)
@@ -229,7 +230,7 @@ pub(in super::super) fn tube(rings: u32, segments: u32, path: impl Fn(f32) -> Tu
         let speed = first.length();
         let along = first / speed;
         let side = Vec3::new(along.y, -along.x, 0.0);
-        let (sin, cos) = ((j % segments) as f32 / segments as f32 * TAU).sin_cos();
+        let (sin, cos) = ((j % segments) as f32 / segments as f32 * TAU).sine_cosine();
         let radial = side * cos + Vec3::Z * sin;
         // On the outer side of a bend the wall is longer than the curve: the curve's turning a unit of the parameter.
         let turning = first.perp_dot(second) / (speed * speed);
@@ -326,5 +327,5 @@ pub(in super::super) fn prop_segments(tess: u32) -> u32 {
 
 /// The direction of one of `count` objects evenly around a circle; the first is at +x.
 pub(in super::super) fn around(count: u32, index: u32) -> Vec2 {
-    Vec2::from_angle(index as f32 / count as f32 * TAU)
+    at_angle(index as f32 / count as f32 * TAU)
 }

@@ -2,6 +2,7 @@
 //!
 //! Colours are sRGB values from 0 to 1, as one would pick them.
 
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::math::random;
 use catoptric_core::parallel;
 use catoptric_core::scene::{Sampler, Texture};
@@ -52,7 +53,7 @@ pub(in super::super) fn ripples(name: &str, size: u32, waves: &[Wave]) -> Textur
         let at = (Vec2::new((texel % size) as f32, (texel / size) as f32) + 0.5) / size as f32;
         let slope = |wave: &Wave| {
             let number = Vec2::new(wave.count[0] as f32, wave.count[1] as f32) * TAU;
-            number * (wave.amplitude * (number.dot(at) + wave.phase).cos())
+            number * (wave.amplitude * (number.dot(at) + wave.phase).cosine())
         };
         let slope: Vec2 = waves.iter().map(slope).sum();
         // The texture's v runs down, a normal's y up.
@@ -194,7 +195,7 @@ pub(in super::super) fn target(name: &str, rings: u32, a: Vec3, b: Vec3, cross: 
         let ring = (q.length() * 2.0 * rings as f32) as u32;
         let on_cross = q.abs().min_element() < 0.008 && q.abs().max_element() < 0.45;
         let color = if ring & 1 == 0 { a } else { b };
-        if on_cross { cross } else { color * (0.75 + 0.25 * spectrum(q.y.atan2(q.x) / std::f32::consts::TAU)) }
+        if on_cross { cross } else { color * (0.75 + 0.25 * spectrum(q.y.arc_tangent2(q.x) / std::f32::consts::TAU)) }
     })
 }
 
@@ -248,7 +249,7 @@ pub(in super::super) fn patches(name: &str, cells: u32) -> Texture {
 
 /// A saturated colour for every hue from 0 to 1, around the circle.
 pub(in super::super) fn spectrum(hue: f32) -> Vec3 {
-    let channel = |shift: f32| 0.5 + 0.5 * ((hue + shift) * std::f32::consts::TAU).cos();
+    let channel = |shift: f32| 0.5 + 0.5 * ((hue + shift) * std::f32::consts::TAU).cosine();
     Vec3::new(channel(0.0), channel(-1.0 / 3.0), channel(-2.0 / 3.0))
 }
 

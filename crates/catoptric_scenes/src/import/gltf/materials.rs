@@ -5,6 +5,7 @@ use super::schema::{self, Material as MaterialEntry};
 use super::source::Source;
 use super::textures::{Content, DecodedTexture, TextureSet, TextureUse};
 use catoptric_core::error::SceneError;
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
 use glam::{Affine2, Vec3, Vec4};
 
@@ -310,7 +311,7 @@ fn absorption(volume: &schema::Volume) -> Vec3 {
         return Vec3::ZERO;
     }
     // Black would absorb infinitely much.
-    let absorption = -color.clamp(Vec3::splat(1e-6), Vec3::ONE).map(f32::ln) / distance;
+    let absorption = -color.clamp(Vec3::splat(1e-6), Vec3::ONE).map(f32::logarithm) / distance;
     finite3(absorption)
 }
 

@@ -5,6 +5,7 @@ use super::super::blend::{AttenuationKeys, BlendKeys};
 use super::schema;
 use super::source::Source;
 use catoptric_core::error::SceneError;
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::model::{CameraAsset, LightAsset, LocalTransform, Node, Skin};
 use catoptric_core::scene::{LightKind, Projection};
 use glam::{Affine3A, Mat4, Quat, Vec3};
@@ -128,7 +129,7 @@ pub(super) fn light(
                 let problem = format!("{inner} and {outer} radians; needed is 0 <= inner <= outer <= pi/2");
                 return Err(source.invalid(format!("lights[{number}].spot"), problem));
             }
-            LightKind::Spot { range, inner_cos: inner.cos(), outer_cos: outer.cos() }
+            LightKind::Spot { range, inner_cos: inner.cosine(), outer_cos: outer.cosine() }
         }
         other => {
             let problem = format!("`{other}`; allowed are directional, point and spot");

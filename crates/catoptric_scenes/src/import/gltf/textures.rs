@@ -4,6 +4,7 @@ use super::super::picture::{self, Picture, TexelBudget};
 use super::schema::{self, TextureInfo};
 use super::source::Source;
 use catoptric_core::error::SceneError;
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::{MipFilter, Sampler, Texture, TextureBinding, Wrap};
 use glam::{Affine2, Mat2, Vec2};
 use std::borrow::Cow;
@@ -185,7 +186,7 @@ fn sampler_of(sampler: &schema::Sampler) -> Sampler {
 
 /// KHR_texture_transform: scale, then rotate, then move; the rotation is counter-clockwise in a frame with v down.
 fn affine(transform: &schema::TextureTransform) -> Affine2 {
-    let (sin, cos) = transform.rotation.sin_cos();
+    let (sin, cos) = transform.rotation.sine_cosine();
     let scale = Vec2::from(transform.scale.unwrap_or([1.0; 2]));
     let rotation = Mat2::from_cols(Vec2::new(cos, -sin), Vec2::new(sin, cos));
     let result = Affine2 { matrix2: rotation * Mat2::from_diagonal(scale), translation: Vec2::from(transform.offset) };

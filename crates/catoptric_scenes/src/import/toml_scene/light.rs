@@ -3,6 +3,7 @@
 use super::keys::{Keys, Located, Text};
 use super::{direction, point};
 use catoptric_core::error::SceneError;
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::LightKind;
 use catoptric_core::scene::model::{LightAsset, LocalTransform, Node};
 use glam::{Quat, Vec3};
@@ -73,9 +74,11 @@ pub(super) fn read(source: Text<'_>, mut table: Keys<'_, '_>) -> Result<Node, Sc
     };
     table.finish()?;
     let kind = match (placed, aimed) {
-        (true, true) => {
-            LightKind::Spot { range, inner_cos: inner_deg.to_radians().cos(), outer_cos: outer_deg.to_radians().cos() }
-        }
+        (true, true) => LightKind::Spot {
+            range,
+            inner_cos: inner_deg.to_radians().cosine(),
+            outer_cos: outer_deg.to_radians().cosine(),
+        },
         (true, false) => LightKind::Point { range },
         _ => LightKind::Directional,
     };

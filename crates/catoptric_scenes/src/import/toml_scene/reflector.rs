@@ -4,10 +4,11 @@ use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value};
 use super::keys::{Keys, Located, Text};
 use super::{blend, exact_direction, exact_point};
 use catoptric_core::error::SceneError;
+use catoptric_core::math::portable::turn_about;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::LocalTransform;
 use catoptric_core::surface::AnalyticSurface;
-use glam::{DMat3, DQuat, DVec3, EulerRot};
+use glam::{DMat3, DQuat, DVec3};
 
 pub(super) struct Reflector {
     pub(super) name: String,
@@ -89,7 +90,7 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize) -> Res
 fn rotation_about_fixed_axes(at: Located<[f64; 3]>) -> DQuat {
     // Whole turns are taken off in double precision, so that large angles keep their fraction.
     let [x, y, z] = at.value.map(|angle| (angle % 360.0).to_radians());
-    DQuat::from_euler(EulerRot::ZYX, z, y, x)
+    turn_about(DVec3::Z, z) * turn_about(DVec3::Y, y) * turn_about(DVec3::X, x)
 }
 
 /// From the frame of a plane (x along its width, y its normal) to the world.

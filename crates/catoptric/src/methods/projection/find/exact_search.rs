@@ -23,6 +23,7 @@ use super::ray_map::{
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::path_query::{FoundPath, PathSearch, SearchOutcome};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::optics::path::all_roots::{RootCount, RootFinder};
@@ -443,7 +444,7 @@ fn views_of(bounds: &Aabb, eye: Vec3, samples_across: u32) -> Vec<View> {
     let side = samples_across.max(1) * SPACING_PX as u32;
     let near = (radius * 1e-9).max(f32::MIN_POSITIVE);
     if distance > radius * 1.3 {
-        let fov_deg = 2.0 * (radius / distance).asin().to_degrees() * 1.01;
+        let fov_deg = 2.0 * (radius / distance).arc_sine().to_degrees() * 1.01;
         return vec![View::new(&Camera::look_at("", eye, center, Vec3::Y, fov_deg), side, side, near)];
     }
     let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];

@@ -6,6 +6,7 @@
 
 use crate::light::path_tracer::{MIN_THROUGHPUT, NearPlane};
 use crate::light::tracer::Tracer;
+use crate::math::portable::PortableMath;
 use crate::methods::projection::find::projected_paths::PathFollower;
 use crate::methods::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind};
@@ -283,7 +284,7 @@ fn is_of_point(follower: &PathFollower<'_>, bounces: &[Bounce], one: &Projection
     let Some(path) = follower.completed(bounces, one, point.as_dvec3()) else { return false };
     // The residual is about the angle by which the last ray misses the point.
     let miss = path.residual * path.bounce_points[bounces.len() - 1].distance(point.as_dvec3());
-    let pixels = one.image_change[0].length().hypot(one.image_change[1].length());
+    let pixels = one.image_change[0].length().hypotenuse(one.image_change[1].length());
     miss * f64::from(pixels) <= INVENTED_PX
 }
 

@@ -8,6 +8,7 @@
 
 use crate::light::cube_map::{direction_of, place_on_face};
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::projection::find::ray_map::{PathRays, RayMap, largest_stretch};
 use crate::scene::Scene;
 use glam::{DVec3, Vec2};
@@ -106,12 +107,12 @@ fn radius(bounds: &Aabb) -> f64 {
 /// The angle between the directions to a point at some distance from two places that are `across` apart, in radians.
 fn parallax(across: f64, distance: f64) -> f64 {
     let sine = across / distance;
-    if sine < 1.0 { sine.asin() } else { PI }
+    if sine < 1.0 { sine.arc_sine() } else { PI }
 }
 
 /// The angle between two unit vectors; 90 degrees to one of no length.
 fn angle(a: DVec3, b: DVec3) -> f64 {
-    a.dot(b).clamp(-1.0, 1.0).acos()
+    a.dot(b).clamp(-1.0, 1.0).arc_cosine()
 }
 
 /// The bins of all rays that leave a reflector at the end of some paths.

@@ -1,6 +1,7 @@
 //! Scene points to their appearances: candidates from the ray map, Taylor expansion, polish.
 
 use super::settings::{Candidates, PathPerturbationSettings};
+use crate::math::portable::PortableMath;
 use crate::methods::projection::find::polish::{Effort, Polished, polished};
 use crate::methods::projection::find::ray_map::{
     Approximation, Candidate, CandidateFilter, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap,
@@ -139,7 +140,7 @@ impl Perturber<'_> {
     /// The paper's grouping (section III-C.1): near directions and near reflection points are one reflection.
     fn same_reflection(&self, group: &PathRays, a: u32, b: u32) -> bool {
         let (a, b) = (&group.samples[a as usize], &group.samples[b as usize]);
-        let angle = a.rays.direction.dot(b.rays.direction).clamp(-1.0, 1.0).acos();
+        let angle = a.rays.direction.dot(b.rays.direction).clamp(-1.0, 1.0).arc_cosine();
         let last = |sample: &RaySample| sample.sites.sites[sample.sites.count - 1].position;
         let size = group.path.bounces.last().map_or(0.0, |bounce| self.sizes[bounce.object as usize]);
         angle <= GROUP_ANGLE_DEG.to_radians() && last(a).distance(last(b)) <= GROUP_DISTANCE * size
@@ -308,7 +309,7 @@ impl Perturber<'_> {
             path_length: found.optical_length as f32,
             reflection_point: found.reflection_point.as_vec3(),
             last_segment: found.last.distance(point) as f32,
-            error_px: gx.dot(left_out).hypot(gy.dot(left_out)) as f32,
+            error_px: gx.dot(left_out).hypotenuse(gy.dot(left_out)) as f32,
         };
         projection.if_meaningful()
     }

@@ -1,6 +1,7 @@
 //! The specular constraint at points of a surface: its residual, its Jacobian, and bounds of it over a piece.
 
 use super::cover::{BoundingCone, SurfaceCell, angle_between, onto_surface};
+use crate::math::portable::PortableMath;
 use crate::optics::path::bundle::Eye;
 use crate::surface::patch::{SurfacePatch, tangent_frame};
 use crate::surface::{PlacedSurface, Taylor2};
@@ -92,12 +93,12 @@ impl SpecularConstraint {
             if end.distance <= bounds.radius {
                 return true;
             }
-            let apparent = (bounds.radius / end.distance).asin();
+            let apparent = (bounds.radius / end.distance).arc_sine();
             let tilt = angle_between(end.direction, bounds.axis);
             positive[k] = tilt - bounds.angle - apparent < FRAC_PI_2;
             negative[k] = tilt + bounds.angle + apparent > FRAC_PI_2;
             half += end.direction * self.weights[k];
-            change += self.weights[k] * 2.0 * (0.5 * apparent).sin();
+            change += self.weights[k] * 2.0 * (0.5 * apparent).sine();
         }
         let sided = match self.sides {
             Sides::Same => positive[0] && positive[1] || negative[0] && negative[1],
@@ -106,7 +107,7 @@ impl SpecularConstraint {
         };
         let tilt = angle_between(half, bounds.axis);
         let beside = (tilt.min(PI - tilt) - bounds.angle).max(0.0);
-        sided && half.length() * beside.sin() <= change
+        sided && half.length() * beside.sine() <= change
     }
 
     fn local(&self, at: DVec3, taylor: &Taylor2) -> Option<Local> {

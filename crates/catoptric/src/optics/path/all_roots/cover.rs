@@ -1,6 +1,7 @@
 //! A surface covered by cells: a hierarchy of balls and cones of normals over a tessellation, and triangular cells
 //! that are halved without end.
 
+use crate::math::portable::PortableMath;
 use crate::surface::{PlacedSurface, Taylor2};
 use glam::DVec3;
 
@@ -53,7 +54,7 @@ pub(super) struct Cover {
 
 /// The angle between two unit vectors, exact for small ones.
 pub(super) fn angle_between(a: DVec3, b: DVec3) -> f64 {
-    a.cross(b).length().atan2(a.dot(b))
+    a.cross(b).length().arc_tangent2(a.dot(b))
 }
 
 /// The point of the surface near a point, by Newton's steps along the gradient, and the Taylor coefficients there.

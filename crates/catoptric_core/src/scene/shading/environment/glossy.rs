@@ -2,6 +2,7 @@
 
 use super::{Environment, EquirectangularMap};
 use crate::math::lanes::{MANY_LANES, Vec3Lanes};
+use crate::math::portable::PortableMath;
 use crate::math::random;
 use crate::parallel;
 use crate::scene::shading::microfacets;
@@ -98,7 +99,7 @@ fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, u
             continue;
         }
         let extent = microfacets::extent_of_sample(alpha, facet.z, 1.0, count);
-        let reduction = (0.5 * (extent / texel).log2()).clamp(0.0, environment.reduced.len() as f32) as usize;
+        let reduction = (0.5 * (extent / texel).logarithm2()).clamp(0.0, environment.reduced.len() as f32) as usize;
         steps.push((direction, microfacets::unshadowed_share(alpha, direction.z, 1.0), reduction));
     }
     let sum: f32 = steps.iter().map(|(_, weight, _)| weight).sum();

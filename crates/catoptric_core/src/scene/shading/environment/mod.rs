@@ -3,6 +3,7 @@
 mod glossy;
 
 use crate::math::lanes::{Lanes, Vec3Lanes};
+use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3, Vec4};
 use glossy::GlossyMaps;
 use std::sync::OnceLock;
@@ -155,7 +156,7 @@ impl Environment {
     #[inline]
     pub fn direction(u: f32, v: f32) -> Vec3 {
         let (azimuth, polar) = ((u - 0.5) * std::f32::consts::TAU, v * std::f32::consts::PI);
-        Vec3::new(polar.sin() * azimuth.cos(), polar.cos(), polar.sin() * azimuth.sin())
+        Vec3::new(polar.sine() * azimuth.cosine(), polar.cosine(), polar.sine() * azimuth.sine())
     }
 
     /// The position in the picture (0..1, v down) of a direction of unit length.
@@ -201,7 +202,7 @@ impl Environment {
         }
         // Places follow each other along the longer side, every second one nearer to one end of the shorter side.
         let places = (2.0 * long / short.max(0.5)).clamp(4.0, MOST_PLACES).ceil();
-        let level = (0.5 * short).max(long / places).max(1.0).log2().min(self.reduced.len() as f32);
+        let level = (0.5 * short).max(long / places).max(1.0).logarithm2().min(self.reduced.len() as f32);
         let mut sum = Vec3::ZERO;
         for place in 0..places as u32 {
             let along = (place as f32 + 0.5) / places - 0.5;
@@ -353,7 +354,7 @@ fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Equirectang
     let mut energy = vec![Vec3::ZERO; columns * rows];
     let mut directions = vec![Vec3::ZERO; columns * rows];
     for y in 0..height as usize {
-        let polar = |edge: usize| (edge as f32 / height as f32 * std::f32::consts::PI).cos();
+        let polar = |edge: usize| (edge as f32 / height as f32 * std::f32::consts::PI).cosine();
         let solid_angle = std::f32::consts::TAU / width as f32 * (polar(y) - polar(y + 1));
         let row = y * rows / height as usize;
         for x in 0..width as usize {

@@ -5,6 +5,7 @@
 //! of the perceptual roughness, `n_l`, `n_v`, `l_h` are cosines between the normal, the directions to light and viewer,
 //! and the half vector between them.
 
+use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3, Vec4};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use std::sync::LazyLock;
@@ -52,7 +53,7 @@ pub fn visible_facet(alpha: f32, towards_viewer: Vec3, number: Vec2) -> Vec3 {
 #[inline(always)] // for the instructions of its caller
 pub fn disc_point(number: Vec2) -> Vec2 {
     let (radius, angle) = (number.x.sqrt(), TAU * number.y);
-    Vec2::new(radius * angle.cos(), radius * angle.sin())
+    Vec2::new(radius * angle.cosine(), radius * angle.sine())
 }
 
 /// The facets that a viewer sees (Heitz 2018, Sampling the GGX distribution of visible normals).

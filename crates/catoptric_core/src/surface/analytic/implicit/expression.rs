@@ -1,5 +1,6 @@
 //! Expressions of x, y and z: read once into a short program, evaluated over numbers, dual numbers and intervals.
 
+use crate::math::portable::PortableMath;
 use crate::math::scalar::Scalar;
 use crate::surface::SurfaceError;
 
@@ -254,7 +255,7 @@ impl Parser {
         let step = match (step, steps.as_slice()) {
             (Instruction::Variable(_) | Instruction::Constant(_), _) => step,
             (Instruction::Power, [.., Instruction::Constant(base), Instruction::Constant(exponent)]) => {
-                let value = base.powf(*exponent);
+                let value = base.power(*exponent);
                 steps.truncate(steps.len() - 2);
                 constant(value, position)?
             }

@@ -1,5 +1,6 @@
 //! Tessellations: shared helpers, and grids over parameters.
 
+use crate::math::portable::PortableMath;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::TAU;
 
@@ -45,11 +46,11 @@ pub fn sphere_mesh(radius: f32, rings: u32, segments: u32) -> SurfaceMesh {
     let mut mesh = SurfaceMesh::default();
     for ring in 0..=rings {
         let v = ring as f32 / rings as f32;
-        let (sin_polar, cos_polar) = (v * std::f32::consts::PI).sin_cos();
+        let (sin_polar, cos_polar) = (v * std::f32::consts::PI).sine_cosine();
         for segment in 0..=segments {
             let u = segment as f32 / segments as f32;
             // The seam's two columns of vertices must be the same points, bit for bit.
-            let (sin, cos) = ((segment % segments) as f32 / segments as f32 * std::f32::consts::TAU).sin_cos();
+            let (sin, cos) = ((segment % segments) as f32 / segments as f32 * std::f32::consts::TAU).sine_cosine();
             let sin_polar = if ring == 0 || ring == rings { 0.0 } else { sin_polar };
             let normal = Vec3::new(sin_polar * cos, cos_polar, sin_polar * sin).normalize();
             mesh.positions.push(normal * radius);
@@ -94,7 +95,7 @@ pub(in super::super) fn revolved(profile: &[ProfilePoint], segments: u32) -> Sur
             // The seam's two columns of vertices must be the same points, bit for bit. Columns run clockwise from
             // above: to the right, seen from outside.
             let angle = ((segments - column) % segments) as f64 * (TAU / segments as f64);
-            let (sin, cos) = angle.sin_cos();
+            let (sin, cos) = angle.sine_cosine();
             let [along_radius, along_height] = point.direction;
             let normal = DVec3::new(along_height * cos, -along_radius, along_height * sin);
             mesh.positions.push(Vec3::new(

@@ -334,6 +334,8 @@ fn quaternion(element: &mut [u8]) {
 fn exponential(element: &mut [u8]) {
     let value = i32::from_le_bytes([element[0], element[1], element[2], element[3]]);
     let (exponent, mantissa) = (value >> 24, value << 8 >> 8);
-    let float = (f64::from(mantissa) * f64::from(exponent).exp2()) as f32;
+    // Two to a power from -128 to 127, by its bits.
+    let scale = f64::from_bits(((exponent + 1023) as u64) << 52);
+    let float = (f64::from(mantissa) * scale) as f32;
     element.copy_from_slice(&float.to_le_bytes());
 }

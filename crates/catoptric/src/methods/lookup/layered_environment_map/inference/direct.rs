@@ -2,6 +2,7 @@
 //! section 4.3).
 
 use super::observations::Observations;
+use crate::math::portable::PortableMath;
 use crate::methods::lookup::layered_environment_map::textures::maps::Layer;
 use glam::Vec3;
 
@@ -61,7 +62,7 @@ impl<'a> Missing<'a> {
         let Layer { shell, texture, .. } = self.layer;
         let towards = |texel: u32| shell.towards(texture.layout.middle_of(texel)).normalize_or(Vec3::X);
         // The chord is exact for small angles, where the cosine is not.
-        (2.0 * (0.5 * towards(a).distance(towards(b))).min(1.0).asin()).to_degrees()
+        (2.0 * (0.5 * towards(a).distance(towards(b))).min(1.0).arc_sine()).to_degrees()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Observations of the layers about a group in a picture from a viewpoint: the right-hand sides of inference.
 
 use crate::light::two_path_tracer::{SpecularChain, TwoPathTracer};
+use crate::math::portable::PortableMath;
 use crate::methods::lookup::layered_environment_map::mesh::visible::SeenSurfaces;
 use crate::methods::lookup::layered_environment_map::mesh::{AdaptiveMesh, same_way};
 use crate::methods::lookup::layered_environment_map::shells::distant_geometry::{LayerSpecs, further_hits};
@@ -234,7 +235,7 @@ fn confidence(rays: &[Ray]) -> f32 {
     let pairs = rays.iter().enumerate().flat_map(|(index, a)| rays[..index].iter().map(move |b| (a, b)));
     // The chord is exact for small angles, where the cosine is not.
     let chord = pairs.map(|(a, b)| a.direction.distance(b.direction)).fold(0.0, f32::max);
-    let angle = 2.0 * (0.5 * chord).min(1.0).asin();
+    let angle = 2.0 * (0.5 * chord).min(1.0).arc_sine();
     let share = (angle / MIN_CONFIDENT_DEG.to_radians()).min(1.0);
     1.0 - share * share
 }

@@ -7,6 +7,7 @@ pub(super) mod welds;
 
 use crate::error::RenderError;
 use crate::light::two_path_tracer::{SpecularChain, TwoPathTracer};
+use crate::math::portable::PortableMath;
 use crate::methods::Job;
 use crate::methods::lookup::layered_environment_map::settings::{Edges, LayeredEnvironmentMapSettings};
 use crate::optics::path::bundle::BounceKind;
@@ -57,7 +58,7 @@ pub(crate) struct Criteria {
 impl Criteria {
     /// Criteria of settings.
     pub(crate) fn of(settings: &LayeredEnvironmentMapSettings) -> Self {
-        Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cos(), edges: settings.edges }
+        Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cosine(), edges: settings.edges }
     }
 
     /// Returns true for rays with different events or leaving directions.

@@ -1,9 +1,10 @@
 //! Viewpoints for which layers are inferred, and their weights for an eye between them.
 
 use super::groups::LensGroup;
+use crate::math::portable::{PortableMath, turn_about_f32};
 use crate::methods::lookup::layered_environment_map::settings::{LayeredEnvironmentMapSettings, Viewpoints};
 use crate::scene::{Camera, Scene, View};
-use glam::{Quat, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// The widest picture of a group, in degrees. Chosen, not measured.
@@ -82,8 +83,8 @@ impl Viewspace {
             ViewspaceShape::Circles(heights) => {
                 let height = heights.get(row as usize).copied().unwrap_or(0.0);
                 let flat = Vec3::new(self.arm.x, 0.0, self.arm.z).normalize_or(Vec3::Z);
-                let out = flat * height.cos() + Vec3::Y * height.sin();
-                self.center + Quat::from_rotation_y(column * TAU / self.columns as f32) * out * self.arm.length()
+                let out = flat * height.cosine() + Vec3::Y * height.sine();
+                self.center + turn_about_f32(Vec3::Y, column * TAU / self.columns as f32) * out * self.arm.length()
             }
             ViewspaceShape::Line(step) => self.center + self.arm + *step * (column - 0.5 * (self.columns - 1) as f32),
         }
@@ -127,12 +128,12 @@ impl Viewspace {
 
 /// How high above the horizon, in radians.
 fn elevation(arm: Vec3) -> f32 {
-    arm.y.atan2(Vec2::new(arm.x, arm.z).length())
+    arm.y.arc_tangent2(Vec2::new(arm.x, arm.z).length())
 }
 
 /// Around the upright axis, in radians.
 fn angle(arm: Vec3) -> f32 {
-    arm.x.atan2(arm.z)
+    arm.x.arc_tangent2(arm.z)
 }
 
 /// The picture past a group from a viewpoint, as wide as any, `size` pixels a side.
@@ -144,7 +145,7 @@ pub(crate) fn picture_past(scene: &Scene, group: &LensGroup, eye: Vec3, size: u3
 pub(crate) fn picture_of(scene: &Scene, group: &LensGroup, eye: Vec3, size: u32) -> View {
     let radius = 0.5 * group.bounds.diagonal();
     let sine = radius * MARGIN / eye.distance(group.center()).max(f32::MIN_POSITIVE);
-    let fov_deg = (2.0 * sine.min(1.0).asin().to_degrees()).min(WIDEST_DEG);
+    let fov_deg = (2.0 * sine.min(1.0).arc_sine().to_degrees()).min(WIDEST_DEG);
     scene.view(&Camera::look_at("", eye, group.center(), Vec3::Y, fov_deg), size, size)
 }
 

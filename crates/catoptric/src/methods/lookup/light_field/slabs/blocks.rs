@@ -1,6 +1,7 @@
 //! Views in blocks of 4 x 4 pixels, as GPUs read them.
 
 use super::texels::{packed, unpacked};
+use crate::math::portable::PortableMath;
 use crate::methods::lookup::light_field::settings::Compression;
 use block_compression::decode::{decode_block_bc1, decode_block_bc6h, decode_block_bc7};
 use block_compression::encode::{compress_rgba8, compress_rgba16};
@@ -103,7 +104,7 @@ fn bits8(radiance: Vec3) -> [u8; 4] {
     let [r, g, b] = radiance.to_array().map(|x| {
         let share = x * (1.0 + 1.0 / BRIGHTEST) / (1.0 + x);
         // Casts saturate.
-        (255.0 * share.powf(1.0 / GAMMA)).round() as u8
+        (255.0 * share.power(1.0 / GAMMA)).round() as u8
     });
     [r, g, b, 255]
 }
@@ -111,7 +112,7 @@ fn bits8(radiance: Vec3) -> [u8; 4] {
 /// The radiance of all eight bits: powers are slow, and pixels many.
 static RADIANCE: LazyLock<[f32; 256]> = LazyLock::new(|| {
     std::array::from_fn(|bits| {
-        let share = (bits as f32 / 255.0).powf(GAMMA);
+        let share = (bits as f32 / 255.0).power(GAMMA);
         share / (1.0 + 1.0 / BRIGHTEST - share)
     })
 });

@@ -12,6 +12,7 @@ pub(super) mod views;
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::math::lanes::{Lanes, Vec3Lanes};
+use crate::math::portable::PortableMath;
 use crate::methods::Settings;
 use crate::methods::lookup::light_field::capture::Capture;
 use crate::methods::lookup::light_field::layout::{SLABS, Slab, SlabLayout, SlabRays, across};
@@ -243,7 +244,7 @@ impl<'a> SlabLookUp<'a> {
         };
         let wide = major / (probes * pixel);
         let coarsest = (self.fetch.levels.levels.len() - 1) as f32;
-        let level = if wide > 1.0 { wide.log2().min(coarsest) } else { 0.0 };
+        let level = if wide > 1.0 { wide.logarithm2().min(coarsest) } else { 0.0 };
         // Between the two levels about that.
         let (fine, coarse) = (1.0 - level.fract(), level.fract());
         let mut sum = Vec3Lanes::ZERO;

@@ -4,6 +4,7 @@ use super::rows::ViewRow;
 use super::texels::{ViewLevels, packed, stored};
 use crate::error::{RenderError, SceneError};
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::lookup::light_field::INFO;
 use crate::methods::lookup::light_field::layout::{SLABS, STEEPEST, SlabLayout, along};
 use crate::methods::lookup::light_field::settings::{Disparity, LightFieldSettings};
@@ -192,7 +193,7 @@ pub(crate) fn manifest(layout: &SlabLayout) -> Result<String, RenderError> {
     let head = toml::to_string(&manifest).map_err(setting)?;
     // The outermost pixels' middles are as steep as that, their outer edges more.
     let half = STEEPEST * layout.uv as f32 / (layout.uv - 1) as f32;
-    let fov_deg = 2.0 * half.atan().to_degrees();
+    let fov_deg = 2.0 * half.arc_tangent().to_degrees();
     let mut text = format!(
         "# Views of light-field slabs, to be made by any renderer without the reflectors in the region.\n\
          # Square pictures without any lens distortion: .png (8-bit sRGB) or .exr (linear), and .exr of \

@@ -1,6 +1,7 @@
 //! The directions that a rough place reflects light from.
 
 use crate::math::lanes::Lanes;
+use crate::math::portable::PortableMath;
 use crate::math::random;
 use crate::optics::step::{Facing, lobe_width};
 use crate::scene::microfacets::{ReflectanceTable, VisibleFacets, disc_point, extent_of_sample, unshadowed_share};
@@ -37,8 +38,8 @@ impl<const N: usize> DiscPoints<N> {
         for lane in 0..N {
             let number = (random::hammersley(lane as u32, N as u32) + shift).fract();
             let rest = 1.0 - number.x;
-            let point = disc_point(Vec2::new(1.0 - rest.powf(TAIL), number.y));
-            points.part[lane] = TAIL * rest.powf(TAIL - 1.0);
+            let point = disc_point(Vec2::new(1.0 - rest.power(TAIL), number.y));
+            points.part[lane] = TAIL * rest.power(TAIL - 1.0);
             (points.x[lane], points.y[lane]) = (point.x, point.y);
         }
         points

@@ -13,6 +13,7 @@ mod weld;
 pub use weld::WeldedObject;
 
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::projector::{Projection, Projections, VertexProjector};
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
@@ -64,7 +65,7 @@ impl PictureScale {
     pub fn new(view: &View) -> Self {
         let size_px = Vec2::new(view.width as f32, view.height as f32);
         let focal_px = match view.projection {
-            crate::scene::Projection::Perspective { fov_y } => Some(size_px.y * 0.5 / (fov_y * 0.5).tan()),
+            crate::scene::Projection::Perspective { fov_y } => Some(size_px.y * 0.5 / (fov_y * 0.5).tangent()),
             crate::scene::Projection::Orthographic { .. } => None,
         };
         Self { size_px, focal_px }

@@ -4,6 +4,7 @@ mod chart;
 mod mirror;
 
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::Report;
 use crate::methods::projection::explosion_map::cell_tree::CellTree;
 use crate::methods::projection::explosion_map::cells::{MapCells, RayCorner};
@@ -345,7 +346,7 @@ fn hit(corner: &RayCorner, center: Vec3A, radius: Option<f32>, axes: &Axes) -> V
     }
     let axis = Vec3A::from(axes.axis());
     let Some(across) = (direction - axis * axis.dot(direction)).try_normalize() else { return direction };
-    let angle = axis.dot(direction).clamp(-1.0, 1.0).acos();
-    let (sin, cos) = (angle + EXTENSION * (std::f32::consts::PI - angle)).sin_cos();
+    let angle = axis.dot(direction).clamp(-1.0, 1.0).arc_cosine();
+    let (sin, cos) = (angle + EXTENSION * (std::f32::consts::PI - angle)).sine_cosine();
     axis * cos + across * sin
 }

@@ -1,5 +1,6 @@
 //! A bundle of rays cut out by planes: what may be near them, however wide they fan out.
 
+use crate::math::portable::PortableMath;
 use glam::{DVec2, DVec3, Vec3};
 
 /// Planes of a beam.
@@ -35,13 +36,13 @@ impl Reach {
     /// The largest component along `normal` of where its rays start.
     fn origins_along(&self, normal: DVec3) -> f64 {
         let [x, y] = self.origin_change.map(|change| change.dot(normal));
-        self.origin.dot(normal) + x.hypot(y)
+        self.origin.dot(normal) + x.hypotenuse(y)
     }
 
     /// The largest component along `normal` of its rays' directions.
     fn directions_along(&self, normal: DVec3) -> f64 {
         let [x, y] = self.direction_change.map(|change| change.dot(normal));
-        self.direction.dot(normal) + x.hypot(y)
+        self.direction.dot(normal) + x.hypotenuse(y)
     }
 }
 
@@ -142,6 +143,6 @@ fn spread_axes(reaches: &[Reach], direction: DVec3, distance: f64) -> [DVec3; 2]
             yy += vector.y * vector.y;
         }
     }
-    let (sine, cosine) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    let (sine, cosine) = (0.5 * (2.0 * xy).arc_tangent2(xx - yy)).sine_cosine();
     [first * cosine + second * sine, second * cosine - first * sine]
 }

@@ -4,6 +4,7 @@ use super::RayField;
 use super::sample::{Approximation, RaySample, Specular, follow};
 use crate::light::path_tracer::NearPlane;
 use crate::math::Aabb;
+use crate::math::portable::PortableMath;
 use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::Eye;
 use crate::parallel;
@@ -132,7 +133,7 @@ impl SampleCells {
         bounds: &Aabb,
         progress: &dyn Progress,
     ) -> Result<Self, Cancelled> {
-        let divisions = (sampling.spacing_px / sampling.finest_px).max(1.0).log2().round() as u32;
+        let divisions = (sampling.spacing_px / sampling.finest_px).max(1.0).logarithm2().round() as u32;
         let base = 1u32 << divisions.min(10);
         let unit_px = sampling.spacing_px / base as f32;
         let [width, height] = field.size_px();
@@ -304,7 +305,7 @@ fn disagree(field: &dyn RayField, a: &PathSamples, b: &PathSamples, sampling: &S
             let Some(guess) = a.neighbour(point, Approximation::Quadratic) else { return true };
             match field.place_of(guess.reflection_point) {
                 Some(place) => {
-                    let error = (place[0] - truth[0]).hypot(place[1] - truth[1]);
+                    let error = (place[0] - truth[0]).hypotenuse(place[1] - truth[1]);
                     error.is_nan() || error > f64::from(sampling.accuracy_px)
                 }
                 None => true,

@@ -1,6 +1,7 @@
 //! Bounds of what the second order of an expansion adds, from its first order alone.
 
 use super::sample::RaySample;
+use crate::math::portable::PortableMath;
 use crate::optics::path::bundle::FirstOrder;
 use glam::{DMat2, DVec3};
 
@@ -23,7 +24,7 @@ impl SecondOrderBound {
         let parameters = picture_change.inverse();
         let norm = |forms: [[f64; 3]; 2]| {
             let [x, y] = forms.map(|form| half_form_norm(form, &parameters));
-            x.hypot(y)
+            x.hypotenuse(y)
         };
         let [origin, direction] = sample.rays.bend_forms().map(norm);
         let surface = norm(place_change.map(|gradient| sample.first.second.map(|second| gradient.dot(second))));
@@ -46,5 +47,5 @@ fn half_form_norm([xx, xy, yy]: [f64; 3], of: &DMat2) -> f64 {
     let form = of.transpose() * DMat2::from_cols_array(&[xx, xy, xy, yy]) * *of;
     let (mean, half) = (0.5 * (form.x_axis.x + form.y_axis.y), 0.5 * (form.x_axis.x - form.y_axis.y));
     // The larger of both eigenvalues.
-    0.5 * (mean.abs() + half.hypot(form.x_axis.y))
+    0.5 * (mean.abs() + half.hypotenuse(form.x_axis.y))
 }

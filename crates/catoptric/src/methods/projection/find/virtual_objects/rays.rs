@@ -2,6 +2,7 @@
 
 use super::mesh::ReflectorMesh;
 use super::piece::steps;
+use crate::math::portable::PortableMath;
 use crate::methods::projector::PerPoint;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{reflect, refract_unscaled};
@@ -307,7 +308,7 @@ fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f3
     let mut at = width * above / (above + below);
     for _ in 0..MAX_CROSSING_STEPS {
         let rest = width - at;
-        let (before, after) = (at.hypot(above), rest.hypot(below));
+        let (before, after) = (at.hypotenuse(above), rest.hypotenuse(below));
         let excess = eta * at / before - rest / after;
         if excess > 0.0 {
             high = at
@@ -324,7 +325,7 @@ fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f3
         }
     }
     let crossing = aside.as_dvec3().normalize_or_zero() * at - normal.as_dvec3() * above;
-    let (before, after) = (at.hypot(above), (width - at).hypot(below));
+    let (before, after) = (at.hypotenuse(above), (width - at).hypotenuse(below));
     let seen = (origin.as_dvec3() + crossing * (1.0 + after / before)).as_vec3();
     seen.is_finite().then_some(seen)
 }

@@ -3,6 +3,7 @@
 
 use super::camera_projection::CameraProjection;
 use super::fit::{RIDGE, TESTED, solved};
+use crate::math::portable::PortableMath;
 use crate::methods::projection::sample_based_camera::layout::{PINHOLE_OUTPUTS, PINHOLE_TERMS, PinholeLeaf};
 use crate::methods::projection::sample_based_camera::rays::grid::GridRay;
 use crate::scene::PreciseView;
@@ -175,7 +176,7 @@ pub(in super::super) fn is_accurate(
         TESTED.iter().all(|share| {
             let point = ray.tail + ray.direction * (share * f64::from(*head));
             let seen = ask(leaf, point.as_vec3()).and_then(|answer| view.place_of(answer.first));
-            seen.is_some_and(|seen| (seen[0] - truth[0]).hypot(seen[1] - truth[1]) <= accuracy_px)
+            seen.is_some_and(|seen| (seen[0] - truth[0]).hypotenuse(seen[1] - truth[1]) <= accuracy_px)
         })
     })
 }

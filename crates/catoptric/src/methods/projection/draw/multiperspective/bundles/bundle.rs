@@ -1,6 +1,7 @@
 //! The rays of a tile as one family: every coordinate a quadratic in the place in the picture.
 
 use super::least_squares::{LINEAR_VALUES, TERMS, fit_quadratics, terms};
+use crate::math::portable::PortableMath;
 use crate::scene::Ray;
 use glam::{Mat2, Vec2, Vec3};
 
@@ -243,7 +244,7 @@ impl RayBundle {
     pub(in super::super) fn error_px(&self, fit: &BundleFit, [near, far]: [f32; 2]) -> f32 {
         let ratio = (far / near).max(1.0);
         let mut worst = 0.0f32;
-        for depth in [near, near * ratio.cbrt(), near * (ratio * ratio).cbrt(), near * ratio] {
+        for depth in [near, near * ratio.cube_root(), near * (ratio * ratio).cube_root(), near * ratio] {
             let pixels = self.pixels_from_plane(depth);
             for (slope, origin) in fit.missed_slopes.iter().zip(&fit.missed_origins) {
                 worst = worst.max((pixels * (*origin + *slope * depth)).length_squared());

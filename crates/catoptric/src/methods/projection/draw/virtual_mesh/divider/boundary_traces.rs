@@ -3,6 +3,7 @@
 use super::Divider;
 use super::missed_boundaries::{MissedBoundary, PointKey, edge_key, key};
 use super::shapes::PieceCorner;
+use crate::math::portable::PortableMath;
 use crate::methods::projector::{Projection, VertexProjector};
 use glam::{Vec2, Vec3};
 use std::ops::Range;
@@ -166,7 +167,7 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     /// Number of halvings of a step that find the end of an appearance on it.
     fn end_steps(&self, one: &Projection, step: Vec3) -> u32 {
         let extent = one.predicted(step).distance(one.image_px);
-        let steps = (extent / self.rule.end_error_px()).log2().ceil();
+        let steps = (extent / self.rule.end_error_px()).logarithm2().ceil();
         (steps as u32).clamp(MIN_END_STEPS, MAX_END_STEPS)
     }
 
