@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt;
+use std::ops::Range;
 
 /// The version of the identity's fields.
 pub const SCHEMA: u32 = 1;
@@ -42,6 +43,9 @@ pub struct PlannedUnit {
     pub name: String,
     /// The bytes of its payload.
     pub bytes: u64,
+    /// It is made at once with the unit before it: both are in one batch, and so in one shard.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub with_previous: bool,
 }
 
 /// BLAKE3 of an identity: the name of a bake.
@@ -90,7 +94,9 @@ impl Identity {
         );
         for (number, unit) in self.units.iter().enumerate() {
             let comma = if number == 0 { "" } else { "," };
-            whole += &format!(r#"{comma}{{"bytes":{},"name":{}}}"#, unit.bytes, text(&unit.name));
+            // Identities without batches are as they were before there were any.
+            let joined = if unit.with_previous { r#","with_previous":true"# } else { "" };
+            whole += &format!(r#"{comma}{{"bytes":{},"name":{}{joined}}}"#, unit.bytes, text(&unit.name));
         }
         whole += "]}";
         whole.into_bytes()
@@ -104,6 +110,12 @@ impl Identity {
     /// The number of units.
     pub fn unit_count(&self) -> u64 {
         self.units.len() as u64
+    }
+
+    /// The batches: ranges of numbers of units that are made at once.
+    pub fn batches(&self) -> Vec<Range<u64>> {
+        let batches = catoptric::methods::bake::batches(self.units.iter().map(|unit| unit.with_previous));
+        batches.into_iter().map(|batch| batch.start as u64..batch.end as u64).collect()
     }
 
     /// Checks its fields; `file` names it in messages.
@@ -123,6 +135,9 @@ impl Identity {
         }
         if self.units.is_empty() {
             return invalid("units", "there are none; a bake has at least one".into());
+        }
+        if self.units[0].with_previous {
+            return invalid("units[0].with_previous", "there is none before it".into());
         }
         for (number, planned) in self.units.iter().enumerate() {
             if planned.bytes > unit::MAX_PAYLOAD_BYTES {
@@ -155,9 +170,14 @@ impl Identity {
             .or_else(|| {
                 self.units.iter().zip(&asked.units).enumerate().find_map(|(number, (baked, asked))| {
                     let field = format!("units: the name of unit {number}");
-                    of(&field, baked.name.as_str().into(), asked.name.as_str().into()).or_else(|| {
-                        of(&format!("units: the bytes of unit {number}"), baked.bytes.into(), asked.bytes.into())
-                    })
+                    of(&field, baked.name.as_str().into(), asked.name.as_str().into())
+                        .or_else(|| {
+                            of(&format!("units: the bytes of unit {number}"), baked.bytes.into(), asked.bytes.into())
+                        })
+                        .or_else(|| {
+                            let field = format!("units: with_previous of unit {number}");
+                            of(&field, baked.with_previous.into(), asked.with_previous.into())
+                        })
                 })
             })
     }

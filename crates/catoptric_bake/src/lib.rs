@@ -1,6 +1,6 @@
 //! Long precomputation cut into units: planned, made on one core or a cluster, resumed, merged into one mapped file.
 //!
-//! * A [`Plan`] names the units of a bake. Its hash names the bake, so results of another scene cannot mix in.
+//! * A [`Plan`] names the units of a bake, and which of them are made at once, as a batch. Its hash names the bake, so results of another scene cannot mix in.
 //! * [`run`] makes the units of a [`Shard`] that are missing and publishes each in a [`Store`], whole or not at all. A
 //!   unit that is there with a fitting hash is done; nothing else is recorded, so a bake may be killed at any time, by
 //!   anything.
@@ -13,7 +13,7 @@
 //! ```
 //! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};
 //!
-//! let unit = |row| PlannedUnit { name: format!("row {row}"), bytes: 8 };
+//! let unit = |row| PlannedUnit { name: format!("row {row}"), bytes: 8, with_previous: false };
 //! let identity = Identity {
 //!     schema: SCHEMA,
 //!     method: "squares".into(),
@@ -64,11 +64,11 @@ pub use container::{ALIGNMENT, BakedFile, FORMAT_VERSION};
 pub use error::BakeError;
 pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUnit, SCHEMA};
 pub use merge::{Merged, merge, merge_through};
-pub use methods::{MethodBake, MethodUnits};
+pub use methods::{MethodBake, MethodBakeError, MethodUnits};
 pub use plan::{Estimate, PLAN_NAME, Plan};
 pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, run};
 pub use shard::Shard;
 pub use shelf::{BakeChoice, Shelf, Unfit};
 pub use status::{BadUnit, Check, Status, status};
-pub use store::{Created, Entry, LocalStore, Store};
+pub use store::{Claim, Created, Entry, LocalStore, Store};
 pub use unit::UnitFault;

@@ -6,9 +6,10 @@ use crate::identity::{Identity, PlannedUnit, SCHEMA};
 use crate::plan::Estimate;
 use crate::run::{Payload, Work};
 use catoptric::error::RenderError;
-use catoptric::methods::bake::{BakeWork, Baked, UnitMaker};
+use catoptric::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};
 use catoptric::methods::{MethodInfo, Quality};
 use catoptric::scene::Scene;
+use std::ops::Range;
 use std::path::Path;
 
 /// The setting of every bake that is no method's: the highest order of paths.
@@ -29,8 +30,8 @@ const ORDER: &str = "order";
 ///
 /// let folder = tempfile::tempdir().unwrap();
 /// let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
-/// let (units, file) = (bake.units().unwrap(), folder.path().join("room.bake"));
-/// let plan = bake.plan(serde_json::Value::Null, units.estimate());
+/// let file = folder.path().join("room.bake");
+/// let (plan, units) = bake.plan(serde_json::Value::Null).unwrap();
 /// plan.publish(&store).unwrap();
 /// run(&plan, &store, &units, &RunOptions::default()).unwrap();
 /// merge(&plan, &store, &file).unwrap();
@@ -41,13 +42,24 @@ const ORDER: &str = "order";
 /// ```
 pub struct MethodBake<'a> {
     work: Box<dyn BakeWork + 'a>,
-    identity: Identity,
+    /// The identity but for its units: they follow from the rest, and finding them may take time.
+    request: Identity,
 }
 
 /// Makes the units of a bake.
 pub struct MethodUnits<'a> {
     maker: Box<dyn UnitMaker + 'a>,
-    bytes: u64,
+}
+
+/// Why a bake cannot be planned.
+#[derive(Debug, thiserror::Error)]
+pub enum MethodBakeError {
+    /// By the method.
+    #[error(transparent)]
+    Method(#[from] RenderError),
+    /// By the rules of bakes.
+    #[error(transparent)]
+    Bake(#[from] BakeError),
 }
 
 impl<'a> MethodBake<'a> {
@@ -68,27 +80,44 @@ impl<'a> MethodBake<'a> {
         work.write_scene(&mut |piece| {
             hasher.update(piece);
         });
-        let planned = |unit: catoptric::methods::bake::BakeUnit| PlannedUnit { name: unit.name, bytes: unit.bytes };
-        let identity = Identity {
+        let request = Identity {
             schema: SCHEMA,
             method: method.id.into(),
             payload_version: work.payload_version(),
             settings: serde_json::to_value(work.settings()).unwrap_or_default(),
             scene_hash: hasher.finalize().to_hex().to_string(),
             program_version: env!("CARGO_PKG_VERSION").into(),
-            units: work.units().into_iter().map(planned).collect(),
+            units: Vec::new(),
         };
-        Ok(Self { work, identity })
+        Ok(Self { work, request })
     }
 
-    /// The identity of the bake.
-    pub fn identity(&self) -> &Identity {
-        &self.identity
+    /// The identity of the bake, before any work. Finding the units may take as long as a picture.
+    ///
+    /// # Errors
+    /// [`MethodBakeError::Method`] where what is made at once does not fit into memory, [`MethodBakeError::Bake`] for
+    /// units that are too large.
+    pub fn identity(&self) -> Result<Identity, MethodBakeError> {
+        let planned = |unit: BakeUnit| {
+            let BakeUnit { name, bytes, with_previous } = unit;
+            PlannedUnit { name, bytes, with_previous }
+        };
+        let units = self.work.units()?.into_iter().map(planned).collect();
+        let identity = Identity { units, ..self.request.clone() };
+        identity.validate(&identity.method)?;
+        Ok(identity)
     }
 
-    /// A plan of it.
-    pub fn plan(&self, recipe: serde_json::Value, estimate: Estimate) -> crate::Plan {
-        crate::Plan { identity: self.identity.clone(), recipe, estimate }
+    /// A plan of it, with its costs, which are estimated by making a small part of it; and the maker of its units.
+    ///
+    /// # Errors
+    /// As for [`Self::identity`] and [`Self::units`].
+    pub fn plan(&self, recipe: serde_json::Value) -> Result<(crate::Plan, MethodUnits<'_>), MethodBakeError> {
+        let identity = self.identity()?;
+        let units = self.units()?;
+        let bytes = identity.units.iter().map(|unit| unit.bytes).sum();
+        let estimate = Estimate { core_hours: units.maker.estimate_core_secs() / 3600.0, bytes };
+        Ok((crate::Plan { identity, recipe, estimate }, units))
     }
 
     /// The maker of its units; builds what all of them share.
@@ -96,8 +125,12 @@ impl<'a> MethodBake<'a> {
     /// # Errors
     /// [`RenderError::Setting`] where what they are made of, such as pictures, is not at hand.
     pub fn units(&self) -> Result<MethodUnits<'_>, RenderError> {
-        let bytes = self.identity.units.iter().map(|unit| unit.bytes).sum();
-        Ok(MethodUnits { maker: self.work.maker()?, bytes })
+        Ok(MethodUnits { maker: self.work.maker()? })
+    }
+
+    /// True for a file of it that this version of the program would make: baking again would make the same.
+    pub fn is_current(&self, file: &BakedFile) -> bool {
+        file.identity().program_version == self.request.program_version && self.check(file, "").is_ok()
     }
 
     /// Opens a baked file, which must be of it; the version of the program that made it does not count, that of its
@@ -111,13 +144,15 @@ impl<'a> MethodBake<'a> {
         Ok(file)
     }
 
-    /// Checks that an open file has this identity; `name` is the file's in messages.
+    /// Checks that an open file has this identity, but for its units: that they are those of the scene, the method
+    /// checks when it takes them. `name` is the file's in messages.
     ///
     /// # Errors
     /// [`BakeError::OtherBake`] where it is not.
     pub fn check(&self, file: &BakedFile, name: &str) -> Result<(), BakeError> {
         let found = file.identity();
-        let requested = Identity { program_version: found.program_version.clone(), ..self.identity.clone() };
+        let (program_version, units) = (found.program_version.clone(), found.units.clone());
+        let requested = Identity { program_version, units, ..self.request.clone() };
         match found.difference(&requested) {
             None => Ok(()),
             Some(difference) => Err(BakeError::OtherBake { file: name.into(), difference: difference.to_string() }),
@@ -125,18 +160,12 @@ impl<'a> MethodBake<'a> {
     }
 }
 
-impl MethodUnits<'_> {
-    /// The estimated costs of all units, by making a small part of them.
-    pub fn estimate(&self) -> Estimate {
-        Estimate { core_hours: self.maker.estimate_core_secs() / 3600.0, bytes: self.bytes }
-    }
-}
-
 impl Work for MethodUnits<'_> {
-    fn unit(&self, number: u64) -> Result<Payload, String> {
-        let number = usize::try_from(number).map_err(|error| error.to_string())?;
-        let made = self.maker.make(number).map_err(|error| error.to_string())?;
-        Ok(Payload { bytes: made.bytes, note: made.note })
+    fn batch(&self, numbers: Range<u64>) -> Result<Vec<Payload>, String> {
+        let number = |number: u64| usize::try_from(number).map_err(|error| error.to_string());
+        let batch = number(numbers.start)?..number(numbers.end)?;
+        let made = self.maker.make(batch).map_err(|error| error.to_string())?;
+        Ok(made.into_iter().map(|MadeUnit { bytes, note }| Payload { bytes, note }).collect())
     }
 }
 
@@ -198,8 +227,8 @@ mod tests {
         let made = bake(SETTINGS, &room, 1);
         let folder = tempfile::tempdir().unwrap();
         let store = LocalStore::create_folder(folder.path().join("units")).unwrap();
-        let plan = made.plan(serde_json::Value::Null, made.units().unwrap().estimate());
-        run(&plan, &store, &made.units().unwrap(), &RunOptions::default()).unwrap();
+        let (plan, units) = made.plan(serde_json::Value::Null).unwrap();
+        run(&plan, &store, &units, &RunOptions::default()).unwrap();
         let path = folder.path().join("room.bake");
         merge(&plan, &store, &path).unwrap();
         let file = made.open(&path).unwrap();

@@ -4,7 +4,8 @@ use crate::error::BakeError;
 use std::fmt;
 use std::str::FromStr;
 
-/// The units with `unit % count == index`. Results are per unit, so the number of shards may change from run to run.
+/// The batches of units (most often one unit each) with `batch % count == index`. Results are per unit, so the number of
+/// shards may change from run to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: u64,
@@ -12,7 +13,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All units.
+    /// Everything.
     pub const ALL: Self = Self { index: 0, count: 1 };
 
     /// A shard of `count`, counted from 0.
@@ -42,14 +43,11 @@ impl Shard {
         self.count
     }
 
-    /// The number of the shard's units among `total`.
-    pub fn unit_count(self, total: u64) -> u64 {
-        total.saturating_sub(self.index).div_ceil(self.count)
-    }
-
-    /// The shard's unit of a rank below [`Self::unit_count`].
-    pub fn unit(self, rank: u64) -> u64 {
-        self.index + rank * self.count
+    /// The shard's batches among those of a bake, in order.
+    pub fn of<T>(self, batches: &[T]) -> impl Iterator<Item = &T> {
+        // On machines of 32 bits a shard that no slice reaches has none, and no step is longer than a slice.
+        let [index, count] = [self.index, self.count].map(|number| usize::try_from(number).unwrap_or(usize::MAX));
+        batches.iter().skip(index).step_by(count)
     }
 
     /// The shard that a scheduler has given to this task, by its environment variables, which `lookup` reads:
@@ -141,20 +139,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_unit_is_in_one_shard() {
+    fn every_batch_is_in_one_shard() {
         for total in 0..20 {
+            let batches: Vec<u64> = (0..total).collect();
             for count in 1..25 {
                 let mut seen = vec![0; total as usize];
                 for index in 0..count {
-                    let shard = Shard::new(index, count).unwrap();
-                    for rank in 0..shard.unit_count(total) {
-                        assert_eq!(shard.unit(rank) % count, index);
-                        seen[shard.unit(rank) as usize] += 1;
+                    for batch in Shard::new(index, count).unwrap().of(&batches) {
+                        assert_eq!(batch % count, index);
+                        seen[*batch as usize] += 1;
                     }
                 }
-                assert!(seen.iter().all(|&times| times == 1), "{total} units, {count} shards: {seen:?}");
+                assert!(seen.iter().all(|&times| times == 1), "{total} batches, {count} shards: {seen:?}");
             }
         }
+        let last = Shard::new(u64::MAX - 1, u64::MAX).unwrap();
+        assert_eq!(last.of(&[1, 2, 3]).count(), 0);
     }
 
     #[test]

@@ -109,9 +109,8 @@ mod tests {
         for [st, uv] in [[2, 8], [3, 8], [3, 4]] {
             let settings = table(&format!("st = {st}\nuv = {uv}"));
             let bake = MethodBake::new(method, &settings, &scene, quality).unwrap();
-            let units = bake.units().unwrap();
+            let (plan, units) = bake.plan(serde_json::Value::Null).unwrap();
             let store = LocalStore::create_folder(folder.path().join(format!("{st}_{uv}"))).unwrap();
-            let plan = bake.plan(serde_json::Value::Null, units.estimate());
             run(&plan, &store, &units, &RunOptions::default()).unwrap();
             let file = folder.path().join(format!("{st}_{uv}.bake"));
             merge(&plan, &store, &file).unwrap();

@@ -6,6 +6,7 @@
 use crate::error::RenderError;
 use crate::methods::Quality;
 use crate::scene::Scene;
+use std::ops::Range;
 
 /// The long precomputation of a method for a scene.
 ///
@@ -21,8 +22,12 @@ pub trait BakeWork: Sync {
     /// Writes all of the scene that units depend on into a hasher.
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8]));
 
-    /// The units, in order.
-    fn units(&self) -> Vec<BakeUnit>;
+    /// The units, in order. What they are may follow from the scene, so this may take as long as a picture; it is not
+    /// needed where a finished bake is looked up.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where what is made at once does not fit into memory.
+    fn units(&self) -> Result<Vec<BakeUnit>, RenderError>;
 
     /// The maker of the units; builds what all units share.
     ///
@@ -33,11 +38,12 @@ pub trait BakeWork: Sync {
 
 /// Makes the units of a bake, on any thread.
 pub trait UnitMaker: Sync {
-    /// A unit; empty if there is none of that number.
+    /// The units of a batch, by their numbers: a unit with all that follow it and are made together with it
+    /// ([`BakeUnit::with_previous`]). None for other numbers.
     ///
     /// # Errors
     /// [`RenderError::Setting`] if a file that a setting names cannot be used.
-    fn make(&self, number: usize) -> Result<MadeUnit, RenderError>;
+    fn make(&self, batch: Range<usize>) -> Result<Vec<MadeUnit>, RenderError>;
 
     /// Time that one core takes for all units, about, in seconds: found by making a small part of them.
     fn estimate_core_secs(&self) -> f64;
@@ -59,6 +65,21 @@ pub struct BakeUnit {
     pub name: String,
     /// Its number of bytes.
     pub bytes: u64,
+    /// It is made at once with the unit before it, from the same work: both are of one batch, which no two machines
+    /// share. Units are small for stores and for what a damaged one costs, batches as large as work is.
+    pub with_previous: bool,
+}
+
+/// The batches of units: ranges of numbers that are made at once.
+pub fn batches(with_previous: impl IntoIterator<Item = bool>) -> Vec<Range<usize>> {
+    let mut batches: Vec<Range<usize>> = Vec::new();
+    for (number, with_previous) in with_previous.into_iter().enumerate() {
+        match batches.last_mut().filter(|_| with_previous) {
+            Some(batch) => batch.end = number + 1,
+            None => batches.push(number..number + 1),
+        }
+    }
+    batches
 }
 
 /// All units of a finished bake.

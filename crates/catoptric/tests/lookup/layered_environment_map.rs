@@ -134,43 +134,63 @@ fn groups_that_share_their_farthest_layer_show_about_what_they_show_without() {
 }
 
 #[test]
-fn baked_layers_draw_what_inferred_ones_do() {
-    for more in ["", "\nshare_far = true", "\ndirect = 'both'"] {
-        baked_layers_draw_the_same(more);
+fn baked_layers_draw_what_made_ones_do() {
+    for more in ["", "\nshare_far = true", "\ndirect = 'both'", "\ndepth = false"] {
+        baked_layers_draw_the_same(&format!("textures = 'inferred'{more}"));
+    }
+    for more in ["", "\nshare_far = true", "\ndepth = false", "\nlayers = 6\nclustering = 'distance'"] {
+        baked_layers_draw_the_same(&format!("textures = 'projected'{more}"));
     }
 }
 
 fn baked_layers_draw_the_same(more: &str) {
-    const SIZES: &str = "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
-    let settings = format!("{SIZES}{more}");
+    const SIZES: &str = "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3";
+    let settings = format!("{SIZES}\n{more}");
     let scene = scene("two_spheres?tess=12");
     let view = scene.default_view(80, 60);
-    let (inferred, report) = picture(ID, &settings, &scene, &view);
-    assert!(report.counts["viewpoints_inferred"] >= 2, "{report:?}");
+    let (made_now, report) = picture(ID, &settings, &scene, &view);
+    let inferred = report.counts.get("viewpoints_inferred").copied();
+    assert!(if more.contains("inferred") { inferred >= Some(2) } else { inferred.is_none() }, "{report:?}");
     let Units(made) = baked(ID, &settings, &scene, QUALITY);
     let session =
         |settings: &str, made: &[Vec<u8>]| Session::with_bake(ID, settings, &scene, QUALITY, Units(made.to_vec()));
     let mut baked = session(&settings, &made).unwrap();
-    assert!(baked.draw(&view).unwrap().picture.pixels == inferred.pixels);
+    assert!(baked.draw(&view).unwrap().picture.pixels == made_now.pixels, "{more}");
+    assert!(!baked.setup().stages_ms.iter().any(|(stage, _)| *stage == "capture"), "nothing is captured");
     for (settings, made) in [(settings.replace("size = 16", "size = 32"), &made[..]), (settings.clone(), &made[1..])] {
         let refused = refusal(session(&settings, made));
         assert!(refused.contains("units"), "{refused}");
     }
 }
 
-#[test]
-fn bakes_of_any_bytes_give_pictures_of_numbers() {
-    const SETTINGS: &str =
-        "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3\ntextures = 'inferred'";
-    let scene = scene("two_spheres?tess=12");
-    let view = scene.default_view(80, 60);
-    let Units(mut made) = baked(ID, SETTINGS, &scene, QUALITY);
-    // Half floats of all kinds: infinite ones, numbers that are none, negative opacities.
+/// Bytes of all kinds, but for the first `kept` of each unit: half floats that are infinite, numbers that are none,
+/// negative opacities.
+fn scrambled(units: &mut [Vec<u8>], kept: usize) {
     let mut state = 7u32;
-    for byte in made.iter_mut().flatten() {
+    for byte in units.iter_mut().flat_map(|unit| unit.iter_mut().skip(kept)) {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         *byte = (state >> 24) as u8;
     }
-    // All values of its pictures are finite.
-    Session::with_bake(ID, SETTINGS, &scene, QUALITY, Units(made)).unwrap().draw(&view).unwrap();
+}
+
+#[test]
+fn bakes_of_any_bytes_give_pictures_of_numbers() {
+    const SETTINGS: &str = "size = 16\npicture_size = 32\ncapture_samples = 1\nviewpoint_count = 3";
+    let scene = scene("two_spheres?tess=12");
+    let view = scene.default_view(80, 60);
+    for textures in ["inferred", "projected"] {
+        let settings = format!("{SETTINGS}\ntextures = '{textures}'");
+        let Units(good) = baked(ID, &settings, &scene, QUALITY);
+        let session = |units: &[Vec<u8>]| Session::with_bake(ID, &settings, &scene, QUALITY, Units(units.to_vec()));
+        // Depths of all kinds, and textures; all values of pictures are finite.
+        let mut units = good.clone();
+        scrambled(&mut units[1..], 12);
+        session(&units).unwrap().draw(&view).unwrap();
+        // What depths count from, and shells.
+        scrambled(&mut units[1..], 0);
+        assert!(refusal(session(&units)).contains("no depths"), "{textures}");
+        units[1..].clone_from_slice(&good[1..]);
+        scrambled(&mut units[..1], 0);
+        assert!(refusal(session(&units)).contains("no shells"), "{textures}");
+    }
 }

@@ -12,7 +12,8 @@ use crate::status::{Check, Found, Listing};
 use crate::store::{Created, Store};
 use crate::unit;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
@@ -21,16 +22,17 @@ const ATTEMPTS: usize = 3;
 
 /// The work of a bake. Also any function from a unit's number to its payload.
 pub trait Work: Sync {
-    /// The payload of a unit: of as many bytes as planned, and the same bits on every machine, thread and try.
+    /// The payloads of a batch's units, by their numbers: of as many bytes as planned, and the same bits on every
+    /// machine, thread and try.
     ///
     /// # Errors
     /// The fault, in words.
-    fn unit(&self, number: u64) -> Result<Payload, String>;
+    fn batch(&self, numbers: Range<u64>) -> Result<Vec<Payload>, String>;
 }
 
 impl<F: Fn(u64) -> Result<Vec<u8>, String> + Sync> Work for F {
-    fn unit(&self, number: u64) -> Result<Payload, String> {
-        Ok(Payload { bytes: self(number)?, note: None })
+    fn batch(&self, numbers: Range<u64>) -> Result<Vec<Payload>, String> {
+        numbers.map(|number| Ok(Payload { bytes: self(number)?, note: None })).collect()
     }
 }
 
@@ -95,7 +97,7 @@ pub struct UnitDone<'a> {
     /// The maker's note on how it was made; `None` if it was not made now.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<&'a str>,
-    /// The time that took.
+    /// The time that took, of a batch with that of making all its units in the first.
     pub seconds: f64,
     /// The number of units of the shard that are done; threads may report in another order than they count.
     pub done: u64,
@@ -132,23 +134,27 @@ pub struct RunReport {
 
 /// Makes the units of a shard that are missing or damaged.
 ///
-/// Each thread of rayon's current pool takes one unit at a time, in the order of their numbers, and holds at most its
-/// payload and its file in memory. Work may use rayon itself.
+/// Each thread of rayon's current pool takes one batch at a time, in the order of their numbers, and holds at most its
+/// payloads and one unit's file in memory. Where some units of a batch are missing, all of it is made again. Work may
+/// use rayon itself.
 ///
 /// # Errors
 /// The first failure, after which no more units are begun: [`BakeError::Work`] and [`BakeError::Size`] of the work;
 /// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole
 /// that does not belong there has a unit's name; and those of the store. What was published until then is kept.
 pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions<'_>) -> Result<RunReport, BakeError> {
-    let total = options.shard.unit_count(plan.identity.unit_count());
+    let batches = plan.identity.batches();
+    let batches: Vec<Range<u64>> = options.shard.of(&batches).cloned().collect();
+    let total = batches.iter().map(|batch| batch.end - batch.start).sum();
     let run = Run {
         plan,
         store,
         work,
         options,
         listing: Listing::read(plan, store)?,
+        batches,
         total,
-        next_rank: AtomicU64::new(0),
+        next: AtomicUsize::new(0),
         failed: AtomicBool::new(false),
         progress: Mutex::new(RunState { report: RunReport { left: total, ..RunReport::default() }, failure: None }),
     };
@@ -168,8 +174,11 @@ struct Run<'a> {
     work: &'a dyn Work,
     options: &'a RunOptions<'a>,
     listing: Listing<'a>,
+    /// Those of the shard.
+    batches: Vec<Range<u64>>,
+    /// Their units.
     total: u64,
-    next_rank: AtomicU64,
+    next: AtomicUsize,
     failed: AtomicBool,
     progress: Mutex<RunState>,
 }
@@ -193,14 +202,10 @@ impl Drop for StopOnPanic<'_> {
 impl Run<'_> {
     fn take_units(&self) {
         let _guard = StopOnPanic(&self.failed);
-        while let Some(number) = self.next() {
-            let begun = Instant::now();
-            match self.look_or_make(number) {
-                Ok((outcome, note)) => self.report(number, outcome, note.as_deref(), begun),
-                Err(error) => {
-                    self.failed.store(true, Ordering::Relaxed);
-                    self.progress().failure.get_or_insert(error);
-                }
+        while let Some(batch) = self.next() {
+            if let Err(error) = self.look_or_make(batch) {
+                self.failed.store(true, Ordering::Relaxed);
+                self.progress().failure.get_or_insert(error);
             }
         }
     }
@@ -210,8 +215,8 @@ impl Run<'_> {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The next unit, unless it is time to stop.
-    fn next(&self) -> Option<u64> {
+    /// The next batch, unless it is time to stop.
+    fn next(&self) -> Option<Range<u64>> {
         if self.failed.load(Ordering::Relaxed) {
             return None;
         }
@@ -224,11 +229,11 @@ impl Run<'_> {
             self.progress().report.stopped.get_or_insert(reason);
             return None;
         }
-        let rank = self.next_rank.fetch_add(1, Ordering::Relaxed);
-        (rank < self.total).then(|| self.options.shard.unit(rank))
+        self.batches.get(self.next.fetch_add(1, Ordering::Relaxed)).cloned()
     }
 
-    fn report(&self, number: u64, outcome: Outcome, note: Option<&str>, begun: Instant) {
+    /// Reports a unit, which took the time since `begun`; the next one begins now.
+    fn report(&self, number: u64, outcome: Outcome, note: Option<&str>, begun: &mut Instant) {
         let left = {
             let report = &mut self.progress().report;
             *match outcome {
@@ -247,31 +252,47 @@ impl Run<'_> {
             bytes: planned.bytes,
             outcome,
             note,
-            seconds: begun.elapsed().as_secs_f64(),
+            seconds: std::mem::replace(begun, Instant::now()).elapsed().as_secs_f64(),
             done: self.total - left,
             total: self.total,
         });
     }
 
-    /// The outcome of a unit, and its maker's note.
-    fn look_or_make(&self, number: u64) -> Result<(Outcome, Option<String>), BakeError> {
-        match self.listing.find(number, self.options.check)? {
-            Found::Good => return Ok((Outcome::Skipped, None)),
-            Found::Bad(fault) if !fault.is_damage() => {
-                let file = self.store.place(&self.file_name(number));
-                return Err(BakeError::Misplaced { file, fault });
+    /// Sees to it that all units of a batch are there, and reports each.
+    fn look_or_make(&self, batch: Range<u64>) -> Result<(), BakeError> {
+        let mut begun = Instant::now();
+        let mut to_make = Vec::new();
+        for number in batch.clone() {
+            match self.listing.find(number, self.options.check)? {
+                Found::Bad(fault) if !fault.is_damage() => {
+                    let file = self.store.place(&self.file_name(number));
+                    return Err(BakeError::Misplaced { file, fault });
+                }
+                Found::Missing | Found::Bad(_) => to_make.push(number),
+                Found::Good => self.report(number, Outcome::Skipped, None, &mut begun),
             }
-            Found::Missing | Found::Bad(_) => {}
         }
-        let planned = &self.plan.identity.units[number as usize];
-        let name = || planned.name.clone();
-        let problem = |problem| BakeError::Work { number, name: name(), problem };
-        let Payload { bytes, note } = self.work.unit(number).map_err(problem)?;
-        let found = bytes.len() as u64;
-        if found != planned.bytes {
-            return Err(BakeError::Size { number, name: name(), planned: planned.bytes, found });
+        if to_make.is_empty() {
+            return Ok(());
         }
-        Ok((self.publish(number, &unit::encode(self.listing.hash, number, &bytes))?, note))
+        let name = |number: u64| self.plan.identity.units[number as usize].name.clone();
+        let problem = |problem| BakeError::Work { number: batch.start, name: name(batch.start), problem };
+        let payloads = self.work.batch(batch.clone()).map_err(problem)?;
+        let (found, wanted) = (payloads.len() as u64, batch.end - batch.start);
+        if found != wanted {
+            return Err(problem(format!("{found} units were made where the batch has {wanted}")));
+        }
+        for (number, Payload { bytes, note }) in batch.zip(payloads) {
+            let (planned, found) = (self.plan.identity.units[number as usize].bytes, bytes.len() as u64);
+            if found != planned {
+                return Err(BakeError::Size { number, name: name(number), planned, found });
+            }
+            if to_make.binary_search(&number).is_ok() {
+                let outcome = self.publish(number, &unit::encode(self.listing.hash, number, &bytes))?;
+                self.report(number, outcome, note.as_deref(), &mut begun);
+            }
+        }
+        Ok(())
     }
 
     /// Publishes a unit. A damaged one in its place is looked at again just before it is removed, and only once the

@@ -9,6 +9,7 @@ use crate::unit::UnitFault;
 use proptest::prelude::*;
 use rayon::prelude::*;
 use std::sync::Barrier;
+use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 fn sizes(count: u64) -> Vec<u64> {
@@ -48,6 +49,67 @@ fn what_is_there_is_skipped() {
     // More shards than units: some have nothing to do.
     let empty = RunOptions { shard: Shard::new(12, 20).unwrap(), ..RunOptions::default() };
     assert_eq!(run(&plan, &store, &work, &empty).unwrap(), RunReport::default());
+}
+
+/// What is made at once is one shard's, and made again where a part of it is missing; every unit is reported once.
+#[test]
+fn batches_are_made_whole_by_one_shard() {
+    let mut plan = plan(&sizes(11));
+    // 0 1 | 2 | 3 4 5 6 | 7 | 8 9 10
+    for number in [1, 4, 5, 6, 9, 10] {
+        plan.identity.units[number].with_previous = true;
+    }
+    assert_eq!(plan.identity.batches(), [0..2, 2..3, 3..7, 7..8, 8..11]);
+    let asked = Mutex::new(Vec::new());
+    let work = Counted { plan: &plan, asked: &asked };
+    let store = MemoryStore::default();
+    let on = |index, count| RunOptions { shard: Shard::new(index, count).unwrap(), ..RunOptions::default() };
+    assert_eq!(run(&plan, &store, &work, &on(0, 2)).unwrap(), RunReport { made: 9, ..RunReport::default() });
+    assert_eq!(run(&plan, &store, &work, &on(1, 2)).unwrap(), RunReport { made: 2, ..RunReport::default() });
+    let mut batches = std::mem::take(&mut *asked.lock().unwrap());
+    batches.sort_by_key(|batch| batch.start);
+    assert_eq!(batches, plan.identity.batches());
+    let whole = merged(&plan, &store);
+    store.remove(&unit::file_name(4, 11)).unwrap();
+    store.files.lock().unwrap().get_mut(&unit::file_name(6, 11)).unwrap()[66] ^= 1;
+    let reported = Mutex::new(Vec::new());
+    let on_unit = |done: &UnitDone<'_>| reported.lock().unwrap().push((done.number, done.outcome));
+    let report = run(&plan, &store, &work, &RunOptions { on_unit: &on_unit, ..RunOptions::default() }).unwrap();
+    assert_eq!(report, RunReport { made: 1, replaced: 1, skipped: 9, ..RunReport::default() });
+    assert_eq!(asked.into_inner().unwrap(), [3..7]);
+    let mut reported = reported.into_inner().unwrap();
+    reported.sort_by_key(|(number, _)| *number);
+    let outcome = |number| match number {
+        4 => Outcome::Made,
+        6 => Outcome::Replaced,
+        _ => Outcome::Skipped,
+    };
+    assert_eq!(reported, (0..11).map(|number| (number, outcome(number))).collect::<Vec<_>>());
+    assert!(merged(&plan, &store) == whole);
+
+    struct Short;
+    impl Work for Short {
+        fn batch(&self, _: Range<u64>) -> Result<Vec<Payload>, String> {
+            Ok(Vec::new())
+        }
+    }
+    let message = run(&plan, &MemoryStore::default(), &Short, &RunOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("0 units were made where the batch has"), "{message}");
+    plan.identity.units[0].with_previous = true;
+    assert!(plan.to_json().unwrap_err().to_string().contains("units[0].with_previous"));
+}
+
+/// Makes units, and remembers the batches.
+struct Counted<'a> {
+    plan: &'a Plan,
+    asked: &'a Mutex<Vec<Range<u64>>>,
+}
+
+impl Work for Counted<'_> {
+    fn batch(&self, numbers: Range<u64>) -> Result<Vec<Payload>, String> {
+        self.asked.lock().unwrap().push(numbers.clone());
+        Ok(numbers.map(|number| Payload { bytes: payload(self.plan, number), note: None }).collect())
+    }
 }
 
 #[test]

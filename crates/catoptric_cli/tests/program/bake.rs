@@ -195,11 +195,53 @@ fn pictures_from_a_bake_are_those_without_and_wrong_files_are_refused() {
     assert!(slabs["setup_ms"]["bake_load"].is_number() && slabs["setup_ms"]["bake_open"].is_number());
 }
 
+/// The same command twice at once: both share the work and end well, and only the file is left.
+#[test]
+fn two_that_bake_the_same_file_both_end_well() {
+    let place = Workplace::new();
+    let expected = place.all("alone.bake");
+    for round in 0..6 {
+        let words = bake(&["-o", "room.bake"]);
+        let mut first = place.start(&words);
+        // From at once to about the time when the first one ends.
+        sleep(Duration::from_millis(60 * round));
+        let mut second = place.start(&words);
+        assert!(first.wait().unwrap().success() && second.wait().unwrap().success(), "round {round}");
+        assert!(place.bytes("room.bake") == expected, "round {round}");
+        assert_eq!(place.files(), ["alone.bake", "room.bake", "scene.toml"], "round {round}");
+        fs::remove_file(place.path("room.bake")).unwrap();
+    }
+}
+
+/// Textures seen from the centre, the default: in a moment, and drawn as without a bake.
+#[test]
+fn projected_layers_are_baked() {
+    let place = Workplace::new();
+    const LAYERS: [&str; 8] =
+        ["--method", "layered_environment_map", "--set", "size=32", "--set", "layers=6", "--set", "capture_samples=1"];
+    place.ok(&[&["bake", "scene.toml"], &LAYERS[..], &["-o", "layers.bake"]].concat());
+    let render = ["render", "scene.toml", "--size", "80x60", "--samples", "1", "--quiet"];
+    let render = |more: &[&'static str]| place.ok(&[&render[..], more].concat());
+    render(&[&LAYERS[..], &["-o", "captured.png"]].concat());
+    render(&[&LAYERS[..2], &["--baked", "layers.bake", "-o", "baked.png"]].concat());
+    assert!(place.bytes("captured.png") == place.bytes("baked.png"));
+    let message = place.fails(
+        1,
+        &[
+            &["render", "scene.toml", "--baked", "layers.bake", "-o", "no.png"],
+            &LAYERS[..2],
+            &["--set", "textures=inferred"],
+        ]
+        .concat(),
+    );
+    assert!(message.contains("textures") && message.contains("inferred"), "{message}");
+}
+
 /// Layers are inferred for viewpoints, each with a note of its remaining residuals; killed and resumed it is the
 /// same file, and pictures from it are those without.
 #[test]
 fn layers_of_viewpoints_are_baked_and_resumed() {
-    const LAYERS: [&str; 14] = [
+    const LAYERS: [&str; 16] = [
         "--method",
         "layered_environment_map",
         "--set",
@@ -214,14 +256,16 @@ fn layers_of_viewpoints_are_baked_and_resumed() {
         "viewpoints=line",
         "--set",
         "direct=both",
+        "--set",
+        "textures=inferred",
     ];
     let place = Workplace::new();
     let layers = |output: &'static str| [&["bake", "scene.toml"], &LAYERS[..], &["-o", output]].concat();
     let done = place.run(&layers("whole.bake"));
     let messages = String::from_utf8(done.stderr).unwrap();
     assert_eq!(done.status.code(), Some(0), "{messages}");
-    let notes = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let notes: Vec<String> = notes.map(|line| line["note"].as_str().unwrap().into()).collect();
+    let lines = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let notes: Vec<String> = lines.filter_map(|line| line["note"].as_str().map(String::from)).collect();
     assert!(notes.len() == 24 && notes.iter().all(|note| note.starts_with("residuals ")), "{notes:?}");
     let started = Instant::now();
     let mut child = place.start(&layers("killed.bake"));
@@ -236,7 +280,7 @@ fn layers_of_viewpoints_are_baked_and_resumed() {
     let whole = place.bytes("whole.bake");
     assert!(whole == place.bytes("killed.bake"));
 
-    let render = ["render", "scene.toml", "--size", "80x60", "--samples", "1", "--quiet", "--set", "textures=inferred"];
+    let render = ["render", "scene.toml", "--size", "80x60", "--samples", "1", "--quiet"];
     let render = |more: &[&'static str]| [&render[..], &LAYERS[..], more].concat();
     place.ok(&render(&["-o", "inferred.png"]));
     place.ok(&render(&["--baked", "whole.bake", "-o", "baked.png"]));
@@ -269,6 +313,10 @@ fn what_cannot_be_baked_is_refused() {
     assert!(place.fails(1, &elsewhere).contains("does not exist"));
     assert!(place.fails(1, &["bake", "run", "nowhere"]).contains("nowhere"));
     assert!(place.fails(1, &["bake", "status", "s3://bucket/bake"]).contains("folder"));
+    // Units too large for stores: before any work.
+    let large = [&["bake", "scene.toml"], &method[..], &["--set", "st=64", "--set", "uv=1024", "-o", "x"]].concat();
+    let message = place.fails(1, &large);
+    assert!(message.contains("units[0].bytes") && message.contains("are allowed"), "{message}");
     place.write("bake.toml", "st = 3\nuv =");
     let broken = [&["bake", "scene.toml"], &method[..], &["-c", "bake.toml", "-o", "x"]].concat();
     assert!(place.fails(1, &broken).contains("bake.toml: line 2: "));

@@ -11,12 +11,11 @@ use crate::terminal::Terminal;
 use catoptric::output;
 use catoptric::progress::Stage;
 use catoptric_bake::{
-    Check, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
-    merge_through, status, unit,
+    Check, Claim, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store,
+    merge, merge_through, status,
 };
 use clap::ArgMatches;
 use recipe::Recipe;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -46,24 +45,32 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
     let name = args.output.display();
-    if args.output.is_file() && bake.open(&args.output).is_ok_and(|file| file.identity() == bake.identity()) {
-        return Ok(terminal.unless_quiet(format!("{name}: is the bake asked for already\n")).into());
+    let is_made = || args.output.is_file() && bake.open(&args.output).is_ok_and(|file| bake.is_current(&file));
+    let nothing_to_do = || Ok(terminal.unless_quiet(format!("{name}: is the bake asked for already\n")).into());
+    if is_made() {
+        return nothing_to_do();
     }
     let mut parts = args.output.clone().into_os_string();
     parts.push(".parts");
-    let store = LocalStore::create_folder(PathBuf::from(parts))?;
-    let units = bake.units()?;
-    let plan = bake.plan(serde_json::to_value(&recipe)?, units.estimate());
-    plan.publish(&store)?;
-    let before = status(&plan, &store, Check::Sizes)?;
+    let (plan, units) = bake.plan(serde_json::to_value(&recipe)?)?;
+    // The same command may be at work already: both share the parts, and the last one removes them.
+    let claim = Claim::new(PathBuf::from(parts))?;
+    let store = claim.store();
+    if is_made() {
+        // By another one, in the meantime.
+        claim.remove(&plan);
+        return nothing_to_do();
+    }
+    plan.publish(store)?;
+    let before = status(&plan, store, Check::Sizes)?;
     terminal.say(&format!("{name}: {}", summary(&plan, &before)));
-    let report = work(&plan, &store, &units, Shard::ALL, args.stop.max_time, terminal)?;
+    let report = work(&plan, store, &units, Shard::ALL, args.stop.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &name.to_string(), terminal));
     }
     // Through the folder of the parts, so that nothing is left beside it if this is killed.
-    let merged = merge_through(&plan, &store, &store.folder().join(PLAN_NAME), &args.output)?;
-    remove_parts(&plan, &store);
+    let merged = merge_through(&plan, store, &store.folder().join(PLAN_NAME), &args.output)?;
+    claim.remove(&plan);
     let text = format!("{name}: {} units, {}\n", merged.units, size(merged.bytes));
     Ok(terminal.unless_quiet(text).into())
 }
@@ -74,7 +81,7 @@ fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Resul
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
     let store = LocalStore::create_folder(folder)?;
-    let plan = bake.plan(serde_json::to_value(&recipe)?, bake.units()?.estimate());
+    let (plan, _) = bake.plan(serde_json::to_value(&recipe)?)?;
     plan.publish(&store)?;
     let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &store, Check::Sizes)?));
     Ok(terminal.unless_quiet(text).into())
@@ -102,7 +109,7 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
         .map_err(|error| fail(format!("recipe: {error}; plan again in another folder")))?;
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
-    if let Some(difference) = plan.identity.difference(bake.identity()) {
+    if let Some(difference) = plan.identity.difference(&bake.identity()?) {
         return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
     }
     let report = work(&plan, &store, &bake.units()?, shard, args.stop.max_time, terminal)?;
@@ -183,8 +190,8 @@ fn work(
     let stop = failure::stop_softly();
     let until = max_time.map(|time| Instant::now() + time);
     terminal.set_subject(&plan.identity.method);
-    let count = shard.unit_count(plan.identity.unit_count()) as usize;
-    let stage = Stage::begin(terminal, "baking", count)?;
+    let count: u64 = shard.of(&plan.identity.batches()).map(|batch| batch.end - batch.start).sum();
+    let stage = Stage::begin(terminal, "baking", count as usize)?;
     let bars = terminal.shows_bars();
     let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
         Ok(line) if !bars => terminal.say(&line),
@@ -217,17 +224,6 @@ fn summary(plan: &Plan, found: &Status) -> String {
         text += &format!("; {} are done", found.complete);
     }
     text + &format!("; {} left on {threads} threads", time(wall))
-}
-
-/// Removes what a finished bake is no longer needed for. What cannot be removed, and what is not ours, stays.
-fn remove_parts(plan: &Plan, store: &LocalStore) {
-    let count = plan.identity.unit_count();
-    let units = (0..count).map(|number| unit::file_name(number, count));
-    let left_over = store.left_over().unwrap_or_default().into_iter().map(|entry| entry.name);
-    for name in units.chain(left_over).chain([PLAN_NAME.to_owned()]) {
-        let _ = fs::remove_file(store.folder().join(name));
-    }
-    let _ = fs::remove_dir(store.folder());
 }
 
 fn size(bytes: u64) -> String {

@@ -29,6 +29,7 @@ use crate::progress::Progress;
 use crate::raster::{self, DrawList};
 use crate::scene::{Scene, View};
 use bake::LayersWork;
+use bake::stored::BakedLayers;
 use inference::Inference;
 use layer_numbers::LayerNumbers;
 use lookup::LensShader;
@@ -83,10 +84,10 @@ pub struct LayeredMaps {
     settings: LayeredEnvironmentMapSettings,
     scene: Arc<Scene>,
     quality: Quality,
-    /// The source of layers, where they are not inferred.
-    baked: Option<Arc<dyn Baked>>,
+    /// The source of layers, where they are not made now.
+    baked: Option<BakedLayers>,
     known: LayerGeometry,
-    /// Layers of every group, captured from the centres of the shells; without textures if all are baked.
+    /// Layers of every group, as seen from the centres of the shells; without textures where a bake has inferred ones.
     projected: Vec<Vec<Layer>>,
     /// Layers of viewpoints, of every group.
     of_viewpoints: Vec<BTreeMap<u32, Vec<Layer>>>,
@@ -136,19 +137,19 @@ impl LayeredMaps {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
         let settings = &captured_at_once(wanted, scene, baked.is_some(), &mut report);
-        let known = LayerGeometry::new(settings, scene, quality.order);
+        let baked = baked.map(|units| BakedLayers::open(settings, &units)).transpose()?;
+        let known = match &baked {
+            Some(baked) => LayerGeometry::baked(settings, scene, quality.order, baked)?,
+            None => LayerGeometry::new(settings, scene, quality.order),
+        };
         let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };
         known.check_memory(settings, viewpoints)?;
         report.stages_ms.push(("layers", watch.lap_ms()));
-        let inferred = baked.as_ref().filter(|_| settings.textures == Textures::Inferred);
-        let projected = match inferred {
-            Some(baked) => {
-                bake::check(&known, settings, &**baked)?;
-                known.bare(settings, scene, progress)?
-            }
+        let projected = match &baked {
+            Some(baked) => baked.layers(settings)?,
             None => known.projected(settings, scene, progress)?,
         };
-        report.stages_ms.push((if inferred.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
+        report.stages_ms.push((if baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
         report.counts.insert("lens_groups", known.groups.len() as u64);
         report.counts.insert("layers", 0);
         for stratum in (0..known.part_count()).flat_map(|part| known.strata_of(part)) {
@@ -188,7 +189,8 @@ impl Prepared for LayeredMaps {
     }
 
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
-        *self = Self::new(&self.wanted, scene, quality, self.baked.clone(), progress)?;
+        let baked = self.baked.as_ref().map(BakedLayers::units);
+        *self = Self::new(&self.wanted, scene, quality, baked, progress)?;
         Ok(())
     }
 
@@ -262,7 +264,7 @@ impl LayeredMaps {
                     continue;
                 }
                 let layers = match &*baked {
-                    Some(baked) => bake::baked_layers(known, &projected[part], &**baked, part, viewpoint),
+                    Some(baked) => baked.of_viewpoint(&projected[part], part, viewpoint),
                     None => {
                         let inference = Inference { scene, settings, known };
                         inferred += 1;

@@ -15,6 +15,7 @@ use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::{Quality, Settings};
 use crate::progress::Progress;
 use crate::scene::Scene;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are
@@ -150,7 +151,7 @@ impl<'a> SlabsWork<'a> {
     /// decompressed.
     pub(super) fn baked(&self, units: &Arc<dyn Baked>) -> Result<Vec<Slabs>, RenderError> {
         let wrong = || {
-            let (found, wanted) = (units.unit_count(), self.units().len());
+            let (found, wanted) = (units.unit_count(), self.rows_a_region() * self.layouts.len());
             let problem =
                 format!("the baked file has {found} units where the scene needs {wanted}, or of another size");
             RenderError::Limit { method: INFO.id, problem }
@@ -249,14 +250,15 @@ impl BakeWork for SlabsWork<'_> {
         self.scene.write_identity(moves, sink);
     }
 
-    fn units(&self) -> Vec<BakeUnit> {
+    fn units(&self) -> Result<Vec<BakeUnit>, RenderError> {
         let unit = |number: usize| {
             let (region, row) = (number / self.rows_a_region(), number % self.rows_a_region());
             let st = self.settings.st as usize;
             let bytes = RowSize::new(&self.layouts[region], self.settings.compression).baked_bytes() as u64;
-            BakeUnit { name: format!("region {region}, slab {}, row {}", NAMES[row / st], row % st), bytes }
+            let name = format!("region {region}, slab {}, row {}", NAMES[row / st], row % st);
+            BakeUnit { name, bytes, with_previous: false }
         };
-        (0..self.rows_a_region() * self.layouts.len()).map(unit).collect()
+        Ok((0..self.rows_a_region() * self.layouts.len()).map(unit).collect())
     }
 
     fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError> {
@@ -283,13 +285,14 @@ impl RowMaker<'_> {
 }
 
 impl UnitMaker for RowMaker<'_> {
-    fn make(&self, number: usize) -> Result<MadeUnit, RenderError> {
-        if number >= self.work.rows_a_region() * self.work.layouts.len() {
-            return Ok(MadeUnit::default());
-        }
-        let layout = &self.work.layouts[number / self.work.rows_a_region()];
-        let bytes = self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression));
-        Ok(MadeUnit { bytes, note: None })
+    fn make(&self, batch: Range<usize>) -> Result<Vec<MadeUnit>, RenderError> {
+        let rows = batch.start..batch.end.min(self.work.rows_a_region() * self.work.layouts.len());
+        let unit = |number: usize| {
+            let layout = &self.work.layouts[number / self.work.rows_a_region()];
+            let bytes = self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression));
+            Ok(MadeUnit { bytes, note: None })
+        };
+        rows.map(unit).collect()
     }
 
     fn estimate_core_secs(&self) -> f64 {

@@ -3,6 +3,7 @@
 use super::distant_geometry::DistantGeometry;
 use super::groups::LensGroup;
 use super::layers::{LayerHit, LayerSpec, strata};
+use super::shell::Shell;
 use super::viewpoints::{Viewspace, picture_of};
 use crate::light::tracer::Tracer;
 use crate::light::two_path_tracer::TwoPathTracer;
@@ -45,6 +46,19 @@ impl GroupLayers {
         let others: Vec<(u32, f32)> = (0..scene.objects.len() as u32).filter(is_other).map(distance).collect();
         let strata = strata(&meetings, &others, settings.layers, settings.shells, settings.clustering);
         (Self { group, viewspace, strata }, meetings)
+    }
+}
+
+impl GroupLayers {
+    /// Of a group whose layers come from a bake: what is in them is not known.
+    pub(crate) fn of_shells(
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        group: LensGroup,
+        shells: &[Shell],
+    ) -> Self {
+        let viewspace = Viewspace::new(settings, scene, &group);
+        Self { group, viewspace, strata: shells.iter().map(LayerSpec::of_shell).collect() }
     }
 }
 

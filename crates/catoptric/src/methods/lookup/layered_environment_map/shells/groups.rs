@@ -32,6 +32,11 @@ impl LensGroup {
         members.map(|objects| Self::new(scene, objects)).collect()
     }
 
+    /// True if a scene has any.
+    pub(crate) fn any(scene: &Scene) -> bool {
+        !scene.specular_objects().is_empty()
+    }
+
     fn new(scene: &Scene, mut objects: Vec<u32>) -> Self {
         objects.sort_unstable();
         let bounds = objects.iter().map(|object| scene.objects[*object as usize].bounds);

@@ -9,9 +9,10 @@ use super::viewpoints::Shares;
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::light::two_path_tracer::TwoPathTracer;
+use crate::methods::lookup::layered_environment_map::bake::stored::{BakedLayers, PartShells};
 use crate::methods::lookup::layered_environment_map::mesh::welds::Welds;
 use crate::methods::lookup::layered_environment_map::settings::LayeredEnvironmentMapSettings;
-use crate::methods::lookup::layered_environment_map::textures::capture::{bare_layers, projected_layers};
+use crate::methods::lookup::layered_environment_map::textures::capture::projected_layers;
 use crate::methods::lookup::layered_environment_map::textures::depths::DEPTH_BYTES;
 use crate::methods::lookup::layered_environment_map::textures::maps::{Layer, LayersAbout};
 use crate::methods::lookup::layered_environment_map::textures::texture::TEXEL_BYTES;
@@ -60,6 +61,34 @@ impl LayerGeometry {
         Self { groups: layers, shared, group_of, everything, welds: Welds::new(scene), order }
     }
 
+    /// Of a bake: its shells, about the scene's groups. Nothing but these groups can be met by rays.
+    pub(crate) fn baked(
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        order: u32,
+        baked: &BakedLayers,
+    ) -> Result<Self, RenderError> {
+        let (parts, group_count) = baked.parts();
+        let groups = LensGroup::all(scene);
+        let mut group_of = vec![None; scene.objects.len()];
+        for (number, group) in groups.iter().enumerate() {
+            group.objects.iter().for_each(|object| group_of[*object as usize] = Some(number as u32));
+        }
+        let layers = |(group, part): (LensGroup, &PartShells)| {
+            let group = if settings.count_tests { group.counting_tests() } else { group };
+            GroupLayers::of_shells(settings, scene, group, &part.shells)
+        };
+        let shared = parts.get(group_count).and_then(|part| {
+            let stratum = LayerSpec::of_shell(part.shells.first()?);
+            Some(SharedLayer { center: part.center, stratum, within: Vec::new() })
+        });
+        let groups = groups.into_iter().zip(parts).map(layers).collect();
+        let everything = Tracer::build(scene, |_| false);
+        let known = Self { groups, shared, group_of, everything, welds: Welds::new(scene), order };
+        baked.check(&known)?;
+        Ok(known)
+    }
+
     /// # Errors
     /// [`RenderError::Limit`] where the textures of so many viewpoints (of every group) and their depths do not fit
     /// into memory.
@@ -103,17 +132,6 @@ impl LayerGeometry {
         Some(TwoPathTracer { scene, tracer, order: self.order })
     }
 
-    /// Layers of every part, without textures.
-    pub(crate) fn bare(
-        &self,
-        settings: &LayeredEnvironmentMapSettings,
-        scene: &Scene,
-        progress: &dyn Progress,
-    ) -> Result<Vec<Vec<Layer>>, Cancelled> {
-        let layers = |part| bare_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress);
-        (0..self.part_count()).map(layers).collect()
-    }
-
     /// Layers of every part, captured from the centres of their shells.
     pub(crate) fn projected(
         &self,
@@ -142,12 +160,12 @@ impl LayerGeometry {
         scene: &'a Scene,
         part: usize,
     ) -> LayerSpecs<'a> {
-        let (within, center) = match (self.groups.get(part), &self.shared) {
-            (Some(group), _) => (&group.group.objects[..], group.group.center()),
-            (None, Some(shared)) => (&shared.within[..], shared.center),
-            (None, None) => (&[][..], Vec3::ZERO),
+        let within = match (self.groups.get(part), &self.shared) {
+            (Some(group), _) => &group.group.objects[..],
+            (None, Some(shared)) => &shared.within[..],
+            (None, None) => &[][..],
         };
-        let around = DistantGeometry { scene, everything: &self.everything, within, center };
+        let around = DistantGeometry { scene, everything: &self.everything, within, center: self.center_of(part) };
         let shared = self.shared.as_ref().filter(|_| part < self.groups.len()).map(|shared| &shared.stratum);
         let strata = self.strata_of(part).iter().chain(shared);
         LayerSpecs::new(around, strata, self.order.saturating_sub(1), settings.continued)
@@ -156,6 +174,12 @@ impl LayerGeometry {
     /// How many parts there are, whose layers are made together: the groups, and last the layer that they share.
     pub(crate) fn part_count(&self) -> usize {
         self.groups.len() + usize::from(self.shared.is_some())
+    }
+
+    /// The middle of a part's shells.
+    pub(crate) fn center_of(&self, part: usize) -> Vec3 {
+        let shared = || self.shared.as_ref().map_or(Vec3::ZERO, |shared| shared.center);
+        self.groups.get(part).map_or_else(shared, |group| group.group.center())
     }
 
     /// The layers of a part.

@@ -25,6 +25,13 @@ pub(crate) struct LayerSpec {
     pub(crate) shell: Shell,
 }
 
+impl LayerSpec {
+    /// A layer of a bake, of which no one asks what is in it.
+    pub(crate) fn of_shell(shell: &Shell) -> Self {
+        Self { objects: Vec::new(), shell: *shell }
+    }
+}
+
 /// The layers about a group, the nearest first; at most `count`.
 ///
 /// Each thing goes whole to one layer. Of several meetings of a ray with a layer the first one counts for where its

@@ -31,7 +31,7 @@ impl CaptureTarget<'_> {
 }
 
 /// Layers without textures; none of them knows more of what it shows than its shell where `settings` say so.
-pub(crate) fn bare_layers(
+fn bare_layers(
     settings: &LayeredEnvironmentMapSettings,
     apart: &LayerSpecs<'_>,
     strata: &[LayerSpec],

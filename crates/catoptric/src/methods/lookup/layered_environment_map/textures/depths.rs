@@ -54,6 +54,17 @@ impl Depths {
         Self { words: depths.map(|depth| code(depth.front) | code(depth.back) << 16).collect(), base, shift }
     }
 
+    /// Those of [`Self::parts`]; `None` where a code means no number.
+    pub(crate) fn of_parts(words: Vec<u32>, base: u32, shift: u32) -> Option<Self> {
+        if shift > 16 {
+            return None;
+        }
+        let bits = |code: u32| u64::from(base) + (u64::from(code) << shift);
+        let is_finite = |code: u32| code == INFINITE || bits(code) <= u64::from(f32::MAX.to_bits());
+        let all_are = words.iter().all(|word| is_finite(word & 0xFFFF) && is_finite(word >> 16));
+        all_are.then(|| Self { words: words.into(), base, shift })
+    }
+
     /// The word of a texel; beyond the last, that of nothing.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn word(&self, texel: u32) -> u32 {

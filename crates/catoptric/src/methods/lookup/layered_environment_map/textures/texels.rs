@@ -10,6 +10,7 @@ use crate::light::cube_map::{Located, ProbeRows, direction_of, locate, texels_ac
 use crate::math::lanes::{Lanes, Vec3Lanes, whole};
 use crate::methods::lookup::layered_environment_map::inference::least_squares::Equations;
 use glam::{Vec2, Vec3, Vec4};
+use std::ops::Range;
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups: there are many layers to look up.
 /// Chosen, not measured.
@@ -94,6 +95,16 @@ impl TexelLayout {
     /// Texels of the finest level.
     pub(crate) fn finest_count(&self) -> usize {
         (self.faces * self.size * self.size) as usize
+    }
+
+    /// The texels of a face, level after level from the finest.
+    pub(crate) fn levels_of(&self, face: u32) -> impl Iterator<Item = Range<usize>> + use<> {
+        let size = self.size;
+        self.levels.clone().into_iter().enumerate().map(move |(level, first)| {
+            let count = (size >> level) * (size >> level);
+            let first = (first + face * count) as usize;
+            first..first + count as usize
+        })
     }
 
     /// Faces of a level.

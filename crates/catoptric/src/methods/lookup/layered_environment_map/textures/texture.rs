@@ -23,7 +23,7 @@ impl LayerTexture {
 pub(crate) const TEXEL_BYTES: usize = size_of::<LayerTexel>();
 
 /// Four half floats, by their bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct LayerTexel([u16; 4]);
 
 /// What bits of a half float, moved to where a float has its own, are too small by: exponents begin at -15, and not at

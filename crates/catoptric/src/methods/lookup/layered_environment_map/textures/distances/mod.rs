@@ -196,12 +196,12 @@ impl<const LANES: usize> HitLanes<LANES> {
 impl Distances {
     /// Distances of a texture's finest level.
     pub(crate) fn new(shell: &Shell, layout: TexelLayout, depths: &[Depth]) -> Self {
-        let known = || depths.iter().enumerate().filter(|(_, depth)| depth.front.is_finite());
+        let known = depths.iter().enumerate().filter(|(_, depth)| depth.front.is_finite());
         let distance = |(texel, depth): (usize, &Depth)| {
             let direction = shell.towards(layout.middle_of(texel as u32)).normalize();
             depth.front * shell.distance(Vec3::ZERO, direction)
         };
-        let nearest = known().map(distance).fold(f32::INFINITY, f32::min);
+        let nearest = known.map(distance).fold(f32::INFINITY, f32::min);
         // Texels beside the known ones may show a part of what these show: the nearest.
         let beside = |texel: usize| {
             let others = layout.beside(texel as u32).map(|other| depths[other as usize]);
@@ -211,10 +211,21 @@ impl Distances {
             }
         };
         let depths = Depths::new((0..depths.len()).map(beside));
+        Self::of_parts(layout, depths, nearest)
+    }
+
+    /// Of [`Self::depths_and_nearest`].
+    pub(crate) fn of_parts(layout: TexelLayout, depths: Depths, nearest: f32) -> Self {
         let fronts = || depths.iter().map(|depth| depth.front).filter(|front| front.is_finite());
         let range = [fronts().fold(f32::INFINITY, f32::min), fronts().fold(0.0, f32::max)];
         let bounds = (layout.faces() == 6).then(|| Arc::new(DepthBounds::new(&layout, &depths)));
         Self { depths, layout, range, bounds, nearest }
+    }
+
+    /// Depths of the finest level's texels, as they are kept, and how far from the centre the nearest thing is that is
+    /// shown in the middle of a texel.
+    pub(crate) fn depths_and_nearest(&self) -> (&Depths, f32) {
+        (&self.depths, self.nearest)
     }
 
     /// How far from the centre the nearest thing that is shown is, but for what lies between the middles of texels.
