@@ -12,7 +12,7 @@ mod surfaces;
 mod textures;
 
 pub use features::SceneFeatures;
-pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes};
+pub use fields::{FieldTables, field_tables, slab_pictures, slab_sizes, slab_tables};
 pub use layers::{LayerMaps, layer_maps};
 pub use light::{EnvironmentPlaces, EnvironmentTexels, environment_texels, light_records};
 pub use maps::{MapTables, map_tables};

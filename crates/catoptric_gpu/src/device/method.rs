@@ -19,7 +19,7 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
 use catoptric::methods::lookup::layered_environment_map::{LayeredEnvironmentMapSettings, LayeredMaps};
-use catoptric::methods::lookup::light_field::{Background, LightFieldSettings, LightFields, Transfer};
+use catoptric::methods::lookup::light_field::{Background, Layout, LightFieldSettings, LightFields, Transfer};
 use catoptric::methods::path_query::PathSearch;
 use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Variant, VirtualVertex};
 use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
@@ -240,6 +240,9 @@ impl DeviceMethod {
             match settings {
                 LightFieldSettings { transfer: Transfer::Stored, .. } => {
                     return Err(self.refuse("transfer = \"stored\" is for the CPU; on the GPU use \"traced\""));
+                }
+                LightFieldSettings { layout: Layout::Box, .. } => {
+                    return Err(self.refuse("layout = \"box\" is for the CPU; on the GPU use \"slabs\""));
                 }
                 LightFieldSettings { background: Background::Slabs, .. } => {
                     return Err(self.refuse("background = \"slabs\" is for the CPU; on the GPU use \"scene\""));

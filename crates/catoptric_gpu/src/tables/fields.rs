@@ -4,7 +4,7 @@ use super::maps::{MapTables, map_tables};
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::layout::{FieldRegion, FieldSlab, NONE, ReflectorMap};
-use catoptric::methods::lookup::light_field::{LightFields, SlabTables};
+use catoptric::methods::lookup::light_field::{LightFields, SlabTables, Slabs};
 use catoptric::scene::Scene;
 
 /// Slabs of a region.
@@ -24,7 +24,7 @@ pub struct FieldTables {
 /// The tables of a scene's light fields; `traces`: paths are followed among a region's reflectors and lenses.
 ///
 /// # Errors
-/// As [`map_tables`].
+/// As [`map_tables`] and [`slab_tables`].
 pub fn field_tables(
     scene: &Scene,
     fields: &LightFields,
@@ -37,7 +37,7 @@ pub fn field_tables(
     let region_of = fields.region_of();
     let mut regions = Vec::new();
     for (number, slabs) in fields.slabs().enumerate() {
-        let tables = slabs.tables();
+        let tables = slab_tables(slabs)?;
         let is_inside = |object: u32| region_of[object as usize] == Some(number as u32);
         let root = if traces { hierarchy.append(Hierarchy::of(scene, is_inside)) } else { NONE };
         regions.push(FieldRegion {
@@ -62,6 +62,15 @@ pub fn field_tables(
         map.shape += region.map_or(0, |region| (region + 1).min(255));
     }
     Ok(FieldTables { maps, regions, hierarchy })
+}
+
+/// The tables of the slabs about a region.
+///
+/// # Errors
+/// [`GpuError::Unsupported`] where rays are kept by the region's box.
+pub fn slab_tables(slabs: &Slabs) -> Result<SlabTables<'_>, GpuError> {
+    let unsupported = || GpuError::Unsupported { what: "light fields of layout = \"box\"".into() };
+    slabs.tables().ok_or_else(unsupported)
 }
 
 /// The sizes of slabs' pictures: those of radiance, and of parallax.

@@ -5,8 +5,8 @@ use crate::device::context::Context;
 use crate::device::pipelines::{array_texture, table};
 use crate::device::upload::{DeviceScene, Upload, group};
 use crate::error::GpuError;
-use crate::tables::{field_tables, slab_pictures, slab_sizes};
-use catoptric::methods::lookup::light_field::{LightFields, Slabs};
+use crate::tables::{field_tables, slab_pictures, slab_sizes, slab_tables};
+use catoptric::methods::lookup::light_field::{LightFields, SlabTables, Slabs};
 use catoptric::scene::Scene;
 use std::sync::Arc;
 use wgpu::{
@@ -83,7 +83,8 @@ impl SlabPictures {
     fn new(context: &Context, fields: &LightFields) -> Result<Self, GpuError> {
         let slabs: Vec<Arc<Slabs>> = fields.slabs().cloned().collect();
         // Without regions there is one picture of nothing.
-        let sizes = slabs.first().map_or([[1; 2]; 2], |slabs| slab_sizes(&slabs.tables()));
+        let tables: Vec<SlabTables<'_>> = slabs.iter().map(|slabs| slab_tables(slabs)).collect::<Result<_, _>>()?;
+        let sizes = tables.first().map_or([[1; 2]; 2], slab_sizes);
         let layers = (slabs.len() * SLABS).max(1) as u32;
         let mut upload = Upload { context, byte_count: 0 };
         let formats = [TextureFormat::Rgb9e5Ufloat, TextureFormat::R16Sint];
@@ -92,9 +93,9 @@ impl SlabPictures {
             upload.layers(label, remedy, formats[index], sizes[index], layers)
         });
         let [radiances, parallaxes] = [radiances?, parallaxes?];
-        for (region, slabs) in slabs.iter().enumerate() {
+        for (region, tables) in tables.iter().enumerate() {
             for slab in 0..SLABS {
-                let (of_light, of_parallax) = slab_pictures(&slabs.tables(), slab);
+                let (of_light, of_parallax) = slab_pictures(tables, slab);
                 let layer = (region * SLABS + slab) as u32;
                 upload.layer(&radiances, layer, &of_light);
                 upload.layer(&parallaxes, layer, &of_parallax);

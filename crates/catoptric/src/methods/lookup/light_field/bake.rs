@@ -2,10 +2,11 @@
 
 use super::INFO;
 use super::capture::{Capture, leaves};
-use super::layout::{SLABS, SlabLayout};
-use super::settings::{Compression, LightFieldSettings};
+use super::layout::{FieldLayout, SLABS};
+use super::settings::{Layout, LightFieldSettings};
 use super::slabs::Slabs;
-use super::slabs::rows::{RowSize, Rows, ViewRow};
+use super::slabs::form::ViewForm;
+use super::slabs::rows::{Rows, ViewRow};
 #[cfg(feature = "files")]
 use super::slabs::views::Views;
 use crate::error::RenderError;
@@ -21,7 +22,7 @@ use std::sync::Arc;
 /// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are
 /// captured: it
 /// changes with what they hold.
-const PAYLOAD_VERSION: u32 = 2;
+const PAYLOAD_VERSION: u32 = 3;
 
 /// The names of slabs.
 const NAMES: [&str; SLABS] = ["+x", "-x", "+y", "-y", "+z", "-z"];
@@ -48,7 +49,8 @@ pub(super) struct SlabsWork<'a> {
     /// Highest number of specular events on a path from the eye.
     order: u32,
     pub(super) regions: Regions,
-    layouts: Vec<SlabLayout>,
+    layouts: Vec<FieldLayout>,
+    form: ViewForm,
 }
 
 impl<'a> SlabsWork<'a> {
@@ -60,8 +62,12 @@ impl<'a> SlabsWork<'a> {
         let regions = Regions::of(scene, settings.region_margin);
         // Nothing of reflectors is seen at order 0.
         let count = if quality.order == 0 { 0 } else { regions.boxes.len() };
-        let layouts = regions.boxes[..count].iter().map(|region| SlabLayout::new(*region, settings.st, settings.uv));
-        let layouts: Vec<SlabLayout> = layouts.collect();
+        let layouts = regions.boxes[..count].iter().map(|region| FieldLayout::new(settings, *region));
+        let layouts: Vec<FieldLayout> = layouts.collect();
+        if !settings.views.is_empty() && settings.layout != Layout::Slabs {
+            let problem = "views: pictures made elsewhere are views of slabs; set layout=slabs, or leave views out";
+            return Err(RenderError::Setting { method: INFO.id, problem: problem.into() });
+        }
         let source = if settings.views.is_empty() || count == 0 {
             ViewSource::Scene
         } else if settings.views.starts_with(PICTURES) {
@@ -69,11 +75,12 @@ impl<'a> SlabsWork<'a> {
         } else {
             Self::pictures(settings, &layouts)?
         };
-        Ok(Self { source, scene, settings: settings.clone(), order: quality.order, regions, layouts })
+        let (settings, form) = (settings.clone(), ViewForm::new(settings.uv, settings.compression));
+        Ok(Self { source, scene, settings, order: quality.order, regions, layouts, form })
     }
 
     #[cfg(feature = "files")]
-    fn pictures(settings: &LightFieldSettings, layouts: &[SlabLayout]) -> Result<ViewSource, RenderError> {
+    fn pictures(settings: &LightFieldSettings, layouts: &[FieldLayout]) -> Result<ViewSource, RenderError> {
         let views = Views::open(std::path::Path::new(&settings.views))?;
         views.check(settings, layouts)?;
         let number = format!("{PICTURES}{}", views.fingerprint()?);
@@ -81,7 +88,7 @@ impl<'a> SlabsWork<'a> {
     }
 
     #[cfg(not(feature = "files"))]
-    fn pictures(_: &LightFieldSettings, _: &[SlabLayout]) -> Result<ViewSource, RenderError> {
+    fn pictures(_: &LightFieldSettings, _: &[FieldLayout]) -> Result<ViewSource, RenderError> {
         Err(RenderError::Setting { method: INFO.id, problem: "views: this program reads no files".into() })
     }
 
@@ -92,7 +99,11 @@ impl<'a> SlabsWork<'a> {
     #[cfg(feature = "files")]
     pub(super) fn manifest(&self) -> Result<String, RenderError> {
         match &self.layouts[..] {
-            [layout] => super::slabs::views::manifest(layout),
+            [FieldLayout::Slabs(layout)] => super::slabs::views::manifest(layout),
+            [FieldLayout::Box(_)] => {
+                let problem = "views made elsewhere are those of slabs: set layout=slabs".into();
+                Err(RenderError::Setting { method: INFO.id, problem })
+            }
             others => {
                 let problem = format!("views are of one region, the scene has {}; give it a [region]", others.len());
                 Err(RenderError::Setting { method: INFO.id, problem })
@@ -134,11 +145,10 @@ impl<'a> SlabsWork<'a> {
     /// [`RenderError::Setting`] where pictures of views cannot be used.
     /// [`RenderError::Limit`] where they would not fit into memory.
     pub(super) fn captured(&self, progress: &dyn Progress) -> Result<Vec<Slabs>, RenderError> {
-        self.fit_into_memory("bake them without compression: such files need no memory")?;
+        self.fit_into_memory()?;
         let maker = self.row_maker()?;
-        let slabs = |(region, layout): (usize, &SlabLayout)| {
-            let first = region * self.rows_a_region();
-            let rows = Rows::captured(layout, self.settings.compression, progress, |row| maker.row(first + row))?;
+        let slabs = |(region, layout): (usize, &FieldLayout)| {
+            let rows = Rows::captured(layout, &self.form, progress, |row| maker.row(region, row))?;
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
         self.layouts.iter().enumerate().map(slabs).collect()
@@ -147,44 +157,36 @@ impl<'a> SlabsWork<'a> {
     /// Slabs of every region, from a bake.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where it is one of other regions or sizes, or would not fit into memory when
-    /// decompressed.
+    /// [`RenderError::Limit`] where it is one of other regions or sizes.
     pub(super) fn baked(&self, units: &Arc<dyn Baked>) -> Result<Vec<Slabs>, RenderError> {
         let wrong = || {
-            let (found, wanted) = (units.unit_count(), self.rows_a_region() * self.layouts.len());
+            let (found, wanted) = (units.unit_count(), self.row_count());
             let problem =
                 format!("the baked file has {found} units where the scene needs {wanted}, or of another size");
             RenderError::Limit { method: INFO.id, problem }
         };
-        if units.unit_count() != self.rows_a_region() * self.layouts.len() {
+        if units.unit_count() != self.row_count() {
             return Err(wrong());
         }
-        if self.settings.compression != Compression::None {
-            self.fit_into_memory("bake them without compression: such files are not decompressed")?;
-        }
-        let slabs = |(number, layout): (usize, &SlabLayout)| {
-            let first = number * self.rows_a_region();
-            let rows = Rows::baked(units, first, layout, self.settings.compression).ok_or_else(wrong)?;
+        let mut first = 0;
+        let slabs = |layout: &FieldLayout| {
+            let rows = Rows::baked(units, first, layout, &self.form).ok_or_else(wrong)?;
+            first += layout.row_count();
             Ok(Slabs::new(&self.settings, layout.clone(), rows))
         };
-        self.layouts.iter().enumerate().map(slabs).collect()
+        self.layouts.iter().map(slabs).collect()
     }
 
     /// # Errors
     /// [`RenderError::Limit`] where they do not.
-    fn fit_into_memory(&self, remedy: &str) -> Result<(), RenderError> {
-        let row = |layout: &SlabLayout| RowSize::new(layout, self.settings.compression).bytes() as u64;
-        let bytes = self.layouts.iter().map(row).sum::<u64>() * self.rows_a_region() as u64;
+    fn fit_into_memory(&self) -> Result<(), RenderError> {
+        let bytes = self.layouts.iter().map(|layout| layout.view_count() * self.form.bytes_a_view() as u64).sum();
         let LightFieldSettings { st, uv, .. } = self.settings;
-        fit_into_memory(
-            INFO.id,
-            &format!("slabs of st = {st} and uv = {uv} about {} regions", self.layouts.len()),
-            bytes,
-            remedy,
-        )
+        let table = format!("slabs of st = {st} and uv = {uv} about {} regions", self.layouts.len());
+        fit_into_memory(INFO.id, &table, bytes, "bake them: such files need no memory")
     }
 
-    fn capture(&self, layout: &SlabLayout) -> Capture<'a> {
+    fn capture(&self, layout: &FieldLayout) -> Capture<'a> {
         Capture::new(self.scene, layout, self.settings.capture_samples, self.order.saturating_sub(1))
     }
 
@@ -208,8 +210,21 @@ impl<'a> SlabsWork<'a> {
         self.layouts.len()
     }
 
-    fn rows_a_region(&self) -> usize {
-        SLABS * self.settings.st as usize
+    /// Rows of views of all regions.
+    fn row_count(&self) -> usize {
+        self.layouts.iter().map(FieldLayout::row_count).sum()
+    }
+
+    /// The region of a row by its number among those of all regions, and its number among that region's.
+    fn region_of_row(&self, number: usize) -> Option<(usize, usize)> {
+        let mut row = number;
+        for (region, layout) in self.layouts.iter().enumerate() {
+            match row.checked_sub(layout.row_count()) {
+                Some(rest) => row = rest,
+                None => return Some((region, row)),
+            }
+        }
+        None
     }
 }
 
@@ -242,7 +257,7 @@ impl BakeWork for SlabsWork<'_> {
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8])) {
         let ViewSource::Scene = self.source else {
             // Pictures are of places alone.
-            self.layouts.iter().for_each(|layout| sink(format!("{:?}", layout.region).as_bytes()));
+            self.layouts.iter().for_each(|layout| sink(format!("{:?}", layout.region()).as_bytes()));
             return;
         };
         // Reflectors may move within a region that is given.
@@ -251,14 +266,16 @@ impl BakeWork for SlabsWork<'_> {
     }
 
     fn units(&self) -> Result<Vec<BakeUnit>, RenderError> {
-        let unit = |number: usize| {
-            let (region, row) = (number / self.rows_a_region(), number % self.rows_a_region());
-            let st = self.settings.st as usize;
-            let bytes = RowSize::new(&self.layouts[region], self.settings.compression).baked_bytes() as u64;
-            let name = format!("region {region}, slab {}, row {}", NAMES[row / st], row % st);
-            BakeUnit { name, bytes, with_previous: false }
+        let of_region = |(region, layout): (usize, &FieldLayout)| -> Vec<BakeUnit> {
+            let unit = |number: usize| {
+                let (slab, row) = layout.place_of_row(number);
+                let bytes = u64::from(layout.views_in_row(number)) * self.form.bytes_a_view() as u64;
+                let name = format!("region {region}, slab {}, row {row}", NAMES[slab]);
+                BakeUnit { name, bytes, with_previous: false }
+            };
+            (0..layout.row_count()).map(unit).collect()
         };
-        Ok((0..self.rows_a_region() * self.layouts.len()).map(unit).collect())
+        Ok(self.layouts.iter().enumerate().flat_map(of_region).collect())
     }
 
     fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError> {
@@ -274,11 +291,10 @@ struct RowMaker<'a> {
 }
 
 impl RowMaker<'_> {
-    fn row(&self, number: usize) -> Result<ViewRow, RenderError> {
-        let (region, row) = (number / self.work.rows_a_region(), number % self.work.rows_a_region());
-        match &self.work.source {
+    fn row(&self, region: usize, row: usize) -> Result<ViewRow, RenderError> {
+        match (&self.work.source, &self.work.layouts[region]) {
             #[cfg(feature = "files")]
-            ViewSource::Pictures(views, _) => views.row(&self.work.layouts[region], row),
+            (ViewSource::Pictures(views, _), FieldLayout::Slabs(layout)) => views.row(layout, row),
             _ => Ok(self.captures[region].row(row)),
         }
     }
@@ -286,11 +302,9 @@ impl RowMaker<'_> {
 
 impl UnitMaker for RowMaker<'_> {
     fn make(&self, batch: Range<usize>) -> Result<Vec<MadeUnit>, RenderError> {
-        let rows = batch.start..batch.end.min(self.work.rows_a_region() * self.work.layouts.len());
-        let unit = |number: usize| {
-            let layout = &self.work.layouts[number / self.work.rows_a_region()];
-            let bytes = self.row(number)?.baked(&RowSize::new(layout, self.work.settings.compression));
-            Ok(MadeUnit { bytes, note: None })
+        let rows = batch.filter_map(|number| self.work.region_of_row(number));
+        let unit = |(region, row): (usize, usize)| {
+            Ok(MadeUnit { bytes: self.row(region, row)?.baked(&self.work.form), note: None })
         };
         rows.map(unit).collect()
     }

@@ -12,7 +12,7 @@ mod slabs;
 mod stored;
 mod transfer;
 
-pub use settings::{Background, Compression, Disparity, LightFieldSettings, Preset, Transfer};
+pub use settings::{Background, Compression, Disparity, Layout, LightFieldSettings, Preset, Transfer};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;

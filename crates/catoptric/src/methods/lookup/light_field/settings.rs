@@ -27,6 +27,18 @@ declare_choices! {
 }
 
 declare_choices! {
+    /// The numbers by which the rays that leave a region are kept.
+    pub enum Layout {
+        /// Where they meet one of six planes of views, three times as wide as the region, and their slope (the
+        /// paper's).
+        Slabs = "slabs",
+        /// Where they leave the region's box, and their direction over half of all: nothing lies before the views, and
+        /// these stand closer together. As many views a slab in the mean, as many a length everywhere.
+        Box = "box",
+    }
+}
+
+declare_choices! {
     /// The paths of rays from the eye out of a region.
     pub enum Transfer {
         /// One reflection or refraction, at the first surface (the paper's).
@@ -51,9 +63,10 @@ declare_choices! {
 }
 
 declare_choices! {
-    /// The form of views in a baked file; views that are captured in memory have its errors, too.
+    /// The form of views, in memory and in a baked file. But for `none`, depths are in blocks, too, of 8 bytes for
+    /// 4 x 4 rays.
     pub enum Compression {
-        /// Radiance with a shared exponent, four bytes a pixel and all levels: mapped into memory as it is.
+        /// Radiance with a shared exponent, four bytes a pixel, and depths of two.
         None = "none",
         /// Blocks of 4 x 4 pixels in 8 bytes, radiance up to 64 (the paper's).
         Bc1 = "bc1",
@@ -69,13 +82,15 @@ declare_settings! {
     pub struct LightFieldSettings of "light_field" {
         /// The set of values that the other settings start from.
         preset: Preset = Preset::Small;
+        /// The numbers by which the rays that leave a region are kept.
+        layout: Layout = Layout::Slabs, baked();
         /// Views a side of a slab.
         st: u32 = 16, range(2.0, 256.0), baked();
         /// Side of a view.
         uv: u32 = 64, range(4.0, 1024.0), unit("pixels"), baked();
         /// Rays a pixel of a view when capturing.
         capture_samples: u32 = 1, one_of(&[1, 4, 9, 16]), baked();
-        /// The form of views in a baked file; views that are captured in memory have its errors, too.
+        /// The form of views, in memory and in a baked file.
         compression: Compression = Compression::None, baked();
         /// The distance at which the four views about a ray are taken to meet it.
         disparity: Disparity = Disparity::Depth;

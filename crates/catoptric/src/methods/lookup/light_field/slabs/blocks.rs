@@ -27,7 +27,7 @@ fn variant(compression: Compression) -> Option<CompressionVariant> {
 }
 
 /// Whole blocks.
-fn padded(side: u32) -> u32 {
+pub(crate) fn padded(side: u32) -> u32 {
     side.next_multiple_of(4)
 }
 
@@ -67,34 +67,54 @@ pub(crate) fn decompress(compression: Compression, side: u32, blocks: &[u8], tex
     let side = side as usize;
     texels.resize(first + side * side, 0);
     let view = &mut texels[first..];
+    let mut pixels = BlockPixels::default();
     for (number, block) in blocks.chunks_exact(bytes).enumerate() {
-        let pixels = decoded(compression, block);
+        pixels.decode(compression, block);
         let (left, top) = (number % across * 4, number / across * 4);
         for y in top..(top + 4).min(side) {
             let (from, count) = (4 * (y - top), (side - left).min(4));
             let row = &mut view[y * side + left..][..count];
-            row.iter_mut().zip(&pixels[from..]).for_each(|(texel, pixel)| *texel = packed(*pixel));
+            let radiance = (from..).map(|pixel| pixels.radiance(compression, pixel));
+            row.iter_mut().zip(radiance).for_each(|(texel, radiance)| *texel = packed(radiance));
         }
     }
 }
 
-/// The radiance of a block, row by row.
-fn decoded(compression: Compression, block: &[u8]) -> [Vec3; 16] {
-    let mut pixels = [Vec3::ZERO; 16];
-    let (mut bits, mut halves) = ([0; 64], [f16::ZERO; 48]);
-    match compression {
-        Compression::None => return pixels,
-        Compression::Bc1 => decode_block_bc1(block, &mut bits, 16),
-        Compression::Bc7 => decode_block_bc7(block, &mut bits, 16),
-        Compression::Bc6h => {
-            decode_block_bc6h(block, &mut halves, 12, false);
-            let halves = halves.as_chunks::<3>().0;
-            pixels.iter_mut().zip(halves).for_each(|(pixel, half)| *pixel = Vec3::from(half.map(f16::to_f32)));
-            return pixels;
+/// A block's pixels, row by row.
+pub(crate) struct BlockPixels {
+    /// Four bytes each.
+    bits: [u8; 64],
+    /// Of BC6H, three each.
+    halves: [f16; 48],
+}
+
+impl Default for BlockPixels {
+    fn default() -> Self {
+        Self { bits: [0; 64], halves: [f16::ZERO; 48] }
+    }
+}
+
+impl BlockPixels {
+    /// Reads a block, which has the bytes of one.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn decode(&mut self, compression: Compression, block: &[u8]) {
+        match compression {
+            Compression::None => {}
+            Compression::Bc1 => decode_block_bc1(block, &mut self.bits, 16),
+            Compression::Bc7 => decode_block_bc7(block, &mut self.bits, 16),
+            Compression::Bc6h => decode_block_bc6h(block, &mut self.halves, 12, false),
         }
     }
-    pixels.iter_mut().zip(bits.as_chunks::<4>().0).for_each(|(pixel, bits)| *pixel = from_bits8(*bits));
-    pixels
+
+    /// The radiance of one of its 16 pixels.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn radiance(&self, compression: Compression, pixel: usize) -> Vec3 {
+        match compression {
+            Compression::None => Vec3::ZERO,
+            Compression::Bc6h => Vec3::from([0, 1, 2].map(|k| self.halves[3 * pixel + k].to_f32())),
+            Compression::Bc1 | Compression::Bc7 => from_bits8([0, 1, 2, 3].map(|k| self.bits[4 * pixel + k])),
+        }
+    }
 }
 
 /// Radiance from 0 to [`BRIGHTEST`] in eight bits a component: compressed as x / (1 + x) (Reinhard, Stark, Shirley,

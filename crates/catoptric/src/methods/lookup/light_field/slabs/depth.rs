@@ -7,7 +7,7 @@ use super::rows::RowView;
 use super::texels::restored;
 use crate::math::lanes::{Lanes, whole};
 use crate::methods::lookup::light_field::layout::{STEEPEST, SlabRays, bits};
-use crate::methods::lookup::light_field::settings::Disparity;
+use crate::methods::lookup::light_field::settings::{Compression, Disparity};
 
 /// Steps by which a view finds what a ray meets. A search with twenty times the steps has 2 % (`sphere_room`) and 5 %
 /// (`teapot`) less mean error.
@@ -96,15 +96,21 @@ impl Fetch {
         let (side, last) = (self.layout.uv, (self.layout.uv - 1) as f32);
         let per_pixel = 1.0 / self.layout.pixel();
         let offset = STEEPEST * per_pixel + 0.5;
-        let mut pixel = [0; LANES];
+        let (mut pixel, mut at) = ([0; LANES], [[0; 2]; LANES]);
         for lane in 0..LANES {
             let x = (slope[0][lane] * per_pixel + offset).floor().clamp(0.0, last);
             let y = (slope[1][lane] * per_pixel + offset).floor().clamp(0.0, last);
-            pixel[lane] = (view.view[lane] * side + whole(y)) * side + whole(x);
+            at[lane] = [whole(x), whole(y)];
+            pixel[lane] = (view.view[lane] * side + at[lane][1]) * side + at[lane][0];
         }
         let mut stored = [0; LANES];
+        let is_plain = self.form.compression == Compression::None;
         for lane in 0..LANES {
             let row = row(view.row[lane]);
+            if !is_plain {
+                stored[lane] = self.form.parallax(&row, view.view[lane], at[lane][0], at[lane][1]);
+                continue;
+            }
             stored[lane] = row.parallax.get(pixel[lane] as usize).copied().unwrap_or_default();
         }
         let mut found = Lanes::ZERO;

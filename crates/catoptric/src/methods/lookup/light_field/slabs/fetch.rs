@@ -2,18 +2,19 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
+use super::form::ViewForm;
 use super::rows::RowView;
-use super::texels::{MASKS, SHIFTED, ViewLevels, scale};
+use super::texels::{MASKS, SHIFTED, scale};
 use crate::math::lanes::{Lanes, MANY_LANES, Vec3Lanes, whole};
 use crate::methods::lookup::light_field::layout::{STEEPEST, SlabLayout, SlabRays};
-use crate::methods::lookup::light_field::settings::Disparity;
+use crate::methods::lookup::light_field::settings::{Compression, Disparity};
 use glam::Vec3;
 
 /// How rays look up what slabs hold, in rows that are given by number, slab after slab.
 #[derive(Clone, Debug)]
 pub(crate) struct Fetch {
     pub(crate) layout: SlabLayout,
-    pub(crate) levels: ViewLevels,
+    pub(crate) form: ViewForm,
     pub(crate) disparity: Disparity,
 }
 
@@ -46,10 +47,6 @@ impl<const LANES: usize> Nearby<LANES> {
 }
 
 impl Fetch {
-    pub(crate) fn new(layout: SlabLayout, disparity: Disparity) -> Self {
-        Self { levels: ViewLevels::new(layout.uv), layout, disparity }
-    }
-
     /// The four views about rays (equation 5), with the parallax of the slabs' focal planes.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn views<const LANES: usize>(&self, rays: &SlabRays<LANES>) -> [Nearby<LANES>; 4] {
@@ -124,7 +121,7 @@ impl Fetch {
         weight: &Lanes<LANES>,
         sum: &mut Vec3Lanes<LANES>,
     ) {
-        let Some(&(first, side)) = self.levels.levels.get(level) else { return };
+        let Some(&(first, side)) = self.form.levels.levels.get(level) else { return };
         // The coarsest level has one pixel a side.
         let (right, down) = if side > 1 { (1, side as usize) } else { (0, 0) };
         let last = (side - 1) as f32;
@@ -134,7 +131,7 @@ impl Fetch {
         let per_pixel = shrunk / self.layout.pixel();
         let offset = STEEPEST * per_pixel + 0.5 * shrunk - 0.5;
         let mut blend = *slope;
-        let mut texel = [0; LANES];
+        let (mut texel, mut lows) = ([0; LANES], [[0; 2]; LANES]);
         for lane in 0..LANES {
             let mut low = [0.0; 2];
             for k in 0..2 {
@@ -142,10 +139,17 @@ impl Fetch {
                 low[k] = at.floor().min(most_low);
                 blend[k][lane] = at - low[k];
             }
-            texel[lane] = view.view[lane] * self.levels.count + first + whole(low[1]) * side + whole(low[0]);
+            lows[lane] = low.map(whole);
+            texel[lane] = view.view[lane] * self.form.levels.count + first + lows[lane][1] * side + lows[lane][0];
         }
         let mut texels = [[0; LANES]; 4];
+        let is_plain = self.form.compression == Compression::None;
         for lane in 0..LANES {
+            if !is_plain {
+                let four = self.form.four_of_blocks(&row(view.row[lane]), view.view[lane], level, lows[lane]);
+                texels.iter_mut().zip(four).for_each(|(texels, one)| texels[lane] = one);
+                continue;
+            }
             let low = texel[lane] as usize;
             let Some(window) = row(view.row[lane]).texels.get(low..low + down + right + 1) else { continue };
             texels[0][lane] = window[0];

@@ -1,8 +1,11 @@
 //! Slabs as they are looked up (Yu, Yang, McMillan 2005, section 6).
 
 pub(super) mod blocks;
+pub(super) mod box_fetch;
 mod depth;
+pub(super) mod depth_blocks;
 mod fetch;
+pub(super) mod form;
 pub(super) mod rows;
 pub(super) mod tables;
 pub(super) mod texels;
@@ -15,14 +18,16 @@ use crate::math::lanes::{Lanes, Vec3Lanes};
 use crate::math::portable::PortableMath;
 use crate::methods::Settings;
 use crate::methods::lookup::light_field::capture::Capture;
-use crate::methods::lookup::light_field::layout::{SLABS, Slab, SlabLayout, SlabRays, across};
-use crate::methods::lookup::light_field::settings::{Compression, Disparity, LightFieldSettings};
+use crate::methods::lookup::light_field::layout::{FieldLayout, SLABS, Slab, SlabRays, across};
+use crate::methods::lookup::light_field::settings::{Disparity, LightFieldSettings};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::scene::Scene;
+use box_fetch::{BoxFetch, BoxLookUp, restored_parallax};
 use fetch::{Fetch, Nearby, restored_sum, sharp_rays};
+use form::ViewForm;
 use glam::{Vec2, Vec3};
-use rows::{RowSize, RowView, Rows};
+use rows::{RowView, Rows};
 use texels::restored;
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups. A bound on time; chosen, not measured.
@@ -31,7 +36,7 @@ const MAX_PROBES: f32 = 8.0;
 /// Rays that a thread looks up at once. A size for threads; chosen, not measured.
 const RAYS_AT_ONCE: usize = 4096;
 
-/// Light that arrives at a region by all rays: six slabs about it.
+/// Light that arrives at a region by all rays: six slabs about it, or views on the six sides of its box.
 ///
 /// ```
 /// use catoptric::methods::lookup::light_field::{LightFieldSettings, Slabs};
@@ -49,8 +54,15 @@ const RAYS_AT_ONCE: usize = 4096;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Slabs {
-    fetch: Fetch,
+    field: Field,
     rows: Rows,
+}
+
+/// How rays are looked up.
+#[derive(Clone, Debug)]
+enum Field {
+    Slabs(Fetch),
+    Box(BoxFetch),
 }
 
 impl Slabs {
@@ -76,47 +88,76 @@ impl Slabs {
             let problem = format!("the region from {} to {} has no size", region.min, region.max);
             return Err(RenderError::Limit { method, problem });
         }
-        let layout = SlabLayout::new(region, settings.st, settings.uv);
+        let layout = FieldLayout::new(settings, region);
+        let form = ViewForm::new(settings.uv, settings.compression);
         let capture = Capture::new(scene, &layout, settings.capture_samples, order);
-        let rows = Rows::captured(&layout, settings.compression, progress, |number| Ok(capture.row(number)))?;
+        let rows = Rows::captured(&layout, &form, progress, |number| Ok(capture.row(number)))?;
         Ok(Self::new(settings, layout, rows))
     }
 
-    pub(crate) fn new(settings: &LightFieldSettings, mut layout: SlabLayout, rows: Rows) -> Self {
-        let st = layout.st as usize;
-        for (number, slab) in layout.slabs.iter_mut().enumerate() {
-            slab.focal = match settings.disparity {
-                Disparity::None => 0.0,
-                _ if settings.focal_distance > 0.0 => slab.spacing.max_element() / settings.focal_distance,
-                _ => middle_parallax((0..st).map(|row| rows.row(number * st + row))),
-            };
-        }
-        Self { fetch: Fetch::new(layout, settings.disparity), rows }
+    pub(crate) fn new(settings: &LightFieldSettings, layout: FieldLayout, rows: Rows) -> Self {
+        let form = ViewForm::new(settings.uv, settings.compression);
+        let disparity = settings.disparity;
+        let focal = |unit: f32, middle: &dyn Fn() -> f32| match disparity {
+            Disparity::None => 0.0,
+            _ if settings.focal_distance > 0.0 => unit / settings.focal_distance,
+            _ => middle(),
+        };
+        let field = match layout {
+            FieldLayout::Slabs(mut layout) => {
+                let st = layout.st as usize;
+                for (number, slab) in layout.slabs.iter_mut().enumerate() {
+                    let kept = || (0..st).map(|row| rows.row(number * st + row));
+                    let middle = || middle_parallax(kept().flat_map(|row| parallaxes(&form, row)), restored);
+                    slab.focal = focal(slab.spacing.max_element(), &middle);
+                }
+                Field::Slabs(Fetch { layout, form, disparity })
+            }
+            FieldLayout::Box(mut layout) => {
+                let unit = layout.unit;
+                for side in &mut layout.sides {
+                    let kept = || (side.first_row..side.first_row + side.counts[1]).map(|row| rows.row(row as usize));
+                    let middle = || middle_parallax(kept().flat_map(|row| parallaxes(&form, row)), restored_parallax);
+                    // Depths of pixels need no start.
+                    side.focal = if disparity == Disparity::Depth { 0.0 } else { focal(unit, &middle) };
+                }
+                Field::Box(BoxFetch { layout, form, disparity })
+            }
+        };
+        Self { field, rows }
     }
 
     /// Returns true for points of the region: slabs hold all rays from there.
     pub fn holds(&self, point: Vec3) -> bool {
-        let Aabb { min, max } = self.fetch.layout.region;
+        let Aabb { min, max } = match &self.field {
+            Field::Slabs(fetch) => fetch.layout.region,
+            Field::Box(fetch) => fetch.layout.region,
+        };
         point.cmpge(min).all() && point.cmple(max).all()
     }
 
-    /// Memory of all texels and of their parallax.
+    /// Memory of all light and of its parallax, in bytes.
     pub fn byte_count(&self) -> u64 {
-        (self.row_count() * self.row_size().bytes()) as u64
+        self.view_count() * self.form().bytes_a_view() as u64
     }
 
     /// Rays that were captured.
     pub fn ray_count(&self) -> u64 {
-        (self.row_count() * self.row_size().rays()) as u64
+        self.view_count() * self.form().rays_a_view()
     }
 
-    fn row_count(&self) -> usize {
-        SLABS * self.fetch.layout.st as usize
+    fn view_count(&self) -> u64 {
+        match &self.field {
+            Field::Slabs(fetch) => SLABS as u64 * u64::from(fetch.layout.st) * u64::from(fetch.layout.st),
+            Field::Box(fetch) => fetch.layout.view_count(),
+        }
     }
 
-    fn row_size(&self) -> RowSize {
-        // As they are looked up.
-        RowSize::new(&self.fetch.layout, Compression::None)
+    fn form(&self) -> &ViewForm {
+        match &self.field {
+            Field::Slabs(fetch) => &fetch.form,
+            Field::Box(fetch) => &fetch.form,
+        }
     }
 
     /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and
@@ -129,51 +170,83 @@ impl Slabs {
         point_change: [Vec3; 2],
         direction_change: [Vec3; 2],
     ) -> Option<Vec3> {
-        blended(self, point, direction, point_change, direction_change)
+        match &self.field {
+            Field::Slabs(fetch) => blended((fetch, &self.rows), point, direction, point_change, direction_change),
+            Field::Box(fetch) => {
+                box_fetch::blended(fetch, &self.rows, point, direction, Some([point_change, direction_change]))
+            }
+        }
     }
 
     /// Where a ray from a point of the region lies in the slabs (Yu, Yang, McMillan 2005, equation 1, without
     /// disparity); none
     /// where no slab holds it.
     pub fn coordinates(&self, point: Vec3, direction: Vec3) -> Option<SlabCoordinates> {
-        let layout = &self.fetch.layout;
-        let ray = layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
-        let slope = Vec2::new(ray.slope[0][0], ray.slope[1][0]);
-        (ray.held[0] > 0.0).then(|| SlabCoordinates {
-            slab: ray.slab[0],
-            view: Vec2::new(ray.st[0][0], ray.st[1][0]),
-            pixel: layout.place_of(slope),
-        })
+        match &self.field {
+            Field::Slabs(Fetch { layout, .. }) => {
+                let ray = layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
+                let slope = Vec2::new(ray.slope[0][0], ray.slope[1][0]);
+                (ray.held[0] > 0.0).then(|| SlabCoordinates {
+                    slab: ray.slab[0],
+                    view: Vec2::new(ray.st[0][0], ray.st[1][0]),
+                    pixel: layout.place_of(slope),
+                })
+            }
+            Field::Box(BoxFetch { layout, .. }) => {
+                let ray = layout.locate(point, direction)?;
+                let pixel = layout.pixel_of(ray.direction) - 0.5;
+                Some(SlabCoordinates { slab: ray.side as u32, view: ray.st, pixel })
+            }
+        }
     }
 
     /// How far from a point of the region what a ray in a unit direction meets lies; infinite where that is not known.
     pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
-        let Some(look_up) = SlabLookUp::new(self, point, direction) else { return f32::INFINITY };
-        let beyond = look_up.slab.spacing.max_element() / look_up.parallax();
-        let distance = (look_up.ray.ahead[0] + beyond) / direction[look_up.slab.axis].abs();
-        if distance > 0.0 { distance } else { f32::INFINITY }
+        let distance = match &self.field {
+            Field::Slabs(fetch) => SlabLookUp::new(fetch, &self.rows, point, direction).map(|look_up| {
+                let beyond = look_up.slab.spacing.max_element() / look_up.parallax();
+                (look_up.ray.ahead[0] + beyond) / direction[look_up.slab.axis].abs()
+            }),
+            Field::Box(fetch) => {
+                BoxLookUp::new(fetch, &self.rows, point, direction).map(|look_up| look_up.ray.ahead + look_up.beyond())
+            }
+        };
+        distance.filter(|distance| *distance > 0.0).unwrap_or(f32::INFINITY)
     }
 
-    /// The radiance along many sharp rays, from points in unit directions; black where no slab holds one.
+    /// The radiance along many sharp rays, from points in unit directions; black where nothing holds one.
     pub fn radiance_batch(&self, points: &[Vec3], directions: &[Vec3], radiance: &mut [Vec3]) {
-        let rows: Vec<RowView<'_>> = (0..self.row_count()).map(|number| self.rows.row(number)).collect();
+        let row_count = match &self.field {
+            Field::Slabs(fetch) => SLABS * fetch.layout.st as usize,
+            Field::Box(_) => 0,
+        };
+        let rows: Vec<RowView<'_>> = (0..row_count).map(|number| self.rows.row(number)).collect();
         parallel::for_each_chunk_mut(radiance, RAYS_AT_ONCE, |chunk, radiance| {
             let first = chunk * RAYS_AT_ONCE;
             let points = points.get(first..).unwrap_or_default();
             let directions = directions.get(first..).unwrap_or_default();
-            sharp_rays(&self.fetch, &rows, points, directions, radiance);
+            match &self.field {
+                Field::Slabs(fetch) => sharp_rays(fetch, &rows, points, directions, radiance),
+                Field::Box(fetch) => {
+                    for (radiance, (point, direction)) in radiance.iter_mut().zip(points.iter().zip(directions)) {
+                        let found = box_fetch::blended(fetch, &self.rows, *point, *direction, None);
+                        *radiance = found.unwrap_or_default();
+                    }
+                }
+            }
         });
     }
 }
 
-/// Coordinates of a ray in the slabs about a region.
+/// Coordinates of a ray in the slabs about a region, or on the sides of its box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlabCoordinates {
-    /// The slab: 0 to 5 are +x, -x, +y, -y, +z, -z.
+    /// The slab or side: 0 to 5 are +x, -x, +y, -y, +z, -z.
     pub slab: u32,
-    /// The paper's s' and t': views from the first, 0 to `st - 1`.
+    /// The paper's s' and t': views from the first, 0 to `st - 1`, or to one less than a side of the box has.
     pub view: Vec2,
-    /// The paper's u' and v': pixels of each view from the middle of the first, 0 to `uv - 1`.
+    /// The paper's u' and v': pixels of each view from the middle of the first, 0 to `uv - 1`; on sides of the box
+    /// half a pixel less and more.
     pub pixel: Vec2,
 }
 
@@ -193,15 +266,14 @@ struct SlabLookUp<'a> {
 impl<'a> SlabLookUp<'a> {
     /// Returns `None` if no slab holds the ray.
     #[inline(always)] // for the instructions of its caller
-    fn new(slabs: &'a Slabs, point: Vec3, direction: Vec3) -> Option<Self> {
-        let fetch = &slabs.fetch;
+    fn new(fetch: &'a Fetch, kept: &'a Rows, point: Vec3, direction: Vec3) -> Option<Self> {
         let ray = fetch.layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
         if ray.held[0] == 0.0 {
             return None;
         }
         let mut views = fetch.views(&ray);
         let first = views[0].row[0];
-        let rows = [slabs.rows.row(first as usize), slabs.rows.row(first as usize + 1)];
+        let rows = [kept.row(first as usize), kept.row(first as usize + 1)];
         fetch.find(|row| rows[(row - first) as usize & 1], &ray, &mut views);
         let total = views[0].share[0] + views[1].share[0] + views[2].share[0] + views[3].share[0];
         Some(Self { fetch, slab: &fetch.layout.slabs[ray.slab[0] as usize], ray, views, total, first, rows })
@@ -243,7 +315,7 @@ impl<'a> SlabLookUp<'a> {
             1.0
         };
         let wide = major / (probes * pixel);
-        let coarsest = (self.fetch.levels.levels.len() - 1) as f32;
+        let coarsest = (self.fetch.form.levels.levels.len() - 1) as f32;
         let level = if wide > 1.0 { wide.logarithm2().min(coarsest) } else { 0.0 };
         // Between the two levels about that.
         let (fine, coarse) = (1.0 - level.fract(), level.fract());
@@ -268,24 +340,24 @@ impl<'a> SlabLookUp<'a> {
 /// The radiance along a ray; returns `None` if no slab holds it.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn blended(
-    slabs: &Slabs,
+    (fetch, rows): (&Fetch, &Rows),
     point: Vec3,
     direction: Vec3,
     point_change: [Vec3; 2],
     direction_change: [Vec3; 2],
 ) -> Option<Vec3> {
-    let look_up = SlabLookUp::new(slabs, point, direction)?;
+    let look_up = SlabLookUp::new(fetch, rows, point, direction)?;
     Some(look_up.filtered(look_up.footprint(direction, point_change, direction_change)))
 }
 
 /// The parallax in the middle of those of a slab's pixels: of its 5th and 95th hundredth, so that a few pixels that see
 /// something very near do not count (Chai, Tong, Chan, Shum 2000: the optimal plane has the mean of the least and the
 /// greatest).
-fn middle_parallax<'a>(rows: impl Iterator<Item = RowView<'a>>) -> f32 {
+fn middle_parallax(parallaxes: impl Iterator<Item = i16>, restored: impl Fn(i16) -> f32) -> f32 {
     let mut counts = vec![0u64; 1 << 16];
     let mut total = 0;
-    for value in rows.flat_map(|row| row.parallax) {
-        counts[(i32::from(*value) + (1 << 15)) as usize] += 1;
+    for value in parallaxes {
+        counts[(i32::from(value) + (1 << 15)) as usize] += 1;
         total += 1;
     }
     let at = |share: f64| {
@@ -300,11 +372,18 @@ fn middle_parallax<'a>(rows: impl Iterator<Item = RowView<'a>>) -> f32 {
     0.5 * (at(0.05) + at(0.95))
 }
 
+/// The parallaxes of a row, as they are stored.
+fn parallaxes(form: &ViewForm, row: RowView<'_>) -> Vec<i16> {
+    form.parallaxes(&row).into_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::random::Stream;
     use crate::methods::bake::Baked;
+    use crate::methods::lookup::light_field::layout::SlabLayout;
+    use crate::methods::lookup::light_field::settings::Compression;
     use rows::ViewRow;
     use std::sync::Arc;
     use texels::{ViewLevels, packed, stored, unpacked};
@@ -326,6 +405,14 @@ mod tests {
 
     fn layout() -> SlabLayout {
         SlabLayout::new(Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) }, ST, UV)
+    }
+
+    fn fields() -> FieldLayout {
+        FieldLayout::Slabs(layout())
+    }
+
+    fn settings(disparity: Disparity) -> LightFieldSettings {
+        LightFieldSettings { st: ST, uv: UV, disparity, ..LightFieldSettings::default() }
     }
 
     fn vector(random: &mut Stream) -> Vec3 {
@@ -366,13 +453,12 @@ mod tests {
     fn many_rays_see_what_each_sees() {
         let mut random = Stream::new(21);
         let (rows, (points, directions)) = (rows(&mut random), rays(&mut random));
-        let size = RowSize::new(&layout(), Compression::None);
-        let units: Arc<dyn Baked> = Arc::new(Units(rows.iter().map(|row| row.baked(&size)).collect()));
+        let form = ViewForm::new(UV, Compression::None);
+        let units: Arc<dyn Baked> = Arc::new(Units(rows.iter().map(|row| row.baked(&form)).collect()));
         for disparity in [Disparity::None, Disparity::Plane, Disparity::Depth] {
-            let settings = LightFieldSettings { disparity, ..LightFieldSettings::default() };
-            let baked = Rows::baked(&units, 0, &layout(), Compression::None).unwrap();
-            for rows in [Rows::Captured(rows.clone()), baked] {
-                let slabs = Slabs::new(&settings, layout(), rows);
+            let baked = Rows::baked(&units, 0, &fields(), &form).unwrap();
+            for rows in [Rows::plain(&fields(), rows.clone()), baked] {
+                let slabs = Slabs::new(&settings(disparity), fields(), rows);
                 let one = |k: usize| {
                     let sharp = [Vec3::ZERO; 2];
                     slabs.radiance(points[k], directions[k], sharp, sharp)
@@ -396,13 +482,13 @@ mod tests {
         let mut random = Stream::new(22);
         let rows = rows(&mut random);
         let (region, count) = (layout().region, ViewLevels::new(UV).count);
-        let settings = LightFieldSettings { disparity: Disparity::Plane, ..LightFieldSettings::default() };
-        let slabs = Slabs::new(&settings, layout(), Rows::Captured(rows.clone()));
+        let slabs = Slabs::new(&settings(Disparity::Plane), fields(), Rows::plain(&fields(), rows.clone()));
+        let Field::Slabs(fetch) = &slabs.field else { panic!("they are slabs") };
         for _ in 0..500 {
             let (point, direction) = (region.center() + region.size() * 0.5 * vector(&mut random), vector(&mut random));
             let axis = direction.abs().max_position();
             let number = 2 * axis + usize::from(direction[axis] < 0.0);
-            let slab = &slabs.fetch.layout.slabs[number];
+            let slab = &fetch.layout.slabs[number];
             let slope = across(axis, direction / direction[axis].abs());
             let face = if slab.sign > 0.0 { region.max } else { region.min };
             let on_plane = across(axis, point) + slope * (face - point)[axis].abs();

@@ -1,8 +1,11 @@
 //! Slabs as plain tables: for other processors to look up.
 
-use super::Slabs;
+use super::fetch::Fetch;
+use super::rows::Rows;
+use super::{Field, Slabs};
 use crate::methods::lookup::light_field::settings::Disparity;
 use glam::Vec2;
+use std::borrow::Cow;
 
 /// All numbers of the slabs about a region.
 ///
@@ -10,7 +13,8 @@ use glam::Vec2;
 /// cyclic order: y and z across x, z and x across y.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabTables<'a> {
-    slabs: &'a Slabs,
+    fetch: &'a Fetch,
+    rows: &'a Rows,
 }
 
 /// The plane of a slab's views.
@@ -27,31 +31,34 @@ pub struct SlabPlane {
 }
 
 impl Slabs {
-    /// Their tables.
-    pub fn tables(&self) -> SlabTables<'_> {
-        SlabTables { slabs: self }
+    /// Their tables; `None` where rays are kept by the region's box (`layout = "box"`).
+    pub fn tables(&self) -> Option<SlabTables<'_>> {
+        match &self.field {
+            Field::Slabs(fetch) => Some(SlabTables { fetch, rows: &self.rows }),
+            Field::Box(_) => None,
+        }
     }
 }
 
 impl<'a> SlabTables<'a> {
     /// Views a side of a slab.
     pub fn views(&self) -> u32 {
-        self.slabs.fetch.layout.st
+        self.fetch.layout.st
     }
 
     /// Pixels a side of a view. The middles of the outermost ones see the slopes -1.0625 and 1.0625.
     pub fn pixels(&self) -> u32 {
-        self.slabs.fetch.layout.uv
+        self.fetch.layout.uv
     }
 
     /// True if each view finds by the parallax of its pixels what a ray meets; else the focal planes' are meant.
     pub fn has_depth(&self) -> bool {
-        self.slabs.fetch.disparity == Disparity::Depth
+        self.fetch.disparity == Disparity::Depth
     }
 
     /// The planes of all slabs.
     pub fn planes(&self) -> [SlabPlane; 6] {
-        self.slabs.fetch.layout.slabs.map(|slab| SlabPlane {
+        self.fetch.layout.slabs.map(|slab| SlabPlane {
             plane: slab.plane,
             low: slab.low,
             spacing: slab.spacing,
@@ -61,22 +68,22 @@ impl<'a> SlabTables<'a> {
 
     /// The levels of a view: the first texel of each, from the finest, and its pixels a side.
     pub fn levels(&self) -> &'a [(u32, u32)] {
-        &self.slabs.fetch.levels.levels
+        &self.fetch.form.levels.levels
     }
 
     /// Texels of all levels of a view.
     pub fn texels_a_view(&self) -> u32 {
-        self.slabs.fetch.levels.count
+        self.fetch.form.levels.count
     }
 
     /// Radiance of a row of views, slab after slab: view after view, level after level, row after row; three mantissas
-    /// of nine bits with one exponent (OpenGL's `RGB9_E5`).
-    pub fn radiance(&self, row: usize) -> &'a [u32] {
-        self.slabs.rows.row(row).texels
+    /// of nine bits with one exponent (OpenGL's `RGB9_E5`). Views that are kept compressed are decompressed.
+    pub fn radiance(&self, row: usize) -> Cow<'a, [u32]> {
+        self.fetch.form.texels(&self.rows.row(row))
     }
 
-    /// Parallax of the finest level of a row of views: 32,767 is 2.
-    pub fn parallax(&self, row: usize) -> &'a [i16] {
-        self.slabs.rows.row(row).parallax
+    /// Parallax of the finest level of a row of views: 32,767 is 2. What is kept compressed is decompressed.
+    pub fn parallax(&self, row: usize) -> Cow<'a, [i16]> {
+        self.fetch.form.parallaxes(&self.rows.row(row))
     }
 }

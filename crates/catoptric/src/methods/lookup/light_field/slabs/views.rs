@@ -1,13 +1,14 @@
 //! Views made elsewhere: a folder of pictures, by any renderer or camera, and a manifest that says where they belong.
 
+use super::form::ViewForm;
 use super::rows::ViewRow;
 use super::texels::{ViewLevels, packed, stored};
 use crate::error::{RenderError, SceneError};
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;
 use crate::methods::lookup::light_field::INFO;
-use crate::methods::lookup::light_field::layout::{SLABS, STEEPEST, SlabLayout, along};
-use crate::methods::lookup::light_field::settings::{Disparity, LightFieldSettings};
+use crate::methods::lookup::light_field::layout::{FieldLayout, SLABS, STEEPEST, SlabLayout, along};
+use crate::methods::lookup::light_field::settings::{Compression, Disparity, LightFieldSettings};
 use crate::picture;
 use glam::{Vec2, Vec3};
 use serde::de::IgnoredAny;
@@ -82,7 +83,7 @@ impl Views {
     }
 
     /// Checks the views against a layout and settings.
-    pub(crate) fn check(&self, settings: &LightFieldSettings, layouts: &[SlabLayout]) -> Result<(), RenderError> {
+    pub(crate) fn check(&self, settings: &LightFieldSettings, layouts: &[FieldLayout]) -> Result<(), RenderError> {
         let Manifest { st, uv, region, distance, .. } = &self.manifest;
         let fail = |problem: String| Err(setting(format!("{}: {problem}", self.path.display())));
         let [layout] = layouts else {
@@ -94,9 +95,9 @@ impl Views {
             }
         }
         let (low, high) = (Vec3::from(region.min), Vec3::from(region.max));
-        let Aabb { min, max } = layout.region;
+        let Aabb { min, max } = *layout.region();
         let off = (low - min).abs().max((high - max).abs()).max_element();
-        if off.is_nan() || off > SAME * layout.region.diagonal() {
+        if off.is_nan() || off > SAME * layout.region().diagonal() {
             return fail(format!("region: is {low} to {high} there, {min} to {max} in the scene"));
         }
         let needs_distance = match settings.disparity {
@@ -130,7 +131,7 @@ impl Views {
     pub(crate) fn row(&self, layout: &SlabLayout, number: usize) -> Result<ViewRow, RenderError> {
         let levels = ViewLevels::new(layout.uv);
         let (slab, t) = (number / layout.st as usize, (number % layout.st as usize) as u32);
-        let mut row = ViewRow::with_room_for(layout);
+        let mut row = ViewRow::with_room_for(layout.st, &ViewForm::new(layout.uv, Compression::None));
         let longer = layout.slabs[slab].spacing.max_element();
         for s in 0..layout.st {
             let radiance = self.file(&self.manifest.radiance, slab, s, t);
