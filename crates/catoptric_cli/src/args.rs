@@ -1,5 +1,9 @@
 //! The command line.
 
+mod submit;
+
+pub(crate) use submit::{BakeSubmitArgs, Engine};
+
 use crate::parse;
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -357,6 +361,15 @@ pub(crate) enum BakeStep {
     /// Merge all units into one file
     #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
     Merge(BakeMergeArgs),
+    /// Have a cluster make the units and merge them
+    #[command(after_help = "Examples:\n  \
+        catoptric bake submit room.parts --engine slurm --dry-run\n  \
+        catoptric bake submit room.parts --engine slurm --tasks 40 -o room.bake \\\n      \
+        -- --partition=long --time=4:00:00\n\n\
+        bake.sbatch is an array of tasks, each makes a shard of the units. Once they have ended finish.sbatch merges, \
+        or first submits the units that are missing again, at most twice. Both are written beside the plan, and so \
+        are the messages of the tasks.")]
+    Submit(BakeSubmitArgs),
 }
 
 #[derive(Args)]
@@ -425,6 +438,9 @@ pub(crate) struct BakeRunArgs {
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
     #[arg(long, value_name = "I/N or auto", help_heading = "General")]
     pub(crate) shard: Option<String>,
+    /// Make these units alone: their numbers, one a line, as `status --missing` prints them; shards divide the list
+    #[arg(long, value_name = "FILE", help_heading = "General")]
+    pub(crate) units: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
 }

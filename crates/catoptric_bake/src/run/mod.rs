@@ -6,7 +6,7 @@ mod killed;
 mod tests;
 
 use crate::error::BakeError;
-use crate::plan::Plan;
+use crate::plan::{PLAN_NAME, Plan};
 use crate::shard::Shard;
 use crate::status::{Check, Found, Listing};
 use crate::store::{Created, Store};
@@ -48,6 +48,9 @@ pub struct Payload {
 pub struct RunOptions<'a> {
     /// The shard whose units are made.
     pub shard: Shard,
+    /// The units that are divided into shards; all of the plan if `None`. Every n-th of the list, so that what is left
+    /// of some shards of an earlier run is spread over all of this one.
+    pub units: Option<&'a [u64]>,
     /// The check of published units. Contents are the default: reading a unit takes far less than making it,
     /// and what is found now need not be made again after a merge that refused. Sizes are for stores that are slow or
     /// costly to read; the merge finds the rest.
@@ -63,7 +66,7 @@ pub struct RunOptions<'a> {
 impl Default for RunOptions<'_> {
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { shard: Shard::ALL, check: Check::Contents, stop: &NEVER, until: None, on_unit: &|_| {} }
+        Self { shard: Shard::ALL, units: None, check: Check::Contents, stop: &NEVER, until: None, on_unit: &|_| {} }
     }
 }
 
@@ -138,9 +141,15 @@ pub struct RunReport {
 /// # Errors
 /// The first failure, after which no more units are begun: [`BakeError::Work`] and [`BakeError::Size`] of the work;
 /// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole
-/// that does not belong there has a unit's name; and those of the store. What was published until then is kept.
+/// that does not belong there has a unit's name; [`BakeError::Invalid`] for units that the plan does not have; and
+/// those of the store. What was published until then is kept.
 pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions<'_>) -> Result<RunReport, BakeError> {
-    let total = options.shard.unit_count(plan.identity.unit_count());
+    let planned = plan.identity.unit_count();
+    if let Some(number) = options.units.and_then(|units| units.iter().find(|number| **number >= planned)) {
+        let problem = format!("there is no unit {number}; the plan has 0 to {}", planned.saturating_sub(1));
+        return Err(BakeError::invalid(store.place(PLAN_NAME), "units", problem));
+    }
+    let total = options.shard.unit_count(options.units.map_or(planned, |units| units.len() as u64));
     let run = Run {
         plan,
         store,
@@ -225,7 +234,8 @@ impl Run<'_> {
             return None;
         }
         let rank = self.next_rank.fetch_add(1, Ordering::Relaxed);
-        (rank < self.total).then(|| self.options.shard.unit(rank))
+        let position = (rank < self.total).then(|| self.options.shard.unit(rank))?;
+        Some(self.options.units.map_or(position, |units| units[position as usize]))
     }
 
     fn report(&self, number: u64, outcome: Outcome, note: Option<&str>, begun: Instant) {

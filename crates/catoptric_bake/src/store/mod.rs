@@ -69,3 +69,14 @@ pub trait Store: Sync {
         Ok(Vec::new())
     }
 }
+
+/// Refuses names that some file system or object store would not take as they are; `place` names the file in the
+/// message.
+fn check_name(name: &str, place: &str) -> Result<(), BakeError> {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+    if name.is_empty() || name.starts_with('.') || !name.bytes().all(plain) {
+        let problem = "may have letters, digits, `-`, `_` and `.`, and not begin with a `.`";
+        return Err(BakeError::invalid(place, "name", problem));
+    }
+    Ok(())
+}
