@@ -338,7 +338,7 @@ impl Args for BakeArgs {
 /// The steps of a bake, one by one.
 #[derive(Subcommand)]
 pub(crate) enum BakeStep {
-    /// Write the plan of a bake into a folder and print its estimated costs
+    /// Write the plan of a bake and print its estimated costs
     #[command(after_help = "Example:\n  catoptric bake plan room.toml --method light_field -o room.parts")]
     Plan(BakePlanArgs),
     /// Make the units of a plan that are missing
@@ -425,15 +425,15 @@ pub(crate) struct StopArgs {
 pub(crate) struct BakePlanArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
-    /// The folder that plan and units go to; created if absent
-    #[arg(long, short, value_name = "FOLDER", help_heading = "Output")]
+    /// The place that plan and units go to: a folder, created if absent, or s3://bucket/prefix
+    #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
     pub(crate) output: String,
 }
 
 #[derive(Args)]
 pub(crate) struct BakeRunArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
     #[arg(long, value_name = "I/N or auto", help_heading = "General")]
@@ -447,8 +447,8 @@ pub(crate) struct BakeRunArgs {
 
 #[derive(Args)]
 pub(crate) struct BakeStatusArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
@@ -463,8 +463,8 @@ pub(crate) struct BakeStatusArgs {
 
 #[derive(Args)]
 pub(crate) struct BakeMergeArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// File of the bake
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]

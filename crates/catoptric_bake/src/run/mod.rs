@@ -3,6 +3,8 @@
 #[cfg(test)]
 mod killed;
 #[cfg(test)]
+mod scale;
+#[cfg(test)]
 mod tests;
 
 use crate::error::BakeError;

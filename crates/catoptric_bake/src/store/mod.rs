@@ -1,8 +1,12 @@
 //! Stores in which plans and units are published: a folder, or anything with the operations of an object store.
 
 mod local;
+#[cfg(feature = "object_stores")]
+mod object;
 
 pub use local::LocalStore;
+#[cfg(feature = "object_stores")]
+pub use object::ObjectStore;
 
 use crate::error::BakeError;
 

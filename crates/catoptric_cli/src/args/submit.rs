@@ -12,8 +12,8 @@ pub(crate) enum Engine {
 
 #[derive(Args)]
 pub(crate) struct BakeSubmitArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder that all machines see, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// The scheduler
     #[arg(long, value_enum, value_name = "NAME", help_heading = "General")]

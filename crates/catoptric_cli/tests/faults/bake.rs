@@ -200,8 +200,8 @@ pub(crate) fn efficiency() {
         let merged = begun.elapsed().as_secs_f64();
         let seconds: f64 = place.reports().iter().map(|line| line["seconds"].as_f64().unwrap()).sum();
         println!(
-            "{tasks} tasks on {nodes} nodes of one processor: {seconds:.1} s in {UNITS} units; all made after {made:.1} \
-            s, efficiency {:.3}; merged after {merged:.1} s, {:.3}",
+            "{tasks} tasks on {nodes} nodes of one processor: {seconds:.1} s in {UNITS} units; all made after \
+            {made:.1} s, efficiency {:.3}; merged after {merged:.1} s, {:.3}",
             seconds / (made * nodes as f64),
             seconds / (merged * nodes as f64)
         );

@@ -268,7 +268,7 @@ fn what_cannot_be_baked_is_refused() {
     let elsewhere = [&["bake", "scene.toml"], &method[..], &["-o", "no/where.bake"]].concat();
     assert!(place.fails(1, &elsewhere).contains("does not exist"));
     assert!(place.fails(1, &["bake", "run", "nowhere"]).contains("nowhere"));
-    assert!(place.fails(1, &["bake", "status", "s3://bucket/bake"]).contains("folder"));
+    assert!(place.fails(1, &["bake", "status", "ftp://bucket/bake"]).contains("folder"));
     place.write("bake.toml", "st = 3\nuv =");
     let broken = [&["bake", "scene.toml"], &method[..], &["-c", "bake.toml", "-o", "x"]].concat();
     assert!(place.fails(1, &broken).contains("bake.toml: line 2: "));
