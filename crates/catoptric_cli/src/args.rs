@@ -1,5 +1,9 @@
 //! The command line.
 
+mod submit;
+
+pub(crate) use submit::{BakeSubmitArgs, Engine};
+
 use crate::parse;
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
@@ -334,7 +338,7 @@ impl Args for BakeArgs {
 /// The steps of a bake, one by one.
 #[derive(Subcommand)]
 pub(crate) enum BakeStep {
-    /// Write the plan of a bake into a folder and print its estimated costs
+    /// Write the plan of a bake and print its estimated costs
     #[command(after_help = "Example:\n  catoptric bake plan room.toml --method light_field -o room.parts")]
     Plan(BakePlanArgs),
     /// Make the units of a plan that are missing
@@ -357,6 +361,15 @@ pub(crate) enum BakeStep {
     /// Merge all units into one file
     #[command(after_help = "Example:\n  catoptric bake merge room.parts -o room.bake")]
     Merge(BakeMergeArgs),
+    /// Have a cluster make the units and merge them
+    #[command(after_help = "Examples:\n  \
+        catoptric bake submit room.parts --engine slurm --dry-run\n  \
+        catoptric bake submit room.parts --engine slurm --tasks 40 -o room.bake \\\n      \
+        -- --partition=long --time=4:00:00\n\n\
+        bake.sbatch is an array of tasks, each makes a shard of the units. Once they have ended finish.sbatch merges, \
+        or first submits the units that are missing again, at most twice. Both are written beside the plan, and so \
+        are the messages of the tasks.")]
+    Submit(BakeSubmitArgs),
 }
 
 #[derive(Args)]
@@ -412,27 +425,30 @@ pub(crate) struct StopArgs {
 pub(crate) struct BakePlanArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
-    /// The folder that plan and units go to; created if absent
-    #[arg(long, short, value_name = "FOLDER", help_heading = "Output")]
+    /// The place that plan and units go to: a folder, created if absent, or s3://bucket/prefix
+    #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
     pub(crate) output: String,
 }
 
 #[derive(Args)]
 pub(crate) struct BakeRunArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
     #[arg(long, value_name = "I/N or auto", help_heading = "General")]
     pub(crate) shard: Option<String>,
+    /// Make these units alone: their numbers, one a line, as `status --missing` prints them; shards divide the list
+    #[arg(long, value_name = "FILE", help_heading = "General")]
+    pub(crate) units: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
 }
 
 #[derive(Args)]
 pub(crate) struct BakeStatusArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
@@ -447,8 +463,8 @@ pub(crate) struct BakeStatusArgs {
 
 #[derive(Args)]
 pub(crate) struct BakeMergeArgs {
-    /// The folder of the plan
-    #[arg(value_name = "FOLDER", help_heading = "Scene")]
+    /// The place of the plan: a folder, or s3://bucket/prefix
+    #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// File of the bake
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]

@@ -3,15 +3,18 @@
 #[cfg(test)]
 mod killed;
 #[cfg(test)]
+mod scale;
+#[cfg(test)]
 mod tests;
 
 use crate::error::BakeError;
-use crate::plan::Plan;
+use crate::plan::{PLAN_NAME, Plan};
 use crate::shard::Shard;
 use crate::status::{Check, Found, Listing};
 use crate::store::{Created, Store};
 use crate::unit;
 use serde::Serialize;
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -50,6 +53,9 @@ pub struct Payload {
 pub struct RunOptions<'a> {
     /// The shard whose units are made.
     pub shard: Shard,
+    /// The units that are divided into shards; all of the plan if `None`. Every n-th of the list, so that what is left
+    /// of some shards of an earlier run is spread over all of this one.
+    pub units: Option<&'a [u64]>,
     /// The check of published units. Contents are the default: reading a unit takes far less than making it,
     /// and what is found now need not be made again after a merge that refused. Sizes are for stores that are slow or
     /// costly to read; the merge finds the rest.
@@ -65,7 +71,20 @@ pub struct RunOptions<'a> {
 impl Default for RunOptions<'_> {
     fn default() -> Self {
         static NEVER: AtomicBool = AtomicBool::new(false);
-        Self { shard: Shard::ALL, check: Check::Contents, stop: &NEVER, until: None, on_unit: &|_| {} }
+        Self { shard: Shard::ALL, units: None, check: Check::Contents, stop: &NEVER, until: None, on_unit: &|_| {} }
+    }
+}
+
+impl RunOptions<'_> {
+    /// The batches that a run with these options sees to: every n-th of those that have a unit of the list, so that
+    /// what is left of one shard is spread over all.
+    pub fn batches(&self, plan: &Plan) -> Vec<Range<u64>> {
+        let mut batches = plan.identity.batches();
+        if let Some(units) = self.units {
+            let listed: HashSet<u64> = units.iter().copied().collect();
+            batches.retain(|batch| batch.clone().any(|number| listed.contains(&number)));
+        }
+        self.shard.of(&batches).cloned().collect()
     }
 }
 
@@ -141,10 +160,15 @@ pub struct RunReport {
 /// # Errors
 /// The first failure, after which no more units are begun: [`BakeError::Work`] and [`BakeError::Size`] of the work;
 /// [`BakeError::Differs`] when another writer has published other bits; [`BakeError::Misplaced`] when something whole
-/// that does not belong there has a unit's name; and those of the store. What was published until then is kept.
+/// that does not belong there has a unit's name; [`BakeError::Invalid`] for units that the plan does not have; and
+/// those of the store. What was published until then is kept.
 pub fn run(plan: &Plan, store: &dyn Store, work: &dyn Work, options: &RunOptions<'_>) -> Result<RunReport, BakeError> {
-    let batches = plan.identity.batches();
-    let batches: Vec<Range<u64>> = options.shard.of(&batches).cloned().collect();
+    let planned = plan.identity.unit_count();
+    if let Some(number) = options.units.and_then(|units| units.iter().find(|number| **number >= planned)) {
+        let problem = format!("there is no unit {number}; the plan has 0 to {}", planned.saturating_sub(1));
+        return Err(BakeError::invalid(store.place(PLAN_NAME), "units", problem));
+    }
+    let batches = options.batches(plan);
     let total = batches.iter().map(|batch| batch.end - batch.start).sum();
     let run = Run {
         plan,

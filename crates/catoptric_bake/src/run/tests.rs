@@ -112,6 +112,23 @@ impl Work for Counted<'_> {
     }
 }
 
+/// What is left of one shard is spread over all shards of a list.
+#[test]
+fn listed_units_are_divided_into_shards() {
+    let (plan, store) = (plan(&sizes(12)), MemoryStore::default());
+    let (work, left) = (work(&plan), [1, 4, 7, 10]);
+    for index in 0..2 {
+        let (shard, before) = (Shard::new(index, 2).unwrap(), store.list().unwrap().len());
+        let options = RunOptions { shard, units: Some(&left), ..RunOptions::default() };
+        assert_eq!(run(&plan, &store, &work, &options).unwrap(), RunReport { made: 2, ..RunReport::default() });
+        assert_eq!(store.list().unwrap().len(), before + 2);
+    }
+    assert_eq!(status(&plan, &store, Check::Contents).unwrap().missing(), [0, 2, 3, 5, 6, 8, 9, 11]);
+    let beyond = RunOptions { units: Some(&[3, 12]), ..RunOptions::default() };
+    let message = run(&plan, &store, &work, &beyond).unwrap_err().to_string();
+    assert!(message.contains("units: there is no unit 12; the plan has 0 to 11"), "{message}");
+}
+
 #[test]
 fn progress_reports_every_unit_once() {
     let (plan, store) = (plan(&sizes(20)), MemoryStore::default());

@@ -1,6 +1,6 @@
 //! A folder as a store.
 
-use super::{Created, Entry, Store};
+use super::{Created, Entry, Store, check_name};
 use crate::error::BakeError;
 use crate::publish;
 use catoptric::output;
@@ -53,11 +53,7 @@ impl LocalStore {
     }
 
     fn path(&self, name: &str) -> Result<PathBuf, BakeError> {
-        let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
-        if name.is_empty() || name.starts_with('.') || !name.bytes().all(plain) {
-            let problem = "may have letters, digits, `-`, `_` and `.`, and not begin with a `.`";
-            return Err(BakeError::invalid(self.place(name), "name", problem));
-        }
+        check_name(name, &self.place(name))?;
         Ok(self.folder.join(name))
     }
 

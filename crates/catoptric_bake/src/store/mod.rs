@@ -2,9 +2,13 @@
 
 mod claim;
 mod local;
+#[cfg(feature = "object_stores")]
+mod object;
 
 pub use claim::Claim;
 pub use local::LocalStore;
+#[cfg(feature = "object_stores")]
+pub use object::ObjectStore;
 
 use crate::error::BakeError;
 
@@ -70,4 +74,15 @@ pub trait Store: Sync {
     fn left_over(&self) -> Result<Vec<Entry>, BakeError> {
         Ok(Vec::new())
     }
+}
+
+/// Refuses names that some file system or object store would not take as they are; `place` names the file in the
+/// message.
+fn check_name(name: &str, place: &str) -> Result<(), BakeError> {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+    if name.is_empty() || name.starts_with('.') || !name.bytes().all(plain) {
+        let problem = "may have letters, digits, `-`, `_` and `.`, and not begin with a `.`";
+        return Err(BakeError::invalid(place, "name", problem));
+    }
+    Ok(())
 }

@@ -312,7 +312,7 @@ fn what_cannot_be_baked_is_refused() {
     let elsewhere = [&["bake", "scene.toml"], &method[..], &["-o", "no/where.bake"]].concat();
     assert!(place.fails(1, &elsewhere).contains("does not exist"));
     assert!(place.fails(1, &["bake", "run", "nowhere"]).contains("nowhere"));
-    assert!(place.fails(1, &["bake", "status", "s3://bucket/bake"]).contains("folder"));
+    assert!(place.fails(1, &["bake", "status", "ftp://bucket/bake"]).contains("folder"));
     // Units too large for stores: before any work.
     let large = [&["bake", "scene.toml"], &method[..], &["--set", "st=64", "--set", "uv=1024", "-o", "x"]].concat();
     let message = place.fails(1, &large);

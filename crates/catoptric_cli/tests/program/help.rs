@@ -3,7 +3,7 @@
 use crate::workplace::Workplace;
 use std::process::Command;
 
-const COMMANDS: [&[&str]; 14] = [
+const COMMANDS: [&[&str]; 15] = [
     &[],
     &["render"],
     &["compare"],
@@ -14,6 +14,7 @@ const COMMANDS: [&[&str]; 14] = [
     &["bake", "status"],
     &["bake", "views"],
     &["bake", "merge"],
+    &["bake", "submit"],
     &["methods"],
     &["info"],
     &["scenes"],

@@ -7,4 +7,5 @@ mod messages;
 mod outputs;
 mod project;
 mod render;
+mod submit;
 mod workplace;

@@ -1,6 +1,8 @@
 //! `catoptric bake`: long precomputation, whole or step by step.
 
+mod place;
 mod recipe;
+mod submit;
 
 use super::pretty;
 use crate::args::{
@@ -11,11 +13,12 @@ use crate::terminal::Terminal;
 use catoptric::output;
 use catoptric::progress::Stage;
 use catoptric_bake::{
-    Check, Claim, Estimate, LocalStore, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store,
-    merge, merge_through, status,
+    Check, Claim, Estimate, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
+    merge_through, status,
 };
 use clap::ArgMatches;
 use recipe::Recipe;
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -35,6 +38,7 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
         BakeStep::Run(args) => run_shard(args, terminal),
         BakeStep::Status(args) => tell_status(args, terminal),
         BakeStep::Merge(args) => merge_units(args, terminal),
+        BakeStep::Submit(args) => submit::run(args, terminal),
     }
 }
 
@@ -64,7 +68,7 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
     plan.publish(store)?;
     let before = status(&plan, store, Check::Sizes)?;
     terminal.say(&format!("{name}: {}", summary(&plan, &before)));
-    let report = work(&plan, store, &units, Shard::ALL, args.stop.max_time, terminal)?;
+    let report = work(&plan, store, &units, Portion::ALL, args.stop.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &name.to_string(), terminal));
     }
@@ -76,14 +80,14 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
 }
 
 fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
-    let folder = folder(&args.output)?;
+    place::check(&args.output)?;
     let recipe = Recipe::new(&args.what, options)?;
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
-    let store = LocalStore::create_folder(folder)?;
+    let store = place::create(&args.output)?;
     let (plan, _) = bake.plan(serde_json::to_value(&recipe)?)?;
-    plan.publish(&store)?;
-    let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &store, Check::Sizes)?));
+    plan.publish(&*store)?;
+    let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &*store, Check::Sizes)?));
     Ok(terminal.unless_quiet(text).into())
 }
 
@@ -102,8 +106,8 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
         Some("auto") => Shard::from_environment(|name| std::env::var(name).ok())?,
         Some(text) => text.parse().map_err(Failure::usage)?,
     };
-    let store = LocalStore::open(folder(&args.place)?)?;
-    let plan = Plan::load(&store)?;
+    let store = place::open(&args.place)?;
+    let plan = Plan::load(&*store)?;
     let fail = |problem: String| Failure::input(format!("{}: {problem}", store.place(PLAN_NAME)));
     let recipe: Recipe = serde_json::from_value(plan.recipe.clone())
         .map_err(|error| fail(format!("recipe: {error}; plan again in another folder")))?;
@@ -112,7 +116,9 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     if let Some(difference) = plan.identity.difference(&bake.identity()?) {
         return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
     }
-    let report = work(&plan, &store, &bake.units()?, shard, args.stop.max_time, terminal)?;
+    let units = args.units.as_deref().map(read_units).transpose()?;
+    let portion = Portion { shard, units: units.as_deref() };
+    let report = work(&plan, &*store, &bake.units()?, portion, args.stop.max_time, terminal)?;
     if report.left > 0 {
         return Ok(stopped(&report, &args.place, terminal));
     }
@@ -126,10 +132,10 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
 }
 
 fn tell_status(args: &BakeStatusArgs, terminal: &Terminal) -> Result<Output, Failure> {
-    let store = LocalStore::open(folder(&args.place)?)?;
-    let plan = Plan::load(&store)?;
+    let store = place::open(&args.place)?;
+    let plan = Plan::load(&*store)?;
     let check = if args.verify { Check::Contents } else { Check::Sizes };
-    let found = status(&plan, &store, check)?;
+    let found = status(&plan, &*store, check)?;
     let code = if found.is_complete() { 0 } else { INCOMPLETE };
     let text = if args.json {
         pretty(&found)?
@@ -149,9 +155,9 @@ fn tell_status(args: &BakeStatusArgs, terminal: &Terminal) -> Result<Output, Fai
 }
 
 fn merge_units(args: &BakeMergeArgs, terminal: &Terminal) -> Result<Output, Failure> {
-    let store = LocalStore::open(folder(&args.place)?)?;
-    let plan = Plan::load(&store)?;
-    let merged = merge(&plan, &store, &args.output)?;
+    let store = place::open(&args.place)?;
+    let plan = Plan::load(&*store)?;
+    let merged = merge(&plan, &*store, &args.output)?;
     let text = format!("{}: {} units, {}\n", args.output.display(), merged.units, size(merged.bytes));
     Ok(terminal.unless_quiet(text).into())
 }
@@ -167,22 +173,34 @@ fn check_place(path: &Path) -> Result<(), Failure> {
     Err(Failure::input(format!("{}: {problem}", path.display())))
 }
 
-/// The folder that a place is.
-fn folder(place: &str) -> Result<&Path, Failure> {
-    match place.split_once("://") {
-        Some((scheme, _)) => Err(Failure::input(format!(
-            "{place}: this version bakes into folders, not into {scheme}: stores; name a folder that all machines see"
-        ))),
-        None => Ok(Path::new(place)),
-    }
+/// The units that one run makes.
+#[derive(Clone, Copy)]
+struct Portion<'a> {
+    shard: Shard,
+    units: Option<&'a [u64]>,
+}
+
+impl Portion<'_> {
+    const ALL: Self = Self { shard: Shard::ALL, units: None };
+}
+
+/// The numbers in a file, one a line.
+fn read_units(path: &Path) -> Result<Vec<u64>, Failure> {
+    let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
+    let text = fs::read_to_string(path).map_err(|error| fail(format!("cannot read it: {error}")))?;
+    let number = |(line, text): (usize, &str)| {
+        let problem = || format!("line {}: `{text}` is no unit's number; `status --missing` prints such", line + 1);
+        text.trim().parse().map_err(|_| fail(problem()))
+    };
+    text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()).map(number).collect()
 }
 
 /// Makes units until the shard is done, the time is up or a signal requests a stop.
 fn work(
     plan: &Plan,
-    store: &LocalStore,
+    store: &dyn Store,
     units: &MethodUnits<'_>,
-    shard: Shard,
+    Portion { shard, units: listed }: Portion<'_>,
     max_time: Option<Duration>,
     terminal: &Terminal,
 ) -> Result<RunReport, Failure> {
@@ -190,7 +208,8 @@ fn work(
     let stop = failure::stop_softly();
     let until = max_time.map(|time| Instant::now() + time);
     terminal.set_subject(&plan.identity.method);
-    let count: u64 = shard.of(&plan.identity.batches()).map(|batch| batch.end - batch.start).sum();
+    let options = RunOptions { shard, units: listed, stop, until, ..RunOptions::default() };
+    let count: u64 = options.batches(plan).iter().map(|batch| batch.end - batch.start).sum();
     let stage = Stage::begin(terminal, "baking", count as usize)?;
     let bars = terminal.shows_bars();
     let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
@@ -203,8 +222,7 @@ fn work(
             let _ = stage.advance(1);
         }
     };
-    let options = RunOptions { shard, stop, until, on_unit: &tell, ..RunOptions::default() };
-    Ok(catoptric_bake::run(plan, store, units, &options)?)
+    Ok(catoptric_bake::run(plan, store, units, &RunOptions { on_unit: &tell, ..options })?)
 }
 
 fn stopped(report: &RunReport, place: &str, terminal: &Terminal) -> Output {

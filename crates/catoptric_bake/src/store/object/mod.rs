@@ -1,0 +1,235 @@
+//! An object store, such as S3, as a store.
+
+mod crypto;
+
+use super::{Created, Entry, Store, check_name};
+use crate::error::BakeError;
+use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
+use object_store::client::{HttpError, HttpErrorKind};
+use object_store::path::Path;
+use object_store::{BackoffConfig, ClientOptions, ObjectStore as _, ObjectStoreExt, PutMode, RetryConfig};
+use std::error::Error;
+use std::io;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::runtime::Runtime;
+
+/// The longest pause between two attempts.
+const LONGEST_PAUSE: Duration = Duration::from_secs(10);
+/// The time for one request: enough for the largest unit at a megabyte a second.
+const REQUEST_TIME: Duration = Duration::from_secs(120);
+/// The time for a connection.
+const CONNECT_TIME: Duration = Duration::from_secs(10);
+
+/// A prefix in a bucket of S3, or of a server with the same interface.
+///
+/// An object appears whole or not at all, and the server refuses to create what is there already (`If-None-Match: *`).
+/// Busy servers (status 503 and the like) and connections that are cut are tried again, for a while.
+pub struct ObjectStore {
+    /// Such as `s3://bucket/prefix`.
+    address: String,
+    prefix: Path,
+    client: Arc<dyn object_store::ObjectStore>,
+    runtime: Runtime,
+    patience: Duration,
+}
+
+impl ObjectStore {
+    /// The time for which a busy or broken server is tried again.
+    pub const PATIENCE: Duration = Duration::from_secs(120);
+
+    /// The store of an address `s3://bucket/prefix`. Nothing is sent yet.
+    ///
+    /// `variables` are those of the environment: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_SESSION_TOKEN`,
+    /// `AWS_REGION`; for other servers `AWS_ENDPOINT_URL`, and `AWS_ALLOW_HTTP=true` if that is plain HTTP. On machines
+    /// of AWS those of their role are found without.
+    ///
+    /// # Errors
+    /// [`BakeError::Invalid`] for what is no such address, and for variables that do not fit; [`BakeError::Read`] where
+    /// this machine cannot encrypt or start a thread.
+    pub fn open(
+        address: &str,
+        patience: Duration,
+        variables: impl IntoIterator<Item = (String, String)>,
+    ) -> Result<Self, BakeError> {
+        let invalid = |problem: String| BakeError::invalid(address, "address", problem);
+        let rest =
+            address.strip_prefix("s3://").ok_or_else(|| invalid("must be a folder, or s3://bucket/prefix".into()))?;
+        let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
+        let prefix = prefix.trim_end_matches('/');
+        if bucket.is_empty() || prefix.is_empty() {
+            return Err(invalid("must be s3://bucket/prefix, each with a name".into()));
+        }
+        let prefix = Path::parse(prefix).map_err(|error| invalid(describe(&error)))?;
+        crypto::prepare().map_err(|error| BakeError::read(address, error))?;
+        let mut builder = AmazonS3Builder::new().with_client_options(options());
+        for (name, value) in variables.into_iter().filter(|(name, _)| name.starts_with("AWS_")) {
+            // Others are not for this.
+            if let Ok(key) = name.to_ascii_lowercase().parse::<AmazonS3ConfigKey>() {
+                builder = builder.with_config(key, value);
+            }
+        }
+        let client = builder
+            .with_bucket_name(bucket)
+            .with_crypto_provider(Arc::new(crypto::Crypto))
+            .with_retry(retries(patience))
+            .build()
+            .map_err(|error| invalid(describe(&error)))?;
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+        let runtime = runtime.map_err(|error| BakeError::read(address, error))?;
+        let address = address.trim_end_matches('/').to_owned();
+        Ok(Self { address, prefix, client: Arc::new(client), runtime, patience })
+    }
+
+    fn path(&self, name: &str) -> Result<Path, BakeError> {
+        check_name(name, &self.place(name))?;
+        Ok(self.prefix.clone().join(name))
+    }
+
+    /// Tries again when a connection is cut. The client itself does so only for requests that may be sent twice without
+    /// harm, to which creating does not belong: here it does, since whoever finds a file already there compares it.
+    fn attempt<T>(&self, act: impl AsyncFn() -> object_store::Result<T>) -> object_store::Result<T> {
+        let begun = Instant::now();
+        let mut pause = Duration::from_millis(100);
+        loop {
+            match self.runtime.block_on(act()) {
+                Err(error) if is_cut(&error) && begun.elapsed() + pause < self.patience => {
+                    std::thread::sleep(pause);
+                    pause = (pause * 2).min(LONGEST_PAUSE);
+                }
+                result => return result,
+            }
+        }
+    }
+}
+
+fn options() -> ClientOptions {
+    ClientOptions::new().with_timeout(REQUEST_TIME).with_connect_timeout(CONNECT_TIME)
+}
+
+fn retries(patience: Duration) -> RetryConfig {
+    let init_backoff = Duration::from_millis(100);
+    let backoff = BackoffConfig { init_backoff, max_backoff: LONGEST_PAUSE, base: 2.0 };
+    // The time ends the attempts.
+    RetryConfig { backoff, max_retries: 1000, retry_timeout: patience }
+}
+
+/// True if an error is one of the connection, not an answer of the server.
+fn is_cut(error: &object_store::Error) -> bool {
+    let mut cause: Option<&(dyn Error + 'static)> = Some(error);
+    while let Some(error) = cause {
+        if let Some(error) = error.downcast_ref::<HttpError>() {
+            // The rest are requests that could not even be made.
+            return !matches!(error.kind(), HttpErrorKind::Unknown);
+        }
+        cause = error.source();
+    }
+    false
+}
+
+/// An error with its causes, as far as they are not in its message already, on one line.
+fn describe(error: &dyn Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let more = error.to_string();
+        if !text.contains(&more) {
+            text += &format!(": {more}");
+        }
+        cause = error.source();
+    }
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The error with what to do about it.
+fn failed(error: &object_store::Error) -> io::Error {
+    use object_store::Error as Fault;
+    let (kind, remedy) = match error {
+        Fault::NotFound { .. } => (io::ErrorKind::NotFound, "is the bucket's name right?"),
+        Fault::PermissionDenied { .. } | Fault::Unauthenticated { .. } => {
+            (io::ErrorKind::PermissionDenied, "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and the bucket's policy")
+        }
+        _ => (
+            io::ErrorKind::Other,
+            "check AWS_REGION, AWS_ENDPOINT_URL and the credentials in AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, \
+             then run again: what is published already is kept",
+        ),
+    };
+    io::Error::new(kind, format!("{}; {remedy}", describe(error)))
+}
+
+impl Store for ObjectStore {
+    fn create(&self, name: &str, bytes: &[u8]) -> Result<Created, BakeError> {
+        let path = self.path(name)?;
+        let bytes = bytes::Bytes::copy_from_slice(bytes);
+        let put = async || self.client.put_opts(&path, bytes.clone().into(), PutMode::Create.into()).await;
+        match self.attempt(put) {
+            Ok(_) => Ok(Created::New),
+            Err(object_store::Error::AlreadyExists { .. } | object_store::Error::Precondition { .. }) => {
+                Ok(Created::Existed)
+            }
+            Err(error) => Err(BakeError::write(self.place(name), failed(&error))),
+        }
+    }
+
+    fn get(&self, name: &str) -> Result<Option<Vec<u8>>, BakeError> {
+        let path = self.path(name)?;
+        match self.attempt(async || self.client.get(&path).await?.bytes().await) {
+            Ok(bytes) => Ok(Some(bytes.into())),
+            Err(object_store::Error::NotFound { .. }) => Ok(None),
+            Err(error) => Err(BakeError::read(self.place(name), failed(&error))),
+        }
+    }
+
+    fn list(&self) -> Result<Vec<Entry>, BakeError> {
+        let listed = self.attempt(async || self.client.list_with_delimiter(Some(&self.prefix)).await);
+        let listed = listed.map_err(|error| BakeError::read(self.place(""), failed(&error)))?;
+        let entry = |object: object_store::ObjectMeta| {
+            Some(Entry { name: object.location.filename()?.to_owned(), bytes: object.size })
+        };
+        Ok(listed.objects.into_iter().filter_map(entry).collect())
+    }
+
+    fn remove(&self, name: &str) -> Result<(), BakeError> {
+        let path = self.path(name)?;
+        match self.attempt(async || self.client.delete(&path).await) {
+            Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
+            Err(error) => Err(BakeError::write(self.place(name), failed(&error))),
+        }
+    }
+
+    fn place(&self, name: &str) -> String {
+        if name.is_empty() { self.address.clone() } else { format!("{}/{name}", self.address) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_are_read() {
+        let open = |address: &str| ObjectStore::open(address, Duration::ZERO, []);
+        let store = open("s3://bucket/rooms/room/").unwrap();
+        assert_eq!(
+            (store.place(""), store.place("x")),
+            ("s3://bucket/rooms/room".into(), "s3://bucket/rooms/room/x".into())
+        );
+        for wrong in ["s3://", "s3://bucket", "s3://bucket/", "s3:///prefix", "gs://bucket/prefix", "s3://bucket/a//b"]
+        {
+            let error = open(wrong).err().unwrap().to_string();
+            assert!(error.contains(wrong) && error.contains("address"), "{error}");
+        }
+        for name in ["", ".hidden", "../up", "a/b", "ö"] {
+            assert!(matches!(store.create(name, b""), Err(BakeError::Invalid { .. })), "{name}");
+        }
+    }
+
+    #[test]
+    fn causes_are_told_once() {
+        let inner = io::Error::other("inner\n  text");
+        let error = object_store::Error::Generic { store: "S3", source: Box::new(inner) };
+        assert_eq!(describe(&error), "Generic S3 error: inner text");
+        assert!(!is_cut(&error));
+    }
+}

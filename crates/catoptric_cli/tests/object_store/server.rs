@@ -1,0 +1,174 @@
+//! A server with the interface of S3 on loopback, over a folder, that fails as often as a test wants.
+
+use http_body_util::BodyExt;
+use hyper::body::{Body, Bytes, Frame, Incoming};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Request, Response, StatusCode};
+use hyper_util::rt::TokioIo;
+use s3s::auth::SimpleAuth;
+use s3s::service::{S3Service, S3ServiceBuilder};
+use std::collections::BTreeMap;
+use std::io;
+use std::path::Path;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::task::{Context, Poll};
+use tokio::net::TcpListener;
+
+pub(crate) const BUCKET: &str = "bucket";
+const KEY: &str = "test-key";
+const SECRET: &str = "test-secret";
+
+/// What happens to a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Fate {
+    Answered,
+    /// The server is busy: status 503.
+    Refused,
+    /// The connection is cut before anything is done.
+    CutBefore,
+    /// It is done, and the connection is cut before the answer.
+    CutAfter,
+    /// It is done, and the connection is cut in the middle of the answer.
+    CutWithin,
+}
+
+/// Every second request or more fails, in turn in every way, and twice in a row.
+const FAULTS: [Fate; 11] = [
+    Fate::Answered,
+    Fate::Refused,
+    Fate::Answered,
+    Fate::CutBefore,
+    Fate::Answered,
+    Fate::CutAfter,
+    Fate::CutAfter,
+    Fate::Answered,
+    Fate::CutWithin,
+    Fate::Answered,
+    Fate::CutWithin,
+];
+
+/// The server's state, shared by all connections.
+#[derive(Default)]
+struct State {
+    fails: AtomicBool,
+    refuses: AtomicBool,
+    requests: AtomicUsize,
+    fates: Mutex<BTreeMap<Fate, u64>>,
+}
+
+impl State {
+    fn next(&self) -> Fate {
+        let number = self.requests.fetch_add(1, Ordering::SeqCst);
+        let fate = match () {
+            () if self.refuses.load(Ordering::SeqCst) => Fate::Refused,
+            () if self.fails.load(Ordering::SeqCst) => FAULTS[number % FAULTS.len()],
+            () => Fate::Answered,
+        };
+        *self.fates.lock().unwrap().entry(fate).or_default() += 1;
+        fate
+    }
+}
+
+/// The server; it ends with the test.
+pub(crate) struct Server {
+    endpoint: String,
+    state: Arc<State>,
+    _runtime: tokio::runtime::Runtime,
+}
+
+impl Server {
+    /// Serves a folder, in which a bucket is made.
+    pub(crate) fn start(folder: &Path) -> Self {
+        std::fs::create_dir(folder.join(BUCKET)).unwrap();
+        let mut builder = S3ServiceBuilder::new(s3s_fs::FileSystem::new(folder).unwrap());
+        // Requests with a wrong signature are refused.
+        builder.set_auth(SimpleAuth::from_single(KEY, SECRET));
+        let (service, state) = (builder.build(), Arc::new(State::default()));
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+        let listener = runtime.block_on(TcpListener::bind("127.0.0.1:0")).unwrap();
+        let endpoint = format!("http://{}", listener.local_addr().unwrap());
+        runtime.spawn(serve(listener, service, Arc::clone(&state)));
+        Self { endpoint, state, _runtime: runtime }
+    }
+
+    /// From now on many requests fail.
+    pub(crate) fn fail_often(&self) {
+        self.state.fails.store(true, Ordering::SeqCst);
+    }
+
+    /// From now on all requests are refused.
+    pub(crate) fn refuse_all(&self) {
+        self.state.refuses.store(true, Ordering::SeqCst);
+    }
+
+    /// How many requests had which fate.
+    pub(crate) fn fates(&self) -> BTreeMap<Fate, u64> {
+        self.state.fates.lock().unwrap().clone()
+    }
+
+    /// The environment in which programs find the server.
+    pub(crate) fn variables(&self) -> Vec<(String, String)> {
+        let variables = [
+            ("AWS_ENDPOINT_URL", self.endpoint.as_str()),
+            ("AWS_ALLOW_HTTP", "true"),
+            ("AWS_ACCESS_KEY_ID", KEY),
+            ("AWS_SECRET_ACCESS_KEY", SECRET),
+        ];
+        variables.map(|(name, value)| (name.to_owned(), value.to_owned())).into()
+    }
+}
+
+async fn serve(listener: TcpListener, service: S3Service, state: Arc<State>) {
+    while let Ok((stream, _)) = listener.accept().await {
+        let (service, state) = (service.clone(), Arc::clone(&state));
+        let answering = service_fn(move |request: Request<Incoming>| {
+            let (service, fate) = (service.clone(), state.next());
+            async move { answer(&service, request, fate).await }
+        });
+        // What ends a connection is the test's or the client's wish.
+        tokio::spawn(async { http1::Builder::new().serve_connection(TokioIo::new(stream), answering).await.is_ok() });
+    }
+}
+
+/// Answers a request; an error cuts the connection.
+async fn answer(service: &S3Service, request: Request<Incoming>, fate: Fate) -> io::Result<Response<Answer>> {
+    let cut = || io::Error::other("cut");
+    if fate == Fate::CutBefore {
+        return Err(cut());
+    }
+    if fate == Fate::Refused {
+        let mut response = Response::new(Answer { bytes: None, is_cut: false });
+        *response.status_mut() = StatusCode::SERVICE_UNAVAILABLE;
+        return Ok(response);
+    }
+    let (parts, body) = service.call(request.map(s3s::Body::from)).await.map_err(|_| cut())?.into_parts();
+    let bytes = body.collect().await.map_err(|_| cut())?.to_bytes();
+    if fate == Fate::CutAfter {
+        return Err(cut());
+    }
+    let is_cut = fate == Fate::CutWithin && bytes.len() > 1;
+    let bytes = if is_cut { bytes.slice(..bytes.len() / 2) } else { bytes };
+    Ok(Response::from_parts(parts, Answer { bytes: Some(bytes), is_cut }))
+}
+
+/// The body of an answer, perhaps the beginning of one.
+struct Answer {
+    bytes: Option<Bytes>,
+    is_cut: bool,
+}
+
+impl Body for Answer {
+    type Data = Bytes;
+    type Error = io::Error;
+
+    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<io::Result<Frame<Bytes>>>> {
+        match self.bytes.take().filter(|bytes| !bytes.is_empty()) {
+            Some(bytes) => Poll::Ready(Some(Ok(Frame::data(bytes)))),
+            None if self.is_cut => Poll::Ready(Some(Err(io::Error::other("cut")))),
+            None => Poll::Ready(None),
+        }
+    }
+}
