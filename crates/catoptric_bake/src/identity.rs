@@ -202,7 +202,10 @@ fn differing(path: &str, baked: &Value, asked: &Value) -> Option<Difference> {
     match (baked, asked) {
         (Value::Object(baked), Value::Object(asked)) => {
             let keys: BTreeSet<&String> = baked.keys().chain(asked.keys()).collect();
-            keys.into_iter().find_map(|key| {
+            // What only one of them has follows from what both have, such as settings of a choice.
+            let (common, others): (Vec<&String>, Vec<&String>) =
+                keys.into_iter().partition(|key| baked.contains_key(*key) && asked.contains_key(*key));
+            common.into_iter().chain(others).find_map(|key| {
                 let path = if path.contains(": ") { format!("{path}.{key}") } else { format!("{path}: {key}") };
                 match (baked.get(key), asked.get(key)) {
                     (Some(baked), Some(asked)) => differing(&path, baked, asked),

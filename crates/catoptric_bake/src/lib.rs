@@ -1,6 +1,7 @@
 //! Long precomputation cut into units: planned, made on one core or a cluster, resumed, merged into one mapped file.
 //!
-//! * A [`Plan`] names the units of a bake, and which of them are made at once, as a batch. Its hash names the bake, so results of another scene cannot mix in.
+//! * A [`Plan`] names the units of a bake, and which of them are made at once, as a batch. Its hash names the bake, so
+//!   results of another scene cannot mix in.
 //! * [`run`] makes the units of a [`Shard`] that are missing and publishes each in a [`Store`], whole or not at all. A
 //!   unit that is there with a fitting hash is done; nothing else is recorded, so a bake may be killed at any time, by
 //!   anything.

@@ -4,8 +4,8 @@ use crate::error::BakeError;
 use std::fmt;
 use std::str::FromStr;
 
-/// The batches of units (most often one unit each) with `batch % count == index`. Results are per unit, so the number of
-/// shards may change from run to run.
+/// The batches of units (most often one unit each) with `batch % count == index`. Results are per unit, so the number
+/// of shards may change from run to run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     index: u64,

@@ -56,8 +56,8 @@ fn by_derivatives<D: DualNum<f64, Real = f64> + Copy>(value: D, derivative: impl
     }
     let beside = value - value.re();
     let mut power = beside;
-    for order in 1..=D::NDERIV.min(MAX_DERIVATIVES) {
-        sum += power * (derivative(order as i32) / FACTORIALS[order]);
+    for (order, factorial) in (0..).zip(FACTORIALS).take(D::NDERIV + 1).skip(1) {
+        sum += power * (derivative(order) / factorial);
         power *= beside;
     }
     sum

@@ -24,8 +24,8 @@ use table::{LayersBatch, UnitTable};
 /// The layout of a unit's bytes. The first unit has the shells. What is seen from a centre is, of a face, the bits of
 /// the least depth, the steps of codes as a power of two and the distance of the nearest thing, then the codes of every
 /// texel, front and back; and where textures are projected these. Textures are texels of four half floats, level after
-/// level from the finest; the lowest byte of each number comes first. Also how all of this is found: the version changes
-/// with what units hold.
+/// level from the finest; the lowest byte of each number comes first. Also how all of this is found: the version
+/// changes with what units hold.
 const PAYLOAD_VERSION: u32 = 8;
 
 /// How much smaller the pictures of an estimate are.

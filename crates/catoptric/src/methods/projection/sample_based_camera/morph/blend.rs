@@ -280,8 +280,8 @@ impl MorphProjector<'_> {
         solved.or(Some(projection))
     }
 
-    /// The appearance of a point near a place on the first reflector by the solver, which starts from the ray between two
-    /// places, from a node's or the eye's on; `None` where it finds none.
+    /// The appearance of a point near a place on the first reflector by the solver, which starts from the ray from a
+    /// node or the eye towards a place; `None` where it finds none.
     fn solved(
         &self,
         path: u32,
