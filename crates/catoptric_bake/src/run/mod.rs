@@ -331,7 +331,9 @@ impl Run<'_> {
             }
             let Some(found) = self.store.get(&name)? else { continue };
             if found == bytes {
-                return Ok(Outcome::Beaten);
+                // After a damaged one was removed it does not matter whose it is; a store that lost the answer to what
+                // was sent finds that again.
+                return Ok(if replaced { Outcome::Replaced } else { Outcome::Beaten });
             }
             match unit::decode_planned(&found, &self.plan.identity, self.listing.hash, number) {
                 Ok(_) => {
