@@ -41,11 +41,21 @@ pub struct Identity {
 pub struct PlannedUnit {
     /// Its name, for people.
     pub name: String,
-    /// The bytes of its payload.
+    /// The bytes of its payload, or the most that it may have.
     pub bytes: u64,
+    /// Its payload may have fewer: how many is known only once it is made.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub at_most: bool,
     /// It is made at once with the unit before it: both are in one batch, and so in one shard.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_previous: bool,
+}
+
+impl PlannedUnit {
+    /// True if its payload may have so many bytes.
+    pub fn admits(&self, bytes: u64) -> bool {
+        if self.at_most { bytes <= self.bytes } else { bytes == self.bytes }
+    }
 }
 
 /// BLAKE3 of an identity: the name of a bake.
@@ -94,9 +104,10 @@ impl Identity {
         );
         for (number, unit) in self.units.iter().enumerate() {
             let comma = if number == 0 { "" } else { "," };
-            // Identities without batches are as they were before there were any.
+            // Identities without these are as they were before there were any.
+            let at_most = if unit.at_most { r#""at_most":true,"# } else { "" };
             let joined = if unit.with_previous { r#","with_previous":true"# } else { "" };
-            whole += &format!(r#"{comma}{{"bytes":{},"name":{}{joined}}}"#, unit.bytes, text(&unit.name));
+            whole += &format!(r#"{comma}{{{at_most}"bytes":{},"name":{}{joined}}}"#, unit.bytes, text(&unit.name));
         }
         whole += "]}";
         whole.into_bytes()
@@ -173,6 +184,10 @@ impl Identity {
                     of(&field, baked.name.as_str().into(), asked.name.as_str().into())
                         .or_else(|| {
                             of(&format!("units: the bytes of unit {number}"), baked.bytes.into(), asked.bytes.into())
+                        })
+                        .or_else(|| {
+                            let field = format!("units: at_most of unit {number}");
+                            of(&field, baked.at_most.into(), asked.at_most.into())
                         })
                         .or_else(|| {
                             let field = format!("units: with_previous of unit {number}");

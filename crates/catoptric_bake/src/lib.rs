@@ -14,7 +14,7 @@
 //! ```
 //! use catoptric_bake::{BakedFile, Estimate, Identity, LocalStore, Plan, PlannedUnit, RunOptions, SCHEMA, merge, run};
 //!
-//! let unit = |row| PlannedUnit { name: format!("row {row}"), bytes: 8, with_previous: false };
+//! let unit = |row| PlannedUnit { name: format!("row {row}"), bytes: 8, at_most: false, with_previous: false };
 //! let identity = Identity {
 //!     schema: SCHEMA,
 //!     method: "squares".into(),

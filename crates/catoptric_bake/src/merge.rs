@@ -4,7 +4,7 @@ use crate::container::{ALIGNMENT, HASH_BYTES, Layout};
 use crate::error::BakeError;
 use crate::plan::Plan;
 use crate::publish;
-use crate::status::{Check, Status, status};
+use crate::status::{Check, Listing, Status, status};
 use crate::store::Store;
 use crate::unit;
 use catoptric::output::Temporary;
@@ -46,9 +46,12 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
     }
     let place = store.place("");
     plan.identity.validate(&place)?;
-    let layout = Layout::of(&plan.identity)
-        .ok_or_else(|| BakeError::invalid(&place, "identity.units", "no file can be as large as all of them"))?;
     refuse_incomplete(&status(plan, store, Check::Sizes)?, &place)?;
+    let contended = |name: &str| BakeError::Contended { file: store.place(name) };
+    // One may be gone again, to be replaced by a run that is still going on.
+    let sizes = Listing::read(plan, store)?.payload_bytes().ok_or_else(|| contended(""))?;
+    let layout = Layout::of(&plan.identity, &sizes)
+        .ok_or_else(|| BakeError::invalid(&place, "identity.units", "no file can be as large as all of them"))?;
 
     let mut file = Temporary::beside(beside).map_err(fail)?;
     let mut writer = BufWriter::new(file.as_file_mut());
@@ -60,11 +63,12 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
         let name = unit::file_name(number as u64, plan.identity.unit_count());
         let bytes = store.get(&name)?;
         let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number as u64));
-        let Some(Ok(payload)) = decoded else {
+        let Some(Ok(payload)) = decoded.filter(|found| found.is_ok_and(|found| found.len() as u64 == sizes[number]))
+        else {
             // All of them are read, so that all bad ones are reported at once.
             refuse_incomplete(&status(plan, store, Check::Contents)?, &place)?;
             // It was replaced meanwhile by a run that is still going on.
-            return Err(BakeError::Contended { file: store.place(&name) });
+            return Err(contended(&name));
         };
         hashes.push(blake3::hash(payload).into());
         writer.write_all(payload).and_then(|()| fill(&mut writer, unit.end)).map_err(fail)?;

@@ -99,8 +99,8 @@ impl<'a> MethodBake<'a> {
     /// units that are too large.
     pub fn identity(&self) -> Result<Identity, MethodBakeError> {
         let planned = |unit: BakeUnit| {
-            let BakeUnit { name, bytes, with_previous } = unit;
-            PlannedUnit { name, bytes, with_previous }
+            let BakeUnit { name, bytes, at_most, with_previous } = unit;
+            PlannedUnit { name, bytes, at_most, with_previous }
         };
         let units = self.work.units()?.into_iter().map(planned).collect();
         let identity = Identity { units, ..self.request.clone() };
@@ -115,7 +115,8 @@ impl<'a> MethodBake<'a> {
     pub fn plan(&self, recipe: serde_json::Value) -> Result<(crate::Plan, MethodUnits<'_>), MethodBakeError> {
         let identity = self.identity()?;
         let units = self.units()?;
-        let bytes = identity.units.iter().map(|unit| unit.bytes).sum();
+        let planned = || identity.units.iter().map(|unit| unit.bytes).sum();
+        let bytes = units.maker.estimate_bytes().unwrap_or_else(planned);
         let estimate = Estimate { core_hours: units.maker.estimate_core_secs() / 3600.0, bytes };
         Ok((crate::Plan { identity, recipe, estimate }, units))
     }

@@ -1,7 +1,7 @@
 //! The progress of a bake, from the contents of its store alone.
 
 use crate::error::BakeError;
-use crate::identity::PlanHash;
+use crate::identity::{PlanHash, PlannedUnit};
 use crate::plan::Plan;
 use crate::store::Store;
 use crate::unit::{self, UnitFault};
@@ -12,7 +12,8 @@ use std::collections::HashMap;
 /// The check of published units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
-    /// By their sizes alone, as the store lists them: fast, and finds truncated units.
+    /// By their sizes alone, as the store lists them: fast, and finds truncated units, but those of units that may have
+    /// fewer bytes than planned.
     Sizes,
     /// By reading them whole: finds every flipped bit.
     Contents,
@@ -145,21 +146,29 @@ impl<'a> Listing<'a> {
         let identity = &self.plan.identity;
         let name = unit::file_name(number, identity.unit_count());
         let Some(&found) = self.bytes.get(&name) else { return Ok(Found::Missing) };
-        let expected = unit::file_bytes(identity.units[number as usize].bytes);
         // Files of a wrong size are not read: they may be of any size.
-        Ok(match found.cmp(&expected) {
-            std::cmp::Ordering::Less => Found::Bad(UnitFault::Truncated { expected, found }),
-            std::cmp::Ordering::Greater => Found::Bad(UnitFault::Longer { expected, found }),
-            std::cmp::Ordering::Equal if check == Check::Sizes => Found::Good,
-            std::cmp::Ordering::Equal => match self.store.get(&name)? {
-                Some(bytes) => match unit::decode_planned(&bytes, identity, self.hash, number) {
-                    Ok(_) => Found::Good,
-                    Err(fault) => Found::Bad(fault),
-                },
-                // Removed since, by a writer that replaces it.
-                None => Found::Missing,
-            },
+        if let Err(fault) = unit::payload_bytes(found, &identity.units[number as usize]) {
+            return Ok(Found::Bad(fault));
+        }
+        if check == Check::Sizes {
+            return Ok(Found::Good);
+        }
+        // Otherwise removed since, by a writer that replaces it.
+        let Some(bytes) = self.store.get(&name)? else { return Ok(Found::Missing) };
+        Ok(match unit::decode_planned(&bytes, identity, self.hash, number) {
+            Ok(_) => Found::Good,
+            Err(fault) => Found::Bad(fault),
         })
+    }
+
+    /// The bytes of every unit's payload, if all are there with a size that is allowed.
+    pub(crate) fn payload_bytes(&self) -> Option<Vec<u64>> {
+        let units = &self.plan.identity.units;
+        let of_unit = |(number, planned): (usize, &PlannedUnit)| {
+            let found = self.bytes.get(&unit::file_name(number as u64, units.len() as u64))?;
+            unit::payload_bytes(*found, planned).ok()
+        };
+        units.iter().enumerate().map(of_unit).collect()
     }
 }
 

@@ -13,7 +13,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// An identity with a unit of each size.
 pub(crate) fn identity(sizes: &[u64]) -> Identity {
-    let unit = |(row, &bytes): (usize, &u64)| PlannedUnit { name: format!("row {row}"), bytes, with_previous: false };
+    let unit = |(row, &bytes): (usize, &u64)| PlannedUnit {
+        name: format!("row {row}"),
+        bytes,
+        at_most: false,
+        with_previous: false,
+    };
     Identity {
         schema: SCHEMA,
         method: "test".into(),

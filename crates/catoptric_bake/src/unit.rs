@@ -5,7 +5,7 @@
 //! the payload (8), payload, BLAKE3 of all before (32). The hash stands at the end in every version, so that damage is
 //! distinguished from files of other versions, plans and units.
 
-use crate::identity::{Identity, PlanHash};
+use crate::identity::{Identity, PlanHash, PlannedUnit};
 use serde::Serialize;
 use std::fmt;
 
@@ -60,7 +60,7 @@ pub enum UnitFault {
     },
     /// It is whole, and its payload has another size than planned.
     OtherSize {
-        /// The size in the plan.
+        /// The size in the plan, or the largest that it allows.
         planned: u64,
         /// The payload's size.
         found: u64,
@@ -167,7 +167,21 @@ pub fn decode(bytes: &[u8], plan: PlanHash, number: u64) -> Result<&[u8], UnitFa
     Ok(payload)
 }
 
-/// The payload of a unit of a plan with this hash, of the plan's size.
+/// The bytes of the payload of a unit whose file has so many.
+///
+/// # Errors
+/// A [`UnitFault`] where a file of that size cannot be the planned unit.
+pub(crate) fn payload_bytes(found: u64, planned: &PlannedUnit) -> Result<u64, UnitFault> {
+    let most = file_bytes(planned.bytes);
+    let least = if planned.at_most { FRAME_BYTES } else { most };
+    match found {
+        _ if found < least => Err(UnitFault::Truncated { expected: least, found }),
+        _ if found > most => Err(UnitFault::Longer { expected: most, found }),
+        _ => Ok(found - FRAME_BYTES),
+    }
+}
+
+/// The payload of a unit of a plan with this hash, of a size that the plan allows.
 pub(crate) fn decode_planned<'a>(
     bytes: &'a [u8],
     identity: &Identity,
@@ -175,8 +189,8 @@ pub(crate) fn decode_planned<'a>(
     number: u64,
 ) -> Result<&'a [u8], UnitFault> {
     let payload = decode(bytes, plan, number)?;
-    let (planned, found) = (identity.units[number as usize].bytes, payload.len() as u64);
-    if planned == found { Ok(payload) } else { Err(UnitFault::OtherSize { planned, found }) }
+    let (planned, found) = (&identity.units[number as usize], payload.len() as u64);
+    if planned.admits(found) { Ok(payload) } else { Err(UnitFault::OtherSize { planned: planned.bytes, found }) }
 }
 
 /// The bytes at an offset; the caller has checked that they are there.

@@ -34,7 +34,8 @@ pub fn baked(id: &str, settings: &str, scene: &Scene, quality: Quality) -> Units
     let made: Vec<Vec<u8>> = made.into_iter().rev().flatten().collect();
     assert_eq!(made.len(), units.len());
     for (unit, bytes) in units.iter().zip(&made) {
-        assert_eq!(unit.bytes, bytes.len() as u64, "{}", unit.name);
+        let (said, found) = (unit.bytes, bytes.len() as u64);
+        assert!(found == said || found < said && unit.at_most, "{}: {found} of {said} bytes", unit.name);
     }
     assert!(make(units.len()..units.len() + 1).is_empty());
     // Pictures of other renderers take no time to make.

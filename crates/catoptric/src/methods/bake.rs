@@ -47,6 +47,11 @@ pub trait UnitMaker: Sync {
 
     /// Time that one core takes for all units, about, in seconds: found by making a small part of them.
     fn estimate_core_secs(&self) -> f64;
+
+    /// Bytes of all units, about, where some may have fewer than was said ([`BakeUnit::at_most`]); else `None`.
+    fn estimate_bytes(&self) -> Option<u64> {
+        None
+    }
 }
 
 /// A unit that was made.
@@ -63,8 +68,10 @@ pub struct MadeUnit {
 pub struct BakeUnit {
     /// Its name, for people.
     pub name: String,
-    /// Its number of bytes.
+    /// Its number of bytes, or the most that it may have.
     pub bytes: u64,
+    /// It may have fewer: how many is known only once it is made.
+    pub at_most: bool,
     /// It is made at once with the unit before it, from the same work: both are of one batch, which no two machines
     /// share. Units are small for stores and for what a damaged one costs, batches as large as work is.
     pub with_previous: bool,

@@ -4,7 +4,7 @@
 //! identity (8), number of units (8). Then the identity as canonical JSON; at a multiple of 64 the table, for each unit
 //! its offset (8), the bytes of its payload (8) and BLAKE3 of that (32); the payloads, each at a multiple of 64; at a
 //! multiple of 64 BLAKE3 of all before the first payload. Gaps are zero. So the bytes of a baked file follow from
-//! identity and payloads alone.
+//! identity and payloads alone. Payloads have the bytes that the identity says, or at most that many.
 
 use crate::error::BakeError;
 use crate::identity::{Identity, MAX_IDENTITY_BYTES, SCHEMA};
@@ -54,15 +54,15 @@ fn table_of(identity_bytes: u64, unit_count: u64) -> Option<Range<u64>> {
 }
 
 impl Layout {
-    /// The layout of a file that is to be written; returns `None` if its size overflows.
-    pub(crate) fn of(identity: &Identity) -> Option<Self> {
+    /// The layout of a file whose units have payloads of these sizes; returns `None` if its size overflows.
+    pub(crate) fn of(identity: &Identity, sizes: &[u64]) -> Option<Self> {
         let bytes = identity.canonical_bytes();
         let table = table_of(bytes.len() as u64, identity.unit_count())?;
         let mut end = table.end;
         let mut units = Vec::with_capacity(identity.units.len());
-        for planned in &identity.units {
+        for bytes in sizes {
             let start = aligned(end)?;
-            end = start.checked_add(planned.bytes)?;
+            end = start.checked_add(*bytes)?;
             units.push(start..end);
         }
         let file_bytes = aligned(end)?.checked_add(HASH_BYTES as u64)?;
@@ -138,12 +138,14 @@ pub(super) fn read_head(file: &str, bytes: &[u8]) -> Result<Head, BakeError> {
             format!("names {} units, the header {unit_count}", identity.unit_count()),
         ));
     }
-    let layout = Layout::of(&identity).filter(|layout| layout.file_bytes == found);
+    let row = |number: usize| &head[table.start as usize + number * ROW_BYTES as usize..][..ROW_BYTES as usize];
+    let sizes: Vec<u64> = (0..identity.units.len()).map(|number| u64_at(row(number), 8)).collect();
+    let are_allowed = identity.units.iter().zip(&sizes).all(|(unit, bytes)| unit.admits(*bytes));
+    let layout = Layout::of(&identity, &sizes).filter(|layout| are_allowed && layout.file_bytes == found);
     let layout = layout.ok_or_else(|| invalid("identity.units", "its sizes do not fit the file".into()))?;
     if layout.identity != text {
         return Err(invalid("identity", "its JSON is not in the canonical form".into()));
     }
-    let row = |number: usize| &head[layout.table + number * ROW_BYTES as usize..][..ROW_BYTES as usize];
     let hashes: Vec<[u8; HASH_BYTES]> = (0..layout.units.len()).map(|number| array_at(row(number), 16)).collect();
     // There is one way to write a head, so this covers gaps, offsets and lengths.
     if layout.head(&hashes) != head {

@@ -25,7 +25,7 @@ const ATTEMPTS: usize = 3;
 
 /// The work of a bake. Also any function from a unit's number to its payload.
 pub trait Work: Sync {
-    /// The payloads of a batch's units, by their numbers: of as many bytes as planned, and the same bits on every
+    /// The payloads of a batch's units, by their numbers: of sizes that the plan allows, and the same bits on every
     /// machine, thread and try.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ pub struct UnitDone<'a> {
     pub number: u64,
     /// Its name in the plan.
     pub name: &'a str,
-    /// The bytes of its payload.
+    /// The bytes of its payload as planned, or the most that it may have.
     pub bytes: u64,
     /// Its outcome.
     pub outcome: Outcome,
@@ -307,9 +307,9 @@ impl Run<'_> {
             return Err(problem(format!("{found} units were made where the batch has {wanted}")));
         }
         for (number, Payload { bytes, note }) in batch.zip(payloads) {
-            let (planned, found) = (self.plan.identity.units[number as usize].bytes, bytes.len() as u64);
-            if found != planned {
-                return Err(BakeError::Size { number, name: name(number), planned, found });
+            let (planned, found) = (&self.plan.identity.units[number as usize], bytes.len() as u64);
+            if !planned.admits(found) {
+                return Err(BakeError::Size { number, name: name(number), planned: planned.bytes, found });
             }
             if to_make.binary_search(&number).is_ok() {
                 let outcome = self.publish(number, &unit::encode(self.listing.hash, number, &bytes))?;

@@ -380,3 +380,49 @@ proptest! {
         prop_assert!(merged(&plan, &store) == undisturbed(&plan));
     }
 }
+
+/// Units of which only the largest size is known before they are made.
+#[test]
+fn units_may_be_smaller_than_planned() {
+    let mut plan = plan(&[40; 6]);
+    plan.identity.units[2..].iter_mut().for_each(|unit| unit.at_most = true);
+    let size = |number: u64| [40, 40, 40, 0, 17, 39][number as usize];
+    let made = |number: u64| -> Result<Vec<u8>, String> { Ok(payload(&plan, number)[..size(number)].to_vec()) };
+    let whole = |store: &MemoryStore| run(&plan, store, &made, &RunOptions::default()).unwrap();
+    let store = MemoryStore::default();
+    whole(&store);
+    let expected = merged(&plan, &store);
+    let baked = crate::container::BakedFile::from_bytes("a.bake", &expected).unwrap();
+    assert_eq!(baked.identity(), &plan.identity);
+    for number in 0..6 {
+        assert_eq!(baked.unit(number), &payload(&plan, number)[..size(number)]);
+    }
+
+    // What was cut off is still noticed, if not by its size alone.
+    store.files.lock().unwrap().get_mut(&unit::file_name(5, 6)).unwrap().truncate(100);
+    store.files.lock().unwrap().get_mut(&unit::file_name(3, 6)).unwrap().pop();
+    let bad = |check: Check| status(&plan, &store, check).unwrap().bad.iter().map(|bad| bad.number).collect::<Vec<_>>();
+    assert_eq!((bad(Check::Sizes), bad(Check::Contents)), (vec![3], vec![3, 5]));
+    assert_eq!(whole(&store), RunReport { replaced: 2, skipped: 4, ..RunReport::default() });
+    assert!(merged(&plan, &store) == expected);
+
+    // Larger ones are refused, and others of the size that was said.
+    for (number, bytes) in [(4, 41), (1, 39)] {
+        let wrong = |other: u64| if other == number { Ok(vec![1; bytes]) } else { made(other) };
+        let error = run(&plan, &MemoryStore::default(), &wrong, &RunOptions::default()).unwrap_err();
+        assert!(matches!(error, BakeError::Size { planned: 40, .. }), "{error}");
+    }
+    // So are merged files in which one is.
+    let mut exact = plan.clone();
+    exact.identity.units[4].at_most = false;
+    let layout =
+        crate::container::Layout::of(&exact.identity, &(0..6).map(|unit| size(unit) as u64).collect::<Vec<_>>());
+    let layout = layout.unwrap();
+    let mut bytes = layout.head(&[[0; 32]; 6]);
+    bytes.resize(layout.file_bytes as usize, 0);
+    let footer = bytes.len() - 32;
+    let hash = blake3::hash(&bytes[..layout.payloads as usize]);
+    bytes[footer..].copy_from_slice(hash.as_bytes());
+    let error = crate::container::BakedFile::from_bytes("a.bake", &bytes).unwrap_err();
+    assert!(error.to_string().contains("its sizes do not fit"), "{error}");
+}

@@ -271,7 +271,7 @@ impl BakeWork for SlabsWork<'_> {
                 let (slab, row) = layout.place_of_row(number);
                 let bytes = u64::from(layout.views_in_row(number)) * self.form.bytes_a_view() as u64;
                 let name = format!("region {region}, slab {}, row {row}", NAMES[slab]);
-                BakeUnit { name, bytes, with_previous: false }
+                BakeUnit { name, bytes, at_most: false, with_previous: false }
             };
             (0..layout.row_count()).map(unit).collect()
         };

@@ -144,7 +144,7 @@ impl UnitTable {
             let (part, what, bytes) = match batch {
                 LayersBatch::Shells => {
                     let bytes = self.shells_bytes as u64;
-                    units.push(BakeUnit { name: "shells".into(), bytes, with_previous: false });
+                    units.push(BakeUnit { name: "shells".into(), bytes, at_most: false, with_previous: false });
                     continue;
                 }
                 LayersBatch::Surfaces { part } => (part, "center".to_owned(), self.surface_bytes),
@@ -157,7 +157,8 @@ impl UnitTable {
             for (layer, faces) in self.faces[part].iter().enumerate() {
                 for face in 0..*faces {
                     let name = format!("{whose}, {what}, layer {layer}, face {face}");
-                    units.push(BakeUnit { name, bytes: bytes as u64, with_previous: units.len() > first });
+                    let (bytes, with_previous) = (bytes as u64, units.len() > first);
+                    units.push(BakeUnit { name, bytes, at_most: false, with_previous });
                 }
             }
         }
