@@ -4,6 +4,7 @@ mod accuracy;
 mod construction;
 mod highlights;
 mod hybrid;
+mod morphing;
 
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
 use crate::root;
@@ -37,11 +38,12 @@ type Draw = fn() -> Result<RgbImage>;
 
 /// Draws the figures whose names contain `wanted` (`cameras` alone: all) and prints their tables as Markdown.
 pub(crate) fn draw(wanted: &str) -> Result<()> {
-    let figures: [(&str, Draw); 9] = [
+    let figures: [(&str, Draw); 10] = [
         ("cameras-03", three_methods),
         ("cameras-13", highlights::draw),
         ("cameras-14", surface_properties),
         ("cameras-14-lit", highlights::draw_weighed),
+        ("cameras-15", morphing::draw),
         ("cameras-16", resolutions),
         ("cameras-17", accuracy::draw),
         ("cameras-18", four_scenes),
@@ -57,6 +59,10 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
     if "cameras-19".contains(wanted) {
         print("\ncameras-19\n")?;
         construction::print_table()?;
+    }
+    if "cameras-walk".contains(wanted) {
+        print("\ncameras-walk\n")?;
+        morphing::print_walk()?;
     }
     Ok(())
 }

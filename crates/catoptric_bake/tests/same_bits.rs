@@ -42,6 +42,7 @@ fn bakes_have_the_same_bits() {
         ("sphere_room?tess=12", "light_field", "st = 2\nuv = 8\ncompression = 'bc1'"),
         ("vase?tess=12", "light_field", "st = 2\nuv = 8\ncompression = 'bc6h'"),
         ("glass_sphere?tess=12", "layered_environment_map", "size = 16\ncapture_samples = 1"),
+        ("two_spheres?tess=12", "sample_based_camera", "mode = 'morph'\ngrid = '3x3x2'\nnode_size = 32"),
         (
             "two_spheres?tess=12",
             "layered_environment_map",

@@ -180,13 +180,13 @@ impl DeviceMethod {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<PreparedScene, RenderError> {
-        if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_)) {
+        if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_) | Way::Project(..)) {
             return Err(self.refuse("on the GPU it uses no baked files"));
         }
         let Loaded { resident, fields, layers, mut report } =
             self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {
-            Way::Project(method, _) => Some(method.prepare(scene, quality, None, progress)?),
+            Way::Project(method, _) => Some(method.prepare(scene, quality, bake.clone(), progress)?),
             _ => None,
         };
         report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());

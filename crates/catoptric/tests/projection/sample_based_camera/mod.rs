@@ -1,5 +1,6 @@
 //! Sample-based cameras against the reference, by pictures and by round trips, and where there is little to draw.
 
+mod baked_nodes;
 mod morphing;
 mod panoramic_cameras;
 

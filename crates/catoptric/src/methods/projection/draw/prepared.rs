@@ -48,6 +48,20 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         stages: &mut Stages<'_>,
     ) -> Result<Self::Mirrors, RenderError>;
 
+    /// Takes a bake for the mirrors, as they have just been built.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the method uses none, and where it does not fit the scene.
+    fn take_bake(
+        &self,
+        _mirrors: &mut Self::Mirrors,
+        _scene: &Scene,
+        _quality: Quality,
+        bake: Arc<dyn Baked>,
+    ) -> Result<(), RenderError> {
+        Self::INFO.refuse_bake(Some(bake))
+    }
+
     /// True if data of the same view, mirrors and order is still right.
     ///
     /// # Errors
@@ -227,10 +241,12 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        M::INFO.refuse_bake(bake)?;
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
-        let mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
+        let mut mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
+        if let Some(bake) = bake {
+            self.0.take_bake(&mut mirrors, scene, quality, bake)?;
+        }
         let tiles = LazyTiles::new(self.0.work_limit(), scene, &mut stages)?;
         let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
         Ok(Box::new(PreparedProjection {

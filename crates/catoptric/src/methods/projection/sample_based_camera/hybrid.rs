@@ -25,27 +25,19 @@ pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
     set.build().map_err(|error| format!("environment = \"{names}\": {error}"))
 }
 
-/// Which objects show environment maps, by the settings' rule, in a field of view rays.
+/// Which objects show environment maps because of their names.
 ///
 /// # Errors
 /// Where names are given that no reflector or lens has.
-fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayField) -> Result<Vec<bool>, RenderError> {
+pub(super) fn named(settings: &SampleBasedCameraSettings, scene: &Scene) -> Result<Vec<bool>, RenderError> {
     let fail = |problem: String| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
     let names = patterns(&settings.environment).map_err(fail)?;
     let mut mapped = vec![false; scene.objects.len()];
-    let mut met = names.is_empty();
-    for object in scene.specular_objects() {
-        let of_object = &scene.objects[object as usize];
-        let named = names.is_match(&of_object.name);
-        met |= named;
-        // One that reaches behind the eye is not small.
-        let small = extent(&of_object.bounds, field).is_some_and(|[low, high]| {
-            (high[0] - low[0]).max(high[1] - low[1]) < f64::from(settings.environment_below_px)
-        });
-        mapped[object as usize] = named || small;
+    let objects = scene.specular_objects();
+    for &object in &objects {
+        mapped[object as usize] = names.is_match(&scene.objects[object as usize].name);
     }
-    if !met {
-        let objects = scene.specular_objects();
+    if !names.is_empty() && !mapped.contains(&true) {
         let known: Vec<&str> = objects.iter().map(|&object| scene.objects[object as usize].name.as_str()).collect();
         let problem = format!(
             "environment = \"{}\" names no reflector or lens; there are: {}",
@@ -53,6 +45,22 @@ fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayFi
             known.join(", ")
         );
         return Err(fail(problem));
+    }
+    Ok(mapped)
+}
+
+/// Which objects show environment maps, by the settings' rule, in a field of view rays.
+///
+/// # Errors
+/// As for [`named`].
+fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayField) -> Result<Vec<bool>, RenderError> {
+    let mut mapped = named(settings, scene)?;
+    for object in scene.specular_objects() {
+        // One that reaches behind the eye is not small.
+        let small = extent(&scene.objects[object as usize].bounds, field).is_some_and(|[low, high]| {
+            (high[0] - low[0]).max(high[1] - low[1]) < f64::from(settings.environment_below_px)
+        });
+        mapped[object as usize] |= small;
     }
     Ok(mapped)
 }

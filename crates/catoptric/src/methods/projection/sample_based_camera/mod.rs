@@ -14,13 +14,15 @@ mod rays;
 mod settings;
 
 use hybrid::MappedReflectors;
+pub use morph::nodes_around;
 pub use panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors, PanoramicProjection, PanoramicProjector};
 pub use rays::visible_pieces::{PiecesOfPixels, visible_pieces};
-pub use settings::{CameraKind, Mode, Preset, SampleBasedCameraSettings};
+pub use settings::{Ambiguous, CameraKind, Mode, Preset, SampleBasedCameraSettings};
 
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::math::Aabb;
+use crate::methods::bake::Baked;
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::overlays::ShownPixels;
@@ -34,7 +36,7 @@ use crate::parallel;
 use crate::progress::{Cancelled, Progress};
 use crate::scene::{PreciseView, Scene, View};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
-use morph::Morphing;
+use morph::{Morphing, NodesWork};
 use project::CameraProjector;
 use rays::grid::{RayGrid, RaySampler};
 use std::collections::HashSet;
@@ -50,7 +52,9 @@ pub static INFO: MethodInfo = MethodInfo {
     assumptions: "reflections smaller than the spacing of the ray map can be missed",
     cpu: true,
     gpu: true,
-    bake: None,
+    bake: Some(|table, scene, quality| {
+        Ok(Box::new(NodesWork::new(SampleBasedCameraSettings::from_table(table)?, scene, quality)?))
+    }),
     settings: SampleBasedCameraSettings::describe,
     effective: SampleBasedCameraSettings::effective,
     limits: &limits::LIMITS,
@@ -123,13 +127,14 @@ impl RayGrid {
         dropped.into_iter().map(|(group, _)| group.path).collect()
     }
 
-    /// The cameras of each group; rays that they need are added to these, with the work that is left then.
+    /// The cameras of each group, as accurate as its path's are to be; rays that they need are added to these, with the
+    /// work that is left then.
     fn cameras(
         &mut self,
         sampler: &RaySampler<'_>,
         view: &PreciseView,
         bounds: Aabb,
-        demand: CameraDemand,
+        (demand, accuracy_px): (CameraDemand, impl Fn(&SpecularPath) -> f32 + Sync),
         work: u64,
         progress: &dyn Progress,
     ) -> Result<Vec<Cameras>, Cancelled> {
@@ -137,7 +142,9 @@ impl RayGrid {
         let traced = work.saturating_sub(WORK_A_RAY * count) / WORK_A_TRACED_RAY;
         let demand = CameraDemand { traced_a_ray: (traced / count.max(1)).max(1), ..demand };
         let built = parallel::map_stage(progress, "fitting cameras", self.groups.len(), |group| {
-            CameraBuilder { group: &self.groups[group], view, bounds, sampler, demand }.cameras()
+            let group = &self.groups[group];
+            let demand = CameraDemand { accuracy_px: accuracy_px(&group.path).into(), ..demand };
+            CameraBuilder { group, view, bounds, sampler, demand }.cameras()
         })?;
         let with_rays = built.into_iter().zip(&mut self.groups);
         let cameras = with_rays.map(|((mut cameras, added), group)| {
@@ -156,7 +163,7 @@ fn describe<'a>(grids: impl Iterator<Item = (&'a RayGrid, &'a [Cameras])> + Clon
     let counts: Vec<Counts> = grids.clone().flat_map(|(_, cameras)| cameras).map(Cameras::counts).collect();
     let groups = || grids.clone().flat_map(|(grid, _)| &grid.groups);
     let sum = |count: fn(&Counts) -> u64| counts.iter().map(count).sum::<u64>();
-    report.counts.insert("ray_map_rays", groups().map(|group| group.rays.len() as u64).sum());
+    report.counts.insert("ray_map_rays", groups().map(|group| group.count() as u64).sum());
     report.counts.insert("leaves", sum(|counts| counts.leaves));
     report.counts.insert("ray_lists", sum(|counts| counts.ray_lists));
     report.counts.insert("rays_in_lists", sum(|counts| counts.rays_in_lists));
@@ -191,6 +198,11 @@ impl MeshProjection for SampleBasedCamera {
         mirror_tracer(scene, old, stages)
     }
 
+    fn take_bake(&self, _: &mut Arc<Tracer>, _: &Scene, _: Quality, _: Arc<dyn Baked>) -> Result<(), RenderError> {
+        let problem = "mode = \"runtime\" uses no baked files: set mode=morph, or leave them out".into();
+        Err(RenderError::Limit { method: INFO.id, problem })
+    }
+
     fn fits(&self, context: &Context<'_, Self>, data: &ViewCameras) -> Result<bool, RenderError> {
         let bounds = context.scene.bounds;
         let field = ViewField::new(context.view, margin_px(&self.0));
@@ -208,8 +220,9 @@ impl MeshProjection for SampleBasedCamera {
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
         let SampleBasedCameraSettings { camera, accuracy_px, max_shared, finest_ray_px, .. } = self.0;
-        let accuracy_px = accuracy_px.into();
-        let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
+        let demand =
+            CameraDemand { camera, accuracy_px: accuracy_px.into(), max_shared, finest_ray_px, traced_a_ray: 0 };
+        let demand = (demand, |_: &SpecularPath| accuracy_px);
         let bounds = scene.bounds;
         let leaves_out = context.is_for_picture && self.0.beyond_work == BeyondWork::Tiles;
         let mut left_out = if leaves_out { grid.drop_expensive(work) } else { Vec::new() };
@@ -287,7 +300,7 @@ impl MeshProjection for SampleBasedCamera {
             tracer: mirrors.clone(),
             surfaces: virtual_scene.surfaces(scene),
             margin_px: margin_px(&self.0).into(),
-            accuracy_px: self.0.accuracy_px,
+            accuracies_px: vec![self.0.accuracy_px; data.grid.groups.len()],
             polish: self.0.polish,
             sizes: sizes.collect(),
         }

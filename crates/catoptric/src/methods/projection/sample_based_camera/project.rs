@@ -55,7 +55,8 @@ pub(super) struct CameraProjector<'a> {
     pub(super) tracer: Arc<Tracer>,
     pub(super) surfaces: SpecularSurfaces<'a>,
     pub(super) margin_px: f64,
-    pub(super) accuracy_px: f32,
+    /// The accuracy of each path's cameras.
+    pub(super) accuracies_px: Vec<f32>,
     /// Steps of the solver, or 0.
     pub(super) polish: u32,
     /// The size of every object.
@@ -104,7 +105,8 @@ impl VertexProjector for CameraProjector<'_> {
 }
 
 impl CameraProjector<'_> {
-    fn follow_point(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
+    /// Appends what an appearance continues into at a point near its own.
+    pub(super) fn follow_point(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
         let path = one.path as usize;
         let (Some(cameras), Some(group)) = (self.cameras.get(path), self.grid.groups.get(path)) else { return };
         let mut place = self.cell_of([one.image_px.x.into(), one.image_px.y.into()]);
@@ -141,12 +143,13 @@ impl CameraProjector<'_> {
             return;
         }
         let start = found.len();
+        let accuracy_px = self.accuracies_px.get(path as usize).copied().unwrap_or_default();
         let mut take = |seen: &CameraAnswer<'_>| {
             let Some(projection) = self.projection(path, seen, point) else { return };
             let apart_px = match () {
                 () if self.polish > 0 && projection.error_px == 0.0 => SAME_POLISHED_PX,
-                () if seen.interpolates => (SAME * self.accuracy_px).max(seen.apart * self.grid.spacing_px),
-                () => SAME * self.accuracy_px,
+                () if seen.interpolates => (SAME * accuracy_px).max(seen.apart * self.grid.spacing_px),
+                () => SAME * accuracy_px,
             };
             let same = |other: &T| {
                 let other = other.projection();
@@ -213,7 +216,8 @@ impl CameraProjector<'_> {
         point: Vec3,
     ) -> Option<Projection> {
         let group = &self.grid.groups[path as usize];
-        let ray = &group.rays[group.nearest(place)?];
+        // Where rays are forgotten nothing is polished.
+        let ray = group.rays.get(group.nearest(place)?)?;
         let spacing = self.grid.spacing_px;
         let [x, y] = ray.place.map(|place| (place + 0.5) * spacing);
         let (view_ray, near) = self.field.ray(x, y);
@@ -259,7 +263,7 @@ impl CameraProjector<'_> {
     /// True if a place, in cells, is among the rays that an answer is meant for, or beside them where their piece ends.
     fn is_within(&self, path: u32, seen: &CameraAnswer<'_>, place: [f64; 2]) -> bool {
         let group = &self.grid.groups[path as usize];
-        let accuracy = f64::from(self.accuracy_px / self.grid.spacing_px);
+        let accuracy = f64::from(self.accuracies_px[path as usize] / self.grid.spacing_px);
         let leeway = if seen.interpolates { INTERPOLATED_LEEWAY * f64::from(seen.apart) } else { accuracy };
         for axis in 0..2 {
             let Some([lowest, highest]) = seen.places else { break };
@@ -278,7 +282,7 @@ impl CameraProjector<'_> {
                 return false;
             }
             // Other leaves may hold rays between those two.
-            let nearest = group.nearest(place).map(|ray| group.rays[ray].place);
+            let nearest = group.nearest(place).map(|ray| group.place_of(ray));
             let holds = |ray: [f32; 2]| (0..2).all(|axis| (lowest[axis]..=highest[axis]).contains(&ray[axis]));
             if !nearest.is_some_and(holds) {
                 return false;

@@ -17,6 +17,16 @@ declare_choices! {
 }
 
 declare_choices! {
+    /// What becomes of points that some nodes see and others do not.
+    pub enum Ambiguous {
+        /// They are followed beyond the horizons and borders of the others.
+        Cured = "cured",
+        /// They are left out, as in Figure 15a of the paper: holes show where they are.
+        Discarded = "discarded",
+    }
+}
+
+declare_choices! {
     /// The form of leaves.
     pub enum CameraKind {
         /// Ours: polynomials over surface coordinates, in blocks of the ray map.
@@ -46,18 +56,18 @@ declare_settings! {
         /// The set of values that the other settings start from.
         preset: Preset = Preset::Balanced;
         /// Where cameras stand.
-        mode: Mode = Mode::Runtime;
+        mode: Mode = Mode::Runtime, baked();
         /// The form of leaves.
-        camera: CameraKind = CameraKind::RayBundle;
+        camera: CameraKind = CameraKind::RayBundle, baked();
         /// The largest error of a leaf at the points of its rays.
-        accuracy_px: f32 = 0.1, range(0.01, 100.0), unit("pixels");
+        accuracy_px: f32 = 0.1, range(0.01, 100.0), unit("pixels"), baked();
         /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays; 2:
         /// the paper's rule.
-        max_shared: f32 = 1.5, range(1.0, 2.0);
+        max_shared: f32 = 1.5, range(1.0, 2.0), baked();
         /// Spacing of the rays of the map.
-        downsampling: u32 = 2, range(1.0, 64.0), unit("pixels");
+        downsampling: u32 = 2, range(1.0, 64.0), unit("pixels"), baked();
         /// Where no camera is accurate, rays between those of the map are traced, down to this spacing; 1000: none.
-        finest_ray_px: f32 = 0.12, range(0.03, 1000.0), unit("pixels");
+        finest_ray_px: f32 = 0.12, range(0.03, 1000.0), unit("pixels"), baked();
         /// The most steps of the solver that makes appearances exact; 0: none.
         polish: u32 = 0, range(0.0, 100.0);
         /// Edges of virtual geometry are divided until they are this near to where they belong.
@@ -70,18 +80,20 @@ declare_settings! {
         /// What draws paths that are not done with that work.
         beyond_work: BeyondWork = BeyondWork::Tiles;
         /// Names of the reflectors and lenses that show environment maps: patterns with * and ?, separated by commas.
-        environment: String = String::new();
+        environment: String = String::new(), baked();
         /// Reflectors and lenses that appear no larger than this in either direction show environment maps, too; 0:
         /// none.
         environment_below_px: f32 = 0.0, range(0.0, 1e5), unit("pixels");
         /// Side of a face of these maps.
         environment_size: u32 = 256, range(4.0, 4096.0), unit("texels");
         /// Morphing: nodes of the grid along x, z and y.
-        grid: String = "17x17x8".into();
+        grid: String = "17x17x8".into(), baked();
         /// Morphing: the grid reaches so far beyond its reflector.
-        grid_reach: f32 = 2.0, range(0.1, 100.0), unit("diagonals of the reflector's box");
+        grid_reach: f32 = 2.0, range(0.1, 100.0), unit("diagonals of the reflector's box"), baked();
         /// Morphing: side of each of the six pictures about a node whose rays are mapped.
-        node_size: u32 = 512, range(16.0, 4096.0), unit("pixels");
+        node_size: u32 = 512, range(16.0, 4096.0), unit("pixels"), baked();
+        /// Morphing: what becomes of points that some nodes see and others do not.
+        ambiguous: Ambiguous = Ambiguous::Cured;
         /// Morphing: nodes that no view needs are forgotten beyond this.
         node_memory: u32 = 512, range(0.0, 1e6), unit("MiB");
     }

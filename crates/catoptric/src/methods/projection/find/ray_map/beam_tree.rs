@@ -23,6 +23,22 @@ impl BeamNode {
         }
     }
 
+    /// How many numbers it consists of.
+    const NUMBERS: usize = 4 * PLANES * LANES;
+
+    fn numbers(&self) -> impl Iterator<Item = f32> {
+        let of_plane = |(normal, limit): (&Vec3Lanes, &Lanes)| [normal[0], normal[1], normal[2], *limit];
+        self.normal.iter().zip(&self.limit).flat_map(of_plane).flat_map(|lanes| lanes.0)
+    }
+
+    fn of_numbers(numbers: &[f32; Self::NUMBERS]) -> Self {
+        let lanes = |at: usize| Lanes(std::array::from_fn(|lane| numbers[at * LANES + lane]));
+        Self {
+            normal: std::array::from_fn(|plane| Vec3Lanes([0, 1, 2].map(|axis| lanes(4 * plane + axis)))),
+            limit: std::array::from_fn(|plane| lanes(4 * plane + 3)),
+        }
+    }
+
     /// Mask of its beams that hold a point, but for rounding.
     #[inline(always)]
     fn holding(&self, point: [f32; 3], rounding: f32) -> u8 {
@@ -69,6 +85,32 @@ impl BeamTree {
             nodes.extend_from_slice(level);
         }
         Self { nodes, first_children }
+    }
+
+    /// The numbers that it consists of.
+    pub fn numbers(&self) -> impl Iterator<Item = f32> {
+        self.nodes.iter().flat_map(BeamNode::numbers)
+    }
+
+    /// The hierarchy over so many leaves that consists of these numbers ([`Self::numbers`]); `None` where there are
+    /// more or fewer of them.
+    pub fn of_numbers(leaves: usize, numbers: &[f32]) -> Option<Self> {
+        let (nodes, []) = numbers.as_chunks::<{ BeamNode::NUMBERS }>() else { return None };
+        // From the leaves up, as they are built.
+        let mut levels = vec![leaves.div_ceil(LANES)];
+        while let Some(&last) = levels.last().filter(|last| **last > 1) {
+            levels.push(last.div_ceil(LANES));
+        }
+        let mut first_children = Vec::with_capacity(nodes.len());
+        for &level in levels.iter().rev() {
+            let next = first_children.len() + level;
+            first_children.extend((0..level).map(|node| (next + node * LANES) as u32));
+            if first_children.len() > nodes.len() {
+                return None;
+            }
+        }
+        let is_whole = first_children.len() == nodes.len();
+        is_whole.then(|| Self { nodes: nodes.iter().map(BeamNode::of_numbers).collect(), first_children })
     }
 
     /// Calls `found` with every leaf whose beam holds a point, but for rounding.

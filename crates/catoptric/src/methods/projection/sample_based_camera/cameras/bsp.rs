@@ -7,7 +7,9 @@ use super::pinhole;
 use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, LeafNumber};
 use super::{MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::methods::projection::find::ray_map::{BeamTree, Reach};
-use crate::methods::projection::sample_based_camera::layout::{BundleLeaf, PinholeLeaf, SplitNode};
+use crate::methods::projection::sample_based_camera::layout::{
+    BundleLeaf, PinholeLeaf, SplitNode, WordReader, WordWriter, halves, whole,
+};
 use crate::methods::projection::sample_based_camera::rays::grid::GridRay;
 use crate::parallel;
 use glam::{DVec3, Vec3};
@@ -192,6 +194,40 @@ impl PinholeTrees {
     /// The number of trees.
     pub(in super::super) fn piece_count(&self) -> u32 {
         self.roots.len() as u32
+    }
+
+    /// Writes them.
+    pub(in super::super) fn store(&self, words: &mut WordWriter) {
+        words.numbers(&self.roots);
+        words.records(&self.nodes);
+        words.records(&self.leaves);
+        words.records(&self.cells);
+        words.records(&self.beams.numbers().collect::<Vec<f32>>());
+        words.records(&[self.lists, self.listed_rays, self.unsplit].map(halves));
+    }
+
+    /// The trees that [`Self::store`] has written; `None` for other words.
+    pub(in super::super) fn stored(words: &mut WordReader<'_>) -> Option<Self> {
+        let roots = words.numbers()?.to_vec();
+        let nodes: Vec<SplitNode> = words.records()?;
+        let (leaves, cells): (Vec<PinholeLeaf>, Vec<BundleLeaf>) = (words.records()?, words.records()?);
+        let beams = BeamTree::of_numbers(cells.len(), &words.records::<f32>()?)?;
+        let [lists, listed_rays, unsplit] =
+            words.records::<[u32; 2]>()?.first_chunk().map(|counts: &[_; 3]| counts.map(whole))?;
+        // Ways lead from nodes to later ones: they end.
+        let goes_on = |(number, node): (usize, &SplitNode)| {
+            node.children.iter().all(|child| child & SplitNode::LEAF != 0 || *child as usize > number)
+        };
+        nodes.iter().enumerate().all(goes_on).then_some(Self {
+            roots,
+            nodes,
+            leaves,
+            cells,
+            beams,
+            lists,
+            listed_rays,
+            unsplit,
+        })
     }
 
     /// Calls `found` with the trees' projections of a point.

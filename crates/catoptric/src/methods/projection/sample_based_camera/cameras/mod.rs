@@ -8,7 +8,7 @@ mod finer;
 mod fit;
 mod pinhole;
 
-use super::layout::BundleLeaf;
+use super::layout::{BundleLeaf, WordReader, WordWriter};
 use super::rays::grid::{DensePathRays, GridRay, RaySampler};
 use super::settings::CameraKind;
 use crate::math::Aabb;
@@ -236,6 +236,30 @@ impl Cameras {
             Self::Bundles(tree) => tree.renumber(order),
             Self::Pinholes(_) => {}
         }
+    }
+
+    /// Forgets what is known of each of the group's rays.
+    pub(super) fn forget_rays(&mut self) {
+        match self {
+            Self::Bundles(tree) => tree.forget_rays(),
+            Self::Pinholes(_) => {}
+        }
+    }
+
+    /// Writes them, but for what is known of each ray.
+    pub(super) fn store(&self, words: &mut WordWriter) {
+        match self {
+            Self::Bundles(tree) => tree.store(words),
+            Self::Pinholes(trees) => trees.store(words),
+        }
+    }
+
+    /// The cameras of a kind that [`Self::store`] has written; `None` for other words.
+    pub(super) fn stored(kind: CameraKind, words: &mut WordReader<'_>) -> Option<Self> {
+        Some(match kind {
+            CameraKind::RayBundle => Self::Bundles(BundleTree::stored(words)?),
+            CameraKind::Pinhole => Self::Pinholes(PinholeTrees::stored(words)?),
+        })
     }
 
     pub(super) fn counts(&self) -> Counts {

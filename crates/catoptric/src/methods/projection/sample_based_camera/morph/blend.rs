@@ -8,7 +8,7 @@ use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projection::find::ray_map::Specular;
 use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
-use crate::methods::projection::sample_based_camera::project::TOUCHING;
+use crate::methods::projection::sample_based_camera::project::{CameraProjector, TOUCHING};
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::SpecularSurfaces;
@@ -25,7 +25,7 @@ const STEPS_WHERE_AMBIGUOUS: u32 = 12;
 const SAME_PX: f32 = 0.5;
 
 /// Where a path is found at the nodes around the eye.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct BlendedPath {
     /// The index of its first reflector among those with nodes.
     pub(super) reflector: usize,
@@ -49,7 +49,11 @@ pub(in super::super) struct MorphProjector<'a> {
     /// For each reflector its nodes.
     pub(super) nodes: Vec<Vec<Node<'a>>>,
     pub(super) paths: &'a [SpecularPath],
+    /// For each of the first paths where it is found at the nodes.
     pub(super) blended: &'a [BlendedPath],
+    /// The cameras at the eye for the rest of the paths, and the numbers of these there.
+    pub(super) cameras_at_eye: Option<CameraProjector<'a>>,
+    pub(super) in_cameras_at_eye: &'a [u32],
     pub(super) left_out: &'a [SpecularPath],
     pub(super) cache: &'a SightingCache,
     pub(super) eye: DVec3,
@@ -60,6 +64,8 @@ pub(in super::super) struct MorphProjector<'a> {
     pub(super) order: u32,
     /// Steps of the solver after blending, or 0.
     pub(super) polish: u32,
+    /// Points that some nodes do not see are followed beyond what these see; else they are left out.
+    pub(super) cures: bool,
     pub(super) counts: PointCounts,
 }
 
@@ -83,10 +89,22 @@ impl VertexProjector for MorphProjector<'_> {
     }
 
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
+        if let Some((cameras, number)) = self.at_eye(path) {
+            let near = |point, found: &mut Vec<Projection>| cameras.project_near(number, point, None, found);
+            return found.extend(points, |point, found| renumbered(path, found, |found| near(point, found)));
+        }
         found.extend(points, |point, found| self.project_point(path, point, found));
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
+        if !self.cures {
+            return self.project_on(one.path, &[point], found);
+        }
+        if let Some((cameras, number)) = self.at_eye(one.path) {
+            let own = Projection { path: number, ..*one };
+            let followed = |found: &mut Vec<Projection>| cameras.follow_point(&own, point, found);
+            return found.extend(&[point], |_, found| renumbered(one.path, found, followed));
+        }
         found.extend(&[point], |point, found| match self.followed(one, point) {
             Some(projection) => found.extend(projection),
             None => self.project_point(one.path, point, found),
@@ -98,6 +116,13 @@ impl VertexProjector for MorphProjector<'_> {
         report.add_fallback("ambiguous_points", self.counts.ambiguous.load(Ordering::Relaxed));
         report.add_fallback("ambiguous_points_unsolved", self.counts.unsolved.load(Ordering::Relaxed));
     }
+}
+
+/// What is found, as on a path of another number.
+fn renumbered(path: u32, found: &mut Vec<Projection>, find: impl FnOnce(&mut Vec<Projection>)) {
+    let start = found.len();
+    find(found);
+    found[start..].iter_mut().for_each(|projection| projection.path = path);
 }
 
 /// The mean of the appearances at the nodes.
@@ -151,13 +176,15 @@ impl Mean {
 }
 
 impl MorphProjector<'_> {
+    /// The cameras at the eye, and a path's number there, if it is not blended.
+    fn at_eye(&self, path: u32) -> Option<(&CameraProjector<'_>, u32)> {
+        let index = (path as usize).checked_sub(self.blended.len())?;
+        Some((self.cameras_at_eye.as_ref()?, *self.in_cameras_at_eye.get(index)?))
+    }
+
     /// Appends the appearances of a point on a path.
     fn project_point(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
-        let Some(BlendedPath { reflector, in_nodes }) = self.blended.get(path as usize) else { return };
-        if !point.is_finite() {
-            return;
-        }
-        let lookout = self.lookout(path, &self.nodes[*reflector], in_nodes);
+        let Some(lookout) = self.lookout_on(path).filter(|_| point.is_finite()) else { return };
         let seen = self.cache.get(path, point, || {
             self.counts.sought.fetch_add(1, Ordering::Relaxed);
             SCRATCH.with_borrow_mut(|Scratch { at_nodes, found }| {
@@ -168,14 +195,7 @@ impl MorphProjector<'_> {
         });
         let start = found.len();
         for sightings in &*seen {
-            let count = lookout.nodes.len();
-            let projection = if sightings.at[..count].iter().all(Option::is_some) {
-                let whole = sightings.at.map(Option::unwrap_or_default);
-                self.blend(path, &lookout, sightings.focal_index, &whole[..count], point)
-            } else {
-                self.settle(path, &lookout, sightings, point)
-            };
-            let Some(projection) = projection else { continue };
+            let (Some(projection), _) = self.seen_from_eye(path, &lookout, sightings, point) else { continue };
             let is_same = |other: &Projection| {
                 other.focal_index == projection.focal_index && other.image_px.distance(projection.image_px) < SAME_PX
             };
@@ -185,10 +205,32 @@ impl MorphProjector<'_> {
         }
     }
 
+    /// An appearance from the eye, if it is seen there, and whether it is blended: all nodes know of it.
+    pub(super) fn seen_from_eye(
+        &self,
+        path: u32,
+        lookout: &Lookout<'_>,
+        sightings: &Sightings,
+        point: Vec3,
+    ) -> (Option<Projection>, bool) {
+        let count = lookout.nodes.len();
+        if sightings.at[..count].iter().all(Option::is_some) {
+            let whole = sightings.at.map(Option::unwrap_or_default);
+            return (self.blend(path, lookout, sightings.focal_index, &whole[..count], point), true);
+        }
+        (self.settle(path, lookout, sightings, point), false)
+    }
+
+    /// Who looks for points on a path at the nodes.
+    pub(super) fn lookout_on(&self, path: u32) -> Option<Lookout<'_>> {
+        let BlendedPath { reflector, in_nodes } = self.blended.get(path as usize)?;
+        Some(self.lookout(path, &self.nodes[*reflector], in_nodes))
+    }
+
     fn lookout<'s>(&'s self, path: u32, nodes: &'s [Node<'s>], in_nodes: &'s [u32]) -> Lookout<'s> {
         let (scene, tracer, surfaces, order) = (self.scene, &*self.tracer, &self.surfaces, self.order);
         let specular = Specular { scene, tracer, surfaces, order };
-        Lookout { nodes, in_nodes, path: &self.paths[path as usize], specular }
+        Lookout { nodes, in_nodes, path: &self.paths[path as usize], specular, cures: self.cures }
     }
 
     /// In a single mirror, the appearance of a point that one of a point near it continues into, exactly: that takes
@@ -235,6 +277,9 @@ impl MorphProjector<'_> {
 
     /// An appearance that some node does not know of, by the solver from the eye.
     fn settle(&self, path: u32, lookout: &Lookout<'_>, sightings: &Sightings, point: Vec3) -> Option<Projection> {
+        if !self.cures {
+            return None;
+        }
         self.counts.ambiguous.fetch_add(1, Ordering::Relaxed);
         let effort = Effort { steps: STEPS_WHERE_AMBIGUOUS, reach: REACH, must_converge: true };
         let mut known = lookout.nodes.iter().zip(&sightings.at).filter_map(|(node, at)| Some((node, at.as_ref()?)));

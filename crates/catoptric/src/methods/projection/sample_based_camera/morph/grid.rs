@@ -78,6 +78,30 @@ impl NodeGrid {
     }
 }
 
+/// The nodes of a reflector's grid around an eye: their places with their barycentric weights, whose sum is 1, four of
+/// them at the most; `None` beyond the grid. `grid` and `grid_reach` are the settings of these names, `bounds` is the
+/// reflector's box.
+///
+/// # Errors
+/// What is wrong with `grid`.
+///
+/// ```
+/// use catoptric::math::Aabb;
+/// use catoptric::methods::projection::sample_based_camera::nodes_around;
+/// use glam::Vec3;
+///
+/// let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+/// let eye = Vec3::new(1.9, 0.4, -1.2);
+/// let nodes = nodes_around(&bounds, "17x17x8", 2.0, eye).unwrap().unwrap();
+/// let mean: Vec3 = nodes.iter().map(|(place, weight)| *place * *weight).sum();
+/// assert!(nodes.len() == 4 && mean.distance(eye) < 1e-5);
+/// ```
+pub fn nodes_around(bounds: &Aabb, grid: &str, grid_reach: f32, eye: Vec3) -> Result<Option<Vec<(Vec3, f32)>>, String> {
+    let grid = NodeGrid::around(bounds, node_counts(grid)?, grid_reach);
+    let corners = grid.tetrahedron(eye);
+    Ok(corners.map(|corners| corners.into_iter().map(|(node, weight)| (grid.place(node), weight)).collect()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

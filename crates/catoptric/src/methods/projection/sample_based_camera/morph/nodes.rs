@@ -1,5 +1,7 @@
-//! The panoramic cameras at nodes: built when a view first needs them, kept for the next views.
+//! The panoramic cameras at nodes: read from a baked file or built when a view first needs them, kept for the next
+//! views.
 
+use super::bake::BakedNodes;
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
@@ -26,6 +28,8 @@ pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
     /// The objects at which their paths end, because these show environment maps.
     mapped: Vec<u32>,
+    /// Nodes of a baked file.
+    baked: Option<BakedNodes>,
     /// The number of the last view.
     views: u64,
 }
@@ -39,9 +43,29 @@ struct KnownNode {
     view: u64,
 }
 
+/// How the nodes of a view were come by.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct NodeCounts {
+    /// Those that had to be built.
+    pub(super) built: u64,
+    /// Those that were read from a baked file.
+    pub(super) read: u64,
+}
+
+/// The settings of a node's cameras, by those of all nodes.
+pub(super) fn of_node(all: &PanoramaSettings, NodeKey { reflector, order, .. }: NodeKey) -> PanoramaSettings {
+    PanoramaSettings { order, first: Some(vec![reflector]), ..all.clone() }
+}
+
 impl NodeStore {
-    /// The cameras of the nodes that a view needs, in their order, and the number of those that had to be built. Of the
-    /// other nodes those that were needed last are kept, as many as fit into so many bytes.
+    /// Nodes of a baked file.
+    pub(super) fn of_bake(baked: BakedNodes) -> Self {
+        Self { baked: Some(baked), ..Self::default() }
+    }
+
+    /// The cameras of the nodes that a view needs, in their order: known ones, then those of the baked file, and what
+    /// neither has is built. Of the other nodes those that were needed last are kept, as many as fit into so many
+    /// bytes.
     ///
     /// # Errors
     /// As [`PanoramicCameras::new`].
@@ -52,7 +76,7 @@ impl NodeStore {
         settings: &PanoramaSettings,
         (bounds, bytes): (Aabb, u64),
         progress: &dyn Progress,
-    ) -> Result<(Vec<Arc<PanoramicCameras>>, u64), RenderError> {
+    ) -> Result<(Vec<Arc<PanoramicCameras>>, NodeCounts), RenderError> {
         self.views += 1;
         if self.mapped != settings.environment_mapped {
             self.mapped.clone_from(&settings.environment_mapped);
@@ -62,14 +86,21 @@ impl NodeStore {
         let mut seen = HashSet::new();
         let missing: Vec<&WantedNode> =
             wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
-        let built = parallel::map_stage(progress, "building nodes", missing.len(), |index| {
+        let baked = self.baked.as_ref().filter(|baked| baked.holds_for(bounds, &self.mapped));
+        let found = parallel::map_stage(progress, "building nodes", missing.len(), |index| {
             let (key, place) = *missing[index];
-            let settings = PanoramaSettings { order: key.order, first: Some(vec![key.reflector]), ..settings.clone() };
-            PanoramicCameras::new(mirrors, place, &settings, progress)
+            let settings = of_node(settings, key);
+            match baked.and_then(|baked| baked.node(key, place, &settings)) {
+                Some(read) => Ok((read, true)),
+                None => Ok((PanoramicCameras::new(mirrors, place, &settings, progress)?.compact(), false)),
+            }
         })?;
-        let count = built.len() as u64;
-        for ((key, _), cameras) in missing.into_iter().zip(built) {
-            let cameras = Arc::new(cameras?);
+        let mut counts = NodeCounts::default();
+        for ((key, _), found) in missing.into_iter().zip(found) {
+            let (cameras, is_read) = found.map_err(|error: RenderError| error)?;
+            *(if is_read { &mut counts.read } else { &mut counts.built }) += 1;
+            let cameras = Arc::new(cameras);
+            let bounds = baked.filter(|_| is_read).map_or(bounds, BakedNodes::bounds);
             let bytes = cameras.byte_count();
             self.nodes.insert(*key, KnownNode { cameras, bounds, bytes, view: self.views });
         }
@@ -81,7 +112,7 @@ impl NodeStore {
             }
         }
         self.forget(bytes);
-        Ok((found, count))
+        Ok((found, counts))
     }
 
     /// Forgets the nodes that were needed longest ago, but for those of the last view, until the rest fits.

@@ -25,6 +25,10 @@ pub(super) const REACH: f64 = 0.25;
 const MISMATCH: f32 = 0.02;
 const MISMATCH_OF_WAY: f32 = 0.35;
 
+/// A ray that is to meet a mirror in any case leads so far below its surface, as a share of its size. Chosen, not
+/// measured.
+const DEEPER: f64 = 0.01;
+
 /// An appearance at one node.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sighting {
@@ -106,6 +110,8 @@ pub(super) struct Lookout<'a> {
     pub(super) in_nodes: &'a [u32],
     pub(super) path: &'a SpecularPath,
     pub(super) specular: Specular<'a>,
+    /// What a node does not see is followed beyond what it sees.
+    pub(super) cures: bool,
 }
 
 impl Lookout<'_> {
@@ -180,22 +186,29 @@ impl Lookout<'_> {
     ) -> Option<[Option<Sighting>; MOST_NODES]> {
         let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
         let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].projector.eye());
+        let size = self.size(self.path.bounces.first());
+        // Cameras are somewhat off: where they see what grazes the mirror, the ray may pass it.
+        let site_of = |node: usize, seen: &PanoramicProjection| {
+            let (eye, deeper) = (eye_of(node), seen.reflection_point - seen.normal * (DEEPER * size) as f32);
+            let towards = [seen.direction, (deeper - eye).normalize_or_zero()];
+            towards.into_iter().find_map(|direction| self.site(object, eye, direction))
+        };
         let own = seen_at(index)?;
-        let own_site = self.site(object, eye_of(index), own.direction)?;
+        let own_site = site_of(index, own)?;
         // Light stays in one medium.
         let medium = own.path_length / (own.reflection_point.distance(eye_of(index)) + own.last_segment);
-        let reach = REACH * self.size(self.path.bounces.first());
+        let reach = REACH * size;
         let mirror = Mirror { surfaces, object, point: point.as_dvec3(), reach };
         let mut at = [None; MOST_NODES];
         for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
             let eye = eye_of(node);
             let found = match seen_at(node) {
                 Some(_) if node == index => mirror.seen(eye.as_dvec3(), &own_site),
-                Some(seen) => {
-                    self.site(object, eye, seen.direction).and_then(|site| mirror.seen(eye.as_dvec3(), &site))
-                }
-                None => mirror.walked(&own_site, [eye_of(index), eye].map(Vec3::as_dvec3)),
+                Some(seen) => site_of(node, seen).and_then(|site| mirror.seen(eye.as_dvec3(), &site)),
+                None => None,
             };
+            let walked = || mirror.walked(&own_site, [eye_of(index), eye].map(Vec3::as_dvec3));
+            let found = found.or_else(|| if node == index || !self.cures { None } else { walked() });
             let exact = found.and_then(|found| Sighting::exact(&found, eye, point, (own.normal, medium)));
             *at = exact.or_else(|| seen_at(node).map(|seen| Sighting::of(seen, eye)));
         }

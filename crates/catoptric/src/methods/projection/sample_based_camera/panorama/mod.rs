@@ -2,11 +2,12 @@
 
 mod cube;
 mod project;
+mod stored;
 
 pub use project::{PanoramicProjection, PanoramicProjector};
 
 use super::cameras::{CameraDemand, Cameras};
-use super::rays::grid::{RayGrid, RaySampler};
+use super::rays::grid::{DensePathRays, RayGrid, RaySampler};
 use super::settings::{CameraKind, SampleBasedCameraSettings};
 use super::{INFO, MARGIN_CELLS, describe};
 use crate::error::RenderError;
@@ -14,6 +15,7 @@ use crate::light::tracer::Tracer;
 use crate::methods::projection::find::ray_map::{Specular, ViewField};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::methods::{Report, within};
+use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
 use crate::progress::{Cancelled, Progress};
@@ -78,6 +80,8 @@ pub struct PanoramaSettings {
     /// Leaves see the points of their rays at most this far from where they belong, in pixels, from 0.01 to the spacing
     /// of the rays.
     pub accuracy_px: f32,
+    /// The same for paths of one reflection, whose appearances a solver makes exact soon.
+    pub mirror_accuracy_px: f32,
     /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays, 1 to 2; 2
     /// is the paper's rule.
     pub max_shared: f32,
@@ -107,6 +111,7 @@ impl Default for PanoramaSettings {
             order: 1,
             camera,
             accuracy_px,
+            mirror_accuracy_px: accuracy_px,
             max_shared,
             finest_ray_px,
             polish,
@@ -123,6 +128,7 @@ impl PanoramaSettings {
         within("downsampling", self.downsampling as f32, 1.0, 64.0).map_err(wrong)?;
         within("size_px", self.size_px as f32, 1.0, (MAX_RAYS * self.downsampling) as f32).map_err(wrong)?;
         within("accuracy_px", self.accuracy_px, 0.01, self.downsampling as f32).map_err(wrong)?;
+        within("mirror_accuracy_px", self.mirror_accuracy_px, 0.01, self.downsampling as f32).map_err(wrong)?;
         within("max_shared", self.max_shared, 1.0, 2.0).map_err(wrong)?;
         within("finest_ray_px", self.finest_ray_px, 0.03, 1e6).map_err(wrong)?;
         within("polish", self.polish as f32, 0.0, 100.0).map_err(wrong)?;
@@ -132,6 +138,14 @@ impl PanoramaSettings {
         match named.find(|&&object| !is_specular(object)) {
             Some(object) => Err(wrong(format!("object {object} is neither a reflector nor a lens"))),
             None => Ok(()),
+        }
+    }
+
+    /// The accuracy of a path's cameras.
+    fn accuracy_of(&self, path: &SpecularPath) -> f32 {
+        match path.bounces[..] {
+            [Bounce { kind: BounceKind::Reflect, .. }] => self.mirror_accuracy_px,
+            _ => self.accuracy_px,
         }
     }
 
@@ -154,6 +168,24 @@ struct PanoramaFace {
     cameras: Vec<Cameras>,
     /// For each path of all faces, its group here.
     group_of_path: Vec<Option<u32>>,
+    /// For each group whose path has one bounce, the indices of refraction before and behind it.
+    media: Vec<Option<[f32; 2]>>,
+}
+
+/// For each group whose path has one bounce, the indices of refraction before and behind it.
+fn media(grid: &RayGrid, eye: Vec3) -> Vec<Option<[f32; 2]>> {
+    let media = grid.groups.iter().map(|group| {
+        let ray = group.rays.first().filter(|_| group.path.bounces.len() == 1)?;
+        let before = ray.length / ray.first.distance(eye.as_dvec3());
+        before.is_finite().then_some([before as f32, ray.medium as f32])
+    });
+    media.collect()
+}
+
+/// For each path, which of a face's groups is its.
+fn group_of_path(paths: &[SpecularPath], grid: &RayGrid) -> Vec<Option<u32>> {
+    let group_of = |path: &SpecularPath| grid.groups.iter().position(|group| group.path == *path);
+    paths.iter().map(|path| group_of(path).map(|group| group as u32)).collect()
 }
 
 /// Appearances of scene points in mirrors, in any direction from one point: sample-based cameras over the six faces of
@@ -234,6 +266,7 @@ impl PanoramicCameras {
         let accuracy_px = settings.accuracy_px.into();
         let PanoramaSettings { camera, max_shared, finest_ray_px, .. } = *settings;
         let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
+        let demand = (demand, |path: &SpecularPath| settings.accuracy_of(path));
         let seen = |index: usize| -> Result<(RayGrid, Vec<Cameras>), Cancelled> {
             let view = face_view(numbers[index], eye, near, settings);
             let field = ViewField::new(&view, settings.margin_px());
@@ -249,9 +282,8 @@ impl PanoramicCameras {
         let paths: BTreeSet<&SpecularPath> = seen.iter().flat_map(|(grid, _)| &grid.groups).map(|g| &g.path).collect();
         let paths: Vec<SpecularPath> = paths.into_iter().cloned().collect();
         let faces = numbers.into_iter().zip(seen).map(|(number, (grid, cameras))| {
-            let group_of = |path: &SpecularPath| grid.groups.iter().position(|group| group.path == *path);
-            let group_of_path = paths.iter().map(|path| group_of(path).map(|group| group as u32)).collect();
-            PanoramaFace { number, grid, cameras, group_of_path }
+            let (group_of_path, media) = (group_of_path(&paths, &grid), media(&grid, eye));
+            PanoramaFace { number, grid, cameras, group_of_path, media }
         });
         let faces = faces.collect();
         let (object_count, settings) = (scene.objects.len(), settings.clone());
@@ -278,10 +310,19 @@ impl PanoramicCameras {
         report
     }
 
+    /// The same without what only polish and the drawing of leaves need: most of what rays take.
+    pub(super) fn compact(mut self) -> Self {
+        for face in &mut self.faces {
+            face.grid.groups.iter_mut().for_each(DensePathRays::forget_rays);
+            face.cameras.iter_mut().for_each(Cameras::forget_rays);
+        }
+        self
+    }
+
     /// Bytes of the rays and of the cameras over them.
     pub fn byte_count(&self) -> u64 {
         let groups = || self.faces.iter().flat_map(|face| &face.grid.groups);
-        let rays: usize = groups().map(|group| size_of_val(group.rays.as_slice())).sum();
+        let rays: usize = groups().map(DensePathRays::byte_count).sum();
         let cameras = self.faces.iter().flat_map(|face| &face.cameras).map(|cameras| cameras.counts().bytes);
         rays as u64 + cameras.sum::<u64>()
     }

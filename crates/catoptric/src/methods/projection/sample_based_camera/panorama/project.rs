@@ -60,8 +60,6 @@ struct FaceProjector<'a> {
     cameras: CameraProjector<'a>,
     rays: ViewRays,
     eye: Vec3,
-    /// For each group whose path has one bounce, the indices of refraction before and behind it.
-    media: Vec<Option<[f32; 2]>>,
     /// Half faces a pixel, and radians a pixel in the middle.
     pixel: f32,
     /// How near to its border answers are compared with other faces', in half faces.
@@ -193,18 +191,12 @@ impl<'a> FaceProjector<'a> {
             tracer: mirrors.tracer.clone(),
             surfaces: SpecularSurfaces::with_topologies(scene, &mirrors.topologies),
             margin_px: settings.margin_px().into(),
-            accuracy_px: settings.accuracy_px,
+            accuracies_px: face.grid.groups.iter().map(|group| settings.accuracy_of(&group.path)).collect(),
             polish: settings.polish,
             sizes: scene.objects.iter().map(|object| f64::from(object.bounds.diagonal())).collect(),
         };
         let eye = view.eye();
-        let media = face.grid.groups.iter().map(|group| {
-            let ray = group.rays.first().filter(|_| group.path.bounces.len() == 1)?;
-            let before = ray.length / ray.first.distance(eye.as_dvec3());
-            before.is_finite().then_some([before as f32, ray.medium as f32])
-        });
-        let media = media.collect();
-        Self { face, cameras, rays: view.rays(), eye, media, pixel, seam: SEAM_CELLS * settings.spacing_px() * pixel }
+        Self { face, cameras, rays: view.rays(), eye, pixel, seam: SEAM_CELLS * settings.spacing_px() * pixel }
     }
 
     /// Direction of a point by the face's cameras; returns `None` if another face owns it.
@@ -220,8 +212,8 @@ impl<'a> FaceProjector<'a> {
         let [by_x, by_y] = seen.image_change;
         let column = |axis: usize| across * by_x[axis] + down * by_y[axis];
         // Over the wide field of a face the leaves' polynomials for lengths are poor: one segment is measured instead.
-        let measured = self
-            .media
+        let media = &self.face.media;
+        let measured = media
             .get(group as usize)
             .copied()
             .flatten()

@@ -1,5 +1,6 @@
 //! The rays of one path, by the cells of the ray map.
 
+use super::super::layout::{WordReader, WordWriter};
 use super::grid::{GridRay, NO_CELL, RowEntries};
 use super::pieces;
 use crate::methods::projector::SpecularPath;
@@ -11,6 +12,9 @@ const FARTHEST_NEIGHBOUR: f32 = 0.75;
 
 /// A cell that has more than one piece in it or beside it, or none.
 const MIXED: u32 = u32::MAX;
+
+/// The most cells of a map, across or down: far more than one has.
+const MOST_CELLS: u32 = 1 << 12;
 
 /// The regular ray of a cell that has none.
 pub(in super::super) const NO_RAY: u32 = u32::MAX;
@@ -88,6 +92,88 @@ impl DensePathRays {
         (group.piece_of_ray, group.piece_count) = pieces::of(&group, &between, columns, reach);
         group.piece_of_cell = group.pieces_of_cells();
         group
+    }
+
+    /// The number of rays.
+    pub(in super::super) fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    /// The place of a ray, in cells.
+    #[inline]
+    pub(in super::super) fn place_of(&self, ray: usize) -> [f32; 2] {
+        self.places[ray]
+    }
+
+    /// Forgets all of the rays but where they are: cameras need no more to be asked, unless they are polished.
+    pub(in super::super) fn forget_rays(&mut self) {
+        self.rays = Vec::new();
+    }
+
+    /// Bytes of all that is known of them.
+    pub(in super::super) fn byte_count(&self) -> usize {
+        let Self { rays, places, piece_of_ray, starts, regular, piece_of_cell, .. } = self;
+        let cells = [piece_of_ray, starts, regular, piece_of_cell];
+        size_of_val(rays.as_slice())
+            + size_of_val(places.as_slice())
+            + cells.map(|numbers| size_of_val(numbers.as_slice())).iter().sum::<usize>()
+    }
+
+    /// Writes where the rays are and their pieces, without the path.
+    pub(in super::super) fn store(&self, words: &mut WordWriter) {
+        let Self { low, size, piece_count, .. } = self;
+        [low[0], low[1], size[0], size[1], *piece_count].into_iter().for_each(|number| words.number(number));
+        words.number(self.count() as u32);
+        let is_regular = |bin: usize| u32::from(self.regular[bin] != NO_RAY);
+        words.runs((0..self.regular.len()).map(|bin| (self.starts[bin + 1] - self.starts[bin]) << 1 | is_regular(bin)));
+        words.runs(self.piece_of_ray.iter().copied());
+        // Regular rays are in the middle of their cells.
+        let others: Vec<[f32; 2]> = (0..self.regular.len())
+            .flat_map(|bin| self.starts[bin] as usize + is_regular(bin) as usize..self.starts[bin + 1] as usize)
+            .map(|ray| self.places[ray])
+            .collect();
+        words.records(&others);
+    }
+
+    /// The rays that [`Self::store`] has written; `None` for other words.
+    pub(in super::super) fn stored(path: SpecularPath, words: &mut WordReader<'_>) -> Option<Self> {
+        let [low, size] = [[words.number()?, words.number()?], [words.number()?, words.number()?]];
+        let (piece_count, count) = (words.number()?, words.number()? as usize);
+        let is_in_map = |axis: usize| low[axis].checked_add(size[axis]).is_some_and(|end| end <= MOST_CELLS);
+        if !(is_in_map(0) && is_in_map(1)) {
+            return None;
+        }
+        let cells = size[0] as usize * size[1] as usize;
+        // One in each cell, and others whose places are written.
+        if count > cells + words.left() {
+            return None;
+        }
+        let counts = words.runs(cells)?;
+        let (mut starts, mut regular) = (vec![0u32], Vec::with_capacity(counts.len()));
+        for (&count, start) in counts.iter().zip(0..) {
+            let start: u32 = starts[start];
+            let (rays, is_regular) = (count >> 1, count & 1 == 1);
+            starts.push(start.checked_add(rays).filter(|_| rays > 0 || !is_regular)?);
+            regular.push(if is_regular { start } else { NO_RAY });
+        }
+        if starts.last().is_none_or(|end| *end as usize != count) {
+            return None;
+        }
+        let piece_of_ray = words.runs(count)?;
+        let mut others = words.records::<[f32; 2]>()?.into_iter();
+        let mut places = Vec::with_capacity(count);
+        for (bin, regular) in regular.iter().enumerate() {
+            for ray in starts[bin]..starts[bin + 1] {
+                let cell = [low[0] + bin as u32 % size[0], low[1] + bin as u32 / size[0]];
+                places.push(if ray == *regular { cell.map(|cell| cell as f32) } else { others.next()? });
+            }
+        }
+        if others.next().is_some() || !piece_of_ray.iter().all(|piece| *piece < piece_count) {
+            return None;
+        }
+        let mut group = Self { path, places, piece_of_ray, piece_count, low, size, starts, regular, ..Self::default() };
+        group.piece_of_cell = group.pieces_of_cells();
+        Some(group)
     }
 
     /// How many columns and rows of cells there are, and the numbers of their regular rays, row by row; [`NO_RAY`]
@@ -255,6 +341,6 @@ impl DensePathRays {
 
     /// The cell that a ray is nearest to.
     pub(in super::super) fn cell_of(&self, ray: usize) -> [i64; 2] {
-        self.rays[ray].place.map(|place| place.round() as i64)
+        self.places[ray].map(|place| place.round() as i64)
     }
 }

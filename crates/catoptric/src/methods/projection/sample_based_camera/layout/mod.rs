@@ -1,5 +1,9 @@
 //! Leaves as flat records of single precision numbers, without pointers: the same bytes serve every processor.
 
+mod words;
+
+pub(super) use words::{WordReader, WordWriter, halves, whole};
+
 use bytemuck::{Pod, Zeroable};
 
 /// Terms of a polynomial of degree 3 in two variables: `1, x, y, xx, xy, yy, xxx, xxy, xyy, yyy`.
