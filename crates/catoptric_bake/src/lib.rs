@@ -64,7 +64,7 @@ pub mod unit;
 pub use container::{ALIGNMENT, BakedFile, FORMAT_VERSION};
 pub use error::BakeError;
 pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUnit, SCHEMA};
-pub use merge::{Merged, merge, merge_through};
+pub use merge::{Merged, for_each_unit, merge, merge_through};
 pub use methods::{MethodBake, MethodBakeError, MethodUnits};
 pub use plan::{Estimate, PLAN_NAME, Plan};
 pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, run};

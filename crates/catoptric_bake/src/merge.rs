@@ -83,6 +83,32 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
     Ok(Merged { units: plan.identity.unit_count(), bytes: layout.file_bytes })
 }
 
+/// Takes the payloads of all units of a plan, one after the other, once all are there and whole.
+///
+/// # Errors
+/// [`BakeError::Incomplete`] when a unit is missing or bad, those of the store, and those of `take`.
+pub fn for_each_unit<E: From<BakeError>>(
+    plan: &Plan,
+    store: &dyn Store,
+    mut take: impl FnMut(u64, &[u8]) -> Result<(), E>,
+) -> Result<(), E> {
+    let place = store.place("");
+    plan.identity.validate(&place)?;
+    refuse_incomplete(&status(plan, store, Check::Contents)?, &place)?;
+    let hash = plan.hash();
+    for number in 0..plan.identity.unit_count() {
+        let name = unit::file_name(number, plan.identity.unit_count());
+        let bytes = store.get(&name)?;
+        let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number));
+        let Some(Ok(payload)) = decoded else {
+            // It was replaced meanwhile by a run that is still going on.
+            return Err(BakeError::Contended { file: store.place(&name) }.into());
+        };
+        take(number, payload)?;
+    }
+    Ok(())
+}
+
 /// Zeros from an offset to the next multiple of the alignment.
 fn fill(writer: &mut impl Write, from: u64) -> io::Result<()> {
     let zeros = [0; ALIGNMENT as usize];

@@ -222,7 +222,8 @@ pub(crate) struct DrawArgs {
     pub(crate) baked: Vec<PathBuf>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum Motion {
     None,
     Eye,
@@ -341,6 +342,13 @@ pub(crate) enum BakeStep {
     /// Write the plan of a bake and print its estimated costs
     #[command(after_help = "Example:\n  catoptric bake plan room.toml --method light_field -o room.parts")]
     Plan(BakePlanArgs),
+    /// Plan the frames of a sequence: `run`, `status` and `submit` make them, `merge` writes them into a folder
+    #[command(after_help = "Example:\n  \
+        catoptric bake frames room.glb --frames 240 --motion animation --samples 16 -o room.parts\n  \
+        catoptric bake run room.parts --shard 0/4   (one of these for each of 4)\n  \
+        catoptric bake merge room.parts -o room     (room/frame-000000.png and so on)\n\n\
+        Every frame is drawn by itself, as if it were the first, so it does not depend on who draws it.")]
+    Frames(BakeFramesArgs),
     /// Make the units of a plan that are missing
     #[command(after_help = "Examples:\n  catoptric bake run room.parts\n  \
         catoptric bake run room.parts --shard 2/8 --max-time 50m\n\n\
@@ -431,6 +439,42 @@ pub(crate) struct BakePlanArgs {
 }
 
 #[derive(Args)]
+pub(crate) struct BakeFramesArgs {
+    #[command(flatten)]
+    pub(crate) what: BakeWhatArgs,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
+    /// Frames to draw
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), help_heading = "View")]
+    pub(crate) frames: u32,
+    /// Motion from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
+    #[arg(long, value_enum, default_value = "animation", help_heading = "View")]
+    pub(crate) motion: Motion,
+    /// Antialiasing samples a pixel
+    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(help_heading = "Method")]
+    pub(crate) samples: u32,
+    /// A merged bake for the method (repeat)
+    #[arg(long, value_name = "FILE", help_heading = "Method")]
+    pub(crate) baked: Vec<PathBuf>,
+    /// The kind of the pictures
+    #[arg(long, value_enum, default_value = "png", help_heading = "Output")]
+    pub(crate) format: FrameFormat,
+    /// The place that plan and frames go to: a folder, created if absent, or s3://bucket/prefix
+    #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
+    pub(crate) output: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum FrameFormat {
+    /// 8-bit sRGB
+    Png,
+    /// Linear RGBA floats
+    Exr,
+}
+
+#[derive(Args)]
 pub(crate) struct BakeRunArgs {
     /// The place of the plan: a folder, or s3://bucket/prefix
     #[arg(value_name = "PLACE", help_heading = "Scene")]
@@ -466,7 +510,7 @@ pub(crate) struct BakeMergeArgs {
     /// The place of the plan: a folder, or s3://bucket/prefix
     #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
-    /// File of the bake
+    /// File of the bake; of frames the folder of the pictures
     #[arg(long, short, value_name = "FILE", help_heading = "Output")]
     pub(crate) output: PathBuf,
 }

@@ -133,6 +133,56 @@ impl<'a> Shot<'a> {
         Ok(shot)
     }
 
+    /// Of a scene that is known already, without times.
+    pub(crate) fn of(
+        model: Model,
+        (roles, shadows, time): (Vec<RoleRule>, Shadows, f32),
+        (view, motion, frames): (&'a ViewArgs, Motion, u32),
+        quality: Quality,
+        bakes: Shelf,
+    ) -> Result<Self, Failure> {
+        let scene = Arc::new(scene_source::pose(&model, time, &roles, shadows, None)?);
+        let (budget_ms, setup_ms, gpu) = (None, Vec::new(), None);
+        let shot =
+            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
+        shot.frame_view(&shot.scene, 0)?;
+        Ok(shot)
+    }
+
+    /// The scene of a frame.
+    pub(crate) fn scene_of_frame(&self, frame: u32) -> Result<Arc<Scene>, Failure> {
+        match self.motion {
+            Motion::None | Motion::Eye => Ok(self.scene.clone()),
+            Motion::Animation => {
+                Ok(Arc::new(scene_source::pose(&self.model, self.time_of(frame), &self.roles, self.shadows, None)?))
+            }
+        }
+    }
+
+    fn time_of(&self, frame: u32) -> f32 {
+        self.time + frame as f32 / FRAMES_PER_SECOND
+    }
+
+    /// A frame by itself, whatever was drawn before: on the CPU, so many times smaller in both directions.
+    pub(crate) fn draw_frame(
+        &self,
+        chosen: &Chosen,
+        frame: u32,
+        smaller: u32,
+        progress: &dyn Progress,
+    ) -> Result<Framebuffer, Failure> {
+        if let Some(unfit) = &chosen.unfit {
+            return Err(Failure::input(unfit));
+        }
+        let scene = self.scene_of_frame(frame)?;
+        let mut view = self.frame_view(&scene, frame)?;
+        (view.width, view.height) = ((view.width / smaller).max(1), (view.height / smaller).max(1));
+        let mut prepared = chosen.method.prepare(&scene, self.quality, chosen.bake.clone(), progress)?;
+        let mut picture = Framebuffer::new(view.width, view.height);
+        prepared.frame(&view, progress)?.draw(&mut picture, progress)?;
+        Ok(picture)
+    }
+
     /// Prepares the method and draws all frames, within the budget if there is one.
     pub(crate) fn draw(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
         if let Some(gpu) = &self.gpu
@@ -200,7 +250,7 @@ impl<'a> Shot<'a> {
             let start = Instant::now();
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
-                let time = self.time + frame as f32 / FRAMES_PER_SECOND;
+                let time = self.time_of(frame);
                 let before = Some((&*drawing.scene, &mut memory));
                 let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, before)?;
                 stages.push(("pose", milliseconds(start)));
@@ -236,7 +286,8 @@ impl<'a> Shot<'a> {
         Ok(milliseconds(start) * pixels / (f64::from(view.width) * f64::from(view.height)))
     }
 
-    fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
+    /// The view of a frame.
+    pub(crate) fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
         let mut camera = camera(self.view, scene)?;
         if self.motion == Motion::Eye {
             let angle = (frame as f32 * ORBIT_STEP_DEG).to_radians();

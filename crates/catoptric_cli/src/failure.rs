@@ -68,6 +68,14 @@ impl Failure {
         Self::Input(anyhow::anyhow!("{problem}"))
     }
 
+    /// What went wrong.
+    pub(crate) fn message(&self) -> String {
+        match self {
+            Self::Usage(problem) => problem.clone(),
+            Self::Input(error) => error.to_string(),
+        }
+    }
+
     /// A failed write to standard output.
     pub(crate) fn standard_output(error: std::io::Error) -> Self {
         Self::input(format!("standard output: cannot write to it: {error}"))

@@ -1,5 +1,6 @@
 //! `catoptric bake`: long precomputation, whole or step by step.
 
+mod frames;
 mod place;
 mod recipe;
 mod submit;
@@ -13,11 +14,12 @@ use crate::terminal::Terminal;
 use catoptric::output;
 use catoptric::progress::Stage;
 use catoptric_bake::{
-    Check, Claim, Estimate, MethodUnits, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, merge,
+    Check, Claim, Estimate, Identity, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, Work, merge,
     merge_through, status,
 };
 use clap::ArgMatches;
 use recipe::Recipe;
+use serde::de::DeserializeOwned;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,7 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
     match step {
         BakeStep::Plan(args) => plan(args, options, terminal),
         BakeStep::Views(args) => views(args, options, terminal),
+        BakeStep::Frames(args) => frames::plan(args, options, terminal),
         BakeStep::Run(args) => run_shard(args, terminal),
         BakeStep::Status(args) => tell_status(args, terminal),
         BakeStep::Merge(args) => merge_units(args, terminal),
@@ -108,17 +111,21 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     };
     let store = place::open(&args.place)?;
     let plan = Plan::load(&*store)?;
-    let fail = |problem: String| Failure::input(format!("{}: {problem}", store.place(PLAN_NAME)));
-    let recipe: Recipe = serde_json::from_value(plan.recipe.clone())
-        .map_err(|error| fail(format!("recipe: {error}; plan again in another folder")))?;
-    let ingredients = recipe.ingredients()?;
-    let bake = ingredients.bake()?;
-    if let Some(difference) = plan.identity.difference(&bake.identity()?) {
-        return Err(fail(format!("the scene or the program has changed since: {difference}; plan again elsewhere")));
-    }
+    let file = store.place(PLAN_NAME);
     let units = args.units.as_deref().map(read_units).transpose()?;
     let portion = Portion { shard, units: units.as_deref() };
-    let report = work(&plan, &*store, &bake.units()?, portion, args.stop.max_time, terminal)?;
+    let max_time = args.stop.max_time;
+    let report = if let Some(recipe) = frames::recipe_of(&plan, &file)? {
+        let view = recipe.view();
+        let sequence = recipe.sequence(&view)?;
+        refuse_changed(&plan, &sequence.identity()?, &file)?;
+        work(&plan, &*store, &sequence, portion, max_time, terminal)?
+    } else {
+        let ingredients = read_recipe::<Recipe>(&plan, &file)?.ingredients()?;
+        let bake = ingredients.bake()?;
+        refuse_changed(&plan, &bake.identity()?, &file)?;
+        work(&plan, &*store, &bake.units()?, portion, max_time, terminal)?
+    };
     if report.left > 0 {
         return Ok(stopped(&report, &args.place, terminal));
     }
@@ -129,6 +136,22 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
         args.place
     );
     Ok(terminal.unless_quiet(text).into())
+}
+
+/// The recipe of a plan in a file.
+fn read_recipe<R: DeserializeOwned>(plan: &Plan, file: &str) -> Result<R, Failure> {
+    serde_json::from_value(plan.recipe.clone())
+        .map_err(|error| Failure::input(format!("{file}: recipe: {error}; plan again in another folder")))
+}
+
+/// Refuses a plan of something else than what its recipe leads to now.
+fn refuse_changed(plan: &Plan, now: &Identity, file: &str) -> Result<(), Failure> {
+    match plan.identity.difference(now) {
+        None => Ok(()),
+        Some(difference) => Err(Failure::input(format!(
+            "{file}: the scene or the program has changed since: {difference}; plan again elsewhere"
+        ))),
+    }
 }
 
 fn tell_status(args: &BakeStatusArgs, terminal: &Terminal) -> Result<Output, Failure> {
@@ -157,6 +180,9 @@ fn tell_status(args: &BakeStatusArgs, terminal: &Terminal) -> Result<Output, Fai
 fn merge_units(args: &BakeMergeArgs, terminal: &Terminal) -> Result<Output, Failure> {
     let store = place::open(&args.place)?;
     let plan = Plan::load(&*store)?;
+    if let Some(recipe) = frames::recipe_of(&plan, &store.place(PLAN_NAME))? {
+        return frames::write(&recipe, &plan, &*store, &args.output, terminal);
+    }
     let merged = merge(&plan, &*store, &args.output)?;
     let text = format!("{}: {} units, {}\n", args.output.display(), merged.units, size(merged.bytes));
     Ok(terminal.unless_quiet(text).into())
@@ -199,7 +225,7 @@ fn read_units(path: &Path) -> Result<Vec<u64>, Failure> {
 fn work(
     plan: &Plan,
     store: &dyn Store,
-    units: &MethodUnits<'_>,
+    units: &dyn Work,
     Portion { shard, units: listed }: Portion<'_>,
     max_time: Option<Duration>,
     terminal: &Terminal,

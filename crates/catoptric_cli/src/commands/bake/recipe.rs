@@ -6,7 +6,8 @@ use crate::scene_source::{self, RoleWord};
 use crate::settings;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest};
 use catoptric::methods::{self, Quality, Settings};
-use catoptric::scene::Scene;
+use catoptric::scene::roles::RoleRule;
+use catoptric::scene::{Model, Scene};
 use catoptric_bake::MethodBake;
 use clap::ArgMatches;
 use serde::{Deserialize, Serialize};
@@ -64,12 +65,23 @@ impl Recipe {
         })
     }
 
-    /// Loads the scene.
-    pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
+    /// The model with the roles of its parts, whether lights cast shadows, and the moment.
+    pub(super) fn model(&self) -> Result<(Model, (Vec<RoleRule>, Shadows, f32)), Failure> {
         let roles = scene_source::rules(&self.roles)?;
         let model = scene_source::load(&self.scene, self.environment.as_deref())?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
-        let scene = scene_source::pose(&model, self.time, &roles, shadows, None)?;
+        Ok((model, (roles, shadows, self.time)))
+    }
+
+    /// The method, the settings that were given, and the highest order of paths.
+    pub(super) fn method(&self) -> (&str, &Table, u32) {
+        (&self.method, &self.settings, self.order)
+    }
+
+    /// Loads the scene.
+    pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
+        let (model, (roles, shadows, time)) = self.model()?;
+        let scene = scene_source::pose(&model, time, &roles, shadows, None)?;
         let chosen = settings::choose(&self.method, &model, &self.settings)?;
         let quality = Quality { samples: 1, order: self.order };
         Ok(Ingredients { scene, settings: chosen.settings, method: chosen.info, quality })
@@ -108,6 +120,7 @@ fn read_settings(path: &Path, info: &methods::MethodInfo) -> Result<Table, Failu
     ))
 }
 
-fn whole(path: &Path) -> PathBuf {
+/// The whole path of a file.
+pub(super) fn whole(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.into())
 }
