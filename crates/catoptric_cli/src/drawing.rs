@@ -28,6 +28,9 @@ const ESTIMATE_SCALE: u32 = 8;
 /// The field of view of `--eye` without `--fov`.
 const DEFAULT_FOV_DEG: f32 = 40.0;
 
+/// Roles over the scene's own, whether its lights cast shadows, and the time of the first frame.
+pub(crate) type Moment = (Vec<RoleRule>, Shadows, f32);
+
 /// The scene, quality and frames to be drawn, the same for every method.
 pub(crate) struct Shot<'a> {
     pub(crate) model: Model,
@@ -136,7 +139,7 @@ impl<'a> Shot<'a> {
     /// Of a scene that is known already, without times.
     pub(crate) fn of(
         model: Model,
-        (roles, shadows, time): (Vec<RoleRule>, Shadows, f32),
+        (roles, shadows, time): Moment,
         (view, motion, frames): (&'a ViewArgs, Motion, u32),
         quality: Quality,
         bakes: Shelf,

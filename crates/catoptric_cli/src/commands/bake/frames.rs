@@ -85,6 +85,9 @@ pub(super) fn plan(args: &BakeFramesArgs, options: &ArgMatches, terminal: &Termi
     let view = recipe.view();
     let sequence = recipe.sequence(&view)?;
     let identity = sequence.identity()?;
+    if args.motion == Motion::Animation && args.frames > 1 && sequence.shot.model.animations.is_empty() {
+        terminal.warn(&["the scene has no animation: all frames are the same; --motion eye moves the eye".into()]);
+    }
     let store = place::create(&args.output)?;
     let plan = Plan { identity, recipe: serde_json::to_value(&recipe)?, estimate: sequence.estimate()? };
     plan.publish(&*store)?;

@@ -1,12 +1,12 @@
 //! The recipe of a plan: how its work is made again, on this machine or another.
 
 use crate::args::{BakeWhatArgs, Shadows};
+use crate::drawing::Moment;
 use crate::failure::Failure;
 use crate::scene_source::{self, RoleWord};
 use crate::settings;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest};
 use catoptric::methods::{self, Quality, Settings};
-use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, Scene};
 use catoptric_bake::MethodBake;
 use clap::ArgMatches;
@@ -65,8 +65,8 @@ impl Recipe {
         })
     }
 
-    /// The model with the roles of its parts, whether lights cast shadows, and the moment.
-    pub(super) fn model(&self) -> Result<(Model, (Vec<RoleRule>, Shadows, f32)), Failure> {
+    /// Loads the model, with what it is posed by.
+    pub(super) fn model(&self) -> Result<(Model, Moment), Failure> {
         let roles = scene_source::rules(&self.roles)?;
         let model = scene_source::load(&self.scene, self.environment.as_deref())?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
