@@ -24,8 +24,10 @@ const PAYLOAD_VERSION: u32 = 1;
 /// A node with more bytes is refused. Those of the default settings have less than a hundredth of that.
 const MOST_BYTES: u64 = 48 << 20;
 
-/// Nodes that are made for an estimate: it takes about a second.
+/// Nodes that are made for an estimate at the most, so many at once, for as long as they take no longer than this.
 const ESTIMATED_NODES: usize = 16;
+const ESTIMATED_AT_ONCE: usize = 4;
+const ESTIMATE_MS: f64 = 1000.0;
 
 /// The nodes of all grids.
 #[derive(Clone, Debug)]
@@ -177,11 +179,16 @@ impl NodeMaker<'_> {
             let count = self.table.count();
             // As far apart as they can be, whatever the numbers of rows are.
             let number = |index: usize| ((index as f64 + 0.5) * 0.618_033_988_75).fract() * count as f64;
-            let mut watch = Stopwatch::new();
-            let made = parallel::map_collect(ESTIMATED_NODES, |index| self.node(number(index) as usize));
-            let seconds = watch.lap_ms() * 1e-3 * parallel::thread_count() as f64;
-            let bytes: usize = made.into_iter().flatten().flatten().map(|made| made.len()).sum();
-            let share = count as f64 / ESTIMATED_NODES as f64;
+            let (mut watch, mut spent_ms, mut bytes, mut made) = (Stopwatch::new(), 0.0, 0, 0);
+            while made < ESTIMATED_NODES && spent_ms < ESTIMATE_MS {
+                let node = |index: usize| self.node(number(made + index) as usize);
+                let nodes = parallel::map_collect(ESTIMATED_AT_ONCE, node);
+                bytes += nodes.into_iter().flatten().flatten().map(|node| node.len()).sum::<usize>();
+                made += ESTIMATED_AT_ONCE;
+                spent_ms += watch.lap_ms();
+            }
+            let seconds = spent_ms * 1e-3 * parallel::thread_count() as f64;
+            let share = count as f64 / made as f64;
             (seconds * share, bytes as f64 * share)
         })
     }
