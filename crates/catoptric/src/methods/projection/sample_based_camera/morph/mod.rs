@@ -49,8 +49,8 @@ const MOST_REFLECTORS: usize = 8;
 /// again. Chosen, not measured.
 const FACE_WORK: u64 = 2_000_000;
 
-/// In a single mirror a node's cameras tell where the solver starts: an accuracy of a pixel is enough, takes a twelfth of
-/// the bytes of a tenth of a pixel on `two_spheres`, and leads to the same appearances.
+/// In a single mirror a node's cameras tell where the solver starts: an accuracy of a pixel is enough, takes a twelfth
+/// of the bytes of a tenth of a pixel on `two_spheres`, and leads to the same appearances.
 const MIRROR_ACCURACY_PX: f32 = 1.0;
 
 /// The method with its settings.
