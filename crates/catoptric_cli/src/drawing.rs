@@ -94,10 +94,10 @@ impl Processor {
 }
 
 /// Refuses numbers of samples that a method cannot take.
-pub(crate) fn check_samples(args: &DrawArgs, method: &MethodInfo) -> Result<(), Failure> {
+pub(crate) fn check_samples(samples: u32, method: &MethodInfo) -> Result<(), Failure> {
     let counts: Vec<String> = SAMPLE_COUNTS.iter().map(ToString::to_string).collect();
-    method.check_samples(args.samples).map_err(|_| {
-        let (samples, id, counts) = (args.samples, method.id, counts.join(", "));
+    method.check_samples(samples).map_err(|_| {
+        let (id, counts) = (method.id, counts.join(", "));
         Failure::usage(format!("--samples {samples}: method `{id}` takes {counts}; `reference` takes any number"))
     })
 }

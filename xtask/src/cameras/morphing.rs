@@ -33,12 +33,10 @@ const WALKS: [(&str, u32); 3] = [("sphere_room", 1), ("two_spheres", 2), ("vase"
 /// Frames of the walk.
 const FRAMES: u32 = 120;
 
-/// The middle of the largest reflector's box, and its number.
-fn largest_reflector(scene: &Scene) -> Result<(Vec3, u32)> {
-    let objects = scene.specular_objects();
-    let size = |object: &u32| scene.objects[*object as usize].bounds.diagonal();
-    let largest = objects.into_iter().max_by(|a, b| size(a).total_cmp(&size(b))).context("there is a reflector")?;
-    Ok((scene.objects[largest as usize].bounds.center(), largest))
+/// The largest reflector's box.
+fn largest_reflector(scene: &Scene) -> Result<Aabb> {
+    let boxes = scene.specular_objects().into_iter().map(|object| scene.objects[object as usize].bounds);
+    boxes.max_by(|a, b| a.diagonal().total_cmp(&b.diagonal())).context("there is a reflector")
 }
 
 fn view_from(stage: &Stage, eye: Vec3, target: Vec3) -> View {
@@ -53,8 +51,8 @@ fn settings(ambiguous: &str) -> String {
 /// Above what shows from four nodes; below blended without what some of them do not see, blended with that, and traced.
 pub(crate) fn draw() -> Result<RgbImage> {
     let mut stage = Stage::new(SCENE, FULL, 1)?.with_samples(16);
-    let (center, reflector) = largest_reflector(&stage.scene)?;
-    let bounds = stage.scene.objects[reflector as usize].bounds;
+    let bounds = largest_reflector(&stage.scene)?;
+    let center = bounds.center();
     // Somewhat aside: from the scene's own camera, in the plane of two nodes, there would be three.
     let eye = stage.view.eye() + Vec3::X * 0.15;
     let nodes =
@@ -132,9 +130,9 @@ pub(crate) fn print_walk() -> Result<()> {
     };
     for (specification, order) in WALKS {
         let stage = Stage::new(specification, [240, 160], order)?;
-        let (center, reflector) = largest_reflector(&stage.scene)?;
-        let views = walk(&stage, center);
-        let passed = tetrahedra(&stage.scene.objects[reflector as usize].bounds, &views)?;
+        let bounds = largest_reflector(&stage.scene)?;
+        let views = walk(&stage, bounds.center());
+        let passed = tetrahedra(&bounds, &views)?;
         let frames = |mut session: Session| -> Result<Vec<Framebuffer>> {
             views.iter().map(|view| Ok(session.draw(view)?.picture)).collect()
         };

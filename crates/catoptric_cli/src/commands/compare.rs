@@ -43,7 +43,7 @@ pub(crate) fn run(
 ) -> Result<Output, Failure> {
     let selected = selection::select(&args.method, &args.set)?;
     for wanted in &selected.methods {
-        check_samples(&args.draw, methods::find(&wanted.id).map_err(Failure::usage)?)?;
+        check_samples(args.draw.samples, methods::find(&wanted.id).map_err(Failure::usage)?)?;
     }
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
     let method = methods::find(&args.method).map_err(Failure::usage)?;
-    check_samples(&args.draw, method)?;
+    check_samples(args.draw.samples, method)?;
     let outputs = outputs(args)?;
     let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();

@@ -4,7 +4,7 @@ use super::recipe::{Recipe, whole};
 use super::{place, read_recipe, summary};
 use crate::args::{BakeFramesArgs, FrameFormat, Motion, ViewArgs};
 use crate::baked;
-use crate::drawing::Shot;
+use crate::drawing::{Shot, check_samples};
 use crate::failure::{Failure, Output};
 use crate::settings::{self, Chosen};
 use crate::terminal::Terminal;
@@ -12,7 +12,7 @@ use catoptric::methods::{self, Quality};
 use catoptric::output;
 use catoptric::parallel;
 use catoptric::picture::{self, PictureFormat};
-use catoptric::progress::{Silent, Stage};
+use catoptric::progress::{Progress, Silent, Stage};
 use catoptric_bake::unit::MAX_PAYLOAD_BYTES;
 use catoptric_bake::{
     Check, Estimate, Identity, Payload, Plan, PlannedUnit, SCHEMA, Store, Work, for_each_unit, status,
@@ -65,7 +65,8 @@ struct Frames {
 pub(super) struct Sequence<'a> {
     shot: Shot<'a>,
     chosen: Chosen,
-    format: PictureFormat,
+    format: FrameFormat,
+    size: [u32; 2],
     /// The hashes of the bakes that are looked up.
     baked: Vec<String>,
 }
@@ -89,7 +90,7 @@ pub(super) fn plan(args: &BakeFramesArgs, options: &ArgMatches, terminal: &Termi
         terminal.warn(&["the scene has no animation: all frames are the same; --motion eye moves the eye".into()]);
     }
     let store = place::create(&args.output)?;
-    let plan = Plan { identity, recipe: serde_json::to_value(&recipe)?, estimate: sequence.estimate()? };
+    let plan = Plan { identity, recipe: serde_json::to_value(&recipe)?, estimate: sequence.estimate(terminal)? };
     plan.publish(&*store)?;
     let text = format!("{}: {}\n", args.output, summary(&plan, &status(&plan, &*store, Check::Sizes)?));
     Ok(terminal.unless_quiet(text).into())
@@ -149,7 +150,7 @@ impl SequenceRecipe {
     fn new(args: &BakeFramesArgs, options: &ArgMatches) -> Result<Self, Failure> {
         let BakeFramesArgs { what, view, frames, motion, samples, baked, format, .. } = args;
         let method = methods::find(&what.method).map_err(Failure::usage)?;
-        method.check_samples(*samples).map_err(|error| Failure::usage(format!("--samples {samples}: {error}")))?;
+        check_samples(*samples, method)?;
         let ViewArgs { size, camera, eye, target, up, fov } = view;
         let numbers = |vector: &Option<Vec3>| vector.map(|vector| vector.to_array());
         let sequence = Frames {
@@ -187,7 +188,7 @@ impl SequenceRecipe {
 
     /// Loads the scene and the bakes.
     pub(super) fn sequence<'a>(&self, view: &'a ViewArgs) -> Result<Sequence<'a>, Failure> {
-        let Frames { frames, motion, samples, baked, format, .. } = &self.sequence;
+        let Frames { frames, motion, size, samples, baked, format, .. } = &self.sequence;
         let (method, given, order) = self.of.method();
         let (model, moment) = self.of.model()?;
         let shelf = baked::open(baked)?;
@@ -199,7 +200,7 @@ impl SequenceRecipe {
         if let Some(unfit) = &chosen.unfit {
             return Err(Failure::input(unfit));
         }
-        Ok(Sequence { shot, chosen, format: format.picture(), baked: hashes })
+        Ok(Sequence { shot, chosen, format: *format, size: *size, baked: hashes })
     }
 }
 
@@ -210,7 +211,6 @@ impl Sequence<'_> {
     pub(super) fn identity(&self) -> Result<Identity, Failure> {
         let Shot { frames, motion, quality, .. } = &self.shot;
         let mut hasher = blake3::Hasher::new();
-        let mut first = None;
         for frame in [0, frames / 2, frames - 1] {
             let scene = self.shot.scene_of_frame(frame)?;
             scene.write_identity(|_| false, &mut |piece| {
@@ -218,10 +218,8 @@ impl Sequence<'_> {
             });
             let view = self.shot.frame_view(&scene, frame)?;
             hasher.update(format!("{:?} {:?}", view.world_from_view, view.projection).as_bytes());
-            first.get_or_insert(view);
         }
-        let size = first.map_or([0; 2], |view| [view.width, view.height]);
-        let format = if self.format == PictureFormat::Png { FrameFormat::Png } else { FrameFormat::Exr };
+        let (format, size) = (self.format, self.size);
         let unit = |frame: u32| PlannedUnit {
             name: format!("frame {frame}"),
             bytes: format.most_bytes(size),
@@ -246,10 +244,11 @@ impl Sequence<'_> {
     }
 
     /// The costs, by a small picture of the frame in the middle.
-    fn estimate(&self) -> Result<Estimate, Failure> {
+    fn estimate(&self, progress: &dyn Progress) -> Result<Estimate, Failure> {
         let begun = Instant::now();
-        let picture = self.shot.draw_frame(&self.chosen, self.shot.frames / 2, ESTIMATE_SCALE, &Silent)?;
-        let bytes = picture::encode(self.format, &picture).map_err(|error| Failure::input(error.to_string()))?.len();
+        let picture = self.shot.draw_frame(&self.chosen, self.shot.frames / 2, ESTIMATE_SCALE, progress)?;
+        let bytes =
+            picture::encode(self.format.picture(), &picture).map_err(|error| Failure::input(error.to_string()))?.len();
         let frames = f64::from(self.shot.frames) * f64::from(ESTIMATE_SCALE * ESTIMATE_SCALE);
         let secs = begun.elapsed().as_secs_f64() * parallel::thread_count() as f64 * frames;
         Ok(Estimate { core_hours: secs / 3600.0, bytes: (bytes as f64 * frames) as u64 })
@@ -261,7 +260,7 @@ impl Work for Sequence<'_> {
         let frame = |number: u64| {
             let frame = u32::try_from(number).map_err(|error| error.to_string())?;
             let picture = self.shot.draw_frame(&self.chosen, frame, 1, &Silent).map_err(|failure| failure.message())?;
-            let bytes = picture::encode(self.format, &picture).map_err(|error| error.to_string())?;
+            let bytes = picture::encode(self.format.picture(), &picture).map_err(|error| error.to_string())?;
             Ok(Payload { bytes, note: None })
         };
         numbers.map(frame).collect()

@@ -241,6 +241,9 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
+        if M::INFO.bake.is_none() {
+            M::INFO.refuse_bake(bake.clone())?;
+        }
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
         let mut mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;

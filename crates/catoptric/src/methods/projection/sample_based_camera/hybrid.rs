@@ -65,6 +65,11 @@ fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayFi
     Ok(mapped)
 }
 
+/// The numbers of the objects of such a list.
+pub(super) fn numbers(mapped: &[bool]) -> Vec<u32> {
+    (0..).zip(mapped).filter(|(_, mapped)| **mapped).map(|(object, _)| object).collect()
+}
+
 /// The reflectors of a view that show environment maps.
 pub(super) struct MappedReflectors {
     /// True for each object that does.
@@ -123,7 +128,7 @@ impl MappedReflectors {
 
     /// The objects' numbers.
     pub(super) fn objects(&self) -> Vec<u32> {
-        (0..).zip(&self.mapped).filter(|(_, mapped)| **mapped).map(|(object, _)| object).collect()
+        numbers(&self.mapped)
     }
 
     pub(super) fn describe(&self, report: &mut Report) {

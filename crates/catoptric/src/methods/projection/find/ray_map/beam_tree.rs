@@ -65,6 +65,16 @@ pub struct BeamTree {
 /// Stack size: at most eleven levels (2^32 leaves), each with at most eight waiting.
 const MAX_WAITING: usize = 12 * LANES;
 
+/// Index of the children of each node's first lane, by the sizes of the levels from the leaves up.
+fn first_children(sizes: &[usize]) -> Vec<u32> {
+    let mut children = Vec::new();
+    for size in sizes.iter().rev() {
+        let next = children.len() + size;
+        children.extend((0..*size).map(|node| (next + node * LANES) as u32));
+    }
+    children
+}
+
 impl BeamTree {
     /// Over leaves that reach `reaches[ends[leaf - 1]..ends[leaf]]`; leaves that follow one another should be near each
     /// other. Points are expected about `distance` away from where rays start.
@@ -78,13 +88,8 @@ impl BeamTree {
             levels.push(beams.chunks(LANES).map(BeamNode::of).collect());
             ends = ends.chunks(LANES).filter_map(|ends| ends.last().copied()).collect();
         }
-        let (mut nodes, mut first_children) = (Vec::new(), Vec::new());
-        for level in levels.iter().rev() {
-            let next = nodes.len() + level.len();
-            first_children.extend((0..level.len()).map(|node| (next + node * LANES) as u32));
-            nodes.extend_from_slice(level);
-        }
-        Self { nodes, first_children }
+        let sizes: Vec<usize> = levels.iter().map(Vec::len).collect();
+        Self { nodes: levels.into_iter().rev().flatten().collect(), first_children: first_children(&sizes) }
     }
 
     /// The numbers that it consists of.
@@ -101,16 +106,11 @@ impl BeamTree {
         while let Some(&last) = levels.last().filter(|last| **last > 1) {
             levels.push(last.div_ceil(LANES));
         }
-        let mut first_children = Vec::with_capacity(nodes.len());
-        for &level in levels.iter().rev() {
-            let next = first_children.len() + level;
-            first_children.extend((0..level).map(|node| (next + node * LANES) as u32));
-            if first_children.len() > nodes.len() {
-                return None;
-            }
-        }
-        let is_whole = first_children.len() == nodes.len();
-        is_whole.then(|| Self { nodes: nodes.iter().map(BeamNode::of_numbers).collect(), first_children })
+        let is_whole = levels.iter().sum::<usize>() == nodes.len();
+        is_whole.then(|| Self {
+            nodes: nodes.iter().map(BeamNode::of_numbers).collect(),
+            first_children: first_children(&levels),
+        })
     }
 
     /// Calls `found` with every leaf whose beam holds a point, but for rounding.

@@ -8,7 +8,7 @@ use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, LeafNumber};
 use super::{MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::methods::projection::find::ray_map::{BeamTree, Reach};
 use crate::methods::projection::sample_based_camera::layout::{
-    BundleLeaf, PinholeLeaf, SplitNode, WordReader, WordWriter, halves, whole,
+    BundleLeaf, PinholeLeaf, SplitNode, WordReader, WordWriter,
 };
 use crate::methods::projection::sample_based_camera::rays::grid::GridRay;
 use crate::parallel;
@@ -203,7 +203,7 @@ impl PinholeTrees {
         words.records(&self.leaves);
         words.records(&self.cells);
         words.records(&self.beams.numbers().collect::<Vec<f32>>());
-        words.records(&[self.lists, self.listed_rays, self.unsplit].map(halves));
+        words.counts([self.lists, self.listed_rays, self.unsplit]);
     }
 
     /// The trees that [`Self::store`] has written; `None` for other words.
@@ -212,8 +212,7 @@ impl PinholeTrees {
         let nodes: Vec<SplitNode> = words.records()?;
         let (leaves, cells): (Vec<PinholeLeaf>, Vec<BundleLeaf>) = (words.records()?, words.records()?);
         let beams = BeamTree::of_numbers(cells.len(), &words.records::<f32>()?)?;
-        let [lists, listed_rays, unsplit] =
-            words.records::<[u32; 2]>()?.first_chunk().map(|counts: &[_; 3]| counts.map(whole))?;
+        let [lists, listed_rays, unsplit] = words.counts()?;
         // Ways lead from nodes to later ones: they end.
         let goes_on = |(number, node): (usize, &SplitNode)| {
             node.children.iter().all(|child| child & SplitNode::LEAF != 0 || *child as usize > number)

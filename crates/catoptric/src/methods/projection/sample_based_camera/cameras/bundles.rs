@@ -3,7 +3,7 @@
 use super::fit::{Fit, FitSpan, FitTerms, is_accurate};
 use super::{Added, CameraBuilder, Counts, MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::methods::projection::find::ray_map::{BeamTree, Reach};
-use crate::methods::projection::sample_based_camera::layout::{BundleLeaf, WordReader, WordWriter, halves, whole};
+use crate::methods::projection::sample_based_camera::layout::{BundleLeaf, WordReader, WordWriter};
 use crate::methods::projection::sample_based_camera::rays::grid::GridRay;
 use crate::parallel;
 use glam::{DVec3, Vec2, Vec3};
@@ -275,16 +275,14 @@ impl BundleTree {
     pub(in super::super) fn store(&self, words: &mut WordWriter) {
         words.records(&self.leaves);
         words.records(&self.beams.numbers().collect::<Vec<f32>>());
-        let counts = [self.interpolating_leaves, self.rays_in_interpolating_leaves, self.unrefined_blocks];
-        words.records(&counts.map(halves));
+        words.counts([self.interpolating_leaves, self.rays_in_interpolating_leaves, self.unrefined_blocks]);
     }
 
     /// The leaves that [`Self::store`] has written; `None` for other words.
     pub(in super::super) fn stored(words: &mut WordReader<'_>) -> Option<Self> {
         let leaves: Vec<BundleLeaf> = words.records()?;
         let beams = BeamTree::of_numbers(leaves.len(), &words.records::<f32>()?)?;
-        let [interpolating_leaves, rays_in_interpolating_leaves, unrefined_blocks] =
-            words.records::<[u32; 2]>()?.first_chunk().map(|counts: &[_; 3]| counts.map(whole))?;
+        let [interpolating_leaves, rays_in_interpolating_leaves, unrefined_blocks] = words.counts()?;
         (interpolating_leaves <= leaves.len() as u64).then_some(Self {
             leaves,
             beams,

@@ -2,7 +2,7 @@
 
 mod words;
 
-pub(super) use words::{WordReader, WordWriter, halves, whole};
+pub(super) use words::{WordReader, WordWriter};
 
 use bytemuck::{Pod, Zeroable};
 

@@ -27,6 +27,11 @@ impl WordWriter {
         self.0.extend_from_slice(bytemuck::cast_slice(records));
     }
 
+    /// Numbers of 64 bits.
+    pub(in super::super) fn counts(&mut self, counts: [u64; 3]) {
+        self.records(&counts.map(|count| [count as u32, (count >> 32) as u32]));
+    }
+
     /// A list in which neighbours are mostly equal: values with how often they follow one another.
     pub(in super::super) fn runs(&mut self, values: impl Iterator<Item = u32>) {
         let mut runs: Vec<[u32; 2]> = Vec::new();
@@ -42,16 +47,6 @@ impl WordWriter {
     pub(in super::super) fn into_bytes(self) -> Vec<u8> {
         self.0.into_iter().flat_map(u32::to_le_bytes).collect()
     }
-}
-
-/// A number of 64 bits as two words.
-pub(in super::super) fn halves(number: u64) -> [u32; 2] {
-    [number as u32, (number >> 32) as u32]
-}
-
-/// The number of two words.
-pub(in super::super) fn whole([low, high]: [u32; 2]) -> u64 {
-    u64::from(high) << 32 | u64::from(low)
 }
 
 /// Reads words; everything is `None` beyond their end, and nothing in them is believed.
@@ -91,6 +86,11 @@ impl<'a> WordReader<'a> {
         let count = self.number()? as usize;
         let taken = self.take(count.checked_mul(size_of::<T>() / size_of::<u32>())?)?;
         Some(bytemuck::pod_collect_to_vec(taken))
+    }
+
+    pub(in super::super) fn counts(&mut self) -> Option<[u64; 3]> {
+        let counts: [[u32; 2]; 3] = self.records()?.try_into().ok()?;
+        Some(counts.map(|[low, high]| u64::from(high) << 32 | u64::from(low)))
     }
 
     /// The values of [`WordWriter::runs`], which are that many.

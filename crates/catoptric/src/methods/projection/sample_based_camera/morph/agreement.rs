@@ -4,6 +4,7 @@ use super::blend::MorphProjector;
 use super::sightings::{MOST_NODES, Sightings};
 use crate::math::random::spread;
 use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
+use crate::parallel;
 use crate::scene::Scene;
 use glam::Vec3;
 
@@ -46,7 +47,7 @@ pub(super) fn probes(scene: &Scene) -> Vec<Vec3> {
 impl MorphProjector<'_> {
     /// For every path whether the nodes agree on it, by the appearances of some points.
     pub(super) fn are_blended(&self, probes: &[Vec3]) -> Vec<bool> {
-        crate::parallel::map_collect(self.paths.len(), |path| self.is_blended(path as u32, probes))
+        parallel::map_collect(self.paths.len(), |path| self.is_blended(path as u32, probes))
     }
 
     fn is_blended(&self, path: u32, probes: &[Vec3]) -> bool {

@@ -207,9 +207,7 @@ impl MorphView {
             }
         }
     }
-}
 
-impl MorphView {
     /// Leaves out the paths that are not blended.
     fn leave_out_unless(&mut self, are_blended: Vec<bool>) {
         let paths = std::mem::take(&mut self.paths).into_iter().zip(std::mem::take(&mut self.blended));

@@ -87,17 +87,18 @@ impl NodeStore {
         let missing: Vec<&WantedNode> =
             wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
         let baked = self.baked.as_ref().filter(|baked| baked.holds_for(bounds, &self.mapped));
-        let found = parallel::map_stage(progress, "building nodes", missing.len(), |index| {
-            let (key, place) = *missing[index];
-            let settings = of_node(settings, key);
-            match baked.and_then(|baked| baked.node(key, place, &settings)) {
-                Some(read) => Ok((read, true)),
-                None => Ok((PanoramicCameras::new(mirrors, place, &settings, progress)?.compact(), false)),
-            }
-        })?;
+        let found =
+            parallel::map_stage(progress, "building nodes", missing.len(), |index| -> Result<_, RenderError> {
+                let (key, place) = *missing[index];
+                let settings = of_node(settings, key);
+                match baked.and_then(|baked| baked.node(key, place, &settings)) {
+                    Some(read) => Ok((read, true)),
+                    None => Ok((PanoramicCameras::new(mirrors, place, &settings, progress)?.compact(), false)),
+                }
+            })?;
         let mut counts = NodeCounts::default();
         for ((key, _), found) in missing.into_iter().zip(found) {
-            let (cameras, is_read) = found.map_err(|error: RenderError| error)?;
+            let (cameras, is_read) = found?;
             *(if is_read { &mut counts.read } else { &mut counts.built }) += 1;
             let cameras = Arc::new(cameras);
             let bounds = baked.filter(|_| is_read).map_or(bounds, BakedNodes::bounds);
