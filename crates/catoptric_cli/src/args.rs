@@ -433,7 +433,8 @@ pub(crate) struct StopArgs {
 pub(crate) struct BakePlanArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
-    /// The place that plan and units go to: a folder, created if absent, or s3://bucket/prefix
+    /// The place that plan and units go to: a folder, created if absent, or s3://bucket/prefix, gs://bucket/prefix or
+    /// az://container/prefix
     #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
     pub(crate) output: String,
 }
@@ -460,7 +461,8 @@ pub(crate) struct BakeFramesArgs {
     /// The kind of the pictures
     #[arg(long, value_enum, default_value = "png", help_heading = "Output")]
     pub(crate) format: FrameFormat,
-    /// The place that plan and frames go to: a folder, created if absent, or s3://bucket/prefix
+    /// The place that plan and frames go to: a folder, created if absent, or s3://bucket/prefix, gs://bucket/prefix or
+    /// az://container/prefix
     #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
     pub(crate) output: String,
 }
@@ -476,7 +478,7 @@ pub(crate) enum FrameFormat {
 
 #[derive(Args)]
 pub(crate) struct BakeRunArgs {
-    /// The place of the plan: a folder, or s3://bucket/prefix
+    /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
     #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
@@ -491,7 +493,7 @@ pub(crate) struct BakeRunArgs {
 
 #[derive(Args)]
 pub(crate) struct BakeStatusArgs {
-    /// The place of the plan: a folder, or s3://bucket/prefix
+    /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
     #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// Print JSON
@@ -507,7 +509,7 @@ pub(crate) struct BakeStatusArgs {
 
 #[derive(Args)]
 pub(crate) struct BakeMergeArgs {
-    /// The place of the plan: a folder, or s3://bucket/prefix
+    /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
     #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// File of the bake; of frames the folder of the pictures

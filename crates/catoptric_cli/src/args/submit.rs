@@ -12,7 +12,7 @@ pub(crate) enum Engine {
 
 #[derive(Args)]
 pub(crate) struct BakeSubmitArgs {
-    /// The place of the plan: a folder that all machines see, or s3://bucket/prefix
+    /// The place of the plan: a folder that all machines see, or s3://bucket/prefix, gs://.. or az://..
     #[arg(value_name = "PLACE", help_heading = "Scene")]
     pub(crate) place: String,
     /// The scheduler

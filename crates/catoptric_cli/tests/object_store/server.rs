@@ -1,7 +1,9 @@
-//! A server with the interface of S3 on loopback, over a folder, that fails as often as a test wants.
+//! A server on loopback with the interface of a provider, over a folder, that fails as often as a test wants.
 
+use crate::azure;
 use http_body_util::BodyExt;
 use hyper::body::{Body, Bytes, Frame, Incoming};
+use hyper::header::{AUTHORIZATION, HeaderValue, IF_NONE_MATCH};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Request, Response, StatusCode};
@@ -20,6 +22,38 @@ use tokio::net::TcpListener;
 pub(crate) const BUCKET: &str = "bucket";
 const KEY: &str = "test-key";
 const SECRET: &str = "test-secret";
+const TOKEN: &str = "test-token";
+
+/// Whose interface a server has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Provider {
+    Amazon,
+    /// Google's for XML, which is that of S3 but for who asks and how it is said that nothing is to be there yet.
+    Google,
+    Azure,
+}
+
+impl Provider {
+    pub(crate) const ALL: [Self; 3] = [Self::Amazon, Self::Google, Self::Azure];
+
+    /// The address of a prefix.
+    pub(crate) fn address(self, prefix: &str) -> String {
+        let scheme = match self {
+            Self::Amazon => "s3",
+            Self::Google => "gs",
+            Self::Azure => "az",
+        };
+        format!("{scheme}://{BUCKET}/{prefix}")
+    }
+}
+
+/// What answers requests.
+#[derive(Clone)]
+enum Service {
+    Amazon(S3Service),
+    Google(S3Service),
+    Azure(azure::Container),
+}
 
 /// What happens to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -75,23 +109,31 @@ impl State {
 /// The server; it ends with the test.
 pub(crate) struct Server {
     endpoint: String,
+    provider: Provider,
     state: Arc<State>,
     _runtime: tokio::runtime::Runtime,
 }
 
 impl Server {
     /// Serves a folder, in which a bucket is made.
-    pub(crate) fn start(folder: &Path) -> Self {
+    pub(crate) fn start(provider: Provider, folder: &Path) -> Self {
         std::fs::create_dir(folder.join(BUCKET)).unwrap();
-        let mut builder = S3ServiceBuilder::new(s3s_fs::FileSystem::new(folder).unwrap());
-        // Requests with a wrong signature are refused.
-        builder.set_auth(SimpleAuth::from_single(KEY, SECRET));
-        let (service, state) = (builder.build(), Arc::new(State::default()));
+        let mut files = S3ServiceBuilder::new(s3s_fs::FileSystem::new(folder).unwrap());
+        let service = match provider {
+            Provider::Amazon => {
+                // Requests with a wrong signature are refused.
+                files.set_auth(SimpleAuth::from_single(KEY, SECRET));
+                Service::Amazon(files.build())
+            }
+            Provider::Google => Service::Google(files.build()),
+            Provider::Azure => Service::Azure(azure::Container::new(folder, BUCKET)),
+        };
+        let state = Arc::new(State::default());
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         let listener = runtime.block_on(TcpListener::bind("127.0.0.1:0")).unwrap();
         let endpoint = format!("http://{}", listener.local_addr().unwrap());
         runtime.spawn(serve(listener, service, Arc::clone(&state)));
-        Self { endpoint, state, _runtime: runtime }
+        Self { endpoint, provider, state, _runtime: runtime }
     }
 
     /// From now on many requests fail.
@@ -111,17 +153,33 @@ impl Server {
 
     /// The environment in which programs find the server.
     pub(crate) fn variables(&self) -> Vec<(String, String)> {
-        let variables = [
-            ("AWS_ENDPOINT_URL", self.endpoint.as_str()),
-            ("AWS_ALLOW_HTTP", "true"),
-            ("AWS_ACCESS_KEY_ID", KEY),
-            ("AWS_SECRET_ACCESS_KEY", SECRET),
-        ];
-        variables.map(|(name, value)| (name.to_owned(), value.to_owned())).into()
+        variables(self.provider, &self.endpoint)
     }
 }
 
-async fn serve(listener: TcpListener, service: S3Service, state: Arc<State>) {
+/// The environment in which programs find a server.
+pub(crate) fn variables(provider: Provider, endpoint: &str) -> Vec<(String, String)> {
+    let variables: &[(&str, &str)] = match provider {
+        Provider::Amazon => &[
+            ("AWS_ENDPOINT_URL", endpoint),
+            ("AWS_ALLOW_HTTP", "true"),
+            ("AWS_ACCESS_KEY_ID", KEY),
+            ("AWS_SECRET_ACCESS_KEY", SECRET),
+        ],
+        Provider::Google => {
+            &[("GOOGLE_BASE_URL", endpoint), ("GOOGLE_ALLOW_HTTP", "true"), ("GOOGLE_BEARER_TOKEN", TOKEN)]
+        }
+        Provider::Azure => &[
+            ("AZURE_STORAGE_ENDPOINT", endpoint),
+            ("AZURE_ALLOW_HTTP", "true"),
+            ("AZURE_STORAGE_ACCOUNT", azure::ACCOUNT),
+            ("AZURE_STORAGE_KEY", azure::KEY),
+        ],
+    };
+    variables.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect()
+}
+
+async fn serve(listener: TcpListener, service: Service, state: Arc<State>) {
     while let Ok((stream, _)) = listener.accept().await {
         let (service, state) = (service.clone(), Arc::clone(&state));
         let answering = service_fn(move |request: Request<Incoming>| {
@@ -134,24 +192,49 @@ async fn serve(listener: TcpListener, service: S3Service, state: Arc<State>) {
 }
 
 /// Answers a request; an error cuts the connection.
-async fn answer(service: &S3Service, request: Request<Incoming>, fate: Fate) -> io::Result<Response<Answer>> {
+async fn answer(service: &Service, request: Request<Incoming>, fate: Fate) -> io::Result<Response<Answer>> {
     let cut = || io::Error::other("cut");
     if fate == Fate::CutBefore {
         return Err(cut());
     }
     if fate == Fate::Refused {
-        let mut response = Response::new(Answer { bytes: None, is_cut: false });
-        *response.status_mut() = StatusCode::SERVICE_UNAVAILABLE;
-        return Ok(response);
+        return Ok(empty(StatusCode::SERVICE_UNAVAILABLE));
     }
-    let (parts, body) = service.call(request.map(s3s::Body::from)).await.map_err(|_| cut())?.into_parts();
-    let bytes = body.collect().await.map_err(|_| cut())?.to_bytes();
+    let mut request = request;
+    let (parts, bytes) = match service {
+        Service::Azure(container) => {
+            let (parts, body) = request.into_parts();
+            let body = body.collect().await.map_err(|_| cut())?.to_bytes();
+            container.answer(&parts, &body).into_parts()
+        }
+        Service::Amazon(files) | Service::Google(files) => {
+            if let Service::Google(_) = service {
+                let headers = request.headers_mut();
+                if headers.remove(AUTHORIZATION).is_none_or(|said| said != format!("Bearer {TOKEN}")) {
+                    return Ok(empty(StatusCode::UNAUTHORIZED));
+                }
+                if headers.remove("x-goog-if-generation-match").is_some_and(|said| said == "0") {
+                    headers.insert(IF_NONE_MATCH, HeaderValue::from_static("*"));
+                }
+            }
+            let answered = files.call(request.map(s3s::Body::from)).await.map_err(|_| cut())?;
+            let (mut parts, body) = answered.into_parts();
+            parts.headers.insert("x-goog-generation", HeaderValue::from_static("1"));
+            (parts, body.collect().await.map_err(|_| cut())?.to_bytes())
+        }
+    };
     if fate == Fate::CutAfter {
         return Err(cut());
     }
     let is_cut = fate == Fate::CutWithin && bytes.len() > 1;
     let bytes = if is_cut { bytes.slice(..bytes.len() / 2) } else { bytes };
     Ok(Response::from_parts(parts, Answer { bytes: Some(bytes), is_cut }))
+}
+
+fn empty(status: StatusCode) -> Response<Answer> {
+    let mut response = Response::new(Answer { bytes: None, is_cut: false });
+    *response.status_mut() = status;
+    response
 }
 
 /// The body of an answer, perhaps the beginning of one.

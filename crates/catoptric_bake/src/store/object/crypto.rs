@@ -2,8 +2,11 @@
 
 use graviola::hashing::hmac::Hmac;
 use graviola::hashing::{Hash, HashContext, HashOutput, Sha256};
-use object_store::Result;
+use graviola::signing::rsa::SigningKey;
 use object_store::client::{CryptoProvider, DigestAlgorithm, DigestContext, HmacContext, Signer, SigningAlgorithm};
+use object_store::{Error, Result};
+use rustls_pki_types::PrivateKeyDer;
+use rustls_pki_types::pem::PemObject;
 use std::io;
 
 /// Makes graviola the process's way to encrypt, unless there is one.
@@ -39,13 +42,47 @@ impl CryptoProvider for Crypto {
     }
 
     /// Keys of Google's accounts alone are used so.
-    fn sign(&self, algorithm: SigningAlgorithm, _: &[u8]) -> Result<Box<dyn Signer>> {
-        Err(unknown(format!("{algorithm:?}")))
+    fn sign(&self, algorithm: SigningAlgorithm, pem: &[u8]) -> Result<Box<dyn Signer>> {
+        match algorithm {
+            SigningAlgorithm::RS256 => Ok(Box::new(AccountKey::new(pem)?)),
+            other => Err(unknown(format!("{other:?}"))),
+        }
+    }
+}
+
+/// The RSA key of an account.
+struct AccountKey(SigningKey);
+
+impl AccountKey {
+    fn new(pem: &[u8]) -> Result<Self> {
+        let wrong = |problem: String| Error::Generic { store: "key", source: problem.into() };
+        let key = PrivateKeyDer::from_pem_slice(pem)
+            .map_err(|error| wrong(format!("the account's private key is no PEM text: {error}")))?;
+        let read = match &key {
+            PrivateKeyDer::Pkcs8(der) => SigningKey::from_pkcs8_der(der.secret_pkcs8_der()),
+            PrivateKeyDer::Pkcs1(der) => SigningKey::from_pkcs1_der(der.secret_pkcs1_der()),
+            _ => return Err(wrong("the account's private key is not one of RSA".into())),
+        };
+        read.map(Self).map_err(|error| wrong(format!("the account's private key cannot be read: {error:?}")))
+    }
+}
+
+impl Signer for AccountKey {
+    fn sign(&self, string_to_sign: &[u8]) -> Result<Vec<u8>> {
+        let mut signature = vec![0; self.0.modulus_len_bytes()];
+        let signed = self.0.sign_pkcs1_sha256(&mut signature, string_to_sign).map(<[u8]>::len);
+        match signed {
+            Ok(length) => {
+                signature.truncate(length);
+                Ok(signature)
+            }
+            Err(error) => Err(Error::Generic { store: "key", source: format!("{error:?}").into() }),
+        }
     }
 }
 
 fn unknown(algorithm: String) -> object_store::Error {
-    object_store::Error::NotSupported { source: format!("{algorithm} is not used by S3").into() }
+    object_store::Error::NotSupported { source: format!("{algorithm} is not used by these stores").into() }
 }
 
 /// A hash that is being computed, plain or with a key.
@@ -126,6 +163,17 @@ mod tests {
         hmac.update(b"what do ya want for nothing?");
         let expected = "5bdcc146bf60754e6a042426089575c75a003f089d2739839dec58b964ec3843";
         assert_eq!(hexadecimal(hmac.finish().unwrap()), expected);
-        assert!(Crypto.sign(SigningAlgorithm::RS256, b"").is_err());
+    }
+
+    /// Against another project's: `printf abc | openssl dgst -sha256 -sign test-key.pem`.
+    #[test]
+    fn signatures_are_those_of_openssl() {
+        prepare().unwrap();
+        let signer = Crypto.sign(SigningAlgorithm::RS256, include_bytes!("test-key.pem")).unwrap();
+        assert_eq!(signer.sign(b"abc").unwrap(), include_bytes!("test-signature.bin"));
+        for wrong in [&b""[..], b"-----BEGIN PRIVATE KEY-----\nMAA=\n-----END PRIVATE KEY-----\n"] {
+            let error = Crypto.sign(SigningAlgorithm::RS256, wrong).err().unwrap().to_string();
+            assert!(error.contains("the account's private key"), "{error}");
+        }
     }
 }

@@ -1,13 +1,14 @@
 //! An object store, such as S3, as a store.
 
 mod crypto;
+mod service;
 
 use super::{Created, Entry, Store, check_name};
 use crate::error::BakeError;
-use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
 use object_store::client::{HttpError, HttpErrorKind};
 use object_store::path::Path;
 use object_store::{BackoffConfig, ClientOptions, ObjectStore as _, ObjectStoreExt, PutMode, RetryConfig};
+use service::Service;
 use std::error::Error;
 use std::io;
 use std::sync::Arc;
@@ -21,13 +22,16 @@ const REQUEST_TIME: Duration = Duration::from_secs(120);
 /// The time for a connection.
 const CONNECT_TIME: Duration = Duration::from_secs(10);
 
-/// A prefix in a bucket of S3, or of a server with the same interface.
+/// A prefix in a bucket of S3, of a server with the same interface, of Google Cloud Storage, or in a container of Azure
+/// Blob Storage.
 ///
-/// An object appears whole or not at all, and the server refuses to create what is there already (`If-None-Match: *`).
+/// An object appears whole or not at all, and the server refuses to create what is there already (`If-None-Match: *`,
+/// at Google's `x-goog-if-generation-match: 0`).
 /// Busy servers (status 503 and the like) and connections that are cut are tried again, for a while.
 pub struct ObjectStore {
     /// Such as `s3://bucket/prefix`.
     address: String,
+    service: Service,
     prefix: Path,
     client: Arc<dyn object_store::ObjectStore>,
     runtime: Runtime,
@@ -38,11 +42,16 @@ impl ObjectStore {
     /// The time for which a busy or broken server is tried again.
     pub const PATIENCE: Duration = Duration::from_secs(120);
 
-    /// The store of an address `s3://bucket/prefix`. Nothing is sent yet.
+    /// The store of an address: `s3://bucket/prefix`, `gs://bucket/prefix` at Google's, `az://container/prefix` at
+    /// Azure's. Nothing is sent yet.
     ///
-    /// `variables` are those of the environment: `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_SESSION_TOKEN`,
-    /// `AWS_REGION`; for other servers `AWS_ENDPOINT_URL`, and `AWS_ALLOW_HTTP=true` if that is plain HTTP. On machines
-    /// of AWS those of their role are found without.
+    /// `variables` are those of the environment:
+    /// * `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_SESSION_TOKEN`, `AWS_REGION`; for other servers
+    ///   `AWS_ENDPOINT_URL`, and `AWS_ALLOW_HTTP=true` if that is plain HTTP;
+    /// * `GOOGLE_APPLICATION_CREDENTIALS`, the file of an account's key;
+    /// * `AZURE_STORAGE_ACCOUNT`, and `AZURE_STORAGE_KEY` or `AZURE_STORAGE_SAS_TOKEN`.
+    ///
+    /// On the providers' own machines those of their role are found without.
     ///
     /// # Errors
     /// [`BakeError::Invalid`] for what is no such address, and for variables that do not fit; [`BakeError::Read`] where
@@ -53,32 +62,21 @@ impl ObjectStore {
         variables: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Self, BakeError> {
         let invalid = |problem: String| BakeError::invalid(address, "address", problem);
-        let rest =
-            address.strip_prefix("s3://").ok_or_else(|| invalid("must be a folder, or s3://bucket/prefix".into()))?;
+        let all = "s3://bucket/prefix, gs://bucket/prefix or az://container/prefix";
+        let (service, rest) =
+            Service::of_address(address).ok_or_else(|| invalid(format!("must be a folder, or {all}")))?;
         let (bucket, prefix) = rest.split_once('/').unwrap_or((rest, ""));
         let prefix = prefix.trim_end_matches('/');
         if bucket.is_empty() || prefix.is_empty() {
-            return Err(invalid("must be s3://bucket/prefix, each with a name".into()));
+            return Err(invalid(format!("must be {all}, each with a name")));
         }
         let prefix = Path::parse(prefix).map_err(|error| invalid(describe(&error)))?;
         crypto::prepare().map_err(|error| BakeError::read(address, error))?;
-        let mut builder = AmazonS3Builder::new().with_client_options(options());
-        for (name, value) in variables.into_iter().filter(|(name, _)| name.starts_with("AWS_")) {
-            // Others are not for this.
-            if let Ok(key) = name.to_ascii_lowercase().parse::<AmazonS3ConfigKey>() {
-                builder = builder.with_config(key, value);
-            }
-        }
-        let client = builder
-            .with_bucket_name(bucket)
-            .with_crypto_provider(Arc::new(crypto::Crypto))
-            .with_retry(retries(patience))
-            .build()
-            .map_err(|error| invalid(describe(&error)))?;
+        let client = service.client(bucket, patience, variables).map_err(invalid)?;
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         let runtime = runtime.map_err(|error| BakeError::read(address, error))?;
         let address = address.trim_end_matches('/').to_owned();
-        Ok(Self { address, prefix, client: Arc::new(client), runtime, patience })
+        Ok(Self { address, service, prefix, client, runtime, patience })
     }
 
     fn path(&self, name: &str) -> Result<Path, BakeError> {
@@ -142,18 +140,18 @@ fn describe(error: &dyn Error) -> String {
 }
 
 /// The error with what to do about it.
-fn failed(error: &object_store::Error) -> io::Error {
+fn failed(error: &object_store::Error, service: Service) -> io::Error {
     use object_store::Error as Fault;
+    let (credentials, places) = (service.credentials(), service.places());
     let (kind, remedy) = match error {
-        Fault::NotFound { .. } => (io::ErrorKind::NotFound, "is the bucket's name right?"),
+        Fault::NotFound { .. } => (io::ErrorKind::NotFound, "is the bucket's name right?".to_owned()),
         Fault::PermissionDenied { .. } | Fault::Unauthenticated { .. } => {
-            (io::ErrorKind::PermissionDenied, "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and the bucket's policy")
+            (io::ErrorKind::PermissionDenied, format!("check {credentials} and who may use the bucket"))
         }
-        _ => (
-            io::ErrorKind::Other,
-            "check AWS_REGION, AWS_ENDPOINT_URL and the credentials in AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, \
-             then run again: what is published already is kept",
-        ),
+        _ => {
+            let kept = "then run again: what is published already is kept";
+            (io::ErrorKind::Other, format!("check {places} and the credentials in {credentials}, {kept}"))
+        }
     };
     io::Error::new(kind, format!("{}; {remedy}", describe(error)))
 }
@@ -168,7 +166,7 @@ impl Store for ObjectStore {
             Err(object_store::Error::AlreadyExists { .. } | object_store::Error::Precondition { .. }) => {
                 Ok(Created::Existed)
             }
-            Err(error) => Err(BakeError::write(self.place(name), failed(&error))),
+            Err(error) => Err(BakeError::write(self.place(name), failed(&error, self.service))),
         }
     }
 
@@ -177,13 +175,13 @@ impl Store for ObjectStore {
         match self.attempt(async || self.client.get(&path).await?.bytes().await) {
             Ok(bytes) => Ok(Some(bytes.into())),
             Err(object_store::Error::NotFound { .. }) => Ok(None),
-            Err(error) => Err(BakeError::read(self.place(name), failed(&error))),
+            Err(error) => Err(BakeError::read(self.place(name), failed(&error, self.service))),
         }
     }
 
     fn list(&self) -> Result<Vec<Entry>, BakeError> {
         let listed = self.attempt(async || self.client.list_with_delimiter(Some(&self.prefix)).await);
-        let listed = listed.map_err(|error| BakeError::read(self.place(""), failed(&error)))?;
+        let listed = listed.map_err(|error| BakeError::read(self.place(""), failed(&error, self.service)))?;
         let entry = |object: object_store::ObjectMeta| {
             Some(Entry { name: object.location.filename()?.to_owned(), bytes: object.size })
         };
@@ -194,7 +192,7 @@ impl Store for ObjectStore {
         let path = self.path(name)?;
         match self.attempt(async || self.client.delete(&path).await) {
             Ok(()) | Err(object_store::Error::NotFound { .. }) => Ok(()),
-            Err(error) => Err(BakeError::write(self.place(name), failed(&error))),
+            Err(error) => Err(BakeError::write(self.place(name), failed(&error, self.service))),
         }
     }
 
@@ -215,7 +213,15 @@ mod tests {
             (store.place(""), store.place("x")),
             ("s3://bucket/rooms/room".into(), "s3://bucket/rooms/room/x".into())
         );
-        for wrong in ["s3://", "s3://bucket", "s3://bucket/", "s3:///prefix", "gs://bucket/prefix", "s3://bucket/a//b"]
+        let account = [("AZURE_STORAGE_ACCOUNT", "account"), ("AZURE_STORAGE_KEY", "a2V5"), ("AWS_X", "y")];
+        let account = account.map(|(name, value)| (name.to_owned(), value.to_owned()));
+        for (address, service) in [("gs://bucket/room", Service::Google), ("az://container/room", Service::Azure)] {
+            let store = ObjectStore::open(address, Duration::ZERO, account.clone()).unwrap();
+            assert_eq!((store.place("x"), store.service), (format!("{address}/x"), service));
+        }
+        let error = open("az://container/room").err().unwrap().to_string();
+        assert!(error.to_lowercase().contains("account"), "{error}");
+        for wrong in ["s3://", "s3://bucket", "gs://bucket/", "az:///prefix", "ftp://bucket/prefix", "s3://bucket/a//b"]
         {
             let error = open(wrong).err().unwrap().to_string();
             assert!(error.contains(wrong) && error.contains("address"), "{error}");
