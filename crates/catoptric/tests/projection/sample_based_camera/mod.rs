@@ -2,6 +2,7 @@
 
 mod baked_nodes;
 mod morphing;
+mod moving_mirrors;
 mod panoramic_cameras;
 
 use catoptric::methods::projection::sample_based_camera::SampleBasedCameraSettings;

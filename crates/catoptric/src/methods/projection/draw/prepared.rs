@@ -5,7 +5,7 @@ use super::MapsInView;
 use super::lists::path_lists;
 use super::overlays::ShownPixels;
 use super::virtual_mesh::MeshQuality;
-use super::virtual_scene::{MeshesOfView, VirtualScene};
+use super::virtual_scene::{MeshesOfView, MirrorState, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -47,6 +47,9 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         old: Option<&Self::Mirrors>,
         stages: &mut Stages<'_>,
     ) -> Result<Self::Mirrors, RenderError>;
+
+    /// Takes from mirrors of an earlier moment, which have moved since or changed their shape, what is still true.
+    fn take_moved(&self, _mirrors: &mut Self::Mirrors, _old: &Self::Mirrors, _now: (&Scene, &MirrorState)) {}
 
     /// Takes a bake for the mirrors, as they have just been built.
     ///
@@ -274,7 +277,10 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
         let mut stages = Stages::new(progress);
         let (virtual_scene, same_mirrors) = VirtualScene::new(scene, Some(&self.virtual_scene), &mut stages)?;
-        let mirrors = self.method.mirrors(scene, quality, same_mirrors.then_some(&self.mirrors), &mut stages)?;
+        let mut mirrors = self.method.mirrors(scene, quality, same_mirrors.then_some(&self.mirrors), &mut stages)?;
+        if !same_mirrors {
+            self.method.take_moved(&mut mirrors, &self.mirrors, (scene, virtual_scene.mirror_state()));
+        }
         let tiles = LazyTiles::of_moment(&self.tiles, scene, progress)?;
         // Nothing fails from here on.
         if same_mirrors {

@@ -4,7 +4,10 @@
 mod in_shares;
 mod maker;
 mod mirror_state;
+mod rigid_motion;
 mod whole_paths;
+
+pub(in crate::methods::projection) use mirror_state::MirrorState;
 
 use super::lists::{EndsOfPaths, draw_lists};
 use super::overlays::{self, ShownPixels};
@@ -24,7 +27,6 @@ use crate::progress::{Cancelled, Stage};
 use crate::raster;
 use crate::scene::Scene;
 use maker::{FirstMesh, MeshMaker, PathObject};
-use mirror_state::MirrorState;
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -110,6 +112,11 @@ impl VirtualScene {
 
     fn locked_meshes(&self) -> MutexGuard<'_, KeyedMeshes> {
         self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The mirrors as they are.
+    pub(in crate::methods::projection) fn mirror_state(&self) -> &MirrorState {
+        &self.mirrors
     }
 
     /// What is known of the mirrors' meshes.

@@ -2,6 +2,7 @@
 
 use super::grid::NodeGrid;
 use super::nodes::{NodeKey, of_node};
+use super::places::{MirrorPlaces, Moment};
 use super::{INFO, Morphing};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
@@ -223,6 +224,8 @@ pub(super) struct BakedNodes {
     mapped: Vec<u32>,
     /// The scene's box: rays were tested as far as that.
     bounds: Aabb,
+    /// Where the mirrors are for it.
+    built: Arc<Moment>,
     object_count: usize,
 }
 
@@ -234,7 +237,7 @@ impl BakedNodes {
     /// another number of nodes.
     pub(super) fn new(
         morphing: &Morphing,
-        scene: &Scene,
+        (scene, places): (&Scene, &MirrorPlaces),
         order: u32,
         units: Arc<dyn Baked>,
     ) -> Result<Self, RenderError> {
@@ -246,12 +249,23 @@ impl BakedNodes {
             return Err(RenderError::Limit { method: INFO.id, problem });
         }
         let mapped = hybrid::numbers(&mapped);
-        Ok(Self { units, table, mapped, bounds: scene.bounds, object_count: scene.objects.len() })
+        let (bounds, built) = (scene.bounds, places.now().clone());
+        Ok(Self { units, table, mapped, bounds, built, object_count: scene.objects.len() })
     }
 
-    /// True while nothing leaves the box, and the same objects show environment maps.
-    pub(super) fn holds_for(&self, bounds: Aabb, mapped: &[u32]) -> bool {
-        self.bounds.union(bounds) == self.bounds && self.mapped == mapped
+    /// True if these objects show environment maps.
+    pub(super) fn maps(&self, mapped: &[u32]) -> bool {
+        self.mapped == mapped
+    }
+
+    /// True while nothing leaves the box, and the mirrors are where they were, from a node about a place.
+    pub(super) fn holds_for(&self, key: NodeKey, place: Vec3, now: &Moment, scene: &Aabb) -> bool {
+        self.built.motion_of_node(now, key, (place, &self.bounds), scene).is_some()
+    }
+
+    /// Where the mirrors are for it.
+    pub(super) fn built(&self) -> &Arc<Moment> {
+        &self.built
     }
 
     /// A node, if the file has it.

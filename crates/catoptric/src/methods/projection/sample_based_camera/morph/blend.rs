@@ -152,13 +152,14 @@ impl Mean {
             error: 0.0,
         };
         let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
-        for (Node { weight, projector }, seen) in nodes.iter().zip(at) {
-            let way = (eye - projector.eye().as_dvec3()).as_vec3();
-            let ray = (seen.first - projector.eye()).normalize_or_zero();
+        for (node, seen) in nodes.iter().zip(at) {
+            let (weight, from) = (node.weight, node.eye());
+            let way = (eye - from.as_dvec3()).as_vec3();
+            let ray = (seen.first - from).normalize_or_zero();
             let moved = seen.change_with_eye.filter(|_| knows_all).map(|change| change * way * 0.5);
-            mean.first += f64::from(*weight) * (seen.first.as_dvec3() + moved.unwrap_or_default().as_dvec3());
-            mean.change += seen.change * *weight;
-            mean.normal += seen.normal * *weight;
+            mean.first += f64::from(weight) * (seen.first.as_dvec3() + moved.unwrap_or_default().as_dvec3());
+            mean.change += seen.change * weight;
+            mean.normal += seen.normal * weight;
             mean.length += weight * (seen.length - 0.5 * ray.dot(way));
             mean.last_segment += weight * seen.last_segment;
             mean.error += weight * seen.error;
@@ -284,9 +285,9 @@ impl MorphProjector<'_> {
         let effort = Effort { steps: STEPS_WHERE_AMBIGUOUS, reach: REACH, must_converge: true };
         let mut known = lookout.nodes.iter().zip(&sightings.at).filter_map(|(node, at)| Some((node, at.as_ref()?)));
         let solved = known.find_map(|(node, at)| {
-            let way = (self.eye - node.projector.eye().as_dvec3()).as_vec3();
+            let way = (self.eye - node.eye().as_dvec3()).as_vec3();
             let expected = at.first + at.change_with_eye.map_or(Vec3::ZERO, |change| change * way);
-            self.solved(path, lookout, (node.projector.eye(), at.first), expected.as_dvec3(), point, effort)
+            self.solved(path, lookout, (node.eye(), at.first), expected.as_dvec3(), point, effort)
         });
         if solved.is_none() {
             self.counts.unsolved.fetch_add(1, Ordering::Relaxed);
@@ -318,7 +319,7 @@ impl MorphProjector<'_> {
         let nodes = lookout.nodes;
         let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
         by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
-        let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].projector.eye(), at[node].first));
+        let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].eye(), at[node].first));
         // The eye's own ray is nearest to the path; where the mean is just beyond what it sees, nodes have one.
         let mut rays = std::iter::once((self.eye.as_vec3(), first.as_vec3())).chain(heaviest_first);
         let solved = rays.find_map(|ray| self.solved(path, lookout, ray, first, point, effort));

@@ -7,6 +7,7 @@ mod blend;
 mod cache;
 mod grid;
 mod nodes;
+mod places;
 mod sightings;
 mod walk;
 
@@ -25,6 +26,7 @@ use crate::methods::bake::Baked;
 use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
 use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::virtual_scene::MirrorState;
 use crate::methods::projection::draw::work_limit::WorkLimit;
 use crate::methods::projection::find::ray_map::{RayField, ViewField};
 use crate::methods::projector::SpecularPath;
@@ -36,7 +38,8 @@ use blend::{BlendedPath, MorphProjector};
 use cache::SightingCache;
 use glam::UVec3;
 use grid::NodeGrid;
-use nodes::{NodeCounts, NodeKey, NodeStore, WantedNode};
+use nodes::{MovedNode, NodeCounts, NodeKey, NodeStore, WantedNode};
+use places::{Carried, MirrorPlaces};
 use sightings::Node;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -66,12 +69,14 @@ pub(super) struct Morphing {
 pub(super) struct MorphMirrors {
     tracer: Arc<Tracer>,
     nodes: Arc<Mutex<NodeStore>>,
+    /// Where the mirrors are, and where they were when the grids were laid out.
+    places: MirrorPlaces,
 }
 
 /// What a view is blended from.
 pub(super) struct MorphView {
     /// For each reflector the nodes around the eye with their weights.
-    reflectors: Vec<Vec<(f32, Arc<PanoramicCameras>)>>,
+    reflectors: Vec<Vec<(f32, MovedNode)>>,
     paths: Vec<SpecularPath>,
     /// For each of the first of these where it is found at the nodes.
     blended: Vec<BlendedPath>,
@@ -169,13 +174,19 @@ impl Morphing {
 
     /// The nodes around the eye in a reflector's grid with their weights; `None` beyond it, and where a node is in the
     /// reflector's box: it may see the reflector from within.
-    fn nodes_of(&self, scene: &Scene, reflector: u32, view: &View, order: u32) -> Option<Vec<(f32, WantedNode)>> {
+    fn nodes_of(
+        &self,
+        places: &MirrorPlaces,
+        reflector: u32,
+        view: &View,
+        order: u32,
+    ) -> Option<Vec<(f32, WantedNode)>> {
         if !matches!(view.projection, Projection::Perspective { .. }) {
             return None;
         }
-        let bounds = &scene.objects[reflector as usize].bounds;
+        let bounds = places.box_of_grid(reflector);
         let grid = NodeGrid::around(bounds, self.counts, self.settings().grid_reach);
-        let corners = grid.tetrahedron(view.eye())?;
+        let corners = grid.tetrahedron(places.to_grid(reflector, view.eye()))?;
         let wanted = corners.into_iter().map(|(node, weight)| {
             let place = grid.place(node);
             let is_outside = !bounds.contains(place);
@@ -190,7 +201,7 @@ impl MorphView {
     fn find_paths(&mut self) {
         let mut known: BTreeMap<SpecularPath, (usize, Vec<Option<u32>>)> = BTreeMap::new();
         for (reflector, nodes) in self.reflectors.iter().enumerate() {
-            for (number, (_, cameras)) in nodes.iter().enumerate() {
+            for (number, (_, (cameras, _))) in nodes.iter().enumerate() {
                 for (index, path) in cameras.paths().iter().enumerate() {
                     let entry = known.entry(path.clone()).or_insert_with(|| (reflector, vec![None; nodes.len()]));
                     entry.1[number] = Some(index as u32);
@@ -261,7 +272,18 @@ impl MeshProjection for Morphing {
         stages: &mut Stages<'_>,
     ) -> Result<MorphMirrors, RenderError> {
         let tracer = mirror_tracer(scene, old.map(|old| &old.tracer), stages)?;
-        Ok(MorphMirrors { tracer, nodes: old.map_or_else(Default::default, |old| old.nodes.clone()) })
+        let (nodes, places) = match old {
+            Some(old) => (old.nodes.clone(), old.places.clone()),
+            None => (Default::default(), MirrorPlaces::new(scene)),
+        };
+        Ok(MorphMirrors { tracer, nodes, places })
+    }
+
+    /// Nodes move with their reflectors.
+    fn take_moved(&self, mirrors: &mut MorphMirrors, old: &MorphMirrors, (scene, now): (&Scene, &MirrorState)) {
+        if let Some(places) = old.places.at(scene, now) {
+            (mirrors.nodes, mirrors.places) = (old.nodes.clone(), places);
+        }
     }
 
     fn take_bake(
@@ -271,7 +293,7 @@ impl MeshProjection for Morphing {
         quality: Quality,
         bake: Arc<dyn Baked>,
     ) -> Result<(), RenderError> {
-        let baked = BakedNodes::new(self, scene, quality.order, bake)?;
+        let baked = BakedNodes::new(self, (scene, &mirrors.places), quality.order, bake)?;
         mirrors.nodes = Arc::new(Mutex::new(NodeStore::of_bake(baked)));
         Ok(())
     }
@@ -284,13 +306,14 @@ impl MeshProjection for Morphing {
         objects.retain(|&object| !environment.mapped[object as usize]);
         let largest = objects.iter().take(MOST_REFLECTORS);
         let around: Vec<Vec<(f32, WantedNode)>> =
-            largest.filter_map(|&object| self.nodes_of(scene, object, view, order)).collect();
+            largest.filter_map(|&object| self.nodes_of(&mirrors.places, object, view, order)).collect();
         let wanted: Vec<WantedNode> = around.iter().flatten().map(|(_, node)| *node).collect();
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
         let mut store = mirrors.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let limits = (scene.bounds, u64::from(self.settings().node_memory) << 20);
         let settings = PanoramaSettings { environment_mapped: environment.objects(), ..self.panorama() };
-        let (cameras, counts) = store.get(&wanted, &panoramic, &settings, limits, stages.progress)?;
+        let panoramic = (&panoramic, &mirrors.places);
+        let (cameras, counts) = store.get(&wanted, panoramic, &settings, limits, stages.progress)?;
         let kept = [store.count(), store.byte_count()];
         drop(store);
         stages.lap("nodes");
@@ -366,9 +389,8 @@ impl MeshProjection for Morphing {
 
     fn take_over(&self, data: &mut MorphView, old: MorphView) {
         let nodes = |view: &MorphView| -> Vec<Vec<*const PanoramicCameras>> {
-            let of_reflector = |nodes: &Vec<(f32, Arc<PanoramicCameras>)>| {
-                nodes.iter().map(|(_, cameras)| Arc::as_ptr(cameras)).collect()
-            };
+            let of_reflector =
+                |nodes: &Vec<(f32, MovedNode)>| nodes.iter().map(|(_, (cameras, _))| Arc::as_ptr(cameras)).collect();
             view.reflectors.iter().map(of_reflector).collect()
         };
         if nodes(data) == nodes(&old) && data.paths == old.paths && data.blended == old.blended {
@@ -387,10 +409,11 @@ impl MeshProjection for Morphing {
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a MorphView) -> MorphProjector<'a> {
         let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
-        let of_reflector = |nodes: &'a Vec<(f32, Arc<PanoramicCameras>)>| {
+        let of_reflector = |nodes: &'a Vec<(f32, MovedNode)>| {
             // A view's nodes were built for this scene's objects.
-            let node = |(weight, cameras): &'a (f32, Arc<PanoramicCameras>)| {
-                Some(Node { weight: *weight, projector: cameras.projector(&panoramic).ok()? })
+            let node = |(weight, (cameras, motion)): &'a (f32, MovedNode)| {
+                let (projector, carried) = (cameras.projector(&panoramic).ok()?, Carried::new(motion));
+                Some(Node { weight: *weight, projector, carried })
             };
             nodes.iter().filter_map(node).collect()
         };

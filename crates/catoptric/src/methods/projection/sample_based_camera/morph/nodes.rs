@@ -2,12 +2,13 @@
 //! views.
 
 use super::bake::BakedNodes;
+use super::places::{MirrorPlaces, Moment};
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
 use crate::parallel;
 use crate::progress::Progress;
-use glam::{UVec3, Vec3};
+use glam::{DAffine3, UVec3, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -19,7 +20,7 @@ pub(super) struct NodeKey {
     pub(super) order: u32,
 }
 
-/// A node that a view needs, and its place.
+/// A node that a view needs, and its place when the grids were laid out.
 pub(super) type WantedNode = (NodeKey, Vec3);
 
 /// The nodes that were built.
@@ -36,12 +37,24 @@ pub(super) struct NodeStore {
 
 struct KnownNode {
     cameras: Arc<PanoramicCameras>,
-    /// The scene's box when it was built: rays were tested as far as that.
+    /// When it was built, or baked.
+    built: Arc<Moment>,
+    /// Rays were tested as far as that.
     bounds: Aabb,
     bytes: u64,
     /// The last view that needed it.
     view: u64,
 }
+
+impl KnownNode {
+    /// How it has moved with its reflector since it was built; `None` if it does not hold any more.
+    fn motion(&self, key: NodeKey, now: &Arc<Moment>, scene: &Aabb) -> Option<DAffine3> {
+        self.built.motion_of_node(now, key, (self.cameras.eye(), &self.bounds), scene)
+    }
+}
+
+/// The cameras of a node, and how it has moved with its reflector since these were built.
+pub(super) type MovedNode = (Arc<PanoramicCameras>, DAffine3);
 
 /// How the nodes of a view were come by.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,8 +76,8 @@ impl NodeStore {
         Self { baked: Some(baked), ..Self::default() }
     }
 
-    /// The cameras of the nodes that a view needs, in their order: known ones, then those of the baked file, and what
-    /// neither has is built. Of the other nodes those that were needed last are kept, as many as fit into so many
+    /// The cameras of the nodes that a view needs, in their order, and how they have moved since they were built: known
+    /// ones, then those of the baked file, and what neither has is built. Of the other nodes those that were needed last are kept, as many as fit into so many
     /// bytes.
     ///
     /// # Errors
@@ -72,44 +85,48 @@ impl NodeStore {
     pub(super) fn get(
         &mut self,
         wanted: &[WantedNode],
-        mirrors: &PanoramicMirrors<'_>,
+        (mirrors, places): (&PanoramicMirrors<'_>, &MirrorPlaces),
         settings: &PanoramaSettings,
-        (bounds, bytes): (Aabb, u64),
+        (scene, bytes): (Aabb, u64),
         progress: &dyn Progress,
-    ) -> Result<(Vec<Arc<PanoramicCameras>>, NodeCounts), RenderError> {
+    ) -> Result<(Vec<MovedNode>, NodeCounts), RenderError> {
         self.views += 1;
         if self.mapped != settings.environment_mapped {
             self.mapped.clone_from(&settings.environment_mapped);
             self.nodes.clear();
         }
-        self.nodes.retain(|_, node| node.bounds.union(bounds) == node.bounds);
+        let now = places.now();
+        self.nodes.retain(|key, node| node.motion(*key, now, &scene).is_some());
         let mut seen = HashSet::new();
         let missing: Vec<&WantedNode> =
             wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
-        let baked = self.baked.as_ref().filter(|baked| baked.holds_for(bounds, &self.mapped));
+        let baked = self.baked.as_ref().filter(|baked| baked.maps(&self.mapped));
         let found =
             parallel::map_stage(progress, "building nodes", missing.len(), |index| -> Result<_, RenderError> {
                 let (key, place) = *missing[index];
                 let settings = of_node(settings, key);
-                match baked.and_then(|baked| baked.node(key, place, &settings)) {
-                    Some(read) => Ok((read, true)),
-                    None => Ok((PanoramicCameras::new(mirrors, place, &settings, progress)?.compact(), false)),
+                if let Some(baked) = baked.filter(|baked| baked.holds_for(key, place, now, &scene))
+                    && let Some(read) = baked.node(key, place, &settings)
+                {
+                    return Ok((read, baked.built().clone(), baked.bounds(), true));
                 }
+                let (place, bounds) = (places.from_grid(key.reflector, place), now.box_for(key.reflector, &scene));
+                let settings = PanoramaSettings { bounds: Some(bounds), ..settings };
+                let cameras = PanoramicCameras::new(mirrors, place, &settings, progress)?.compact();
+                Ok((cameras, now.clone(), bounds, false))
             })?;
         let mut counts = NodeCounts::default();
         for ((key, _), found) in missing.into_iter().zip(found) {
-            let (cameras, is_read) = found?;
+            let (cameras, built, bounds, is_read) = found?;
             *(if is_read { &mut counts.read } else { &mut counts.built }) += 1;
-            let cameras = Arc::new(cameras);
-            let bounds = baked.filter(|_| is_read).map_or(bounds, BakedNodes::bounds);
-            let bytes = cameras.byte_count();
-            self.nodes.insert(*key, KnownNode { cameras, bounds, bytes, view: self.views });
+            let (bytes, cameras) = (cameras.byte_count(), Arc::new(cameras));
+            self.nodes.insert(*key, KnownNode { cameras, built, bounds, bytes, view: self.views });
         }
         let mut found = Vec::with_capacity(wanted.len());
         for (key, _) in wanted {
             if let Some(node) = self.nodes.get_mut(key) {
                 node.view = self.views;
-                found.push(node.cameras.clone());
+                found.push((node.cameras.clone(), node.motion(*key, now, &scene).unwrap_or(DAffine3::IDENTITY)));
             }
         }
         self.forget(bytes);

@@ -1,5 +1,6 @@
 //! Appearances of a point at all nodes around the eye, sorted by what belongs together.
 
+use super::places::Carried;
 use super::walk::{Mirror, Reflection};
 use crate::methods::projection::find::ray_map::{RaySample, Specular, follow};
 use crate::methods::projection::find::work;
@@ -58,6 +59,24 @@ pub(super) struct Sightings {
 pub(super) struct Node<'a> {
     pub(super) weight: f32,
     pub(super) projector: PanoramicProjector<'a>,
+    /// It has moved with its reflector since it was built.
+    pub(super) carried: Option<Carried>,
+}
+
+impl Node<'_> {
+    /// Where it is.
+    pub(super) fn eye(&self) -> Vec3 {
+        let eye = self.projector.eye();
+        self.carried.as_ref().map_or(eye, |carried| carried.place(eye))
+    }
+
+    /// Appends the appearances of a point on a path, by its number at the node.
+    fn project_on(&self, path: u32, point: Vec3, found: &mut Vec<PanoramicProjection>) {
+        let Some(carried) = &self.carried else { return self.projector.project_on(path, point, found) };
+        let start = found.len();
+        self.projector.project_on(path, carried.back(point), found);
+        found[start..].iter_mut().for_each(|seen| carried.carry(seen));
+    }
 }
 
 impl Sighting {
@@ -125,7 +144,7 @@ impl Lookout<'_> {
     ) {
         for ((list, node), number) in at_nodes.iter_mut().zip(self.nodes).zip(self.in_nodes) {
             list.clear();
-            node.projector.project_on(*number, point, list);
+            node.project_on(*number, point, list);
         }
         for (index, list) in at_nodes[..self.nodes.len()].iter().enumerate() {
             for own in list {
@@ -145,7 +164,7 @@ impl Lookout<'_> {
                 let at = match self.of_mirror(point, index, &seen_at) {
                     Some(exact) => exact,
                     None => std::array::from_fn(|other| {
-                        seen_at(other).map(|seen| Sighting::of(seen, self.nodes[other].projector.eye()))
+                        seen_at(other).map(|seen| Sighting::of(seen, self.nodes[other].eye()))
                     }),
                 };
                 let focal_index = own.focal_index;
@@ -166,7 +185,7 @@ impl Lookout<'_> {
     /// half of the way between them moves the reflection point as its end says, but for terms of third order.
     fn belong_together(&self, at: &[Option<Sighting>; MOST_NODES]) -> bool {
         let most = MISMATCH * self.size(self.path.bounces.first()) as f32;
-        let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.projector.eye(), at.as_ref()?)));
+        let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.eye(), at.as_ref()?)));
         known().enumerate().all(|(index, (from, one))| {
             known().skip(index + 1).all(|(to, other)| {
                 let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { return true };
@@ -185,7 +204,7 @@ impl Lookout<'_> {
         seen_at: &impl Fn(usize) -> Option<&'s PanoramicProjection>,
     ) -> Option<[Option<Sighting>; MOST_NODES]> {
         let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
-        let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].projector.eye());
+        let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].eye());
         let size = self.size(self.path.bounces.first());
         // Cameras are somewhat off: where they see what grazes the mirror, the ray may pass it.
         let site_of = |node: usize, seen: &PanoramicProjection| {

@@ -12,6 +12,7 @@ use super::settings::{CameraKind, SampleBasedCameraSettings};
 use super::{INFO, MARGIN_CELLS, describe};
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
+use crate::math::Aabb;
 use crate::methods::projection::find::ray_map::{Specular, ViewField};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::methods::{Report, within};
@@ -98,6 +99,8 @@ pub struct PanoramaSettings {
     /// Work for fitting the cameras of one face where rays have to be traced between these, in units of about 100 ns
     /// of one core.
     pub work: u64,
+    /// The box in which cameras are accurate; the scene's if none.
+    pub bounds: Option<Aabb>,
 }
 
 impl Default for PanoramaSettings {
@@ -118,6 +121,7 @@ impl Default for PanoramaSettings {
             environment_mapped: Vec::new(),
             first: None,
             work: FACE_WORK,
+            bounds: None,
         }
     }
 }
@@ -260,7 +264,7 @@ impl PanoramicCameras {
             settings.order > 0 && first.any(|bounds| cube::shows(*face, margin, eye, bounds))
         };
         let numbers: Vec<usize> = (0..FACES).filter(shows).collect();
-        let near = scene.near();
+        let (near, bounds) = (scene.near(), settings.bounds.unwrap_or(scene.bounds));
         let PanoramicMirrors { tracer, surfaces, .. } = mirrors;
         let specular = Specular { scene, tracer, surfaces, order: settings.order };
         let accuracy_px = settings.accuracy_px.into();
@@ -273,8 +277,7 @@ impl PanoramicCameras {
             let sampler = RaySampler::new(&specular, &field, settings.spacing_px(), &mapped);
             let mut grid = RayGrid::new(&sampler, progress)?;
             grid.groups.retain(|group| group.path.bounces.first().is_some_and(|bounce| is_first(bounce.object)));
-            let cameras =
-                grid.cameras(&sampler, &PreciseView::new(&view), scene.bounds, demand, settings.work, progress)?;
+            let cameras = grid.cameras(&sampler, &PreciseView::new(&view), bounds, demand, settings.work, progress)?;
             Ok((grid, cameras))
         };
         let seen: Vec<(RayGrid, Vec<Cameras>)> =
