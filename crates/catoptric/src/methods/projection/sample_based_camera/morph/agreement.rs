@@ -1,9 +1,7 @@
 //! How well a path can be blended: whether the nodes around the eye know of the same appearances.
 
 use super::blend::MorphProjector;
-use super::sightings::{MOST_NODES, Sightings};
 use crate::math::random::spread;
-use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
 use crate::parallel;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -52,12 +50,9 @@ impl MorphProjector<'_> {
 
     fn is_blended(&self, path: u32, probes: &[Vec3]) -> bool {
         let Some(lookout) = self.lookout_on(path) else { return true };
-        let mut at_nodes: [Vec<PanoramicProjection>; MOST_NODES] = Default::default();
-        let (mut found, mut seen, mut solved) = (Vec::<Sightings>::new(), 0, 0);
+        let (mut seen, mut solved) = (0, 0);
         for &probe in probes {
-            found.clear();
-            lookout.look(probe, &mut at_nodes, &mut found);
-            for sightings in &found {
+            for sightings in &*self.sightings(path, &lookout, probe) {
                 let (projection, is_blended) = self.seen_from_eye(path, &lookout, sightings, probe);
                 seen += u32::from(projection.is_some());
                 solved += u32::from(projection.is_some() && !is_blended);

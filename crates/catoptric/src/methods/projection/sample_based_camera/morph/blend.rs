@@ -1,20 +1,18 @@
 //! Appearances at the nodes, blended.
 
-use super::cache::SightingCache;
+use super::cache::PointCache;
 use super::sightings::{Lookout, MOST_NODES, Node, REACH, Sighting, Sightings};
 use super::walk::Mirror;
 use crate::light::tracer::Tracer;
 use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projection::find::ray_map::Specular;
-use crate::methods::projection::sample_based_camera::panorama::PanoramicProjection;
 use crate::methods::projection::sample_based_camera::project::{CameraProjector, TOUCHING};
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::SpecularSurfaces;
 use crate::scene::{PreciseView, Scene};
 use glam::{DVec3, Mat3, Vec2, Vec3};
-use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -44,10 +42,16 @@ pub(super) struct PointCounts {
     unsolved: AtomicU64,
 }
 
+/// A reflector with its nodes around the eye.
+pub(in super::super) struct BlendedReflector<'a> {
+    pub(super) nodes: Vec<Node<'a>>,
+    /// What is known of points at these.
+    pub(super) known: &'a PointCache<Sightings>,
+}
+
 /// Projects scene points by blending.
 pub(in super::super) struct MorphProjector<'a> {
-    /// For each reflector its nodes.
-    pub(super) nodes: Vec<Vec<Node<'a>>>,
+    pub(super) reflectors: Vec<BlendedReflector<'a>>,
     pub(super) paths: &'a [SpecularPath],
     /// For each of the first paths where it is found at the nodes.
     pub(super) blended: &'a [BlendedPath],
@@ -55,7 +59,6 @@ pub(in super::super) struct MorphProjector<'a> {
     pub(super) cameras_at_eye: Option<CameraProjector<'a>>,
     pub(super) in_cameras_at_eye: &'a [u32],
     pub(super) left_out: &'a [SpecularPath],
-    pub(super) cache: &'a SightingCache,
     pub(super) eye: DVec3,
     pub(super) view: PreciseView,
     pub(super) scene: &'a Scene,
@@ -67,16 +70,6 @@ pub(in super::super) struct MorphProjector<'a> {
     /// Points that some nodes do not see are followed beyond what these see; else they are left out.
     pub(super) cures: bool,
     pub(super) counts: PointCounts,
-}
-
-#[derive(Default)]
-struct Scratch {
-    at_nodes: [Vec<PanoramicProjection>; MOST_NODES],
-    found: Vec<Sightings>,
-}
-
-thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
 impl VertexProjector for MorphProjector<'_> {
@@ -186,14 +179,7 @@ impl MorphProjector<'_> {
     /// Appends the appearances of a point on a path.
     fn project_point(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
         let Some(lookout) = self.lookout_on(path).filter(|_| point.is_finite()) else { return };
-        let seen = self.cache.get(path, point, || {
-            self.counts.sought.fetch_add(1, Ordering::Relaxed);
-            SCRATCH.with_borrow_mut(|Scratch { at_nodes, found }| {
-                found.clear();
-                lookout.look(point, at_nodes, found);
-                Arc::from(&found[..])
-            })
-        });
+        let seen = self.sightings(path, &lookout, point);
         let start = found.len();
         for sightings in &*seen {
             let (Some(projection), _) = self.seen_from_eye(path, &lookout, sightings, point) else { continue };
@@ -203,6 +189,22 @@ impl MorphProjector<'_> {
             if !found[start..].iter().any(is_same) {
                 found.push(projection);
             }
+        }
+    }
+
+    /// A point's appearances at the nodes around the eye.
+    pub(super) fn sightings(&self, path: u32, lookout: &Lookout<'_>, point: Vec3) -> Arc<[Sightings]> {
+        let look = || {
+            self.counts.sought.fetch_add(1, Ordering::Relaxed);
+            lookout.look(point)
+        };
+        let known = self.blended.get(path as usize).and_then(|blended| {
+            // The path has one number at the first node, whatever others there are.
+            Some((self.reflectors.get(blended.reflector)?.known, *blended.in_nodes.first()?))
+        });
+        match known {
+            Some((known, path)) => known.get(path, point, look),
+            None => look(),
         }
     }
 
@@ -225,7 +227,7 @@ impl MorphProjector<'_> {
     /// Who looks for points on a path at the nodes.
     pub(super) fn lookout_on(&self, path: u32) -> Option<Lookout<'_>> {
         let BlendedPath { reflector, in_nodes } = self.blended.get(path as usize)?;
-        Some(self.lookout(path, &self.nodes[*reflector], in_nodes))
+        Some(self.lookout(path, &self.reflectors[*reflector].nodes, in_nodes))
     }
 
     fn lookout<'s>(&'s self, path: u32, nodes: &'s [Node<'s>], in_nodes: &'s [u32]) -> Lookout<'s> {

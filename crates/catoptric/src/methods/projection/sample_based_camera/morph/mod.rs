@@ -16,7 +16,7 @@ pub(super) use grid::node_counts;
 pub use grid::nodes_around;
 
 use super::hybrid::MappedReflectors;
-use super::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
+use super::panorama::{PanoramaSettings, PanoramicMirrors};
 use super::rays::grid::extent;
 use super::settings::{Ambiguous, SampleBasedCameraSettings};
 use super::{INFO, SampleBasedCamera, ViewCameras, margin_px};
@@ -34,13 +34,13 @@ use crate::methods::{MethodInfo, Quality, Report, Settings};
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::{PreciseView, Projection, Scene, View};
 use bake::BakedNodes;
-use blend::{BlendedPath, MorphProjector};
-use cache::SightingCache;
+use blend::{BlendedPath, BlendedReflector, MorphProjector};
+use cache::PointCache;
 use glam::UVec3;
 use grid::NodeGrid;
-use nodes::{MovedNode, NodeCounts, NodeKey, NodeStore, WantedNode};
+use nodes::{FoundNode, NodeCounts, NodeKey, NodeStore, WantedNode};
 use places::{Carried, MirrorPlaces};
-use sightings::Node;
+use sightings::{Node, Sightings};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -75,8 +75,8 @@ pub(super) struct MorphMirrors {
 
 /// What a view is blended from.
 pub(super) struct MorphView {
-    /// For each reflector the nodes around the eye with their weights.
-    reflectors: Vec<Vec<(f32, MovedNode)>>,
+    /// The reflectors that have nodes around the eye.
+    reflectors: Vec<ReflectorInView>,
     paths: Vec<SpecularPath>,
     /// For each of the first of these where it is found at the nodes.
     blended: Vec<BlendedPath>,
@@ -94,8 +94,14 @@ pub(super) struct MorphView {
     counts: NodeCounts,
     /// Nodes that are kept, and their bytes.
     kept: [u64; 2],
-    /// What is known of points at these nodes.
-    cache: SightingCache,
+}
+
+/// A reflector with nodes.
+struct ReflectorInView {
+    /// Those around the eye with their weights.
+    nodes: Vec<(f32, FoundNode)>,
+    /// What is known of points at these.
+    known: Arc<PointCache<Sightings>>,
 }
 
 /// The same for cameras at the eye.
@@ -200,9 +206,9 @@ impl MorphView {
     /// Sorts out which paths every node of their reflector knows.
     fn find_paths(&mut self) {
         let mut known: BTreeMap<SpecularPath, (usize, Vec<Option<u32>>)> = BTreeMap::new();
-        for (reflector, nodes) in self.reflectors.iter().enumerate() {
-            for (number, (_, (cameras, _))) in nodes.iter().enumerate() {
-                for (index, path) in cameras.paths().iter().enumerate() {
+        for (reflector, ReflectorInView { nodes, .. }) in self.reflectors.iter().enumerate() {
+            for (number, (_, node)) in nodes.iter().enumerate() {
+                for (index, path) in node.cameras.paths().iter().enumerate() {
                     let entry = known.entry(path.clone()).or_insert_with(|| (reflector, vec![None; nodes.len()]));
                     entry.1[number] = Some(index as u32);
                 }
@@ -282,6 +288,7 @@ impl MeshProjection for Morphing {
     /// Nodes move with their reflectors.
     fn take_moved(&self, mirrors: &mut MorphMirrors, old: &MorphMirrors, (scene, now): (&Scene, &MirrorState)) {
         if let Some(places) = old.places.at(scene, now) {
+            old.nodes.lock().unwrap_or_else(PoisonError::into_inner).forget_points();
             (mirrors.nodes, mirrors.places) = (old.nodes.clone(), places);
         }
     }
@@ -313,26 +320,28 @@ impl MeshProjection for Morphing {
         let limits = (scene.bounds, u64::from(self.settings().node_memory) << 20);
         let settings = PanoramaSettings { environment_mapped: environment.objects(), ..self.panorama() };
         let panoramic = (&panoramic, &mirrors.places);
-        let (cameras, counts) = store.get(&wanted, panoramic, &settings, limits, stages.progress)?;
+        let (found, counts) = store.get(&wanted, panoramic, &settings, limits, stages.progress)?;
         let kept = [store.count(), store.byte_count()];
+        let mut found = found.into_iter();
+        let of_reflector = |nodes: &Vec<(f32, WantedNode)>| ReflectorInView {
+            known: store.around_eye(nodes.iter().map(|(_, (key, _))| *key).collect()),
+            nodes: nodes.iter().map(|(weight, _)| *weight).zip(found.by_ref()).collect(),
+        };
+        let reflectors: Vec<ReflectorInView> = around.iter().map(of_reflector).collect();
         drop(store);
         stages.lap("nodes");
-        let mut cameras = cameras.into_iter();
-        let of_reflector =
-            |nodes: &Vec<(f32, WantedNode)>| nodes.iter().map(|(weight, _)| *weight).zip(cameras.by_ref()).collect();
         let mut found = MorphView {
-            reflectors: around.iter().map(of_reflector).collect(),
+            beyond_grid: (objects.len() - reflectors.len()) as u64,
+            reflectors,
             paths: Vec::new(),
             blended: Vec::new(),
             at_eye: None,
             in_cameras_at_eye: Vec::new(),
             left_out: Vec::new(),
-            beyond_grid: (objects.len() - around.len()) as u64,
             disagreeing: 0,
             environment,
             counts,
             kept,
-            cache: SightingCache::default(),
         };
         found.find_paths();
         let probes = agreement::probes(scene);
@@ -376,26 +385,18 @@ impl MeshProjection for Morphing {
 
     fn describe(&self, data: &MorphView, report: &mut Report) {
         data.environment.describe(report);
-        report.counts.insert("nodes_blended", data.reflectors.iter().map(|nodes| nodes.len() as u64).sum());
+        report
+            .counts
+            .insert("nodes_blended", data.reflectors.iter().map(|reflector| reflector.nodes.len() as u64).sum());
         report.counts.insert("nodes_built", data.counts.built);
         report.counts.insert("nodes_read", data.counts.read);
         report.counts.insert("nodes_kept", data.kept[0]);
         report.bytes.insert("nodes", data.kept[1]);
-        report.counts.insert("cached_points", data.cache.count());
+        let known = data.reflectors.iter().map(|reflector| reflector.known.count());
+        report.counts.insert("cached_points", known.sum());
         report.add_fallback("reflectors_without_nodes", data.beyond_grid);
         report.add_fallback("paths_without_nodes", (data.left_out.len() as u64).saturating_sub(data.disagreeing));
         report.add_fallback("paths_of_disagreeing_nodes", data.disagreeing);
-    }
-
-    fn take_over(&self, data: &mut MorphView, old: MorphView) {
-        let nodes = |view: &MorphView| -> Vec<Vec<*const PanoramicCameras>> {
-            let of_reflector =
-                |nodes: &Vec<(f32, MovedNode)>| nodes.iter().map(|(_, (cameras, _))| Arc::as_ptr(cameras)).collect();
-            view.reflectors.iter().map(of_reflector).collect()
-        };
-        if nodes(data) == nodes(&old) && data.paths == old.paths && data.blended == old.blended {
-            data.cache = old.cache;
-        }
     }
 
     fn work_limit(&self) -> WorkLimit {
@@ -409,23 +410,22 @@ impl MeshProjection for Morphing {
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a MorphView) -> MorphProjector<'a> {
         let Context { scene, virtual_scene, mirrors, view, order, .. } = *context;
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
-        let of_reflector = |nodes: &'a Vec<(f32, MovedNode)>| {
+        let of_reflector = |ReflectorInView { nodes, known }: &'a ReflectorInView| {
             // A view's nodes were built for this scene's objects.
-            let node = |(weight, (cameras, motion)): &'a (f32, MovedNode)| {
+            let node = |(weight, FoundNode { cameras, motion, answers }): &'a (f32, FoundNode)| {
                 let (projector, carried) = (cameras.projector(&panoramic).ok()?, Carried::new(motion));
-                Some(Node { weight: *weight, projector, carried })
+                Some(Node { weight: *weight, projector, carried, answers })
             };
-            nodes.iter().filter_map(node).collect()
+            BlendedReflector { nodes: nodes.iter().filter_map(node).collect(), known }
         };
         let cameras_at_eye = data.at_eye.as_ref().map(|cameras| self.at_runtime.projector(&at_eye(context), cameras));
         MorphProjector {
             cameras_at_eye,
             in_cameras_at_eye: &data.in_cameras_at_eye,
-            nodes: data.reflectors.iter().map(of_reflector).collect(),
+            reflectors: data.reflectors.iter().map(of_reflector).collect(),
             paths: &data.paths,
             blended: &data.blended,
             left_out: &data.left_out,
-            cache: &data.cache,
             eye: view.eye().as_dvec3(),
             view: PreciseView::new(view),
             scene,

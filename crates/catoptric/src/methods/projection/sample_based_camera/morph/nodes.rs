@@ -2,7 +2,9 @@
 //! views.
 
 use super::bake::BakedNodes;
+use super::cache::PointCache;
 use super::places::{MirrorPlaces, Moment};
+use super::sightings::{NodeAnswer, Sightings};
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
@@ -27,6 +29,8 @@ pub(super) type WantedNode = (NodeKey, Vec3);
 #[derive(Default)]
 pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
+    /// What is known of points at the nodes around an eye; those of the last view.
+    around_eyes: HashMap<Vec<NodeKey>, (u64, Arc<PointCache<Sightings>>)>,
     /// The objects at which their paths end, because these show environment maps.
     mapped: Vec<u32>,
     /// Nodes of a baked file.
@@ -44,6 +48,8 @@ struct KnownNode {
     bytes: u64,
     /// The last view that needed it.
     view: u64,
+    /// What it knows of points, where they are now.
+    answers: Arc<PointCache<NodeAnswer>>,
 }
 
 impl KnownNode {
@@ -53,8 +59,14 @@ impl KnownNode {
     }
 }
 
-/// The cameras of a node, and how it has moved with its reflector since these were built.
-pub(super) type MovedNode = (Arc<PanoramicCameras>, DAffine3);
+/// A node of a view.
+pub(super) struct FoundNode {
+    pub(super) cameras: Arc<PanoramicCameras>,
+    /// How it has moved with its reflector since these were built.
+    pub(super) motion: DAffine3,
+    /// What it knows of points.
+    pub(super) answers: Arc<PointCache<NodeAnswer>>,
+}
 
 /// How the nodes of a view were come by.
 #[derive(Clone, Copy, Debug, Default)]
@@ -76,9 +88,8 @@ impl NodeStore {
         Self { baked: Some(baked), ..Self::default() }
     }
 
-    /// The cameras of the nodes that a view needs, in their order, and how they have moved since they were built: known
-    /// ones, then those of the baked file, and what neither has is built. Of the other nodes those that were needed last are kept, as many as fit into so many
-    /// bytes.
+    /// The nodes that a view needs, in their order: known ones, then those of the baked file, and what neither has is
+    /// built. Of the other nodes those that were needed last are kept, as many as fit into so many bytes.
     ///
     /// # Errors
     /// As [`PanoramicCameras::new`].
@@ -89,17 +100,20 @@ impl NodeStore {
         settings: &PanoramaSettings,
         (scene, bytes): (Aabb, u64),
         progress: &dyn Progress,
-    ) -> Result<(Vec<MovedNode>, NodeCounts), RenderError> {
+    ) -> Result<(Vec<FoundNode>, NodeCounts), RenderError> {
+        self.around_eyes.retain(|_, (view, _)| *view == self.views);
         self.views += 1;
         if self.mapped != settings.environment_mapped {
             self.mapped.clone_from(&settings.environment_mapped);
             self.nodes.clear();
+            self.around_eyes.clear();
         }
         let now = places.now();
         self.nodes.retain(|key, node| node.motion(*key, now, &scene).is_some());
         let mut seen = HashSet::new();
         let missing: Vec<&WantedNode> =
             wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
+        self.around_eyes.retain(|nodes, _| nodes.iter().all(|node| !seen.contains(node)));
         let baked = self.baked.as_ref().filter(|baked| baked.maps(&self.mapped));
         let found =
             parallel::map_stage(progress, "building nodes", missing.len(), |index| -> Result<_, RenderError> {
@@ -120,17 +134,35 @@ impl NodeStore {
             let (cameras, built, bounds, is_read) = found?;
             *(if is_read { &mut counts.read } else { &mut counts.built }) += 1;
             let (bytes, cameras) = (cameras.byte_count(), Arc::new(cameras));
-            self.nodes.insert(*key, KnownNode { cameras, built, bounds, bytes, view: self.views });
+            let known = KnownNode { cameras, built, bounds, bytes, view: self.views, answers: Default::default() };
+            self.nodes.insert(*key, known);
         }
         let mut found = Vec::with_capacity(wanted.len());
         for (key, _) in wanted {
             if let Some(node) = self.nodes.get_mut(key) {
                 node.view = self.views;
-                found.push((node.cameras.clone(), node.motion(*key, now, &scene).unwrap_or(DAffine3::IDENTITY)));
+                let motion = node.motion(*key, now, &scene).unwrap_or(DAffine3::IDENTITY);
+                found.push(FoundNode { cameras: node.cameras.clone(), motion, answers: node.answers.clone() });
             }
         }
+        // Of points nodes know for this view and the next.
+        let last = self.views - 1;
+        self.nodes.values_mut().filter(|node| node.view < last).for_each(|node| node.answers = Default::default());
         self.forget(bytes);
         Ok((found, counts))
+    }
+
+    /// What is known of points at the nodes around the eye of the last view.
+    pub(super) fn around_eye(&mut self, nodes: Vec<NodeKey>) -> Arc<PointCache<Sightings>> {
+        let known = self.around_eyes.entry(nodes).or_default();
+        known.0 = self.views;
+        known.1.clone()
+    }
+
+    /// Forgets what is known of points: mirrors have moved.
+    pub(super) fn forget_points(&mut self) {
+        self.around_eyes.clear();
+        self.nodes.values_mut().for_each(|node| node.answers = Default::default());
     }
 
     /// Forgets the nodes that were needed longest ago, but for those of the last view, until the rest fits.

@@ -1,5 +1,6 @@
 //! Appearances of a point at all nodes around the eye, sorted by what belongs together.
 
+use super::cache::PointCache;
 use super::places::Carried;
 use super::walk::{Mirror, Reflection};
 use crate::methods::projection::find::ray_map::{RaySample, Specular, follow};
@@ -10,6 +11,8 @@ use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::ManifoldVertex;
 use crate::scene::Ray;
 use glam::{Mat3, Vec3};
+use std::cell::RefCell;
+use std::sync::Arc;
 
 /// The most nodes around an eye: the corners of a tetrahedron.
 pub(super) const MOST_NODES: usize = 4;
@@ -61,6 +64,22 @@ pub(super) struct Node<'a> {
     pub(super) projector: PanoramicProjector<'a>,
     /// It has moved with its reflector since it was built.
     pub(super) carried: Option<Carried>,
+    /// What is known of points there.
+    pub(super) answers: &'a PointCache<NodeAnswer>,
+}
+
+/// An appearance at a node, as its cameras see it and as it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodeAnswer {
+    focal_index: u32,
+    /// As the cameras have them.
+    reflection_point: Vec3,
+    direction: Vec3,
+    normal: Vec3,
+    /// Optical length of a unit before the first bounce, if there is one only.
+    medium: f32,
+    /// Exact in a single mirror, where its change with the eye is known.
+    sighting: Sighting,
 }
 
 impl Node<'_> {
@@ -111,9 +130,9 @@ impl Sighting {
 }
 
 /// The partner of an appearance among those at another node: each is the other's nearest.
-fn partner(of: &PanoramicProjection, own: &[PanoramicProjection], others: &[PanoramicProjection]) -> Option<usize> {
-    let nearest = |to: &PanoramicProjection, list: &[PanoramicProjection]| {
-        let distance = |one: &PanoramicProjection| one.reflection_point.distance_squared(to.reflection_point);
+fn partner(of: &NodeAnswer, own: &[NodeAnswer], others: &[NodeAnswer]) -> Option<usize> {
+    let nearest = |to: &NodeAnswer, list: &[NodeAnswer]| {
+        let distance = |one: &NodeAnswer| one.reflection_point.distance_squared(to.reflection_point);
         let same_sheet = list.iter().enumerate().filter(|(_, one)| one.focal_index == to.focal_index);
         same_sheet.min_by(|(_, a), (_, b)| distance(a).total_cmp(&distance(b))).map(|(index, _)| index)
     };
@@ -133,21 +152,24 @@ pub(super) struct Lookout<'a> {
     pub(super) cures: bool,
 }
 
+thread_local! {
+    static AT_NODE: RefCell<Vec<PanoramicProjection>> = RefCell::default();
+}
+
 impl Lookout<'_> {
-    /// Appends a point's appearances, each with the nodes that know of it. What one node sees and another does not
-    /// (beyond its horizon, or past the reflector's border) is looked for there by the solver.
-    pub(super) fn look(
-        &self,
-        point: Vec3,
-        at_nodes: &mut [Vec<PanoramicProjection>; MOST_NODES],
-        found: &mut Vec<Sightings>,
-    ) {
-        for ((list, node), number) in at_nodes.iter_mut().zip(self.nodes).zip(self.in_nodes) {
-            list.clear();
-            node.project_on(*number, point, list);
-        }
+    /// A point's appearances, each with the nodes that know of it. What one node sees and another does not (beyond its
+    /// horizon, or past the reflector's border) is looked for there by the solver.
+    pub(super) fn look(&self, point: Vec3) -> Arc<[Sightings]> {
+        let nothing: Arc<[NodeAnswer]> = Arc::from([]);
+        let at_nodes: [Arc<[NodeAnswer]>; MOST_NODES] = std::array::from_fn(|index| {
+            let (Some(node), Some(&path)) = (self.nodes.get(index), self.in_nodes.get(index)) else {
+                return nothing.clone();
+            };
+            node.answers.get(path, point, || self.at_node(node, path, point))
+        });
+        let mut found = Vec::new();
         for (index, list) in at_nodes[..self.nodes.len()].iter().enumerate() {
-            for own in list {
+            for own in &**list {
                 let partners: [Option<usize>; MOST_NODES] = std::array::from_fn(|other| match other {
                     _ if other >= self.nodes.len() => None,
                     _ if other == index => Some(0),
@@ -161,12 +183,7 @@ impl Lookout<'_> {
                     _ if other == index => Some(own),
                     _ => partners[other].map(|number| &at_nodes[other][number]),
                 };
-                let at = match self.of_mirror(point, index, &seen_at) {
-                    Some(exact) => exact,
-                    None => std::array::from_fn(|other| {
-                        seen_at(other).map(|seen| Sighting::of(seen, self.nodes[other].eye()))
-                    }),
-                };
+                let at = self.at_all(point, index, &seen_at);
                 let focal_index = own.focal_index;
                 if self.belong_together(&at) {
                     found.push(Sightings { focal_index, at });
@@ -179,6 +196,49 @@ impl Lookout<'_> {
                 }
             }
         }
+        Arc::from(found)
+    }
+
+    /// A point's appearances at a node.
+    fn at_node(&self, node: &Node<'_>, path: u32, point: Vec3) -> Arc<[NodeAnswer]> {
+        AT_NODE.with_borrow_mut(|seen| {
+            seen.clear();
+            node.project_on(path, point, seen);
+            seen.iter().map(|seen| self.answer(node.eye(), seen, point)).collect()
+        })
+    }
+
+    /// An appearance at a node: exact in a single mirror, where what the cameras see is the start.
+    fn answer(&self, eye: Vec3, seen: &PanoramicProjection, point: Vec3) -> NodeAnswer {
+        let PanoramicProjection { focal_index, reflection_point, direction, normal, .. } = *seen;
+        // Light stays in one medium.
+        let medium = seen.path_length / (reflection_point.distance(eye) + seen.last_segment);
+        let sighting = Sighting::of(seen, eye);
+        let mut answer = NodeAnswer { focal_index, reflection_point, direction, normal, medium, sighting };
+        if let Some(mirror) = self.single_mirror(point)
+            && let Some(site) = self.site_of(mirror.object, eye, &answer)
+            && let Some(found) = mirror.seen(eye.as_dvec3(), &site)
+            && let Some(exact) = Sighting::exact(&found, eye, point, (normal, medium))
+        {
+            answer.sighting = exact;
+        }
+        answer
+    }
+
+    /// The mirror of a path that has one only.
+    fn single_mirror(&self, point: Vec3) -> Option<Mirror<'_>> {
+        let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
+        let (surfaces, reach) = (self.specular.surfaces, REACH * self.size(self.path.bounces.first()));
+        Some(Mirror { surfaces, object, point: point.as_dvec3(), reach })
+    }
+
+    /// Where on the mirror an appearance is that cameras see. They are somewhat off: where they see what grazes the
+    /// mirror, the ray may pass it.
+    fn site_of(&self, object: u32, eye: Vec3, seen: &NodeAnswer) -> Option<ManifoldVertex> {
+        let deeper = DEEPER * self.size(self.path.bounces.first());
+        let deeper = seen.reflection_point - seen.normal * deeper as f32;
+        let towards = [seen.direction, (deeper - eye).normalize_or_zero()];
+        towards.into_iter().find_map(|direction| self.site(object, eye, direction))
     }
 
     /// True unless the derivatives with the eye tell that appearances at two nodes are not the same: on one sheet each
@@ -195,43 +255,32 @@ impl Lookout<'_> {
         })
     }
 
-    /// The exact appearances in a single mirror: what nodes see is the start, and where one does not see what others
-    /// do, that is followed from these. `None` on other paths.
-    fn of_mirror<'s>(
+    /// An appearance at all nodes. In a single mirror, where one node does not see what another does, or its cameras are
+    /// too far off, that is followed from there.
+    fn at_all<'s>(
         &self,
         point: Vec3,
         index: usize,
-        seen_at: &impl Fn(usize) -> Option<&'s PanoramicProjection>,
-    ) -> Option<[Option<Sighting>; MOST_NODES]> {
-        let [Bounce { object, kind: BounceKind::Reflect }] = self.path.bounces[..] else { return None };
-        let (surfaces, eye_of) = (self.specular.surfaces, |node: usize| self.nodes[node].eye());
-        let size = self.size(self.path.bounces.first());
-        // Cameras are somewhat off: where they see what grazes the mirror, the ray may pass it.
-        let site_of = |node: usize, seen: &PanoramicProjection| {
-            let (eye, deeper) = (eye_of(node), seen.reflection_point - seen.normal * (DEEPER * size) as f32);
-            let towards = [seen.direction, (deeper - eye).normalize_or_zero()];
-            towards.into_iter().find_map(|direction| self.site(object, eye, direction))
-        };
-        let own = seen_at(index)?;
-        let own_site = site_of(index, own)?;
-        // Light stays in one medium.
-        let medium = own.path_length / (own.reflection_point.distance(eye_of(index)) + own.last_segment);
-        let reach = REACH * size;
-        let mirror = Mirror { surfaces, object, point: point.as_dvec3(), reach };
-        let mut at = [None; MOST_NODES];
-        for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
-            let eye = eye_of(node);
-            let found = match seen_at(node) {
-                Some(_) if node == index => mirror.seen(eye.as_dvec3(), &own_site),
-                Some(seen) => site_of(node, seen).and_then(|site| mirror.seen(eye.as_dvec3(), &site)),
-                None => None,
-            };
-            let walked = || mirror.walked(&own_site, [eye_of(index), eye].map(Vec3::as_dvec3));
-            let found = found.or_else(|| if node == index || !self.cures { None } else { walked() });
-            let exact = found.and_then(|found| Sighting::exact(&found, eye, point, (own.normal, medium)));
-            *at = exact.or_else(|| seen_at(node).map(|seen| Sighting::of(seen, eye)));
+        seen_at: &impl Fn(usize) -> Option<&'s NodeAnswer>,
+    ) -> [Option<Sighting>; MOST_NODES] {
+        let mut at: [Option<Sighting>; MOST_NODES] =
+            std::array::from_fn(|node| seen_at(node).map(|seen| seen.sighting));
+        let is_exact = |at: &Option<Sighting>| at.is_some_and(|at| at.change_with_eye.is_some());
+        let eye_of = |node: usize| self.nodes[node].eye();
+        let (Some(own), Some(mirror)) = (seen_at(index), self.single_mirror(point)) else { return at };
+        if !self.cures || at[..self.nodes.len()].iter().all(is_exact) {
+            return at;
         }
-        Some(at)
+        let Some(site) = self.site_of(mirror.object, eye_of(index), own) else { return at };
+        for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
+            if node != index && !is_exact(at) {
+                let found = mirror.walked(&site, [eye_of(index), eye_of(node)].map(Vec3::as_dvec3));
+                let towards = (own.normal, own.medium);
+                let exact = found.and_then(|found| Sighting::exact(&found, eye_of(node), point, towards));
+                *at = exact.or(*at);
+            }
+        }
+        at
     }
 
     /// Where a ray first meets specular surfaces, if that is on an object.
