@@ -139,12 +139,13 @@ fn against_search(scene: &Scene, eye: Vec3, settings: &PanoramaSettings, points:
 #[test]
 fn points_appear_where_the_exact_search_finds_them() {
     // Quantiles of the angle in pixels of a face, and shares of missing and doubled appearances: the picture of one
-    // ball in the other is a few pixels wide, and at its silhouette, where most points crowd, some are not found.
+    // ball in the other is a few pixels wide, and most points crowd at its silhouette. There the solver may not get to
+    // the end in its steps: what it started from is as near as the cameras are.
     let cases = [
         ("sphere_room", BESIDE_BALL, 1, 0, [0.02, 0.05, 0.1], [0.0, 0.0]),
         ("sphere_room", BESIDE_BALL, 1, 8, [1e-4, 1e-4, 1e-4], [0.0, 0.0]),
-        ("two_spheres", BETWEEN_BALLS, 2, 0, [0.02, 0.1, 0.5], [7e-3, 0.01]),
-        ("two_spheres", BETWEEN_BALLS, 2, 8, [1e-4, 1e-4, 1e-4], [7e-3, 1e-3]),
+        ("two_spheres", BETWEEN_BALLS, 2, 0, [0.02, 0.1, 0.5], [4e-4, 4e-3]),
+        ("two_spheres", BETWEEN_BALLS, 2, 8, [1e-4, 1e-4, 0.1], [4e-4, 1e-3]),
     ];
     for (name, eye, order, polish, most_px, most_shares) in cases {
         let scene = scene(&format!("{name}?surface=analytic&tess=8"));

@@ -193,7 +193,7 @@ impl CameraBuilder<'_> {
         let lines = lines_of(rays, apart);
         let accurate = |fit: &Fit| is_accurate(fit, rays, &heads, self.view, self.demand.accuracy_px);
         let mut shapes = shapes.iter().filter(|shape| shape.is_tested_by(lines));
-        shapes.find_map(|&shape| Fit::new(rays, shape).filter(accurate))
+        shapes.find_map(|&shape| Fit::all(rays, shape).find(accurate))
     }
 
     fn is_accurate(&self, fit: &Fit, rays: &[GridRay]) -> bool {

@@ -111,7 +111,7 @@ impl Tracing<'_> {
     /// Makes a leaf that interpolates between the block's rays, if there are enough.
     fn interpolate(&mut self, block: &RayBlock) -> bool {
         let rays: Vec<GridRay> = block.rays.iter().map(|&ray| *self.ray(ray)).collect();
-        let Some(fit) = Fit::new(&rays, FitTerms::Quadratic).or_else(|| Fit::interpolating(&rays)) else {
+        let Some(fit) = Fit::nearest(&rays, FitTerms::Quadratic).or_else(|| Fit::interpolating(&rays)) else {
             return false;
         };
         let span = FitSpan { apart: block.apart, interpolates: true };

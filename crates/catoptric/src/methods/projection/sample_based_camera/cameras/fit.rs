@@ -80,10 +80,42 @@ pub(in super::super) struct FitSpan {
     pub(in super::super) interpolates: bool,
 }
 
+/// The surface whose points a leaf's coordinates are those of.
+///
+/// Where the last mirror ends for the eye, beside its silhouette in the one before, it moves as the root of the way on
+/// the first: there polynomials over the first do not get near it, and those over the last do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) enum Over {
+    First,
+    Last,
+}
+
+impl Over {
+    const BOTH: [Self; 2] = [Self::First, Self::Last];
+
+    /// Those that differ for rays.
+    fn all(rays: &[GridRay]) -> &'static [Self] {
+        let is_one = rays.first().is_none_or(|ray| ray.first == ray.tail);
+        if is_one { &Self::BOTH[..1] } else { &Self::BOTH }
+    }
+
+    fn point(self, ray: &GridRay) -> DVec3 {
+        match self {
+            Self::First => ray.first,
+            Self::Last => ray.tail,
+        }
+    }
+}
+
 /// The frame of a leaf, and its polynomials.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Fit {
+    /// The middle of the first bounce points.
     center: DVec3,
+    over: Over,
+    /// Gradients of the coordinates, which are zero at the centre of the points that they are those of.
+    gradients: [DVec3; 2],
+    /// How coordinates change with first bounce points, about: gradients.
     tangents: [DVec3; 2],
     origin: DVec3,
     direction: DVec3,
@@ -96,8 +128,17 @@ pub(in super::super) struct Fit {
 }
 
 impl Fit {
-    /// The least-squares fit to rays; returns `None` if there are too few of them, or they fan out too widely.
-    pub(in super::super) fn new(rays: &[GridRay], shape: FitTerms) -> Option<Self> {
+    /// The least-squares fits to rays, over each surface; none if there are too few of them, or they fan out too widely.
+    pub(in super::super) fn all(rays: &[GridRay], shape: FitTerms) -> impl Iterator<Item = Self> {
+        Over::all(rays).iter().filter_map(move |&over| Self::new(rays, shape, over))
+    }
+
+    /// The nearest of them.
+    pub(in super::super) fn nearest(rays: &[GridRay], shape: FitTerms) -> Option<Self> {
+        Self::all(rays, shape).min_by(|a, b| a.slope_error.total_cmp(&b.slope_error))
+    }
+
+    fn new(rays: &[GridRay], shape: FitTerms, over: Over) -> Option<Self> {
         let terms = shape.terms();
         let first = rays.first()?;
         if rays.len() < shape.least_rays() {
@@ -111,11 +152,13 @@ impl Fit {
         if rays.iter().any(|ray| ray.direction.dot(direction) < WIDEST) {
             return None;
         }
-        let tangents = coordinate_axes(rays, center, normal)?;
+        let gradients = coordinate_gradients(rays, (center, normal), over)?;
         let (right, up) = direction.any_orthonormal_pair();
         let mut fit = Self {
             center,
-            tangents,
+            over,
+            gradients,
+            tangents: gradients,
             origin,
             direction,
             across: [right, up],
@@ -127,7 +170,7 @@ impl Fit {
         let mut matrix = [[0.0; TERMS]; TERMS];
         let mut right = [[0.0; OUTPUTS]; TERMS];
         for ray in rays {
-            let all = basis(fit.coordinates(ray.first));
+            let all = basis(fit.coordinates(ray));
             let outputs = fit.outputs(ray);
             for (i, &term) in terms.iter().enumerate() {
                 for (sum, &other) in matrix[i].iter_mut().zip(&terms[..=i]) {
@@ -147,7 +190,7 @@ impl Fit {
         }
         let (mut offset, mut slope) = (0.0, 0.0);
         for ray in rays {
-            let all = basis(fit.coordinates(ray.first));
+            let all = basis(fit.coordinates(ray));
             let truth = fit.outputs(ray);
             let left = |output: usize| {
                 let value: f64 = terms.iter().map(|&term| all[term] * fit.coefficients[term][output]).sum();
@@ -157,13 +200,26 @@ impl Fit {
             slope += left(5) + left(6);
         }
         (fit.offset_error, fit.slope_error) = ((offset / count).sqrt(), (slope / count).sqrt());
+        if over == Over::Last {
+            fit.tangents = fit.coordinates_by_first()?;
+        }
         Some(fit)
+    }
+
+    /// How coordinates change with first bounce points in the middle: the inverse of how these change with them.
+    fn coordinates_by_first(&self) -> Option<[DVec3; 2]> {
+        let [right, down] = [1, 2].map(|term: usize| DVec3::from_slice(&self.coefficients[term][..3]));
+        let normal = right.cross(down);
+        let scale = normal.length_squared().recip();
+        let gradients = [down.cross(normal) * scale, normal.cross(right) * scale];
+        gradients.iter().all(|gradient| gradient.is_finite()).then_some(gradients)
     }
 
     /// The interpolation between a few rays: bilinear if there are four. Returns `None` if they are on a line.
     pub(in super::super) fn interpolating(rays: &[GridRay]) -> Option<Self> {
-        let linear = Self::new(rays, FitTerms::Linear);
-        match (Self::new(rays, FitTerms::Bilinear), linear) {
+        let linear = Self::nearest(rays, FitTerms::Linear);
+        let over = linear.as_ref().map_or(Over::First, |linear| linear.over);
+        match (Self::new(rays, FitTerms::Bilinear, over), linear) {
             // An exact fit has no residual to estimate its error from; the residual of the linear fit is about that.
             (Some(bilinear), Some(linear)) => {
                 Some(Self { offset_error: linear.offset_error, slope_error: linear.slope_error, ..bilinear })
@@ -172,11 +228,14 @@ impl Fit {
         }
     }
 
-    /// The coordinates of a first bounce point.
+    /// The coordinates of a ray.
     #[inline(always)]
-    fn coordinates(&self, first: DVec3) -> DVec2 {
-        let relative = first - self.center;
-        DVec2::new(relative.dot(self.tangents[0]), relative.dot(self.tangents[1]))
+    fn coordinates(&self, ray: &GridRay) -> DVec2 {
+        let relative = match self.over {
+            Over::First => ray.first - self.center,
+            Over::Last => ray.tail - self.origin,
+        };
+        DVec2::new(relative.dot(self.gradients[0]), relative.dot(self.gradients[1]))
     }
 
     /// Values that a ray fits the polynomials to.
@@ -201,7 +260,7 @@ impl Fit {
     ) -> BundleLeaf {
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for ray in rays {
-            let coordinates = self.coordinates(ray.first);
+            let coordinates = self.coordinates(ray);
             (low, high) = (low.min(coordinates), high.max(coordinates));
         }
         let leeway = (high - low) * if span.interpolates { LEEWAY_OF_LISTS } else { LEEWAY };
@@ -227,40 +286,57 @@ impl Fit {
     }
 }
 
-/// Gradients of the coordinates of a leaf around `center`: about -1 to 1 over its rays, the first along the rows of the
-/// map and the second down its columns.
+/// Gradients of the coordinates of a leaf around the middle of its points: about -1 to 1 over its rays, the first along
+/// the rows of the map and the second down its columns.
 ///
 /// The box of coordinates is then no larger than it need be; towards silhouettes, where blocks become slivers on the
 /// surface, a box along other axes would hold much more than its rays.
-fn coordinate_axes(rays: &[GridRay], center: DVec3, normal: DVec3) -> Option<[DVec3; 2]> {
-    let count = rays.len() as f64;
-    let place = |ray: &GridRay| DVec2::new(ray.place[0].into(), ray.place[1].into());
-    let middle = rays.iter().map(place).sum::<DVec2>() / count;
-    // How the surface point moves with the place, by least squares, but for the factor that makes steps of it.
-    let (mut spread, mut moves) = ([0.0; 3], [DVec3::ZERO; 2]);
-    for ray in rays {
-        let (step, first) = (place(ray) - middle, (ray.first - center).reject_from_normalized(normal));
-        spread[0] += step.x * step.x;
-        spread[1] += step.x * step.y;
-        spread[2] += step.y * step.y;
-        moves[0] += first * step.x;
-        moves[1] += first * step.y;
-    }
-    let right = moves[0] * spread[2] - moves[1] * spread[1];
-    let down = moves[1] * spread[0] - moves[0] * spread[1];
-    let size = rays.iter().map(|ray| ray.first.distance_squared(center)).fold(0.0, f64::max).sqrt().max(1e-12);
-    let right = right.try_normalize().unwrap_or(normal.any_orthonormal_vector());
-    let down = down.try_normalize().filter(|down| down.cross(right).length() > PARALLEL).unwrap_or(normal.cross(right));
-    // Their normal is that of the surface.
-    let down = if right.cross(down).dot(normal) < 0.0 { -down } else { down };
+fn coordinate_gradients(rays: &[GridRay], (first, normal): (DVec3, DVec3), over: Over) -> Option<[DVec3; 2]> {
+    let frame = |[right, down]: [DVec3; 2], normal: DVec3| {
+        let right = right.try_normalize().unwrap_or(normal.any_orthonormal_vector());
+        let apart = |down: &DVec3| down.cross(right).length() > PARALLEL;
+        [right, down.try_normalize().filter(apart).unwrap_or(normal.cross(right))]
+    };
+    let [right, down] = frame(moves_with_place(rays, Over::First, first, Some(normal)), normal);
+    // Their normal is to be that of the first surface.
+    let is_turned = right.cross(down).dot(normal) < 0.0;
+    let middle = rays.iter().map(|ray| over.point(ray)).sum::<DVec3>() / rays.len() as f64;
+    let size = rays.iter().map(|ray| over.point(ray).distance_squared(middle)).fold(0.0, f64::max).sqrt().max(1e-12);
+    let ([right, down], normal) = match over {
+        Over::First => ([right, down], normal),
+        Over::Last => {
+            let moves = moves_with_place(rays, over, middle, None);
+            let normal = moves[0].cross(moves[1]).try_normalize()?;
+            (frame(moves, normal), normal)
+        }
+    };
+    let down = if is_turned { -down } else { down };
     let across = [down.cross(normal), normal.cross(right)];
     let gradients = [across[0] / across[0].dot(right), across[1] / across[1].dot(down)];
     let scaled = |gradient: DVec3| {
-        let most = rays.iter().map(|ray| (ray.first - center).dot(gradient).abs()).fold(0.0, f64::max);
+        let most = rays.iter().map(|ray| (over.point(ray) - middle).dot(gradient).abs()).fold(0.0, f64::max);
         gradient / most.max(size * THINNEST)
     };
     let gradients = gradients.map(scaled);
     gradients.iter().all(|gradient| gradient.is_finite()).then_some(gradients)
+}
+
+/// How points move with the place in the map, by least squares, but for the factor that makes steps of it; only across
+/// the normal, if that is known.
+fn moves_with_place(rays: &[GridRay], over: Over, center: DVec3, normal: Option<DVec3>) -> [DVec3; 2] {
+    let place = |ray: &GridRay| DVec2::new(ray.place[0].into(), ray.place[1].into());
+    let middle = rays.iter().map(place).sum::<DVec2>() / rays.len() as f64;
+    let (mut spread, mut moves) = ([0.0; 3], [DVec3::ZERO; 2]);
+    for ray in rays {
+        let (step, way) = (place(ray) - middle, over.point(ray) - center);
+        let way = normal.map_or(way, |normal| way.reject_from_normalized(normal));
+        spread[0] += step.x * step.x;
+        spread[1] += step.x * step.y;
+        spread[2] += step.y * step.y;
+        moves[0] += way * step.x;
+        moves[1] += way * step.y;
+    }
+    [moves[0] * spread[2] - moves[1] * spread[1], moves[1] * spread[0] - moves[0] * spread[1]]
 }
 
 /// True if a fit projects points on all of `rays` within `accuracy_px` pixels of their places, to first order.
@@ -276,7 +352,7 @@ pub(in super::super) fn is_accurate(
 ) -> bool {
     let most = accuracy_px * accuracy_px;
     rays.iter().zip(heads).all(|(ray, head)| {
-        let z = fit.coordinates(ray.first);
+        let z = fit.coordinates(ray);
         let (x, y) = (z.x, z.y);
         let basis = basis(z);
         let by_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];

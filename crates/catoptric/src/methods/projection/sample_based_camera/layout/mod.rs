@@ -17,7 +17,7 @@ pub(super) const OUTPUTS: usize = 12;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct BundleLeaf {
-    /// Where coordinates are zero, on the first surface or near it.
+    /// The middle of its first bounce points.
     pub(super) center: [f32; 3],
     /// The middle of its tails.
     pub(super) origin: [f32; 3],
@@ -31,7 +31,7 @@ pub(super) struct BundleLeaf {
     pub(super) offset_error: f32,
     pub(super) slope_error: f32,
     pub(super) across: [[f32; 3]; 2],
-    /// Gradients of the coordinates: about -1 to 1 over the leaf.
+    /// How coordinates, which are about -1 to 1 over the leaf, change with first bounce points.
     pub(super) tangents: [[f32; 3]; 2],
     /// The coordinates of its rays lie between these.
     pub(super) low: [f32; 2],

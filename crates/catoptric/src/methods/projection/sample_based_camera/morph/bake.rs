@@ -20,7 +20,7 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 /// The layout of a unit's bytes; also how they are found: the version changes with what units hold.
-const PAYLOAD_VERSION: u32 = 1;
+const PAYLOAD_VERSION: u32 = 2;
 
 /// A node with more bytes is refused. Those of the default settings have about 0.3 MB on `two_spheres`, 3 on `teapot`.
 const MOST_BYTES: u64 = 48 << 20;
