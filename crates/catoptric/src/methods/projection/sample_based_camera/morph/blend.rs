@@ -98,9 +98,12 @@ impl VertexProjector for MorphProjector<'_> {
             let followed = |found: &mut Vec<Projection>| cameras.follow_point(&own, point, found);
             return found.extend(&[point], |_, found| renumbered(one.path, found, followed));
         }
-        found.extend(&[point], |point, found| match self.followed(one, point) {
-            Some(projection) => found.extend(projection),
-            None => self.project_point(one.path, point, found),
+        found.extend(&[point], |point, found| {
+            let followed = self.followed(one, point).or_else(|| self.solved_from(one, point).map(Some));
+            match followed {
+                Some(projection) => found.extend(projection),
+                None => self.project_point(one.path, point, found),
+            }
         });
     }
 
@@ -261,6 +264,16 @@ impl MorphProjector<'_> {
         let projection = self.shown(found.position, found.change_with_point(), 0.0)?;
         let (path, focal_index) = (one.path, one.focal_index);
         Some(Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful())
+    }
+
+    /// The same on other paths, by the solver from the path of the point near it; `None` if that does not get there, or
+    /// beyond a focal point.
+    fn solved_from(&self, one: &Projection, point: Vec3) -> Option<Projection> {
+        let lookout = self.lookout(one.path, &[], &[]);
+        let effort = Effort { steps: STEPS_WHERE_AMBIGUOUS, reach: REACH, must_converge: true };
+        let ray = (self.eye.as_vec3(), one.reflection_point);
+        let found = self.solved(one.path, &lookout, ray, one.reflection_point.as_dvec3(), point, effort)?;
+        (found.focal_index == one.focal_index).then_some(found)
     }
 
     /// A reflection point in the picture, with its change with the scene point, and how far it may be off; without what
