@@ -122,18 +122,14 @@ impl<'a> Shot<'a> {
         let model = scene_source::load(&args.scene, args.environment.as_deref())?;
         let load_ms = milliseconds(start);
         let start = Instant::now();
-        let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, args.shadows, None)?);
+        let quality = Quality { samples: draw.samples, order: draw.order };
+        let moment = (roles, args.shadows, args.pose.time);
+        let shot = Self::of(model, moment, (view, draw.motion, frames), quality, bakes)?;
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bake_open_ms));
         }
-        let quality = Quality { samples: draw.samples, order: draw.order };
-        let (motion, budget_ms, time, shadows) = (draw.motion, draw.budget_ms, args.pose.time, args.shadows);
-        let shot =
-            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
-        // A camera that does not exist is found before any work.
-        shot.frame_view(&shot.scene, 0)?;
-        Ok(shot)
+        Ok(Self { budget_ms: draw.budget_ms, setup_ms, gpu, ..shot })
     }
 
     /// Of a scene that is known already, without times.
@@ -148,6 +144,7 @@ impl<'a> Shot<'a> {
         let (budget_ms, setup_ms, gpu) = (None, Vec::new(), None);
         let shot =
             Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
+        // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, 0)?;
         Ok(shot)
     }

@@ -112,6 +112,23 @@ fn what_moves_against_a_mirror_matters_to_longer_paths() {
     }
 }
 
+/// Something leaves the scene's box a little further in every frame, and so may not be where cameras are accurate.
+#[test]
+fn nodes_have_room_for_what_leaves_the_scenes_box() {
+    let still = scene("ellipsoid?tess=16");
+    let view = still.default_view(120, 90);
+    let mut session = prepared(ID, MORPH, &still, Quality { samples: 1, order: 1 });
+    let counts: Vec<u64> = (0..6)
+        .map(|frame| {
+            let mut scene = still.clone();
+            scene.bounds.max.y += 0.02 * frame as f32 * scene.bounds.size().y;
+            session.update(&scene).expect("it is the same scene");
+            built(&mut session, &view)
+        })
+        .collect();
+    assert!(counts[0] > 0 && counts[1] == counts[0] && counts[2..].iter().all(|count| *count == 0), "{counts:?}");
+}
+
 /// A mirror that changes its shape is another one.
 #[test]
 fn nodes_of_a_mirror_that_bends_are_built_again() {

@@ -394,6 +394,7 @@ impl MeshProjection for Morphing {
         report.bytes.insert("nodes", data.kept[1]);
         let known = data.reflectors.iter().map(|reflector| reflector.known.count());
         report.counts.insert("cached_points", known.sum());
+        report.add_fallback("unreadable_nodes", data.counts.unreadable);
         report.add_fallback("reflectors_without_nodes", data.beyond_grid);
         report.add_fallback("paths_without_nodes", (data.left_out.len() as u64).saturating_sub(data.disagreeing));
         report.add_fallback("paths_of_disagreeing_nodes", data.disagreeing);

@@ -31,6 +31,8 @@ pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
     /// What is known of points at the nodes around an eye; those of the last view.
     around_eyes: HashMap<Vec<NodeKey>, (u64, Arc<PointCache<Sightings>>)>,
+    /// Some have been forgotten because of what has moved: from then on they are built with room to move.
+    have_room: bool,
     /// The objects at which their paths end, because these show environment maps.
     mapped: Vec<u32>,
     /// Nodes of a baked file.
@@ -75,6 +77,18 @@ pub(super) struct NodeCounts {
     pub(super) built: u64,
     /// Those that were read from a baked file.
     pub(super) read: u64,
+    /// Those of the built ones that a baked file should have, but not in such bytes.
+    pub(super) unreadable: u64,
+}
+
+/// Where a node comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Origin {
+    Bake,
+    /// It was built, as there is no bake, or that is of other places.
+    Built,
+    /// It was built, as the bake's bytes are wrong.
+    Unreadable,
 }
 
 /// The settings of a node's cameras, by those of all nodes.
@@ -109,7 +123,10 @@ impl NodeStore {
             self.around_eyes.clear();
         }
         let now = places.now();
+        let before = self.nodes.len();
         self.nodes.retain(|key, node| node.motion(*key, now, &scene).is_some());
+        self.have_room |= self.nodes.len() < before;
+        let have_room = self.have_room;
         let mut seen = HashSet::new();
         let missing: Vec<&WantedNode> =
             wanted.iter().filter(|(key, _)| !self.nodes.contains_key(key) && seen.insert(*key)).collect();
@@ -119,20 +136,24 @@ impl NodeStore {
             parallel::map_stage(progress, "building nodes", missing.len(), |index| -> Result<_, RenderError> {
                 let (key, place) = *missing[index];
                 let settings = of_node(settings, key);
-                if let Some(baked) = baked.filter(|baked| baked.holds_for(key, place, now, &scene))
+                let baked = baked.filter(|baked| baked.holds_for(key, place, now, &scene));
+                if let Some(baked) = baked
                     && let Some(read) = baked.node(key, place, &settings)
                 {
-                    return Ok((read, baked.built().clone(), baked.bounds(), true));
+                    return Ok((read, baked.built().clone(), baked.bounds(), Origin::Bake));
                 }
-                let (place, bounds) = (places.from_grid(key.reflector, place), now.box_for(key.reflector, &scene));
+                let origin = if baked.is_some() { Origin::Unreadable } else { Origin::Built };
+                let place = places.from_grid(key.reflector, place);
+                let bounds = if have_room { now.roomy_box(key.reflector, &scene) } else { scene };
                 let settings = PanoramaSettings { bounds: Some(bounds), ..settings };
                 let cameras = PanoramicCameras::new(mirrors, place, &settings, progress)?.compact();
-                Ok((cameras, now.clone(), bounds, false))
+                Ok((cameras, now.clone(), bounds, origin))
             })?;
         let mut counts = NodeCounts::default();
         for ((key, _), found) in missing.into_iter().zip(found) {
-            let (cameras, built, bounds, is_read) = found?;
-            *(if is_read { &mut counts.read } else { &mut counts.built }) += 1;
+            let (cameras, built, bounds, origin) = found?;
+            *(if origin == Origin::Bake { &mut counts.read } else { &mut counts.built }) += 1;
+            counts.unreadable += u64::from(origin == Origin::Unreadable);
             let (bytes, cameras) = (cameras.byte_count(), Arc::new(cameras));
             let known = KnownNode { cameras, built, bounds, bytes, view: self.views, answers: Default::default() };
             self.nodes.insert(*key, known);
