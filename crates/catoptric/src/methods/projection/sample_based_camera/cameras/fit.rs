@@ -128,7 +128,8 @@ pub(in super::super) struct Fit {
 }
 
 impl Fit {
-    /// The least-squares fits to rays, over each surface; none if there are too few of them, or they fan out too widely.
+    /// The least-squares fits to rays, over each surface; none if there are too few of these, or they fan out too
+    /// widely.
     pub(in super::super) fn all(rays: &[GridRay], shape: FitTerms) -> impl Iterator<Item = Self> {
         Over::all(rays).iter().filter_map(move |&over| Self::new(rays, shape, over))
     }

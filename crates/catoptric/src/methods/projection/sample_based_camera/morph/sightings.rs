@@ -255,8 +255,8 @@ impl Lookout<'_> {
         })
     }
 
-    /// An appearance at all nodes. In a single mirror, where one node does not see what another does, or its cameras are
-    /// too far off, that is followed from there.
+    /// An appearance at all nodes. In a single mirror, where one node does not see what another does, or its cameras
+    /// are too far off, that is followed from there.
     fn at_all<'s>(
         &self,
         point: Vec3,
