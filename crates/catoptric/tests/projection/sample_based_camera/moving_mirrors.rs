@@ -47,7 +47,7 @@ fn built(session: &mut Session, view: &View) -> u64 {
 fn wrong(session: &mut Session, scene: &Scene, view: &View, quality: Quality) -> f64 {
     let truth = picture("reference", "", scene, view, quality);
     let drawn = session.draw(view).expect("the input is valid");
-    reflector_error(&drawn.picture, &truth, scene, view).over_0_1.into()
+    reflector_error(&drawn.picture, &truth, scene, view).over_0_1
 }
 
 #[test]

@@ -192,7 +192,7 @@ impl Morphing {
         }
         let bounds = places.box_of_grid(reflector);
         let grid = NodeGrid::around(bounds, self.counts, self.settings().grid_reach);
-        let corners = grid.tetrahedron(places.to_grid(reflector, view.eye()))?;
+        let corners = grid.tetrahedron(places.place_in_grid(reflector, view.eye()))?;
         let wanted = corners.into_iter().map(|(node, weight)| {
             let place = grid.place(node);
             let is_outside = !bounds.contains(place);

@@ -143,7 +143,7 @@ impl NodeStore {
                     return Ok((read, baked.built().clone(), baked.bounds(), Origin::Bake));
                 }
                 let origin = if baked.is_some() { Origin::Unreadable } else { Origin::Built };
-                let place = places.from_grid(key.reflector, place);
+                let place = places.place_now(key.reflector, place);
                 let bounds = if have_room { now.roomy_box(key.reflector, &scene) } else { scene };
                 let settings = PanoramaSettings { bounds: Some(bounds), ..settings };
                 let cameras = PanoramicCameras::new(mirrors, place, &settings, progress)?.compact();

@@ -65,12 +65,12 @@ impl MirrorPlaces {
     }
 
     /// A place where it would be had the reflector not moved.
-    pub(super) fn to_grid(&self, reflector: u32, place: Vec3) -> Vec3 {
+    pub(super) fn place_in_grid(&self, reflector: u32, place: Vec3) -> Vec3 {
         moved(&self.now.motions[reflector as usize].inverse(), place)
     }
 
     /// A place of a grid where it is now.
-    pub(super) fn from_grid(&self, reflector: u32, place: Vec3) -> Vec3 {
+    pub(super) fn place_now(&self, reflector: u32, place: Vec3) -> Vec3 {
         moved(&self.now.motions[reflector as usize], place)
     }
 }
