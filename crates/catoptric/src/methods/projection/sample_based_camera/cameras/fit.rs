@@ -85,7 +85,7 @@ pub(in super::super) struct FitSpan {
 /// Where the last mirror ends for the eye, beside its silhouette in the one before, it moves as the root of the way on
 /// the first: there polynomials over the first do not get near it, and those over the last do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in super::super) enum Over {
+enum Over {
     First,
     Last,
 }
