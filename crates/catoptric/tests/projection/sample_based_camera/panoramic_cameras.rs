@@ -461,6 +461,8 @@ fn odd_places_and_settings_are_survived_or_refused() {
         (PanoramaSettings { polish: 1000, ..small.clone() }, "polish = 1000"),
         (PanoramaSettings { environment_mapped: vec![9999], ..small.clone() }, "object 9999"),
         (PanoramaSettings { first: Some(vec![0]), ..small.clone() }, "object 0"),
+        (PanoramaSettings { bounds: Some(Aabb::EMPTY), ..small.clone() }, "bounds"),
+        (PanoramaSettings { bounds: Some(Aabb { min: Vec3::NAN, max: Vec3::ONE }), ..small.clone() }, "bounds"),
     ] {
         let message = refused(BESIDE_BALL, wrong);
         assert!(message.contains(what), "{message}");

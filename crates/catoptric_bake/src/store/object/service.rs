@@ -1,9 +1,10 @@
 //! Whose object store it is: clients, and the variables that they are set up by.
 
 use super::{crypto, describe, options, retries};
-use object_store::aws::{AmazonS3Builder, AmazonS3ConfigKey};
-use object_store::azure::{AzureConfigKey, MicrosoftAzureBuilder};
-use object_store::gcp::{GoogleCloudStorageBuilder, GoogleConfigKey};
+use object_store::aws::AmazonS3Builder;
+use object_store::azure::MicrosoftAzureBuilder;
+use object_store::gcp::GoogleCloudStorageBuilder;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -18,9 +19,9 @@ pub(super) enum Service {
 
 /// The names that Azure's own programs have for variables of the client's.
 const AZURE_NAMES: [(&str, &str); 3] = [
-    ("AZURE_STORAGE_ACCOUNT", "azure_storage_account_name"),
-    ("AZURE_STORAGE_KEY", "azure_storage_account_key"),
-    ("AZURE_STORAGE_SAS_TOKEN", "azure_storage_sas_token"),
+    ("AZURE_STORAGE_ACCOUNT", "AZURE_STORAGE_ACCOUNT_NAME"),
+    ("AZURE_STORAGE_KEY", "AZURE_STORAGE_ACCOUNT_KEY"),
+    ("AZURE_STORAGE_SAS_TOKEN", "AZURE_STORAGE_SAS_KEY"),
 ];
 
 impl Service {
@@ -64,41 +65,45 @@ impl Service {
         patience: Duration,
         variables: impl IntoIterator<Item = (String, String)>,
     ) -> Result<Arc<dyn object_store::ObjectStore>, String> {
-        let crypto = Arc::new(crypto::Crypto);
+        let (crypto, retries) = (Arc::new(crypto::Crypto), retries(patience));
         let wrong = |error: object_store::Error| describe(&error);
-        let named = |start: &'static str| move |(name, _): &(String, String)| name.starts_with(start);
         match self {
             Self::Amazon => {
-                let mut builder = AmazonS3Builder::new().with_client_options(options());
-                for (name, value) in variables.into_iter().filter(named("AWS_")) {
-                    if let Ok(key) = name.to_ascii_lowercase().parse::<AmazonS3ConfigKey>() {
-                        builder = builder.with_config(key, value);
-                    }
-                }
-                let builder = builder.with_bucket_name(bucket).with_crypto_provider(crypto);
-                Ok(Arc::new(builder.with_retry(retries(patience)).build().map_err(wrong)?))
+                let plain = AmazonS3Builder::new().with_client_options(options());
+                let builder = configured(plain, "AWS_", variables, AmazonS3Builder::with_config);
+                let builder = builder.with_bucket_name(bucket).with_crypto_provider(crypto).with_retry(retries);
+                Ok(Arc::new(builder.build().map_err(wrong)?))
             }
             Self::Google => {
-                let mut builder = GoogleCloudStorageBuilder::new().with_client_options(options());
-                for (name, value) in variables.into_iter().filter(named("GOOGLE_")) {
-                    if let Ok(key) = name.to_ascii_lowercase().parse::<GoogleConfigKey>() {
-                        builder = builder.with_config(key, value);
-                    }
-                }
-                let builder = builder.with_bucket_name(bucket).with_crypto_provider(crypto);
-                Ok(Arc::new(builder.with_retry(retries(patience)).build().map_err(wrong)?))
+                let plain = GoogleCloudStorageBuilder::new().with_client_options(options());
+                let builder = configured(plain, "GOOGLE_", variables, GoogleCloudStorageBuilder::with_config);
+                let builder = builder.with_bucket_name(bucket).with_crypto_provider(crypto).with_retry(retries);
+                Ok(Arc::new(builder.build().map_err(wrong)?))
             }
             Self::Azure => {
-                let mut builder = MicrosoftAzureBuilder::new().with_client_options(options());
-                for (name, value) in variables.into_iter().filter(named("AZURE_")) {
-                    let own = AZURE_NAMES.iter().find(|(theirs, _)| *theirs == name).map(|(_, own)| (*own).to_owned());
-                    if let Ok(key) = own.unwrap_or_else(|| name.to_ascii_lowercase()).parse::<AzureConfigKey>() {
-                        builder = builder.with_config(key, value);
-                    }
-                }
-                let builder = builder.with_container_name(bucket).with_crypto_provider(crypto);
-                Ok(Arc::new(builder.with_retry(retries(patience)).build().map_err(wrong)?))
+                let variables = variables.into_iter().map(|(name, value)| {
+                    let own = AZURE_NAMES.iter().find(|(theirs, _)| *theirs == name);
+                    (own.map_or(name, |(_, own)| (*own).to_owned()), value)
+                });
+                let plain = MicrosoftAzureBuilder::new().with_client_options(options());
+                let builder = configured(plain, "AZURE_", variables, MicrosoftAzureBuilder::with_config);
+                let builder = builder.with_container_name(bucket).with_crypto_provider(crypto).with_retry(retries);
+                Ok(Arc::new(builder.build().map_err(wrong)?))
             }
         }
     }
+}
+
+/// A client's builder with the variables that begin so and that it knows.
+fn configured<B, K: FromStr>(
+    builder: B,
+    start: &str,
+    variables: impl IntoIterator<Item = (String, String)>,
+    with: impl Fn(B, K, String) -> B,
+) -> B {
+    let known = |(name, value): (String, String)| {
+        let key = name.starts_with(start).then(|| name.to_ascii_lowercase().parse().ok())??;
+        Some((key, value))
+    };
+    variables.into_iter().filter_map(known).fold(builder, |builder, (key, value)| with(builder, key, value))
 }

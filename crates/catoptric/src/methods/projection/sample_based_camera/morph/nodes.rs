@@ -166,9 +166,9 @@ impl NodeStore {
                 found.push(FoundNode { cameras: node.cameras.clone(), motion, answers: node.answers.clone() });
             }
         }
-        // Of points nodes know for this view and the next.
-        let last = self.views - 1;
-        self.nodes.values_mut().filter(|node| node.view < last).for_each(|node| node.answers = Default::default());
+        // Of points nodes know for this view and the next: those that neither needs have just gone out of use.
+        let unused = self.nodes.values_mut().filter(|node| node.view + 2 == self.views);
+        unused.for_each(|node| node.answers = Default::default());
         self.forget(bytes);
         Ok((found, counts))
     }

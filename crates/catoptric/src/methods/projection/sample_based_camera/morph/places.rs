@@ -109,6 +109,9 @@ impl Moment {
         if accurate.union(then) != *accurate {
             return None;
         }
+        if std::ptr::eq(self, now) {
+            return Some(motion);
+        }
         let is_between = |bounds: &Aabb| may_hide(bounds, eye, &self.boxes[own]);
         let holds = |&object: &u32| {
             let other = object as usize;

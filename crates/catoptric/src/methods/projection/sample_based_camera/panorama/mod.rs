@@ -137,6 +137,11 @@ impl PanoramaSettings {
         within("finest_ray_px", self.finest_ray_px, 0.03, 1e6).map_err(wrong)?;
         within("polish", self.polish as f32, 0.0, 100.0).map_err(wrong)?;
         within("order", self.order as f32, 0.0, MAX_BOUNCES as f32).map_err(wrong)?;
+        if let Some(bounds) = self.bounds
+            && !(bounds.min.is_finite() && bounds.max.is_finite() && !bounds.is_empty())
+        {
+            return Err(wrong(format!("bounds = {bounds:?} is no finite box")));
+        }
         let is_specular = |object: u32| (object as usize) < scene.objects.len() && scene.role_of(object).is_specular();
         let mut named = self.environment_mapped.iter().chain(self.first.iter().flatten());
         match named.find(|&&object| !is_specular(object)) {
