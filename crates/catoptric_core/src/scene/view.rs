@@ -307,13 +307,24 @@ impl PreciseView {
     /// The picture position of a world point, in pixels; returns `None` behind the eye.
     #[inline]
     pub fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
-        let relative = point - self.origin;
-        let depth = relative.dot(self.forward);
-        if depth.is_nan() || depth <= 0.0 {
-            return None;
+        let [[across], [along]] = self.places_of(&point.to_array().map(|coordinate| [coordinate]));
+        (self.depth_of(point) > 0.0).then_some([across, along])
+    }
+
+    /// The same for several points, given by their coordinates: not a number behind the eye.
+    #[inline(always)]
+    pub fn places_of<const COUNT: usize>(&self, [x, y, z]: &[[f64; COUNT]; 3]) -> [[f64; COUNT]; 2] {
+        let Self { origin, right, down, forward, center, perspective } = *self;
+        let [mut across, mut along] = [[0.0; COUNT]; 2];
+        for k in 0..COUNT {
+            let [x, y, z] = [x[k] - origin.x, y[k] - origin.y, z[k] - origin.z];
+            let depth = x * forward.x + y * forward.y + z * forward.z;
+            let before = if depth > 0.0 { 1.0 } else { f64::NAN };
+            let scale = before / if perspective { depth } else { 1.0 };
+            across[k] = center[0] + (x * right.x + y * right.y + z * right.z) * scale;
+            along[k] = center[1] + (x * down.x + y * down.y + z * down.z) * scale;
         }
-        let scale = if self.perspective { 1.0 / depth } else { 1.0 };
-        Some([self.center[0] + relative.dot(self.right) * scale, self.center[1] + relative.dot(self.down) * scale])
+        [across, along]
     }
 
     /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.

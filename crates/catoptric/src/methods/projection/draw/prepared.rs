@@ -4,7 +4,7 @@
 use super::MapsInView;
 use super::lists::path_lists;
 use super::overlays::ShownPixels;
-use super::virtual_mesh::MeshQuality;
+use super::virtual_mesh::{MeshQuality, SteadySource};
 use super::virtual_scene::{MeshesOfView, MirrorState, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use crate::clock::Stopwatch;
@@ -130,6 +130,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         _progress: &dyn Progress,
     ) -> Result<Option<Overlay>, RenderError> {
         Ok(None)
+    }
+
+    /// What of virtual meshes stays while the eye moves a little.
+    fn steady<'a>(_projector: &'a Self::Projector<'_>) -> Option<&'a dyn SteadySource> {
+        None
     }
 
     /// The projector of a view.
@@ -373,7 +378,8 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
-        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
+        let projector = &self.projector_of_view();
+        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
@@ -385,7 +391,8 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         }
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
-        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
+        let projector = &self.projector_of_view();
+        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
@@ -402,7 +409,8 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
             return Err(RenderError::Limit { method: M::INFO.id, problem });
         }
         let job = Job { scene, view, quality, progress };
-        let meshes = MeshesOfView { projector: &self.projector_of_view(), quality: &method.mesh_quality(view) };
+        let projector = &self.projector_of_view();
+        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
         let whole = method.work_limit().beyond == BeyondWork::Tiles;
         let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
         Ok(Some(path_lists(&job, found)))

@@ -6,5 +6,6 @@ pub mod path_visibility;
 pub(super) mod polish;
 pub mod projected_paths;
 pub mod ray_map;
+pub(super) mod tetrahedron_form;
 pub(super) mod virtual_objects;
 pub(super) mod work;

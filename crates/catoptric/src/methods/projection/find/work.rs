@@ -4,6 +4,7 @@
 //! where they do it; who gave them something to do reads the count before and after, on the same thread.
 
 use std::cell::Cell;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 thread_local! {
     static DONE: Cell<u64> = const { Cell::new(0) };
@@ -25,4 +26,57 @@ pub(crate) fn done() -> u64 {
 #[inline]
 pub(crate) fn since(before: u64) -> u64 {
     done().wrapping_sub(before)
+}
+
+/// Work that several threads do together, and its limit.
+#[derive(Debug)]
+pub(crate) struct SharedWork {
+    limit: u64,
+    done: AtomicU64,
+}
+
+/// What one thread does of it, since this was made.
+pub(crate) struct ShareOfWork<'a> {
+    whole: &'a SharedWork,
+    before: u64,
+}
+
+impl SharedWork {
+    pub(crate) fn new(limit: u64) -> Self {
+        Self { limit, done: AtomicU64::new(0) }
+    }
+
+    /// For this thread.
+    pub(crate) fn share(&self) -> ShareOfWork<'_> {
+        ShareOfWork { whole: self, before: done() }
+    }
+
+    /// The work of all shares that have ended.
+    pub(crate) fn done(&self) -> u64 {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    /// True if there was more to do than the limit. The same for every number of threads: all of it is done else.
+    pub(crate) fn is_too_much(&self) -> bool {
+        self.done() > self.limit
+    }
+}
+
+impl ShareOfWork<'_> {
+    /// True if the threads together have done more than the limit.
+    pub(crate) fn is_too_much(&mut self) -> bool {
+        self.hand_in();
+        self.whole.is_too_much()
+    }
+
+    fn hand_in(&mut self) {
+        self.whole.done.fetch_add(since(self.before), Ordering::Relaxed);
+        self.before = done();
+    }
+}
+
+impl Drop for ShareOfWork<'_> {
+    fn drop(&mut self) {
+        self.hand_in();
+    }
 }

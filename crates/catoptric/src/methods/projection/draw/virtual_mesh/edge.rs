@@ -48,6 +48,7 @@ const MAX_UNCERTAIN_PX: f32 = 1.0;
 const END_STEPS: f32 = 12.0;
 
 /// Rules for edges: everything here depends on the two ends alone, and not on their order.
+#[derive(Clone, PartialEq)]
 pub(super) struct EdgeRule {
     edge_error_px: f32,
     piece_px: f32,

@@ -8,8 +8,10 @@
 mod divider;
 mod edge;
 mod points;
+mod steady;
 mod weld;
 
+pub(in crate::methods::projection) use steady::{Steadiness, SteadyMeshes, SteadyPath, SteadySource};
 pub use weld::WeldedObject;
 
 use crate::math::Aabb;
@@ -19,12 +21,14 @@ use crate::parallel;
 use crate::progress::{Cancelled, Stage};
 use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, View};
-use divider::{DividedTriangle, Divider, ForcedEdges, MissedBoundary};
+use divider::{DividedTriangle, Divider, ForcedEdges, MissedBoundary, WORK_A_PIECE};
 use edge::EdgeRule;
 use glam::{Vec2, Vec3};
 use points::ProjectedPoints;
 use std::collections::HashSet;
 use std::ops::Range;
+use std::sync::Arc;
+use steady::{SteadyFrame, SteadyPart};
 
 /// Fineness of virtual geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,21 +76,21 @@ impl PictureScale {
     }
 
     /// The depth of the place that lies the path's length away on the view ray.
-    #[inline]
-    fn depth(&self, one: &Projection) -> f32 {
+    #[inline(always)]
+    fn depth(&self, image_px: Vec2, path_length: f32) -> f32 {
         match self.focal_px {
             Some(focal_px) => {
-                let from_axis = (one.image_px - self.size_px * 0.5) / focal_px;
-                one.path_length / (1.0 + from_axis.length_squared()).sqrt()
+                let from_axis = (image_px - self.size_px * 0.5) / focal_px;
+                path_length / (1.0 + from_axis.length_squared()).sqrt()
             }
-            None => one.path_length,
+            None => path_length,
         }
     }
 
     /// Divisor of depths: the homogeneous coordinate.
     #[inline]
     fn w(&self, one: &Projection) -> f32 {
-        if self.focal_px.is_some() { self.depth(one) } else { 1.0 }
+        if self.focal_px.is_some() { self.depth(one.image_px, one.path_length) } else { 1.0 }
     }
 
     /// True if places all lie beyond one side of the picture.
@@ -99,15 +103,22 @@ impl PictureScale {
     }
 
     fn point(&self, one: &Projection) -> PicturePoint {
-        let (w, depth) = (self.w(one), self.depth(one));
-        PicturePoint { xy: one.image_px * w, w, depth }
+        self.point_at(one.image_px, one.path_length)
+    }
+
+    /// The point at a place, so far away on its path.
+    #[inline(always)]
+    fn point_at(&self, image_px: Vec2, path_length: f32) -> PicturePoint {
+        let depth = self.depth(image_px, path_length);
+        let w = if self.focal_px.is_some() { depth } else { 1.0 };
+        PicturePoint { xy: image_px * w, w, depth }
     }
 }
 
 /// Pieces of an object's triangles where they appear.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualMesh {
-    /// Three corners a piece.
+    /// The corners of the pieces.
     pub vertices: Vec<PicturePoint>,
     /// The pieces; their groups are left at 0.
     pub triangles: Vec<DrawTriangle>,
@@ -121,6 +132,10 @@ pub struct VirtualMesh {
     pub extrapolated: u64,
     /// Appearances of its vertices and of points on its edges that are left out: these had too many.
     pub left_out: u64,
+    /// Vertices whose places follow from a few numbers that are kept.
+    pub steady_points: u64,
+    /// Time that these took, in milliseconds.
+    pub blend_ms: f64,
     /// Work that it took.
     pub(in crate::methods::projection) work: u64,
     /// Work that was allowed.
@@ -179,9 +194,17 @@ impl VirtualMesh {
         triangles: &mut Vec<DrawTriangle>,
         corners: &mut Vec<[Vec2; 3]>,
     ) {
-        self.append_some_to(0..self.triangles.len(), vertices, triangles, corners);
+        let first = vertices.len() as u32;
+        vertices.extend_from_slice(&self.vertices);
+        let moved = |triangle: &DrawTriangle| DrawTriangle {
+            vertices: triangle.vertices.map(|vertex| vertex + first),
+            ..*triangle
+        };
+        triangles.extend(self.triangles.iter().map(moved));
+        corners.extend_from_slice(&self.corners);
     }
 
+    /// The same for some of a divider's pieces.
     fn append_some_to(
         &self,
         pieces: Range<usize>,
@@ -202,10 +225,12 @@ impl VirtualMesh {
 }
 
 /// A path and the objects projected on it.
-#[derive(Clone, Copy)]
-pub struct VirtualObject<'a> {
-    /// The object's points and triangles.
-    pub welded: &'a WeldedObject,
+#[derive(Clone)]
+pub struct VirtualObject {
+    /// The object's number in the scene.
+    pub object: u32,
+    /// Its points and triangles.
+    pub welded: Arc<WeldedObject>,
     /// The number of its first triangle in the scene.
     pub first_triangle: u32,
     /// True if its triangles have holes.
@@ -222,7 +247,7 @@ pub struct VirtualObject<'a> {
     pub scene_size: f32,
 }
 
-impl VirtualObject<'_> {
+impl VirtualObject {
     /// The steps of a stage that its mesh takes.
     pub(in crate::methods::projection) fn steps(welded: &WeldedObject) -> usize {
         welded.points.len() + welded.triangles.len()
@@ -262,8 +287,14 @@ impl VirtualObject<'_> {
 /// show points a hundred times, in places of less than a pixel. A bound on time; chosen, not measured.
 const MAX_APPEARANCES: usize = 8;
 
-/// Triangles that are worked on at once. A size for threads; chosen, not measured.
+/// Triangles that are worked on at once. Sizes for threads; chosen, not measured.
 const TRIANGLES_AT_ONCE: usize = 8;
+const LEAST_PORTIONS: usize = 16;
+
+/// Of so many triangles as many are worked on at once: of few, which are mostly large, every one alone.
+fn triangles_at_once(count: usize) -> usize {
+    (count / LEAST_PORTIONS).clamp(1, TRIANGLES_AT_ONCE)
+}
 
 /// Triangles are worked on again, because of what was found in their neighbours, or with what work the others have
 /// left, at most this often. A bound on time; chosen, not measured.
@@ -291,15 +322,42 @@ const TRIANGLES_A_BATCH: usize = 256;
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn virtual_mesh<P: VertexProjector + ?Sized>(
-    projector: &P,
-    object: &VirtualObject<'_>,
+pub(in crate::methods::projection) fn virtual_mesh<P: VertexProjector + ?Sized>(
+    (projector, steady): (&P, Option<&dyn SteadySource>),
+    object: &VirtualObject,
     quality: &MeshQuality,
     Allowance { work: allowed, whole }: Allowance,
     stage: &Stage<'_>,
 ) -> Result<VirtualMesh, Cancelled> {
-    let welded = object.welded;
-    let projected = ProjectedPoints::new(projector, object, Allowance { work: allowed / 2, whole }, stage)?;
+    match SteadyPart::of(steady.filter(|_| whole), object, quality, allowed, stage)? {
+        SteadyPart::None => divided(projector, (object, None), quality, Allowance { work: allowed, whole }, stage),
+        // So much is known, whether it was tried or not.
+        SteadyPart::TooMuch => Ok(VirtualMesh { work: allowed, allowed, ..VirtualMesh::default() }.given_up()),
+        SteadyPart::Found(frame) => {
+            let left = VirtualObject::steps(frame.left());
+            stage.advance(VirtualObject::steps(&object.welded).saturating_sub(left) as u64)?;
+            let allowance = Allowance { work: allowed.saturating_sub(frame.work()), whole };
+            let mut mesh = divided(projector, (object, Some(&frame)), quality, allowance, stage)?;
+            if mesh.is_whole() {
+                frame.complete(&mut mesh, object);
+            }
+            mesh.work += frame.work();
+            mesh.needed = mesh.needed.map(|needed| needed + frame.work());
+            Ok(VirtualMesh { allowed, ..mesh })
+        }
+    }
+}
+
+/// Makes the mesh of an object by dividing all of its triangles, or those pieces that are left beside what is steady.
+fn divided<P: VertexProjector + ?Sized>(
+    projector: &P,
+    (object, steady): (&VirtualObject, Option<&SteadyFrame>),
+    quality: &MeshQuality,
+    Allowance { work: allowed, whole }: Allowance,
+    stage: &Stage<'_>,
+) -> Result<VirtualMesh, Cancelled> {
+    let welded = steady.map_or(&*object.welded, SteadyFrame::left);
+    let projected = ProjectedPoints::new(projector, (object, welded), Allowance { work: allowed / 2, whole }, stage)?;
     let mesh = VirtualMesh {
         points_projected: projected.count,
         extrapolated: projected.extrapolated,
@@ -326,7 +384,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
         }
         let (work_before, mut most, mut all_finished) = (pieces.mesh.work, 0, true);
         for batch in wanted.chunks(if whole { TRIANGLES_A_BATCH } else { usize::MAX }) {
-            let chunks: Vec<&[u32]> = batch.chunks(TRIANGLES_AT_ONCE).collect();
+            let chunks: Vec<&[u32]> = batch.chunks(triangles_at_once(batch.len())).collect();
             let divided = parallel::map_within(stage, chunks.len(), |chunk| {
                 let rule = EdgeRule::new(quality, &object.last_reflector, object.scene_size);
                 let mut divider = Divider::new(projector, object, rule, limit, &forced);
@@ -336,7 +394,8 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
                 for &triangle in chunks[chunk] {
                     let points = welded.triangles[triangle as usize];
                     let corners = points.map(|point| (welded.points[point as usize], projected.of(point)));
-                    results.push(divider.triangle(triangle, corners));
+                    let priorities = steady.map(|steady| steady.priorities(triangle));
+                    results.push(divider.triangle(triangle, corners, priorities));
                 }
                 (divider.finish(), results)
             })?;
@@ -352,7 +411,8 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
         let all = (most.max(DIVIDING_POINTS * mean_work) + 1) * wanted.len() as u64;
         let mesh = &mut pieces.mesh;
         mesh.needed = mesh.needed.filter(|_| all_finished).map(|needed| needed.max(work_before + all));
-        pieces.dips.retain(|dip| forced.add(dip));
+        let may_be_missed = |dip: &MissedBoundary| steady.is_none_or(|steady| steady.may_be_missed(dip));
+        pieces.dips.retain(|dip| may_be_missed(dip) && forced.add(dip));
         wanted = welded.beside(&pieces.dips);
         pieces.dips.clear();
         let remaining = allowed.saturating_sub(pieces.mesh.work);
@@ -484,5 +544,7 @@ fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
+#[cfg(test)]
+mod steady_tests;
 #[cfg(test)]
 mod tests;

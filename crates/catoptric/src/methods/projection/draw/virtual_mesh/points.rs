@@ -1,6 +1,6 @@
 //! An object's points with their appearances: projected, or put where the appearances of a point near them lead.
 
-use super::{Allowance, VirtualObject};
+use super::{Allowance, VirtualObject, WeldedObject};
 use crate::methods::projection::find::work;
 use crate::methods::projector::{Projection, Projections, VertexProjector};
 use crate::parallel;
@@ -46,18 +46,18 @@ struct ProjectedChunk {
 }
 
 impl ProjectedPoints {
-    /// Projects an object's points with about as much work as is `allowed`, spread evenly over the object, but in every
-    /// chunk a batch at least. The others are extrapolated, if not all have to be whole.
+    /// Projects points of an object, those of `welded`, with about as much work as is `allowed`, spread evenly over
+    /// the object, but in every chunk a batch at least. The others are extrapolated, if not all have to be whole.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub(super) fn new<P: VertexProjector + ?Sized>(
         projector: &P,
-        object: &VirtualObject<'_>,
+        (object, welded): (&VirtualObject, &WeldedObject),
         Allowance { work: allowed, whole }: Allowance,
         stage: &Stage<'_>,
     ) -> Result<Self, Cancelled> {
-        let points: Vec<&[Vec3]> = object.welded.points.chunks(POINTS_AT_ONCE).collect();
+        let points: Vec<&[Vec3]> = welded.points.chunks(POINTS_AT_ONCE).collect();
         let mut chunks: Vec<ProjectedChunk> = points.iter().map(|points| ProjectedChunk::new(points.len())).collect();
         let (mut work, mut needed) = (0, None);
         for round in 0..MAX_ROUNDS {
@@ -83,7 +83,7 @@ impl ProjectedPoints {
             needed = (round == 0 && have_ended()).then(|| (most + 1) * points.len() as u64);
         }
         let count = chunks.iter().map(|chunk| chunk.known() as u64).sum();
-        let extrapolated = object.welded.points.len() as u64 - count;
+        let extrapolated = welded.points.len() as u64 - count;
         if !whole {
             parallel::for_each_mut_within(stage, &mut chunks, |index, chunk| chunk.extrapolate(points[index]))?;
         }
@@ -118,7 +118,7 @@ impl ProjectedChunk {
     fn go_on<P: VertexProjector + ?Sized>(
         &mut self,
         projector: &P,
-        object: &VirtualObject<'_>,
+        object: &VirtualObject,
         points: &[Vec3],
         limit: u64,
     ) {

@@ -34,7 +34,7 @@ impl<F: Fn(Vec2) -> Vec<Sheet> + Sync> VertexProjector for Formula<F> {
 }
 
 /// A square of the plane z = 0, in `cells` by `cells` squares of two triangles.
-fn grid(min: Vec2, max: Vec2, cells: u32) -> WeldedObject {
+pub(super) fn grid(min: Vec2, max: Vec2, cells: u32) -> WeldedObject {
     let place = |k: u32| k as f32 / cells as f32;
     let mut welded = WeldedObject::default();
     for row in 0..=cells {
@@ -56,7 +56,8 @@ fn grid(min: Vec2, max: Vec2, cells: u32) -> WeldedObject {
 fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualMesh {
     let far = Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) };
     let object = VirtualObject {
-        welded,
+        object: 0,
+        welded: Arc::new(welded.clone()),
         first_triangle: 0,
         alpha_tested: false,
         path: 0,
@@ -67,9 +68,10 @@ fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualM
     uncancelled(projector, &object, &quality(None))
 }
 
-fn flat_object(welded: &WeldedObject) -> VirtualObject<'_> {
+fn flat_object(welded: &WeldedObject) -> VirtualObject {
     VirtualObject {
-        welded,
+        object: 0,
+        welded: Arc::new(welded.clone()),
         first_triangle: 0,
         alpha_tested: false,
         path: 0,
@@ -79,18 +81,24 @@ fn flat_object(welded: &WeldedObject) -> VirtualObject<'_> {
     }
 }
 
-fn uncancelled<P: VertexProjector>(projector: &P, object: &VirtualObject<'_>, quality: &MeshQuality) -> VirtualMesh {
+fn uncancelled<P: VertexProjector>(projector: &P, object: &VirtualObject, quality: &MeshQuality) -> VirtualMesh {
     limited(projector, object, quality, PLENTY)
 }
 
 fn limited<P: VertexProjector>(
     projector: &P,
-    object: &VirtualObject<'_>,
+    object: &VirtualObject,
     quality: &MeshQuality,
     allowed: u64,
 ) -> VirtualMesh {
-    virtual_mesh(projector, object, quality, Allowance::for_all(allowed), &Stage::begin(&Silent, "", 1).unwrap())
-        .unwrap()
+    virtual_mesh(
+        (projector, None),
+        object,
+        quality,
+        Allowance::for_all(allowed),
+        &Stage::begin(&Silent, "", 1).unwrap(),
+    )
+    .unwrap()
 }
 
 const EDGE_ERROR_PX: f32 = 0.25;
@@ -110,12 +118,12 @@ fn source_point(welded: &WeldedObject, source: u32, weights: Vec2) -> Vec2 {
 }
 
 /// A piece: its corners in the plane, and where they are drawn.
-struct DrawnPiece {
-    source: [Vec2; 3],
-    drawn: [Vec2; 3],
+pub(super) struct DrawnPiece {
+    pub(super) source: [Vec2; 3],
+    pub(super) drawn: [Vec2; 3],
 }
 
-fn pieces(mesh: &VirtualMesh, welded: &WeldedObject) -> Vec<DrawnPiece> {
+pub(super) fn pieces(mesh: &VirtualMesh, welded: &WeldedObject) -> Vec<DrawnPiece> {
     let piece = |(triangle, corners): (&DrawTriangle, &[Vec2; 3])| {
         let vertices = triangle.vertices.map(|vertex| mesh.vertices[vertex as usize]);
         DrawnPiece {
@@ -126,7 +134,7 @@ fn pieces(mesh: &VirtualMesh, welded: &WeldedObject) -> Vec<DrawnPiece> {
     mesh.triangles.iter().zip(&mesh.corners).map(piece).collect()
 }
 
-fn area([a, b, c]: [Vec2; 3]) -> f32 {
+pub(super) fn area([a, b, c]: [Vec2; 3]) -> f32 {
     0.5 * (b - a).perp_dot(c - a)
 }
 
@@ -154,7 +162,7 @@ fn key(point: Vec2) -> [i32; 2] {
 }
 
 /// Edges of pieces that have no piece on their other side, by their ends in the plane.
-fn open_edges(pieces: &[DrawnPiece]) -> Vec<[Vec2; 2]> {
+pub(super) fn open_edges(pieces: &[DrawnPiece]) -> Vec<[Vec2; 2]> {
     let mut edges: HashMap<[[i32; 2]; 2], (u32, [Vec2; 2])> = HashMap::new();
     for piece in pieces {
         for k in 0..3 {
@@ -171,7 +179,7 @@ fn open_edges(pieces: &[DrawnPiece]) -> Vec<[Vec2; 2]> {
 }
 
 /// True if the same source point is drawn in the same place by all pieces.
-fn corners_agree(pieces: &[DrawnPiece]) -> bool {
+pub(super) fn corners_agree(pieces: &[DrawnPiece]) -> bool {
     let mut places: HashMap<[i32; 2], Vec2> = HashMap::new();
     let corners = pieces.iter().flat_map(|piece| piece.source.into_iter().zip(piece.drawn));
     corners.into_iter().all(|(source, drawn)| places.entry(key(source)).or_insert(drawn).distance(drawn) < 0.01)
@@ -238,7 +246,8 @@ fn straight_edges_in_perspective_are_drawn_as_they_are() {
         *point = Vec3::new(point.x, -0.8, point.y);
     }
     let object = VirtualObject {
-        welded: &welded,
+        object: 0,
+        welded: Arc::new(welded.clone()),
         first_triangle: 7,
         alpha_tested: true,
         path: 0,

@@ -70,7 +70,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 }
                 _ => {
                     let mesh = self.make(key, Allowance::for_all(allowed), &stage)?;
-                    made.points_projected += mesh.points_projected;
+                    made.count(&mesh);
                     let work = mesh.work;
                     if let Some(kept) = meshes().get_mut(&key) {
                         kept.mesh = mesh;

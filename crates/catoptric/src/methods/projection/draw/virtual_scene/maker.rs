@@ -1,7 +1,7 @@
 //! The making of virtual meshes: which objects on which paths, and how finely.
 
 use super::super::MapsInView;
-use super::super::virtual_mesh::{Allowance, MeshQuality, VirtualMesh, VirtualObject, virtual_mesh};
+use super::super::virtual_mesh::{Allowance, MeshQuality, SteadySource, VirtualMesh, VirtualObject, virtual_mesh};
 use super::{KeptMesh, MadeMeshes, VirtualScene};
 use crate::methods::Job;
 use crate::methods::projector::VertexProjector;
@@ -50,6 +50,7 @@ pub(super) struct MeshMaker<'a, P: VertexProjector + ?Sized> {
     pub(super) job: &'a Job<'a>,
     pub(super) projector: &'a P,
     pub(super) quality: &'a MeshQuality,
+    pub(super) steady: Option<&'a dyn SteadySource>,
 }
 
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
@@ -66,7 +67,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         let object = self.virtual_object(key);
         let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
         let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
-        virtual_mesh(self.projector, &object, &quality, allowance, stage)
+        virtual_mesh((self.projector, self.steady), &object, &quality, allowance, stage)
     }
 
     /// The first mesh of an object on a path: one kept from an earlier frame if it would be the same, or a new one.
@@ -89,7 +90,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
             return Ok(first);
         }
         let mesh = self.make(key, allowance, stage)?;
-        made.points_projected += mesh.points_projected;
+        made.count(&mesh);
         let first = FirstMesh::of(&mesh);
         self.scene.locked_meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
         Ok(first)
@@ -138,7 +139,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     }
 
     /// An object on a path.
-    fn virtual_object(&self, (path, index): PathObject) -> VirtualObject<'_> {
+    fn virtual_object(&self, (path, index): PathObject) -> VirtualObject {
         let scene = self.job.scene;
         let object = &scene.objects[index as usize];
         let last = self.projector.paths()[path as usize].bounces.last();
@@ -148,7 +149,8 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
             _ => OWN_REFLECTED,
         };
         VirtualObject {
-            welded: &self.scene.welded[index as usize],
+            object: index,
+            welded: self.scene.welded[index as usize].clone(),
             first_triangle: object.triangles.start,
             alpha_tested: scene.is_alpha_tested(index),
             path,

@@ -12,7 +12,7 @@ pub(in crate::methods::projection) use mirror_state::MirrorState;
 use super::lists::{EndsOfPaths, draw_lists};
 use super::overlays::{self, ShownPixels};
 use super::prepared::Stages;
-use super::virtual_mesh::{MeshQuality, VirtualMesh, WeldedObject};
+use super::virtual_mesh::{MeshQuality, SteadySource, VirtualMesh, WeldedObject};
 use super::work_limit::ExactTiles;
 use super::{MapsInView, PathGeometry, draw_paths_with};
 use crate::clock::Stopwatch;
@@ -53,6 +53,8 @@ struct KeptMesh {
 pub(in crate::methods::projection) struct MeshesOfView<'a, P: ?Sized> {
     pub(in crate::methods::projection) projector: &'a P,
     pub(in crate::methods::projection) quality: &'a MeshQuality,
+    /// Who knows what of them stays from view to view.
+    pub(in crate::methods::projection) steady: Option<&'a dyn SteadySource>,
 }
 
 /// The virtual meshes of a view, path by path.
@@ -67,8 +69,20 @@ pub(in crate::methods::projection) struct VirtualGeometry {
 #[derive(Default)]
 struct MadeMeshes {
     points_projected: u64,
+    /// Vertices that were blended from what is kept, and how long that took.
+    steady_points: u64,
+    blend_ms: f64,
     /// The number of objects on paths that have no mesh, because there was no work left for it.
     left_out: u64,
+}
+
+impl MadeMeshes {
+    /// Counts a mesh that has just been made.
+    fn count(&mut self, mesh: &VirtualMesh) {
+        self.points_projected += mesh.points_projected;
+        self.steady_points += mesh.steady_points;
+        self.blend_ms += mesh.blend_ms;
+    }
 }
 
 impl VirtualScene {
@@ -210,14 +224,14 @@ impl VirtualScene {
     pub(in crate::methods::projection) fn geometry<P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
-        MeshesOfView { projector, quality }: &MeshesOfView<'_, P>,
+        MeshesOfView { projector, quality, steady }: &MeshesOfView<'_, P>,
         (work, whole): (u64, bool),
         maps: MapsInView<'_>,
     ) -> Result<VirtualGeometry, Cancelled> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
         let projector = *projector;
-        let maker = MeshMaker { scene: self, job, projector, quality };
+        let maker = MeshMaker { scene: self, job, projector, quality, steady: *steady };
         let pairs = maker.pairs(maps);
         if maps.far.is_some() {
             // What has become far since an earlier frame is not drawn twice.
@@ -259,7 +273,11 @@ impl VirtualScene {
         report.add_fallback("objects_left_out", made.left_out);
         drop(meshes);
         projector.add_fallbacks(&mut report);
-        report.stages_ms.push(("project", watch.lap_ms()));
+        report.stages_ms.push(("project", watch.lap_ms() - made.blend_ms));
+        if made.steady_points > 0 {
+            report.stages_ms.push(("blend", made.blend_ms));
+            report.counts.insert("steady_vertices", made.steady_points);
+        }
         report.add_fallback("paths_drawn_by_tiles", paths_left);
         Ok(VirtualGeometry { paths, paths_left, report })
     }

@@ -1,23 +1,28 @@
 //! Appearances at the nodes, blended.
 
-use super::cache::PointCache;
+use super::cache::AroundEye;
+use super::mean::{Mean, form_of};
 use super::sightings::{Lookout, MOST_NODES, Node, REACH, Sighting, Sightings};
 use super::walk::Mirror;
 use crate::light::tracer::Tracer;
 use crate::methods::Report;
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projection::find::ray_map::Specular;
+use crate::methods::projection::find::tetrahedron_form::{FormWeights, TetrahedronForm};
 use crate::methods::projection::sample_based_camera::project::{CameraProjector, TOUCHING};
 use crate::methods::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::SpecularSurfaces;
-use crate::scene::{PreciseView, Scene};
+use crate::scene::{PreciseView, Scene, View};
 use glam::{DVec3, Mat3, Vec2, Vec3};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Steps of the solver where some node knows nothing: it starts from another's appearance. Chosen, not measured.
 const STEPS_WHERE_AMBIGUOUS: u32 = 12;
+
+/// Steps of the solver where the mean is not accurate. Chosen, not measured.
+const STEPS_WHERE_ROUGH: u32 = 4;
 
 /// Answers are one when they are nearer than this, in pixels. Chosen, not measured.
 const SAME_PX: f32 = 0.5;
@@ -46,7 +51,7 @@ pub(super) struct PointCounts {
 pub(in super::super) struct BlendedReflector<'a> {
     pub(super) nodes: Vec<Node<'a>>,
     /// What is known of points at these.
-    pub(super) known: &'a PointCache<Sightings>,
+    pub(super) known: &'a AroundEye,
 }
 
 /// Projects scene points by blending.
@@ -60,7 +65,8 @@ pub(in super::super) struct MorphProjector<'a> {
     pub(super) in_cameras_at_eye: &'a [u32],
     pub(super) left_out: &'a [SpecularPath],
     pub(super) eye: DVec3,
-    pub(super) view: PreciseView,
+    pub(super) view: View,
+    pub(super) precise_view: PreciseView,
     pub(super) scene: &'a Scene,
     pub(super) tracer: Arc<Tracer>,
     pub(super) surfaces: SpecularSurfaces<'a>,
@@ -114,62 +120,24 @@ impl VertexProjector for MorphProjector<'_> {
     }
 }
 
+/// An eye among the nodes, and what it sees.
+pub(super) struct Outlook<'a> {
+    pub(super) eye: DVec3,
+    /// The weights of the nodes.
+    pub(super) weights: [f32; MOST_NODES],
+    pub(super) view: &'a PreciseView,
+}
+
+/// The weights of nodes around the eye.
+pub(super) fn weights_of(nodes: &[Node<'_>]) -> [f32; MOST_NODES] {
+    std::array::from_fn(|index| nodes.get(index).map_or(0.0, |node| node.weight))
+}
+
 /// What is found, as on a path of another number.
 fn renumbered(path: u32, found: &mut Vec<Projection>, find: impl FnOnce(&mut Vec<Projection>)) {
     let start = found.len();
     find(found);
     found[start..].iter_mut().for_each(|projection| projection.path = path);
-}
-
-/// The mean of the appearances at the nodes.
-struct Mean {
-    first: DVec3,
-    change: Mat3,
-    normal: Vec3,
-    length: f32,
-    last_segment: f32,
-    error: f32,
-}
-
-impl Mean {
-    /// That for an eye.
-    ///
-    /// Where derivatives with the eye are known, half of what these predict for the way from each node is added: so
-    /// whatever changes with the square of the way is right (the mean alone, as in the paper, is right for what changes
-    /// in proportion to it). Lengths change by the way along the ray (Fermat). Elsewhere the mean of points of a curved
-    /// surface lies below it, by half of what their tangent planes say.
-    fn of(eye: DVec3, nodes: &[Node<'_>], at: &[Sighting]) -> Self {
-        let mut mean = Self {
-            first: DVec3::ZERO,
-            change: Mat3::ZERO,
-            normal: Vec3::ZERO,
-            length: 0.0,
-            last_segment: 0.0,
-            error: 0.0,
-        };
-        let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
-        for (node, seen) in nodes.iter().zip(at) {
-            let (weight, from) = (node.weight, node.eye());
-            let way = (eye - from.as_dvec3()).as_vec3();
-            let ray = (seen.first - from).normalize_or_zero();
-            let moved = seen.change_with_eye.filter(|_| knows_all).map(|change| change * way * 0.5);
-            mean.first += f64::from(weight) * (seen.first.as_dvec3() + moved.unwrap_or_default().as_dvec3());
-            mean.change += seen.change * weight;
-            mean.normal += seen.normal * weight;
-            mean.length += weight * (seen.length - 0.5 * ray.dot(way));
-            mean.last_segment += weight * seen.last_segment;
-            mean.error += weight * seen.error;
-        }
-        if !knows_all {
-            let plain = mean.first.as_vec3();
-            let below = nodes
-                .iter()
-                .zip(at)
-                .map(|(node, seen)| seen.normal * ((seen.first - plain).dot(seen.normal) * 0.5 * node.weight));
-            mean.first += below.sum::<Vec3>().as_dvec3();
-        }
-        mean
-    }
 }
 
 impl MorphProjector<'_> {
@@ -206,7 +174,7 @@ impl MorphProjector<'_> {
             Some((self.reflectors.get(blended.reflector)?.known, *blended.in_nodes.first()?))
         });
         match known {
-            Some((known, path)) => known.get(path, point, look),
+            Some((known, path)) => known.points.get(path, point, look),
             None => look(),
         }
     }
@@ -222,7 +190,7 @@ impl MorphProjector<'_> {
         let count = lookout.nodes.len();
         if sightings.at[..count].iter().all(Option::is_some) {
             let whole = sightings.at.map(Option::unwrap_or_default);
-            return (self.blend(path, lookout, sightings.focal_index, &whole[..count], point), true);
+            return (self.blend(path, lookout, (sightings, &whole[..count]), point), true);
         }
         (self.settle(path, lookout, sightings, point), false)
     }
@@ -261,7 +229,7 @@ impl MorphProjector<'_> {
         let medium = one.path_length / (one.reflection_point.distance(eye) + one.last_segment);
         let last_segment = found.position.distance(exact) as f32;
         let length = medium * (found.position.distance(self.eye) as f32 + last_segment);
-        let projection = self.shown(found.position, found.change_with_point(), 0.0)?;
+        let projection = Self::shown(&self.precise_view, found.position, found.change_with_point(), 0.0)?;
         let (path, focal_index) = (one.path, one.focal_index);
         Some(Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful())
     }
@@ -278,9 +246,9 @@ impl MorphProjector<'_> {
 
     /// A reflection point in the picture, with its change with the scene point, and how far it may be off; without what
     /// is known of the path. `None` behind the eye.
-    fn shown(&self, first: DVec3, change: Mat3, error: f32) -> Option<Projection> {
-        let [x, y] = self.view.place_of(first)?;
-        let gradients = self.view.place_change(first).map(DVec3::as_vec3);
+    fn shown(view: &PreciseView, first: DVec3, change: Mat3, error: f32) -> Option<Projection> {
+        let [x, y] = view.place_of(first)?;
+        let gradients = view.place_change(first).map(DVec3::as_vec3);
         let across = change.transpose();
         Some(Projection {
             image_px: Vec2::new(x as f32, y as f32),
@@ -310,28 +278,39 @@ impl MorphProjector<'_> {
         solved
     }
 
-    /// The mean of the appearances at all nodes of a reflector, made exact if that is wanted; `None` where it is beyond
-    /// the eye's horizon.
+    /// The mean of the appearances at all nodes of a reflector; `None` where it is beyond the eye's horizon.
+    pub(super) fn mean(
+        (path, focal_index): (u32, u32),
+        outlook: &Outlook<'_>,
+        form: &TetrahedronForm,
+        at: &[Sighting],
+    ) -> Option<Projection> {
+        let Mean { first, change, normal, length, last_segment, error } = Mean::of(form, &outlook.weights, at);
+        if normal.as_dvec3().dot(outlook.eye - first) <= 0.0 {
+            return None;
+        }
+        let projection = Self::shown(outlook.view, first, change, error)?;
+        Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful()
+    }
+
+    /// The same from the eye, made exact if that is wanted, or where it is not accurate.
     fn blend(
         &self,
         path: u32,
         lookout: &Lookout<'_>,
-        focal_index: u32,
-        at: &[Sighting],
+        (sightings, at): (&Sightings, &[Sighting]),
         point: Vec3,
     ) -> Option<Projection> {
-        let Mean { first, change, normal, length, last_segment, error } = Mean::of(self.eye, lookout.nodes, at);
-        if normal.as_dvec3().dot(self.eye - first) <= 0.0 {
-            return None;
-        }
-        let projection = self.shown(first, change, error)?;
-        let projection = Projection { path, focal_index, path_length: length, last_segment, ..projection };
-        let projection = projection.if_meaningful()?;
-        if self.polish == 0 {
+        let weights = weights_of(lookout.nodes);
+        let outlook = Outlook { eye: self.eye, weights, view: &self.precise_view };
+        let form = form_of(&lookout.eyes(), at);
+        let projection = Self::mean((path, sightings.focal_index), &outlook, &form, at)?;
+        let steps = if sightings.is_rough && self.cures { self.polish.max(STEPS_WHERE_ROUGH) } else { self.polish };
+        if steps == 0 {
             return Some(projection);
         }
-        let effort = Effort { steps: self.polish, reach: REACH, must_converge: false };
-        let nodes = lookout.nodes;
+        let effort = Effort { steps, reach: REACH, must_converge: false };
+        let (nodes, first) = (lookout.nodes, form.at(&FormWeights::new(weights)).0);
         let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
         by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
         let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].eye(), at[node].first));
@@ -361,7 +340,7 @@ impl MorphProjector<'_> {
             return None;
         }
         let length = sample.optical_length_along(&eye, &found.sites, exact);
-        let projection = found.projection(path, &self.view, length, exact)?;
+        let projection = found.projection(path, &self.precise_view, length, exact)?;
         // Cameras count the focal points of the last segment alone.
         let before = if self.polish == 0 { sample.focal_points_passed } else { 0 };
         Some(Projection { focal_index: projection.focal_index.saturating_sub(before), ..projection })

@@ -2,10 +2,21 @@
 //! vertices are reused with varying weights): their appearances at a node, and those at all nodes around the eye, as
 //! long as it stays among these.
 
+use super::sightings::Sightings;
+use crate::methods::projection::draw::virtual_mesh::SteadyMeshes;
 use crate::methods::projection::find::work;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What is known at the nodes around an eye.
+#[derive(Default)]
+pub(super) struct AroundEye {
+    /// Points one by one.
+    pub(super) points: PointCache<Sightings>,
+    /// All points of objects.
+    pub(super) meshes: SteadyMeshes,
+}
 
 /// Points are shared out among so many tables, so that threads seldom wait for each other.
 const SHARDS: usize = 64;

@@ -6,9 +6,11 @@ mod bake;
 mod blend;
 mod cache;
 mod grid;
+mod mean;
 mod nodes;
 mod places;
 mod sightings;
+mod steady;
 mod walk;
 
 pub(super) use bake::NodesWork;
@@ -25,7 +27,7 @@ use crate::light::tracer::Tracer;
 use crate::methods::bake::Baked;
 use crate::methods::projection::draw::MapsInView;
 use crate::methods::projection::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
-use crate::methods::projection::draw::virtual_mesh::MeshQuality;
+use crate::methods::projection::draw::virtual_mesh::{MeshQuality, SteadySource};
 use crate::methods::projection::draw::virtual_scene::MirrorState;
 use crate::methods::projection::draw::work_limit::WorkLimit;
 use crate::methods::projection::find::ray_map::{RayField, ViewField};
@@ -35,12 +37,12 @@ use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::scene::{PreciseView, Projection, Scene, View};
 use bake::BakedNodes;
 use blend::{BlendedPath, BlendedReflector, MorphProjector};
-use cache::PointCache;
+use cache::AroundEye;
 use glam::UVec3;
 use grid::NodeGrid;
 use nodes::{FoundNode, NodeCounts, NodeKey, NodeStore, WantedNode};
 use places::{Carried, MirrorPlaces};
-use sightings::{Node, Sightings};
+use sightings::Node;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -101,7 +103,7 @@ struct ReflectorInView {
     /// Those around the eye with their weights.
     nodes: Vec<(f32, FoundNode)>,
     /// What is known of points at these.
-    known: Arc<PointCache<Sightings>>,
+    known: Arc<AroundEye>,
 }
 
 /// The same for cameras at the eye.
@@ -392,8 +394,10 @@ impl MeshProjection for Morphing {
         report.counts.insert("nodes_read", data.counts.read);
         report.counts.insert("nodes_kept", data.kept[0]);
         report.bytes.insert("nodes", data.kept[1]);
-        let known = data.reflectors.iter().map(|reflector| reflector.known.count());
+        let known = data.reflectors.iter().map(|reflector| reflector.known.points.count());
         report.counts.insert("cached_points", known.sum());
+        let steady = data.reflectors.iter().map(|reflector| reflector.known.meshes.byte_count());
+        report.bytes.insert("steady_vertices", steady.sum());
         report.add_fallback("unreadable_nodes", data.counts.unreadable);
         report.add_fallback("reflectors_without_nodes", data.beyond_grid);
         report.add_fallback("paths_without_nodes", (data.left_out.len() as u64).saturating_sub(data.disagreeing));
@@ -406,6 +410,10 @@ impl MeshProjection for Morphing {
 
     fn mesh_quality(&self, view: &View) -> MeshQuality {
         MeshQuality::new(view, self.settings().edge_error_px, self.settings().piece_px)
+    }
+
+    fn steady<'a>(projector: &'a MorphProjector<'_>) -> Option<&'a dyn SteadySource> {
+        Some(projector)
     }
 
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a MorphView) -> MorphProjector<'a> {
@@ -428,7 +436,8 @@ impl MeshProjection for Morphing {
             blended: &data.blended,
             left_out: &data.left_out,
             eye: view.eye().as_dvec3(),
-            view: PreciseView::new(view),
+            view: view.clone(),
+            precise_view: PreciseView::new(view),
             scene,
             tracer: mirrors.tracer.clone(),
             surfaces: virtual_scene.surfaces(scene),

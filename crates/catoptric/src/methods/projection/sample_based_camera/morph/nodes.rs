@@ -2,9 +2,9 @@
 //! views.
 
 use super::bake::BakedNodes;
-use super::cache::PointCache;
+use super::cache::{AroundEye, PointCache};
 use super::places::{MirrorPlaces, Moment};
-use super::sightings::{NodeAnswer, Sightings};
+use super::sightings::NodeAnswer;
 use crate::error::RenderError;
 use crate::math::Aabb;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
@@ -30,7 +30,7 @@ pub(super) type WantedNode = (NodeKey, Vec3);
 pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
     /// What is known of points at the nodes around an eye; those of the last view.
-    around_eyes: HashMap<Vec<NodeKey>, (u64, Arc<PointCache<Sightings>>)>,
+    around_eyes: HashMap<Vec<NodeKey>, (u64, Arc<AroundEye>)>,
     /// Some have been forgotten because of what has moved: from then on they are built with room to move.
     have_room: bool,
     /// The objects at which their paths end, because these show environment maps.
@@ -174,7 +174,7 @@ impl NodeStore {
     }
 
     /// What is known of points at the nodes around the eye of the last view.
-    pub(super) fn around_eye(&mut self, nodes: Vec<NodeKey>) -> Arc<PointCache<Sightings>> {
+    pub(super) fn around_eye(&mut self, nodes: Vec<NodeKey>) -> Arc<AroundEye> {
         let known = self.around_eyes.entry(nodes).or_default();
         known.0 = self.views;
         known.1.clone()

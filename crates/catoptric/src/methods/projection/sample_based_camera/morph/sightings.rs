@@ -29,6 +29,14 @@ pub(super) const REACH: f64 = 0.25;
 const MISMATCH: f32 = 0.02;
 const MISMATCH_OF_WAY: f32 = 0.35;
 
+/// Where they are farther from there than this share of the size, their mean is off by about a seventh of that: more
+/// than half a pixel where a mirror fills a picture. Chosen, not measured.
+const ROUGH: f32 = 0.005;
+
+/// The same where a point appears several times, or beyond a focal point: the ends of appearances, where two of them
+/// merge, are found exactly, and what is off leaves gaps before these. Chosen by `dish`, which has none then.
+const ROUGH_BESIDE_FOLDS: f32 = 0.001;
+
 /// A ray that is to meet a mirror in any case leads so far below its surface, as a share of its size. Chosen, not
 /// measured.
 const DEEPER: f64 = 0.01;
@@ -56,6 +64,8 @@ pub(super) struct Sightings {
     pub(super) focal_index: u32,
     /// At each node, of those that know of it.
     pub(super) at: [Option<Sighting>; MOST_NODES],
+    /// The mean of these is not accurate: as beside folds, where appearances move as roots.
+    pub(super) is_rough: bool,
 }
 
 /// A node around the eye.
@@ -129,6 +139,13 @@ impl Sighting {
     }
 }
 
+/// How appearances at the nodes fit together.
+struct Misfit {
+    are_one: bool,
+    /// How far reflection points are at most from where they are expected, as a share of the reflector's size.
+    most: f32,
+}
+
 /// The partner of an appearance among those at another node: each is the other's nearest.
 fn partner(of: &NodeAnswer, own: &[NodeAnswer], others: &[NodeAnswer]) -> Option<usize> {
     let nearest = |to: &NodeAnswer, list: &[NodeAnswer]| {
@@ -157,6 +174,11 @@ thread_local! {
 }
 
 impl Lookout<'_> {
+    /// Where the nodes are.
+    pub(super) fn eyes(&self) -> [Vec3; MOST_NODES] {
+        std::array::from_fn(|index| self.nodes.get(index).map_or(Vec3::ZERO, Node::eye))
+    }
+
     /// A point's appearances, each with the nodes that know of it. What one node sees and another does not (beyond its
     /// horizon, or past the reflector's border) is looked for there by the solver.
     pub(super) fn look(&self, point: Vec3) -> Arc<[Sightings]> {
@@ -185,14 +207,17 @@ impl Lookout<'_> {
                 };
                 let at = self.at_all(point, index, &seen_at);
                 let focal_index = own.focal_index;
-                if self.belong_together(&at) {
-                    found.push(Sightings { focal_index, at });
+                let Misfit { are_one, most } = self.misfit(&at);
+                if are_one {
+                    let is_only = focal_index == 0 && at_nodes.iter().all(|list| list.len() <= 1);
+                    let is_rough = most > if is_only { ROUGH } else { ROUGH_BESIDE_FOLDS };
+                    found.push(Sightings { focal_index, at, is_rough });
                     continue;
                 }
                 for (node, one) in at.iter().enumerate().filter(|(_, one)| one.is_some()) {
                     let mut alone = [None; MOST_NODES];
                     alone[node] = *one;
-                    found.push(Sightings { focal_index, at: alone });
+                    found.push(Sightings { focal_index, at: alone, is_rough: true });
                 }
             }
         }
@@ -241,18 +266,22 @@ impl Lookout<'_> {
         towards.into_iter().find_map(|direction| self.site(object, eye, direction))
     }
 
-    /// True unless the derivatives with the eye tell that appearances at two nodes are not the same: on one sheet each
-    /// half of the way between them moves the reflection point as its end says, but for terms of third order.
-    fn belong_together(&self, at: &[Option<Sighting>; MOST_NODES]) -> bool {
-        let most = MISMATCH * self.size(self.path.bounces.first()) as f32;
+    /// How far appearances at the nodes are from being one, as far as derivatives with the eye tell: on one sheet each
+    /// half of the way between two nodes moves the reflection point as its end says, but for terms of third order.
+    fn misfit(&self, at: &[Option<Sighting>; MOST_NODES]) -> Misfit {
+        let size = self.size(self.path.bounces.first()) as f32;
         let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.eye(), at.as_ref()?)));
-        known().enumerate().all(|(index, (from, one))| {
-            known().skip(index + 1).all(|(to, other)| {
-                let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { return true };
+        let mut misfit = Misfit { are_one: true, most: 0.0 };
+        for (index, (from, one)) in known().enumerate() {
+            for (to, other) in known().skip(index + 1) {
+                let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { continue };
                 let expected = (at_one + at_other) * (to - from) * 0.5;
-                (other.first - one.first).distance(expected) <= most.max(MISMATCH_OF_WAY * expected.length())
-            })
-        })
+                let off = (other.first - one.first).distance(expected);
+                misfit.are_one &= off <= (MISMATCH * size).max(MISMATCH_OF_WAY * expected.length());
+                misfit.most = misfit.most.max(off / size);
+            }
+        }
+        misfit
     }
 
     /// An appearance at all nodes. In a single mirror, where one node does not see what another does, or its cameras

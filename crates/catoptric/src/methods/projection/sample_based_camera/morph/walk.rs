@@ -15,8 +15,12 @@ use crate::methods::projection::find::work;
 use crate::optics::path::manifold::{ManifoldFrame, ManifoldVertex, SpecularSurfaces};
 use glam::{DMat2, DVec2, DVec3, Mat3};
 
-/// Strides of the eye. Chosen, not measured.
+/// Strides of the eye: few, and more where these do not lead there. Chosen, not measured.
+const FEW_STRIDES: u32 = 2;
 const STRIDES: u32 = 8;
+
+/// Few strides are believed if the ends of the way agree as well. Chosen, not measured.
+const SAME_SHEET: f32 = 0.35;
 
 /// Steps of Newton's method in each. Chosen, not measured.
 const STEPS: u32 = 8;
@@ -53,6 +57,14 @@ impl Reflection {
         self.change(&self.by_eye)
     }
 
+    /// How far this reflection is from becoming another one while the eye moves so far, as a share of how far it is to
+    /// move: on one sheet each half of the way moves the reflection point as its end says, but for terms of third
+    /// order.
+    fn mismatch(&self, other: &Self, way: DVec3) -> f32 {
+        let expected = (self.change_with_eye() + other.change_with_eye()) * (way.as_vec3() * 0.5);
+        (other.position - self.position).as_vec3().distance(expected) / expected.length()
+    }
+
     fn change(&self, by: &[DVec3; 2]) -> Mat3 {
         let column = |axis: usize| (self.moves[0] * by[0][axis] + self.moves[1] * by[1][axis]).as_vec3();
         Mat3::from_cols(column(0), column(1), column(2))
@@ -80,11 +92,18 @@ impl Mirror<'_> {
 
     /// The reflection as the eye sees it at the end of its way; `start` is near the one that it sees at the beginning.
     /// `None` if the method does not converge.
-    pub(super) fn walked(&self, start: &ManifoldVertex, [from, to]: [DVec3; 2]) -> Option<Reflection> {
-        let (mut now, mut found) = self.solved(from, &self.surfaces.landed(self.object, start)?)?;
+    pub(super) fn walked(&self, start: &ManifoldVertex, way: [DVec3; 2]) -> Option<Reflection> {
+        let start = self.solved(way[0], &self.surfaces.landed(self.object, start)?)?;
+        let found = self.walked_in(FEW_STRIDES, start, way);
+        let found = found.filter(|found| start.1.mismatch(found, way[1] - way[0]) <= SAME_SHEET);
+        found.or_else(|| self.walked_in(STRIDES, start, way))
+    }
+
+    fn walked_in(&self, strides: u32, start: (Site, Reflection), [from, to]: [DVec3; 2]) -> Option<Reflection> {
+        let (mut now, mut found) = start;
         let mut before: Option<DVec3> = None;
-        for stride in 1..=STRIDES {
-            let eye = from.lerp(to, f64::from(stride) / f64::from(STRIDES));
+        for stride in 1..=strides {
+            let eye = from.lerp(to, f64::from(stride) / f64::from(strides));
             let expected = before.and_then(|before| self.gone_on(before, &now)).unwrap_or(now);
             before = Some(now.0.position);
             (now, found) = self.solved(eye, &expected)?;

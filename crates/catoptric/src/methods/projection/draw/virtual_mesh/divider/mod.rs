@@ -1,9 +1,12 @@
 //! Triangles to pieces that are drawn straight, cut where appearances end.
 
 mod boundary_traces;
+mod division;
+mod from_middle;
 mod missed_boundaries;
 mod shapes;
 
+pub(super) use from_middle::{NOWHERE, SteadyCorner, SteadyDivider, SteadyPiece, SteadyPieces, SteadyPoints};
 pub(super) use missed_boundaries::{ForcedEdges, MissedBoundary};
 
 use super::edge::EdgeRule;
@@ -12,32 +15,24 @@ use crate::methods::projection::find::work;
 use crate::methods::projector::{Projection, Projections, VertexProjector};
 use crate::raster::DrawTriangle;
 use boundary_traces::{BoundaryTrace, EndKey, TracePlace};
+use division::{Division, is_thin};
 use glam::{Vec2, Vec3};
 use missed_boundaries::{PointKey, key};
-use shapes::{PieceCorner, PieceShape, QueuedPiece, Strip, TrianglePiece};
-use std::collections::{BinaryHeap, HashMap};
+use shapes::{PieceCorner, PieceQueue, TrianglePiece};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// Work that a piece counts as, beside that of the points projected for it: it is drawn, too. About what the rasteriser
 /// takes for a triangle of some pixels.
-const WORK_A_PIECE: u64 = 20;
-
-/// Pieces that are thinner than this in all their pictures, in pixels, are left out: the edges beside them agree.
-/// Chosen, not measured.
-const THIN_PX: f32 = 0.02;
+pub(super) const WORK_A_PIECE: u64 = 20;
 
 /// Pieces are halved this many times at the most. A bound on time; chosen, not measured.
 const MAX_DEPTH: u32 = 80;
 
 /// Divides triangles of one object on one path.
-///
-/// Of all edges that need a division the one that needs it most is halved, then both pieces are looked at again. Where
-/// pictures are stretched in one direction (beside folds and silhouettes a thousandfold) pieces become as slender as
-/// they have to be (Cohen, Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are
-/// divided in the end is the rule's decision alone, not that of the order.
 pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
     projector: &'a P,
-    object: &'a VirtualObject<'a>,
+    object: &'a VirtualObject,
     rule: EdgeRule,
     /// The triangle of the scene.
     source: u32,
@@ -53,13 +48,11 @@ pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
     ends: HashMap<EndKey, Range<u32>>,
     way_points: Vec<(Projection, f32)>,
     scratch: Projections,
-    waiting: BinaryHeap<QueuedPiece>,
+    queue: PieceQueue<PieceCorner>,
     /// The piece that is being drawn.
     piece: [TracePlace; 3],
     /// The side of it that ways lead to, if neither of its ends has the appearance and no way got there yet.
     far_side: Option<[TracePlace; 2]>,
-    /// Number of those that have waited.
-    count: u32,
     /// Work of this thread before the triangle.
     work_before: u64,
     mesh: VirtualMesh,
@@ -85,7 +78,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
     /// For triangles of `object`, each of which takes no more work than about `limit`.
     pub(super) fn new(
         projector: &'a P,
-        object: &'a VirtualObject<'a>,
+        object: &'a VirtualObject,
         rule: EdgeRule,
         limit: u64,
         forced: &'a ForcedEdges,
@@ -103,10 +96,9 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             ends: HashMap::new(),
             way_points: Vec::new(),
             scratch: Projections::default(),
-            waiting: BinaryHeap::new(),
+            queue: PieceQueue::default(),
             piece: [TracePlace::default(); 3],
             far_side: None,
-            count: 0,
             work_before: 0,
             mesh: VirtualMesh::default(),
         }
@@ -117,8 +109,14 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         (self.mesh, self.dips)
     }
 
-    /// Divides a triangle of the object, given by its corners and their appearances.
-    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, &[Projection]); 3]) -> DividedTriangle {
+    /// Divides a triangle of the object, given by its corners and their appearances, and perhaps by its edges' split
+    /// priorities, as far as these are numbers.
+    pub(super) fn triangle(
+        &mut self,
+        triangle: u32,
+        corners: [(Vec3, &[Projection]); 3],
+        priorities: Option<[f32; 3]>,
+    ) -> DividedTriangle {
         self.work_before = work::done();
         let unfinished = self.mesh.unfinished;
         self.source = self.object.first_triangle + triangle;
@@ -129,14 +127,13 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             self.appearances.extend_from_slice(appearances);
             PieceCorner { position, weights: weights[k], first, count: appearances.len() as u32 }
         });
-        let split_priority = [self.split_priority(&b, &c), self.split_priority(&c, &a), self.split_priority(&a, &b)];
-        self.later(PieceShape::Triangle(TrianglePiece { corners: [a, b, c], split_priority, depth: 0 }));
-        while let Some(waiting) = self.waiting.pop() {
-            match waiting.shape {
-                PieceShape::Triangle(piece) => self.divide(&piece),
-                PieceShape::Strip(strip) => self.divide_strip(&strip),
-            }
-        }
+        let given = priorities.unwrap_or([f32::NAN; 3]);
+        let edges = [[&b, &c], [&c, &a], [&a, &b]];
+        let split_priority = [0, 1, 2].map(|k: usize| match given[k].is_nan() {
+            true => self.split_priority(edges[k][0], edges[k][1]),
+            false => given[k],
+        });
+        self.divide_all(TrianglePiece { corners: [a, b, c], split_priority, depth: 0 });
         DividedTriangle {
             end: self.mesh.triangles.len(),
             work: work::since(self.work_before),
@@ -149,204 +146,9 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         &self.appearances[corner.range()]
     }
 
-    fn split_priority(&self, a: &PieceCorner, b: &PieceCorner) -> f32 {
-        work::add(u64::from(a.count * b.count / COMPARISONS_A_UNIT));
-        let split_priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
-        let is_forced = split_priority <= 0.0 && self.forced.contain(a.position, b.position);
-        if is_forced { f32::MIN_POSITIVE } else { split_priority }
-    }
-
-    /// True if a piece is so thin that nothing of it is seen.
-    fn is_line(&self, corners: &[PieceCorner; 3]) -> bool {
-        let [a, b, c] = corners.map(|corner| corner.position);
-        let sides = [c - b, a - c, b - a];
-        let longest =
-            (0..3).fold(0, |best, k| if sides[k].length_squared() > sides[best].length_squared() { k } else { best });
-        // From the longest side to the corner opposite to it.
-        let (side, to_corner) = (sides[longest], sides[(longest + 2) % 3]);
-        let height = to_corner - side * (to_corner.dot(side) / side.length_squared());
-        let is_thin = |one: &Projection| one.predicted(height).distance(one.image_px) < THIN_PX;
-        // Of what shows nothing at its corners nothing is known.
-        let mut shown = corners.iter().flat_map(|corner| self.of(corner)).peekable();
-        !height.is_nan() && shown.peek().is_some() && shown.all(is_thin)
-    }
-
     /// True if the triangle's work is done.
     fn is_spent(&self) -> bool {
         work::since(self.work_before) >= self.limit
-    }
-
-    /// True if no more is divided; counted if so.
-    fn is_last(&mut self, depth: u32) -> bool {
-        let is_last = depth >= MAX_DEPTH || self.is_spent();
-        self.mesh.unfinished += u64::from(is_last);
-        is_last
-    }
-
-    /// Divides a shape when its turn comes; at once where there is nothing to divide.
-    fn later(&mut self, shape: PieceShape) {
-        let all: &[f32] = match &shape {
-            PieceShape::Triangle(piece) => &piece.split_priority,
-            PieceShape::Strip(strip) => &[strip.sides[0], strip.sides[1], strip.ends[0], strip.ends[1]],
-        };
-        let split_priority = all.iter().copied().fold(0.0, f32::max);
-        match shape {
-            PieceShape::Triangle(piece) if split_priority <= 0.0 => self.emit(&piece.corners),
-            shape => {
-                // What waits is drawn in the end, divided or not.
-                work::add(WORK_A_PIECE);
-                self.count += 1;
-                self.waiting.push(QueuedPiece { split_priority, number: self.count, shape });
-            }
-        }
-    }
-
-    fn divide(&mut self, piece: &TrianglePiece) {
-        let [x, y, z] = piece.split_priority;
-        let count = [x, y, z].into_iter().filter(|split_priority| *split_priority > 0.0).count();
-        if self.is_line(&piece.corners) {
-            return;
-        }
-        if self.is_last(piece.depth) {
-            return self.emit(&piece.corners);
-        }
-        let depth = piece.depth + 1;
-        if count == 2 {
-            // The top of a wedge, and a strip below.
-            let base = if x <= 0.0 {
-                0
-            } else if y <= 0.0 {
-                1
-            } else {
-                2
-            };
-            let [top, left, right] = [0, 1, 2].map(|k| piece.corners[(k + base) % 3]);
-            let (west, east) = (self.middle(&top, &left), self.middle(&top, &right));
-            let across = self.split_priority(&west, &east);
-            let above = [self.split_priority(&top, &east), self.split_priority(&top, &west)];
-            let below = [self.split_priority(&west, &left), self.split_priority(&east, &right)];
-            self.later(PieceShape::Strip(Strip {
-                corners: [west, left, right, east],
-                sides: below,
-                ends: [0.0, across],
-                depth,
-            }));
-            let split_priority = [across, above[0], above[1]];
-            self.later(PieceShape::Triangle(TrianglePiece { corners: [top, west, east], split_priority, depth }));
-            return;
-        }
-        let worst = if x >= y && x >= z {
-            0
-        } else if y >= z {
-            1
-        } else {
-            2
-        };
-        let turned = |k: usize| (k + worst) % 3;
-        let [top, left, right] = [0, 1, 2].map(|k| piece.corners[turned(k)]);
-        let [_, right_strain, left_strain] = [0, 1, 2].map(|k| piece.split_priority[turned(k)]);
-        let middle = self.middle(&left, &right);
-        let median = self.split_priority(&top, &middle);
-        let halves = [self.split_priority(&left, &middle), self.split_priority(&middle, &right)];
-        let east =
-            TrianglePiece { corners: [top, middle, right], split_priority: [halves[1], right_strain, median], depth };
-        let west =
-            TrianglePiece { corners: [top, left, middle], split_priority: [halves[0], median, left_strain], depth };
-        self.later(PieceShape::Triangle(east));
-        self.later(PieceShape::Triangle(west));
-    }
-
-    fn divide_strip(&mut self, strip: &Strip) {
-        let [a, b, c, d] = strip.corners;
-        let [left, right] = strip.sides;
-        let depth = strip.depth + 1;
-        if strip.ends != [0.0; 2] || left <= 0.0 && right <= 0.0 || self.is_last(strip.depth) {
-            return self.halve_strip(strip);
-        }
-        if left > 0.0 && right > 0.0 {
-            let (west, east) = (self.middle(&a, &b), self.middle(&d, &c));
-            let across = self.split_priority(&west, &east);
-            let upper = [self.split_priority(&a, &west), self.split_priority(&d, &east)];
-            let lower = [self.split_priority(&west, &b), self.split_priority(&east, &c)];
-            self.later(PieceShape::Strip(Strip {
-                corners: [west, b, c, east],
-                sides: lower,
-                ends: [0.0, across],
-                depth,
-            }));
-            self.later(PieceShape::Strip(Strip {
-                corners: [a, west, east, d],
-                sides: upper,
-                ends: [across, 0.0],
-                depth,
-            }));
-            return;
-        }
-        // One side alone: turned so that it is the left one.
-        let (a, b, c, d) = if left > 0.0 { (a, b, c, d) } else { (c, d, a, b) };
-        let middle = self.middle(&a, &b);
-        let (to_d, to_c) = (self.split_priority(&middle, &d), self.split_priority(&middle, &c));
-        let (upper, lower) = (self.split_priority(&a, &middle), self.split_priority(&middle, &b));
-        let three = [
-            TrianglePiece { corners: [a, middle, d], split_priority: [to_d, 0.0, upper], depth },
-            TrianglePiece { corners: [middle, c, d], split_priority: [0.0, to_d, to_c], depth },
-            TrianglePiece { corners: [middle, b, c], split_priority: [0.0, to_c, lower], depth },
-        ];
-        three.into_iter().for_each(|piece| self.later(PieceShape::Triangle(piece)));
-    }
-
-    /// Two triangles of a strip.
-    fn halve_strip(&mut self, strip: &Strip) {
-        let [a, b, c, d] = strip.corners;
-        let ([left, right], [lower, upper]) = (strip.sides, strip.ends);
-        let depth = strip.depth + 1;
-        let diagonals = [self.split_priority(&a, &c), self.split_priority(&b, &d)];
-        let pair = if diagonals[0] <= diagonals[1] {
-            let diagonal = diagonals[0];
-            [
-                TrianglePiece { corners: [a, b, c], split_priority: [lower, diagonal, left], depth },
-                TrianglePiece { corners: [a, c, d], split_priority: [right, upper, diagonal], depth },
-            ]
-        } else {
-            let diagonal = diagonals[1];
-            [
-                TrianglePiece { corners: [a, b, d], split_priority: [diagonal, upper, left], depth },
-                TrianglePiece { corners: [b, c, d], split_priority: [right, diagonal, lower], depth },
-            ]
-        };
-        pair.into_iter().for_each(|piece| self.later(PieceShape::Triangle(piece)));
-    }
-
-    fn middle(&mut self, a: &PieceCorner, b: &PieceCorner) -> PieceCorner {
-        // Sums do not depend on the order: neighbours find the same point.
-        let position = (a.position + b.position) * 0.5;
-        let weights = (a.weights + b.weights) * 0.5;
-        let key = key(position);
-        let (first, count) = match self.middles.get(&key) {
-            Some(known) => *known,
-            None => {
-                let first = self.appearances.len();
-                self.scratch.clear();
-                self.mesh.left_out += self.object.project(self.projector, &[position], &mut self.scratch);
-                self.appearances.extend_from_slice(self.scratch.all());
-                self.mesh.points_projected += 1;
-                let range = (first as u32, (self.appearances.len() - first) as u32);
-                self.middles.insert(key, range);
-                range
-            }
-        };
-        PieceCorner { position, weights, first, count }
-    }
-
-    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
-    fn emit(&mut self, corners: &[PieceCorner; 3]) {
-        let [a, b, c] = corners.map(|corner| corner.count);
-        work::add(u64::from((a * b + b * c + c * a) / COMPARISONS_A_UNIT));
-        for (from, corner) in corners.iter().enumerate() {
-            for index in corner.range() {
-                self.emit_appearance(corners, from, index);
-            }
-        }
     }
 
     /// Draws an appearance, unless an earlier corner has it too.
@@ -430,5 +232,62 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         mesh.triangles.push(DrawTriangle { vertices, source, group: 0, patch: 0, alpha_tested });
         mesh.corners.push(corners.map(|(_, weights)| weights));
         work::add(WORK_A_PIECE);
+    }
+}
+
+impl<P: VertexProjector + ?Sized> Division for Divider<'_, P> {
+    type Corner = PieceCorner;
+
+    fn queue(&mut self) -> &mut PieceQueue<PieceCorner> {
+        &mut self.queue
+    }
+
+    fn split_priority(&mut self, a: &PieceCorner, b: &PieceCorner) -> f32 {
+        work::add(u64::from(a.count * b.count / COMPARISONS_A_UNIT));
+        let split_priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
+        let is_forced = split_priority <= 0.0 && self.forced.contain(a.position, b.position);
+        if is_forced { f32::MIN_POSITIVE } else { split_priority }
+    }
+
+    fn is_line(&self, corners: &[PieceCorner; 3]) -> bool {
+        is_thin(corners.map(|corner| corner.position), corners.iter().flat_map(|corner| self.of(corner)))
+    }
+
+    fn is_last(&mut self, depth: u32) -> bool {
+        let is_last = depth >= MAX_DEPTH || self.is_spent();
+        self.mesh.unfinished += u64::from(is_last);
+        is_last
+    }
+
+    fn middle(&mut self, a: &PieceCorner, b: &PieceCorner) -> PieceCorner {
+        // Sums do not depend on the order: neighbours find the same point.
+        let position = (a.position + b.position) * 0.5;
+        let weights = (a.weights + b.weights) * 0.5;
+        let key = key(position);
+        let (first, count) = match self.middles.get(&key) {
+            Some(known) => *known,
+            None => {
+                let first = self.appearances.len();
+                self.scratch.clear();
+                self.mesh.left_out += self.object.project(self.projector, &[position], &mut self.scratch);
+                self.appearances.extend_from_slice(self.scratch.all());
+                self.mesh.points_projected += 1;
+                let range = (first as u32, (self.appearances.len() - first) as u32);
+                self.middles.insert(key, range);
+                range
+            }
+        };
+        PieceCorner { position, weights, first, count }
+    }
+
+    /// Draws every appearance of the corners: whole where all three share it, cut where it ends where some do.
+    fn emit(&mut self, corners: &[PieceCorner; 3]) {
+        let [a, b, c] = corners.map(|corner| corner.count);
+        work::add(u64::from((a * b + b * c + c * a) / COMPARISONS_A_UNIT));
+        for (from, corner) in corners.iter().enumerate() {
+            for index in corner.range() {
+                self.emit_appearance(corners, from, index);
+            }
+        }
     }
 }

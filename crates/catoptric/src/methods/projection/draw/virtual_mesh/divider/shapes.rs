@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 
 /// A corner of a piece.
@@ -23,8 +24,8 @@ impl PieceCorner {
 
 /// A piece with what its edges ask for; edge `k` is opposite to corner `k`.
 #[derive(Clone, Copy)]
-pub(super) struct TrianglePiece {
-    pub(super) corners: [PieceCorner; 3],
+pub(super) struct TrianglePiece<C> {
+    pub(super) corners: [C; 3],
     /// Split priority of each edge.
     pub(super) split_priority: [f32; 3],
     pub(super) depth: u32,
@@ -32,8 +33,8 @@ pub(super) struct TrianglePiece {
 
 /// A slender piece of four corners `a b c d`, long from `a` to `b` and from `d` to `c`.
 #[derive(Clone, Copy)]
-pub(super) struct Strip {
-    pub(super) corners: [PieceCorner; 4],
+pub(super) struct Strip<C> {
+    pub(super) corners: [C; 4],
     /// Split priorities of the sides `a b` and `d c`.
     pub(super) sides: [f32; 2],
     /// Split priorities of the ends `b c` and `d a`.
@@ -42,36 +43,60 @@ pub(super) struct Strip {
 }
 
 /// A piece or strip still to be divided.
-pub(super) struct QueuedPiece {
+struct QueuedPiece<C> {
     /// The largest of its edges' needs.
-    pub(super) split_priority: f32,
+    split_priority: f32,
     /// Number of those before it.
-    pub(super) number: u32,
-    pub(super) shape: PieceShape,
+    number: u32,
+    shape: PieceShape<C>,
 }
 
-pub(super) enum PieceShape {
-    Triangle(TrianglePiece),
-    Strip(Strip),
+pub(super) enum PieceShape<C> {
+    Triangle(TrianglePiece<C>),
+    Strip(Strip<C>),
 }
 
-impl Ord for QueuedPiece {
+/// Pieces and strips still to be divided.
+pub(super) struct PieceQueue<C> {
+    waiting: BinaryHeap<QueuedPiece<C>>,
+    /// Number of those that have waited.
+    count: u32,
+}
+
+impl<C> Default for PieceQueue<C> {
+    fn default() -> Self {
+        Self { waiting: BinaryHeap::new(), count: 0 }
+    }
+}
+
+impl<C> PieceQueue<C> {
+    pub(super) fn push(&mut self, split_priority: f32, shape: PieceShape<C>) {
+        self.count += 1;
+        self.waiting.push(QueuedPiece { split_priority, number: self.count, shape });
+    }
+
+    pub(super) fn pop(&mut self) -> Option<PieceShape<C>> {
+        self.waiting.pop().map(|piece| piece.shape)
+    }
+}
+
+impl<C> Ord for QueuedPiece<C> {
     /// Those that need it most come first, of equals the latest.
     fn cmp(&self, other: &Self) -> Ordering {
         self.split_priority.total_cmp(&other.split_priority).then(self.number.cmp(&other.number))
     }
 }
 
-impl PartialOrd for QueuedPiece {
+impl<C> PartialOrd for QueuedPiece<C> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl PartialEq for QueuedPiece {
+impl<C> PartialEq for QueuedPiece<C> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other).is_eq()
     }
 }
 
-impl Eq for QueuedPiece {}
+impl<C> Eq for QueuedPiece<C> {}

@@ -1,0 +1,176 @@
+//! Reflection points as polynomials in the weights of the four nodes around the eye.
+//!
+//! What is known at the nodes to first order in the eye gives a polynomial of second degree over their tetrahedron:
+//! the mean of what the nodes expect, each half-way on from where it is. Everything is counted from the first node's
+//! values, so that little is lost in single precision.
+
+use glam::{DVec3, Vec3, Vec4};
+
+/// The nodes.
+pub(in crate::methods::projection) const CORNERS: usize = 4;
+
+/// Pairs of nodes, in the order of the form's last coefficients.
+const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+
+/// Powers of the weights, in the order of the coefficients behind the first.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::methods::projection) struct FormWeights([f32; CORNERS - 1 + PAIRS.len()]);
+
+impl FormWeights {
+    /// Of weights whose sum is 1.
+    pub(in crate::methods::projection) fn new(weights: [f32; CORNERS]) -> Self {
+        let mut powers = [0.0; CORNERS - 1 + PAIRS.len()];
+        powers[..CORNERS - 1].copy_from_slice(&weights[1..]);
+        for (power, [one, other]) in powers[CORNERS - 1..].iter_mut().zip(PAIRS) {
+            *power = weights[one] * weights[other];
+        }
+        Self(powers)
+    }
+}
+
+/// A place and a length.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in crate::methods::projection) struct PlaceAndLength {
+    pub(in crate::methods::projection) place: Vec3,
+    pub(in crate::methods::projection) length: f32,
+}
+
+impl PlaceAndLength {
+    fn all(self) -> Vec4 {
+        self.place.extend(self.length)
+    }
+}
+
+/// First reflection point and path length of a scene point as the eye moves among four nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::methods::projection) struct TetrahedronForm {
+    first: Vec4,
+    corners: [Vec4; CORNERS - 1],
+    /// In [`half_kept`] numbers.
+    bows: [Vec4; PAIRS.len()],
+}
+
+/// The nearest number whose lower half has no bits. What bends is small, and less than half a percent of it is lost.
+fn half_kept(number: f32) -> f32 {
+    f32::from_bits(number.to_bits().saturating_add(0x8000) & 0xFFFF_0000)
+}
+
+impl TetrahedronForm {
+    /// By what is found at the nodes, and what the middle between two of them is off from their mean, times four; by
+    /// the numbers of these two.
+    pub(in crate::methods::projection) fn new(
+        corners: [PlaceAndLength; CORNERS],
+        bow: impl Fn(usize, usize) -> PlaceAndLength,
+    ) -> Self {
+        let first = corners[0].all();
+        Self {
+            first,
+            corners: std::array::from_fn(|k| corners[k + 1].all() - first),
+            bows: PAIRS.map(|[from, to]| Vec4::from(bow(from, to).all().to_array().map(half_kept))),
+        }
+    }
+
+    /// The place and the length where the nodes have these weights.
+    #[inline]
+    pub(in crate::methods::projection) fn at(&self, weights: &FormWeights) -> (DVec3, f32) {
+        let numbers = self.corners.iter().chain(&self.bows);
+        let offset = numbers.zip(weights.0).fold(Vec4::ZERO, |sum, (number, weight)| sum + *number * weight);
+        (self.first.truncate().as_dvec3() + offset.truncate().as_dvec3(), self.first.w + offset.w)
+    }
+
+    /// True if all its numbers are finite.
+    pub(in crate::methods::projection) fn is_finite(&self) -> bool {
+        self.first.is_finite() && self.corners.iter().chain(&self.bows).all(|number| number.is_finite())
+    }
+}
+
+/// Points that are evaluated at once.
+pub(in crate::methods::projection) const LANES: usize = 8;
+
+/// The numbers of a block's points: x, y, z and the length of each.
+type BlockOf<T> = [T; 4 * LANES];
+
+/// The forms of some points, number by number, in as few bytes as they take: memory limits how fast they are evaluated.
+#[derive(Clone, Debug)]
+pub(in crate::methods::projection) struct FormBlock {
+    first: BlockOf<f32>,
+    corners: [BlockOf<f32>; CORNERS - 1],
+    /// The upper halves of the numbers.
+    bows: [BlockOf<u16>; PAIRS.len()],
+}
+
+impl FormBlock {
+    /// Of [`LANES`] points or fewer, the last of which is there several times then; nothing of none.
+    pub(in crate::methods::projection) fn new(forms: &[TetrahedronForm]) -> Self {
+        let of = |lane: usize| forms.get(lane).or(forms.last());
+        let all = |get: &dyn Fn(&TetrahedronForm) -> Vec4| -> BlockOf<f32> {
+            std::array::from_fn(|k| of(k % LANES).map_or(0.0, |form| get(form)[k / LANES]))
+        };
+        let upper_half = |number: f32| (number.to_bits() >> 16) as u16;
+        Self {
+            first: all(&|form| form.first),
+            corners: std::array::from_fn(|k| all(&|form| form.corners[k])),
+            bows: std::array::from_fn(|k| all(&|form| form.bows[k]).map(upper_half)),
+        }
+    }
+
+    /// The places (x, y and z of all points) and the lengths where the nodes have these weights, to the bit as
+    /// [`TetrahedronForm::at`] has them.
+    #[inline(always)]
+    pub(in crate::methods::projection) fn at(&self, weights: &FormWeights) -> ([[f64; LANES]; 3], [f32; LANES]) {
+        let (of_corners, of_bows) = weights.0.split_at(CORNERS - 1);
+        let mut offset = [0.0f32; 4 * LANES];
+        for (numbers, weight) in self.corners.iter().zip(of_corners) {
+            for (sum, number) in offset.iter_mut().zip(numbers) {
+                *sum += *number * *weight;
+            }
+        }
+        for (numbers, weight) in self.bows.iter().zip(of_bows) {
+            for (sum, number) in offset.iter_mut().zip(numbers) {
+                *sum += f32::from_bits(u32::from(*number) << 16) * *weight;
+            }
+        }
+        let (mut place, mut lengths) = ([[0.0f64; LANES]; 3], [0.0; LANES]);
+        for (axis, place) in place.iter_mut().enumerate() {
+            for (lane, place) in place.iter_mut().enumerate() {
+                let k = axis * LANES + lane;
+                *place = f64::from(self.first[k]) + f64::from(offset[k]);
+            }
+        }
+        for (lane, length) in lengths.iter_mut().enumerate() {
+            *length = self.first[3 * LANES + lane] + offset[3 * LANES + lane];
+        }
+        (place, lengths)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quadratic function of the eye, given at the nodes with its derivatives there, is found again everywhere.
+    #[test]
+    fn quadratic_functions_are_found_again() {
+        let nodes = [Vec3::ZERO, Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.9, 1.0, -0.2), Vec3::new(1.1, 0.8, 1.0)];
+        let place = |eye: Vec3| Vec3::new(eye.x * eye.y, eye.z * eye.z - eye.x, 0.5 * eye.y * eye.z + 3.0);
+        let change = |eye: Vec3, step: Vec3| {
+            let z = 0.5 * (eye.y * step.z + eye.z * step.y);
+            Vec3::new(eye.x * step.y + eye.y * step.x, 2.0 * eye.z * step.z - step.x, z)
+        };
+        let corners = nodes.map(|node| PlaceAndLength { place: place(node), length: node.length_squared() });
+        let form = TetrahedronForm::new(corners, |one, other| {
+            let way = nodes[other] - nodes[one];
+            let place = (change(nodes[one], way) - change(nodes[other], way)) * 0.5;
+            PlaceAndLength { place, length: (nodes[one] - nodes[other]).dot(way) }
+        });
+        for weights in [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.25; 4], [0.1, 0.2, 0.3, 0.4]] {
+            let eye: Vec3 = nodes.iter().zip(weights).map(|(node, weight)| *node * weight).sum();
+            let (found, length) = form.at(&FormWeights::new(weights));
+            // Bows are kept to half a percent.
+            assert!(found.distance(place(eye).as_dvec3()) < 1e-3, "{found}, {}", place(eye));
+            assert!((length - eye.length_squared()).abs() < 2e-3, "{length}");
+            let (all, lengths) = FormBlock::new(&[form]).at(&FormWeights::new(weights));
+            assert_eq!((all.map(|axis| axis[LANES - 1]), lengths[0]), (found.to_array(), length));
+        }
+    }
+}
