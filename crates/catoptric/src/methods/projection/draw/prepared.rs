@@ -360,6 +360,11 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
         self.method.projector(&self.context(0), &self.last.data)
     }
 
+    fn meshes<'a, 'p>(&self, projector: &'a M::Projector<'p>) -> MeshesOfView<'a, M::Projector<'p>> {
+        let quality = self.method.mesh_quality(&self.last.view);
+        MeshesOfView { projector, quality, steady: M::steady(projector) }
+    }
+
     /// The view's data with what was left out for the picture's sake; `None` if that fails.
     fn complete_data(&self) -> Option<M::ViewData> {
         let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE);
@@ -379,7 +384,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
         let projector = &self.projector_of_view();
-        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
+        let meshes = self.meshes(projector);
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
@@ -392,7 +397,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
         let projector = &self.projector_of_view();
-        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
+        let meshes = self.meshes(projector);
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
@@ -410,7 +415,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         }
         let job = Job { scene, view, quality, progress };
         let projector = &self.projector_of_view();
-        let meshes = MeshesOfView { projector, quality: &method.mesh_quality(view), steady: M::steady(projector) };
+        let meshes = self.meshes(projector);
         let whole = method.work_limit().beyond == BeyondWork::Tiles;
         let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
         Ok(Some(path_lists(&job, found)))

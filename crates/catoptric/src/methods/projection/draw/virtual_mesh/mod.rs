@@ -394,7 +394,7 @@ fn divided<P: VertexProjector + ?Sized>(
                 for &triangle in chunks[chunk] {
                     let points = welded.triangles[triangle as usize];
                     let corners = points.map(|point| (welded.points[point as usize], projected.of(point)));
-                    let priorities = steady.map(|steady| steady.priorities(triangle));
+                    let priorities = steady.map_or([f32::NAN; 3], |steady| steady.priorities(triangle));
                     results.push(divider.triangle(triangle, corners, priorities));
                 }
                 (divider.finish(), results)

@@ -1,9 +1,8 @@
 //! What stays of virtual meshes while the eye moves, beside what is found from every eye, in closed form.
 
 use super::steady::{Steadiness, SteadyMeshes, SteadyPath, SteadySource};
-use super::tests::{area, corners_agree, grid, open_edges, pieces};
+use super::tests::{area, corners_agree, flat_object, grid, open_edges, pieces};
 use super::*;
-use crate::math::Aabb;
 use crate::methods::projection::find::tetrahedron_form::{FormWeights, PlaceAndLength, TetrahedronForm};
 use crate::methods::projection::find::work;
 use crate::methods::projector::SpecularPath;
@@ -98,16 +97,7 @@ impl SteadySource for Moving {
 }
 
 fn square(welded: &Arc<WeldedObject>) -> VirtualObject {
-    VirtualObject {
-        object: 0,
-        welded: welded.clone(),
-        first_triangle: 0,
-        alpha_tested: false,
-        path: 0,
-        least_segment: 0.0,
-        last_reflector: Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) },
-        scene_size: 2.0,
-    }
+    VirtualObject { welded: welded.clone(), ..flat_object(welded) }
 }
 
 fn drawn(moving: &Moving, welded: &Arc<WeldedObject>, work: u64) -> VirtualMesh {

@@ -68,7 +68,7 @@ fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualM
     uncancelled(projector, &object, &quality(None))
 }
 
-fn flat_object(welded: &WeldedObject) -> VirtualObject {
+pub(super) fn flat_object(welded: &WeldedObject) -> VirtualObject {
     VirtualObject {
         object: 0,
         welded: Arc::new(welded.clone()),

@@ -52,7 +52,7 @@ struct KeptMesh {
 /// What virtual meshes of a view are made with.
 pub(in crate::methods::projection) struct MeshesOfView<'a, P: ?Sized> {
     pub(in crate::methods::projection) projector: &'a P,
-    pub(in crate::methods::projection) quality: &'a MeshQuality,
+    pub(in crate::methods::projection) quality: MeshQuality,
     /// Who knows what of them stays from view to view.
     pub(in crate::methods::projection) steady: Option<&'a dyn SteadySource>,
 }

@@ -2,7 +2,7 @@
 
 use super::cache::PointCache;
 use super::places::Carried;
-use super::walk::{Mirror, Reflection};
+use super::walk::{Mirror, Reflection, expected_move};
 use crate::methods::projection::find::ray_map::{RaySample, Specular, follow};
 use crate::methods::projection::find::work;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramicProjection, PanoramicProjector};
@@ -266,8 +266,7 @@ impl Lookout<'_> {
         towards.into_iter().find_map(|direction| self.site(object, eye, direction))
     }
 
-    /// How far appearances at the nodes are from being one, as far as derivatives with the eye tell: on one sheet each
-    /// half of the way between two nodes moves the reflection point as its end says, but for terms of third order.
+    /// How far appearances at the nodes are from being one, as far as derivatives with the eye tell.
     fn misfit(&self, at: &[Option<Sighting>; MOST_NODES]) -> Misfit {
         let size = self.size(self.path.bounces.first()) as f32;
         let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.eye(), at.as_ref()?)));
@@ -275,7 +274,7 @@ impl Lookout<'_> {
         for (index, (from, one)) in known().enumerate() {
             for (to, other) in known().skip(index + 1) {
                 let (Some(at_one), Some(at_other)) = (one.change_with_eye, other.change_with_eye) else { continue };
-                let expected = (at_one + at_other) * (to - from) * 0.5;
+                let expected = expected_move([at_one, at_other], to - from);
                 let off = (other.first - one.first).distance(expected);
                 misfit.are_one &= off <= (MISMATCH * size).max(MISMATCH_OF_WAY * expected.length());
                 misfit.most = misfit.most.max(off / size);

@@ -13,7 +13,7 @@
 
 use crate::methods::projection::find::work;
 use crate::optics::path::manifold::{ManifoldFrame, ManifoldVertex, SpecularSurfaces};
-use glam::{DMat2, DVec2, DVec3, Mat3};
+use glam::{DMat2, DVec2, DVec3, Mat3, Vec3};
 
 /// Strides of the eye: few, and more where these do not lead there. Chosen, not measured.
 const FEW_STRIDES: u32 = 2;
@@ -33,6 +33,12 @@ const GRAZING: f64 = 1e-7;
 
 /// The sine of the angle by which a solved reflection misses the point.
 const SOLVED: f64 = 1e-12;
+
+/// How far a reflection point moves with the eye, by the derivatives at both ends of the eye's way: on one sheet each
+/// half of it moves the point as its end says, but for terms of third order.
+pub(super) fn expected_move([from, to]: [Mat3; 2], way: Vec3) -> Vec3 {
+    (from + to) * (way * 0.5)
+}
 
 /// A reflection point and how it moves.
 #[derive(Clone, Copy, Debug)]
@@ -58,10 +64,9 @@ impl Reflection {
     }
 
     /// How far this reflection is from becoming another one while the eye moves so far, as a share of how far it is to
-    /// move: on one sheet each half of the way moves the reflection point as its end says, but for terms of third
-    /// order.
+    /// move.
     fn mismatch(&self, other: &Self, way: DVec3) -> f32 {
-        let expected = (self.change_with_eye() + other.change_with_eye()) * (way.as_vec3() * 0.5);
+        let expected = expected_move([self.change_with_eye(), other.change_with_eye()], way.as_vec3());
         (other.position - self.position).as_vec3().distance(expected) / expected.length()
     }
 

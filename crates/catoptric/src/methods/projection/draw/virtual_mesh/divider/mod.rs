@@ -109,13 +109,13 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         (self.mesh, self.dips)
     }
 
-    /// Divides a triangle of the object, given by its corners and their appearances, and perhaps by its edges' split
-    /// priorities, as far as these are numbers.
+    /// Divides a triangle of the object, given by its corners and their appearances, and by its edges' split
+    /// priorities; those that are not numbers are found here.
     pub(super) fn triangle(
         &mut self,
         triangle: u32,
         corners: [(Vec3, &[Projection]); 3],
-        priorities: Option<[f32; 3]>,
+        known_priorities: [f32; 3],
     ) -> DividedTriangle {
         self.work_before = work::done();
         let unfinished = self.mesh.unfinished;
@@ -127,11 +127,10 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             self.appearances.extend_from_slice(appearances);
             PieceCorner { position, weights: weights[k], first, count: appearances.len() as u32 }
         });
-        let given = priorities.unwrap_or([f32::NAN; 3]);
         let edges = [[&b, &c], [&c, &a], [&a, &b]];
-        let split_priority = [0, 1, 2].map(|k: usize| match given[k].is_nan() {
+        let split_priority = [0, 1, 2].map(|k: usize| match known_priorities[k].is_nan() {
             true => self.split_priority(edges[k][0], edges[k][1]),
-            false => given[k],
+            false => known_priorities[k],
         });
         self.divide_all(TrianglePiece { corners: [a, b, c], split_priority, depth: 0 });
         DividedTriangle {
