@@ -12,9 +12,12 @@ pub(in crate::methods::projection) const CORNERS: usize = 4;
 /// Pairs of nodes, in the order of the form's last coefficients.
 const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
-/// Powers of the weights, in the order of the coefficients behind the first.
+/// Weights of the nodes, and their powers in the order of the coefficients behind the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::methods::projection) struct FormWeights([f32; CORNERS - 1 + PAIRS.len()]);
+pub(in crate::methods::projection) struct FormWeights {
+    of_nodes: [f32; CORNERS],
+    powers: [f32; CORNERS - 1 + PAIRS.len()],
+}
 
 impl FormWeights {
     /// Of weights whose sum is 1.
@@ -24,7 +27,12 @@ impl FormWeights {
         for (power, [one, other]) in powers[CORNERS - 1..].iter_mut().zip(PAIRS) {
             *power = weights[one] * weights[other];
         }
-        Self(powers)
+        Self { of_nodes: weights, powers }
+    }
+
+    /// The weights.
+    pub(in crate::methods::projection) fn of_nodes(&self) -> [f32; CORNERS] {
+        self.of_nodes
     }
 }
 
@@ -58,23 +66,28 @@ fn half_kept(number: f32) -> f32 {
 impl TetrahedronForm {
     /// By what is found at the nodes, and what the middle between two of them is off from their mean, times four; by
     /// the numbers of these two.
+    #[inline]
     pub(in crate::methods::projection) fn new(
         corners: [PlaceAndLength; CORNERS],
         bow: impl Fn(usize, usize) -> PlaceAndLength,
     ) -> Self {
         let first = corners[0].all();
-        Self {
-            first,
-            corners: std::array::from_fn(|k| corners[k + 1].all() - first),
-            bows: PAIRS.map(|[from, to]| Vec4::from(bow(from, to).all().to_array().map(half_kept))),
+        let mut form = Self { first, corners: [Vec4::ZERO; CORNERS - 1], bows: [Vec4::ZERO; PAIRS.len()] };
+        for (kept, corner) in form.corners.iter_mut().zip(&corners[1..]) {
+            *kept = corner.all() - first;
         }
+        for (kept, [from, to]) in form.bows.iter_mut().zip(PAIRS) {
+            let [x, y, z, length] = bow(from, to).all().to_array();
+            *kept = Vec4::new(half_kept(x), half_kept(y), half_kept(z), half_kept(length));
+        }
+        form
     }
 
     /// The place and the length where the nodes have these weights.
     #[inline]
     pub(in crate::methods::projection) fn at(&self, weights: &FormWeights) -> (DVec3, f32) {
         let numbers = self.corners.iter().chain(&self.bows);
-        let offset = numbers.zip(weights.0).fold(Vec4::ZERO, |sum, (number, weight)| sum + *number * weight);
+        let offset = numbers.zip(weights.powers).fold(Vec4::ZERO, |sum, (number, weight)| sum + *number * weight);
         (self.first.truncate().as_dvec3() + offset.truncate().as_dvec3(), self.first.w + offset.w)
     }
 
@@ -118,29 +131,36 @@ impl FormBlock {
     /// [`TetrahedronForm::at`] has them.
     #[inline(always)]
     pub(in crate::methods::projection) fn at(&self, weights: &FormWeights) -> ([[f64; LANES]; 3], [f32; LANES]) {
-        let (of_corners, of_bows) = weights.0.split_at(CORNERS - 1);
-        let mut offset = [0.0f32; 4 * LANES];
+        let mut place = [[0.0f64; LANES]; 3];
+        for (axis, place) in place.iter_mut().enumerate() {
+            let offset = self.offset(axis, weights);
+            for (lane, place) in place.iter_mut().enumerate() {
+                *place = f64::from(self.first[axis * LANES + lane]) + f64::from(offset[lane]);
+            }
+        }
+        let mut lengths = self.offset(3, weights);
+        for (lane, length) in lengths.iter_mut().enumerate() {
+            *length += self.first[3 * LANES + lane];
+        }
+        (place, lengths)
+    }
+
+    /// How far from the first node's value one of x, y, z and the length is: as much as a register of sums holds.
+    #[inline(always)]
+    fn offset(&self, part: usize, weights: &FormWeights) -> [f32; LANES] {
+        let (of_corners, of_bows) = weights.powers.split_at(CORNERS - 1);
+        let mut sums = [0.0f32; LANES];
         for (numbers, weight) in self.corners.iter().zip(of_corners) {
-            for (sum, number) in offset.iter_mut().zip(numbers) {
-                *sum += *number * *weight;
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                *sum += numbers[part * LANES + lane] * *weight;
             }
         }
         for (numbers, weight) in self.bows.iter().zip(of_bows) {
-            for (sum, number) in offset.iter_mut().zip(numbers) {
-                *sum += f32::from_bits(u32::from(*number) << 16) * *weight;
+            for (lane, sum) in sums.iter_mut().enumerate() {
+                *sum += f32::from_bits(u32::from(numbers[part * LANES + lane]) << 16) * *weight;
             }
         }
-        let (mut place, mut lengths) = ([[0.0f64; LANES]; 3], [0.0; LANES]);
-        for (axis, place) in place.iter_mut().enumerate() {
-            for (lane, place) in place.iter_mut().enumerate() {
-                let k = axis * LANES + lane;
-                *place = f64::from(self.first[k]) + f64::from(offset[k]);
-            }
-        }
-        for (lane, length) in lengths.iter_mut().enumerate() {
-            *length = self.first[3 * LANES + lane] + offset[3 * LANES + lane];
-        }
-        (place, lengths)
+        sums
     }
 }
 

@@ -111,6 +111,12 @@ impl EdgeRule {
         if excess > 1.0 {
             return excess * UNSEEN;
         }
+        if let ([one], [other]) = (at_a, at_b)
+            && one.focal_index == other.focal_index
+        {
+            // The same from both ends.
+            return self.strain_between(one, other, step);
+        }
         let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step));
         let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step));
         forward.chain(backward).fold(0.0, f32::max)
@@ -129,10 +135,18 @@ impl EdgeRule {
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
             return above(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)), end_limit);
         };
+        self.strain_between(one, other, step)
+    }
+
+    /// Priority of a division between two appearances that belong together.
+    fn strain_between(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
+        let end_limit = self.piece_px * END_PIECES;
+        let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         if self.picture.is_beside([one.image_px, other.image_px]) {
             return 0.0;
         }
-        let (ahead, back) = (self.bend(one, other, step), self.bend(other, one, -step));
+        let depths = self.depths(one, other);
+        let (ahead, back) = (bend(one, other, step, depths), bend(other, one, -step, depths.swapped()));
         let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
         if distance > JUMP * extent {
             // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
@@ -143,13 +157,9 @@ impl EdgeRule {
         if counts { distance } else { 0.0 }
     }
 
-    /// Bend of an edge's picture, predicted from its start.
-    fn bend(&self, one: &Projection, other: &Projection, step: Vec3) -> Bend {
-        let moves = one.predicted(step) - one.image_px;
-        // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in
-        // the middle of the way, and half of that again at the middle of a parabola.
-        let straight = (other.image_px - one.image_px) * (self.picture.w(other) / self.picture.w(one));
-        Bend { moves: moves.length(), deviation: (moves - straight).length() }
+    /// The divisors of the depths of two appearances.
+    fn depths(&self, one: &Projection, other: &Projection) -> Depths {
+        Depths { own: self.picture.w(one), other: self.picture.w(other) }
     }
 
     /// The appearance that `one` merges with in a fold on the way to the other end: the nearest on a neighbouring
@@ -175,7 +185,11 @@ impl EdgeRule {
         there: &'a [Projection],
         step: Vec3,
     ) -> Option<&'a Projection> {
-        let other = self.best(one, here, there, step)?;
+        let other = match (here, there) {
+            // Mostly there is one on each side.
+            ([_], [other]) if other.focal_index == one.focal_index => other,
+            _ => self.best(one, here, there, step)?,
+        };
         self.are_sure(one, other, step).then_some(other)
     }
 
@@ -199,9 +213,10 @@ impl EdgeRule {
         let allowed = self.allowed_mismatch(size) + uncertainty(one, other);
         // Beside a fold everything is expected to move far, and what lies there is not what ended in the fold: that
         // would have to come back as far.
-        let back = self.expected(other, one, -step).distance(other.image_px);
+        let depths = self.depths(one, other);
+        let back = expected(other, -step, depths.swapped()).distance(other.image_px);
         let jumps = distance > self.way_step_px() && distance > JUMP * back;
-        (!jumps && self.expected(one, other, step).distance(other.image_px) <= allowed).then_some(other)
+        (!jumps && expected(one, step, depths).distance(other.image_px) <= allowed).then_some(other)
     }
 
     /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.
@@ -209,17 +224,11 @@ impl EdgeRule {
         (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size)
     }
 
-    /// Where `one` is expected to appear after a step, if it becomes `other`: seen in perspective, it moves the less
-    /// the further away it gets.
-    fn expected(&self, one: &Projection, other: &Projection, step: Vec3) -> Vec2 {
-        let moves = one.predicted(step) - one.image_px;
-        one.image_px + moves * (self.picture.w(one) / self.picture.w(other))
-    }
-
     /// How far two appearances at the ends of a step are from predicting each other, in pixels.
     fn mismatch(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
-        let forward = self.expected(one, other, step).distance(other.image_px);
-        let backward = self.expected(other, one, -step).distance(one.image_px);
+        let depths = self.depths(one, other);
+        let forward = expected(one, step, depths).distance(other.image_px);
+        let backward = expected(other, -step, depths.swapped()).distance(one.image_px);
         forward.max(backward)
     }
 
@@ -240,7 +249,6 @@ impl EdgeRule {
             }
         }
         let other = best?;
-        // Mostly there is one on each side.
         let mut rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
         (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
     }
@@ -249,6 +257,35 @@ impl EdgeRule {
     pub(super) fn stays_beside(&self, one: &Projection, step: Vec3) -> bool {
         self.picture.is_beside([one.image_px, one.predicted(step)])
     }
+}
+
+/// Divisors of depths: the homogeneous coordinates.
+#[derive(Clone, Copy)]
+struct Depths {
+    own: f32,
+    other: f32,
+}
+
+impl Depths {
+    fn swapped(self) -> Self {
+        Self { own: self.other, other: self.own }
+    }
+}
+
+/// Bend of the picture of an edge, predicted from its start.
+fn bend(one: &Projection, other: &Projection, step: Vec3, depths: Depths) -> Bend {
+    let moves = one.predicted(step) - one.image_px;
+    // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in the
+    // middle of the way, and half of that again at the middle of a parabola.
+    let straight = (other.image_px - one.image_px) * (depths.other / depths.own);
+    Bend { moves: moves.length(), deviation: (moves - straight).length() }
+}
+
+/// Where `one` is expected to appear after a step, if it becomes another: seen in perspective, it moves the less the
+/// further away it gets.
+fn expected(one: &Projection, step: Vec3, depths: Depths) -> Vec2 {
+    let moves = one.predicted(step) - one.image_px;
+    one.image_px + moves * (depths.own / depths.other)
 }
 
 /// How far two appearances may be from predicting each other because of how they were found, in pixels: no division

@@ -11,7 +11,7 @@ mod points;
 mod steady;
 mod weld;
 
-pub(in crate::methods::projection) use steady::{Steadiness, SteadyMeshes, SteadyPath, SteadySource};
+pub(in crate::methods::projection) use steady::{Steadiness, SteadyField, SteadyMeshes, SteadyPath, SteadySource};
 pub use weld::WeldedObject;
 
 use crate::math::Aabb;
@@ -104,6 +104,33 @@ impl PictureScale {
 
     fn point(&self, one: &Projection) -> PicturePoint {
         self.point_at(one.image_px, one.path_length)
+    }
+
+    /// The points at places, so far away on their paths, to the bit as [`Self::point_at`] has them.
+    #[inline(always)]
+    fn points_at<const COUNT: usize>(
+        &self,
+        [across, down]: [&[f64; COUNT]; 2],
+        lengths: &[f32; COUNT],
+        points: &mut [PicturePoint; COUNT],
+    ) {
+        // Lists of numbers, so that many are done at once.
+        let (mut x_px, mut y_px) = ([0.0f32; COUNT], [0.0f32; COUNT]);
+        for k in 0..COUNT {
+            (x_px[k], y_px[k]) = (across[k] as f32, down[k] as f32);
+        }
+        let (mut depths, mut w) = (*lengths, [1.0f32; COUNT]);
+        if let Some(focal_px) = self.focal_px {
+            let half = self.size_px * 0.5;
+            for (k, depth) in depths.iter_mut().enumerate() {
+                let (x, y) = ((x_px[k] - half.x) / focal_px, (y_px[k] - half.y) / focal_px);
+                *depth /= (1.0 + (x * x + y * y)).sqrt();
+            }
+            w = depths;
+        }
+        for (k, point) in points.iter_mut().enumerate() {
+            *point = PicturePoint { xy: Vec2::new(x_px[k] * w[k], y_px[k] * w[k]), w: w[k], depth: depths[k] };
+        }
     }
 
     /// The point at a place, so far away on its path.
@@ -337,7 +364,8 @@ pub(in crate::methods::projection) fn virtual_mesh<P: VertexProjector + ?Sized>(
             let left = VirtualObject::steps(frame.left());
             stage.advance(VirtualObject::steps(&object.welded).saturating_sub(left) as u64)?;
             let allowance = Allowance { work: allowed.saturating_sub(frame.work()), whole };
-            let mut mesh = divided(projector, (object, Some(&frame)), quality, allowance, stage)?;
+            let left = (object, Some(&frame));
+            let mut mesh = divided(&frame.projector(projector), left, quality, allowance, stage)?;
             if mesh.is_whole() {
                 frame.complete(&mut mesh, object);
             }
@@ -351,7 +379,7 @@ pub(in crate::methods::projection) fn virtual_mesh<P: VertexProjector + ?Sized>(
 /// Makes the mesh of an object by dividing all of its triangles, or those pieces that are left beside what is steady.
 fn divided<P: VertexProjector + ?Sized>(
     projector: &P,
-    (object, steady): (&VirtualObject, Option<&SteadyFrame>),
+    (object, steady): (&VirtualObject, Option<&SteadyFrame<'_>>),
     quality: &MeshQuality,
     Allowance { work: allowed, whole }: Allowance,
     stage: &Stage<'_>,

@@ -2,10 +2,11 @@
 
 use super::cache::AroundEye;
 use super::mean::{Mean, form_of};
-use super::sightings::{Lookout, MOST_NODES, Node, REACH, Sighting, Sightings};
+use super::sightings::{Lookout, Node, REACH, Sightings};
 use super::walk::Mirror;
 use crate::light::tracer::Tracer;
 use crate::methods::Report;
+use crate::methods::projection::find::node_sightings::{MOST_NODES, Sighting};
 use crate::methods::projection::find::polish::{Effort, polished};
 use crate::methods::projection::find::ray_map::Specular;
 use crate::methods::projection::find::tetrahedron_form::{FormWeights, TetrahedronForm};

@@ -3,6 +3,7 @@
 //! long as it stays among these.
 
 use super::sightings::Sightings;
+use super::steady::CubeCache;
 use crate::methods::projection::draw::virtual_mesh::SteadyMeshes;
 use crate::methods::projection::find::work;
 use glam::Vec3;
@@ -14,6 +15,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub(super) struct AroundEye {
     /// Points one by one.
     pub(super) points: PointCache<Sightings>,
+    /// What is interpolated between.
+    pub(super) cubes: CubeCache,
     /// All points of objects.
     pub(super) meshes: SteadyMeshes,
 }

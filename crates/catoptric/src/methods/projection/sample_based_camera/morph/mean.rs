@@ -1,6 +1,6 @@
 //! The mean of the appearances at the nodes.
 
-use super::sightings::{MOST_NODES, Sighting};
+use crate::methods::projection::find::node_sightings::{MOST_NODES, Sighting};
 use crate::methods::projection::find::tetrahedron_form::{FormWeights, PlaceAndLength, TetrahedronForm};
 use glam::{DVec3, Mat3, Vec3};
 
@@ -37,19 +37,18 @@ impl Mean {
 /// surface lies below it, by half of what their tangent planes say.
 pub(super) fn form_of(nodes: &[Vec3; MOST_NODES], at: &[Sighting]) -> TetrahedronForm {
     let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
-    let seen = |node: usize| at.get(node).or(at.first()).copied().unwrap_or_default();
-    let corners = std::array::from_fn(|node| {
-        let Sighting { first, length, .. } = seen(node);
-        PlaceAndLength { place: first, length }
-    });
+    let none = Sighting::default();
+    let seen = |node: usize| at.get(node).or(at.first()).unwrap_or(&none);
+    let corner = |node: usize| PlaceAndLength { place: seen(node).first, length: seen(node).length };
+    let corners = [corner(0), corner(1), corner(2), corner(3)];
     TetrahedronForm::new(corners, |from, to| {
         let (one, other, way) = (seen(from), seen(to), nodes[to] - nodes[from]);
         let apart = one.first - other.first;
         let below = |seen: &Sighting| seen.normal * apart.dot(seen.normal);
         let moved = |seen: &Sighting| seen.change_with_eye.unwrap_or_default() * way;
-        let place = if knows_all { moved(&one) - moved(&other) } else { below(&one) - below(&other) };
+        let place = if knows_all { moved(one) - moved(other) } else { below(one) - below(other) };
         let ray = |node: usize, seen: &Sighting| (seen.first - nodes[node]).normalize_or_zero();
-        let length = (ray(to, &other) - ray(from, &one)).dot(way);
+        let length = (ray(to, other) - ray(from, one)).dot(way);
         PlaceAndLength { place: place * 0.5, length: length * 0.5 }
     })
 }

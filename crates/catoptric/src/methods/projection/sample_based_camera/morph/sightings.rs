@@ -3,6 +3,7 @@
 use super::cache::PointCache;
 use super::places::Carried;
 use super::walk::{Mirror, Reflection, expected_move};
+use crate::methods::projection::find::node_sightings::{MOST_NODES, Sighting};
 use crate::methods::projection::find::ray_map::{RaySample, Specular, follow};
 use crate::methods::projection::find::work;
 use crate::methods::projection::sample_based_camera::panorama::{PanoramicProjection, PanoramicProjector};
@@ -10,12 +11,9 @@ use crate::methods::projector::SpecularPath;
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye};
 use crate::optics::path::manifold::ManifoldVertex;
 use crate::scene::Ray;
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 use std::cell::RefCell;
 use std::sync::Arc;
-
-/// The most nodes around an eye: the corners of a tetrahedron.
-pub(super) const MOST_NODES: usize = 4;
 
 /// Work of following a ray to a bounce.
 const WORK_A_RAY: u64 = 10;
@@ -40,23 +38,6 @@ const ROUGH_BESIDE_FOLDS: f32 = 0.001;
 /// A ray that is to meet a mirror in any case leads so far below its surface, as a share of its size. Chosen, not
 /// measured.
 const DEEPER: f64 = 0.01;
-
-/// An appearance at one node.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sighting {
-    /// The first reflection point, and how it changes with the scene point.
-    pub(super) first: Vec3,
-    pub(super) change: Mat3,
-    /// How it changes with the eye; not known after several bounces, and of glass.
-    pub(super) change_with_eye: Option<Mat3>,
-    /// Unit normal there, on the side from which other nodes see it, if it is beyond this node's horizon.
-    pub(super) normal: Vec3,
-    /// Optical length from the node to the scene point.
-    pub(super) length: f32,
-    pub(super) last_segment: f32,
-    /// How far the reflection point may be off.
-    pub(super) error: f32,
-}
 
 /// An appearance at several nodes.
 #[derive(Clone, Copy, Debug)]

@@ -5,11 +5,13 @@ use super::division::{Division, is_thin};
 use super::missed_boundaries::{PointKey, key};
 use super::shapes::{PieceQueue, TrianglePiece};
 use super::{COMPARISONS_A_UNIT, EdgeRule, MAX_DEPTH};
-use crate::methods::projection::draw::virtual_mesh::steady::{Steadiness, SteadyPath, SteadySource};
+use crate::methods::projection::draw::virtual_mesh::steady::{KnownPoints, Steadiness, SteadySearch};
+use crate::methods::projection::find::node_sightings::NodeSightings;
 use crate::methods::projection::find::tetrahedron_form::TetrahedronForm;
 use crate::methods::projection::find::work::{self, ShareOfWork};
 use crate::methods::projector::Projection;
 use glam::{Vec2, Vec3};
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -46,9 +48,9 @@ impl SteadyPoints {
     pub(in super::super) fn add(&mut self, found: Steadiness) -> (u32, Range<u32>) {
         let first = self.appearances.len() as u32;
         let row = match found {
-            Steadiness::Shown(form, seen) => {
+            Steadiness::Shown(form, mean) => {
                 self.forms.push(form);
-                self.appearances.push(seen);
+                self.appearances.push(mean);
                 self.forms.len() as u32 - 1
             }
             Steadiness::Nowhere => NOWHERE,
@@ -69,7 +71,7 @@ pub(in super::super) struct SteadyPiece {
 
 /// Divides triangles of one object on one path.
 pub(in super::super) struct SteadyDivider<'a> {
-    source: (&'a dyn SteadySource, &'a SteadyPath<'a>),
+    search: SteadySearch<'a>,
     rule: &'a EdgeRule,
     /// Its share of the work of all dividers.
     work: ShareOfWork<'a>,
@@ -77,11 +79,14 @@ pub(in super::super) struct SteadyDivider<'a> {
     /// The rows of polynomials that were found before.
     rows_before: u32,
     points: SteadyPoints,
+    /// What the nodes see of points that appear once, by their rows.
+    seen: FxHashMap<u32, NodeSightings>,
     middles: HashMap<PointKey, (u32, Range<u32>)>,
     queue: PieceQueue<SteadyCorner>,
     /// What is drawn, and what is left.
     drawn: Vec<SteadyPiece>,
     left: Vec<SteadyPiece>,
+    known: KnownPoints,
 }
 
 /// What comes of some triangles.
@@ -90,26 +95,30 @@ pub(in super::super) struct SteadyPieces {
     pub(in super::super) forms: Vec<TetrahedronForm>,
     pub(in super::super) drawn: Vec<SteadyPiece>,
     pub(in super::super) left: Vec<SteadyPiece>,
+    /// The points of the latter that appear once.
+    pub(in super::super) known: KnownPoints,
 }
 
 impl<'a> SteadyDivider<'a> {
     pub(in super::super) fn new(
-        source: (&'a dyn SteadySource, &'a SteadyPath<'a>),
+        search: SteadySearch<'a>,
         rule: &'a EdgeRule,
         work: ShareOfWork<'a>,
         rows_before: u32,
     ) -> Self {
         Self {
-            source,
+            search,
             rule,
             work,
             triangle: 0,
             rows_before,
             points: SteadyPoints::default(),
+            seen: FxHashMap::default(),
             middles: HashMap::new(),
             queue: PieceQueue::default(),
             drawn: Vec::new(),
             left: Vec::new(),
+            known: KnownPoints::default(),
         }
     }
 
@@ -128,11 +137,41 @@ impl<'a> SteadyDivider<'a> {
     }
 
     pub(in super::super) fn finish(self) -> SteadyPieces {
-        SteadyPieces { forms: self.points.forms, drawn: self.drawn, left: self.left }
+        let Self { points, drawn, left, known, .. } = self;
+        SteadyPieces { forms: points.forms, drawn, left, known }
     }
 
     fn of(&self, corner: &SteadyCorner) -> &[Projection] {
         &self.points.appearances[corner.first as usize..][..corner.count as usize]
+    }
+
+    /// What the nodes see of a corner that appears once.
+    fn seen(&mut self, corner: &SteadyCorner) -> Option<NodeSightings> {
+        if corner.row >= NOWHERE {
+            return None;
+        }
+        if let Some(known) = self.seen.get(&corner.row) {
+            return Some(*known);
+        }
+        let found = self.search.sightings(corner.position)?;
+        self.seen.insert(corner.row, found);
+        Some(found)
+    }
+
+    /// Adds the middle of an edge; returns its row, and the range of its appearances.
+    fn add_middle(&mut self, a: &SteadyCorner, b: &SteadyCorner, middle: Vec3) -> (u32, Range<u32>) {
+        let ends = self.seen(a).zip(self.seen(b));
+        let told = ends.and_then(|(at_a, at_b)| self.search.half_way([(a.position, &at_a), (b.position, &at_b)]));
+        let (seen, found) = match told {
+            Some((seen, found)) => (Some(seen), found),
+            None => (None, self.search.steadiness(middle)),
+        };
+        let (row, range) = self.points.add(found);
+        let row = if row < NOWHERE { self.rows_before + row } else { row };
+        if let Some(seen) = seen.filter(|_| row < NOWHERE) {
+            self.seen.insert(row, seen);
+        }
+        (row, range)
     }
 
     /// True if the corners of an edge surely show one appearance.
@@ -163,9 +202,7 @@ impl Division for SteadyDivider<'_> {
         let (row, range) = match self.middles.get(&key) {
             Some(known) => known.clone(),
             None => {
-                let (source, at) = self.source;
-                let (row, range) = self.points.add(source.steadiness(at, position));
-                let row = if row < NOWHERE { self.rows_before + row } else { row };
+                let (row, range) = self.add_middle(a, b, position);
                 self.middles.insert(key, (row, range.clone()));
                 (row, range)
             }
@@ -188,7 +225,15 @@ impl Division for SteadyDivider<'_> {
         }
         let is_steady = corners.iter().all(|corner| corner.row < NOWHERE)
             && [[a, b], [b, c], [c, a]].into_iter().all(|[from, to]| self.belong_together(from, to));
-        let to = if is_steady { &mut self.drawn } else { &mut self.left };
-        to.push(SteadyPiece { triangle: self.triangle, corners: *corners });
+        let piece = SteadyPiece { triangle: self.triangle, corners: *corners };
+        if is_steady {
+            return self.drawn.push(piece);
+        }
+        for corner in corners {
+            if let Some(seen) = self.seen(corner) {
+                self.known.insert(key(corner.position), seen);
+            }
+        }
+        self.left.push(piece);
     }
 }

@@ -1,21 +1,16 @@
-//! What of a virtual mesh stays while the eye moves a little (Popescu, Sacks, Mei 2006, section VI: the projections of
-//! static vertices are reused with varying weights): the appearances of points as polynomials, and the pieces that are
-//! drawn between these.
-//!
-//! Edges are divided as they are seen from one place in the middle of where the eye may be. Pieces some of whose
-//! corners may come and go are left: they are divided further as the eye sees them, like triangles of their own; but
-//! for edges between steady corners, so that both of their sides agree.
+//! What is steady of objects, kept while the eye stays among its nodes.
 
-use super::divider::{NOWHERE, SteadyCorner, SteadyDivider, SteadyPiece, SteadyPieces, SteadyPoints};
-use super::edge::EdgeRule;
-use super::{MeshQuality, MissedBoundary, PictureScale, VirtualMesh, VirtualObject, WORK_A_PIECE, WeldedObject};
-use crate::clock::Stopwatch;
+use super::super::divider::{NOWHERE, SteadyCorner, SteadyDivider, SteadyPiece, SteadyPieces, SteadyPoints};
+use super::super::edge::EdgeRule;
+use super::super::{PictureScale, VirtualObject, WeldedObject, triangles_at_once};
+use super::search::{KnownPoints, SteadySearch};
+use super::{SteadyPath, SteadySource};
+use crate::methods::projection::find::node_sightings::NodeSightings;
 use crate::methods::projection::find::tetrahedron_form::{FormBlock, FormWeights, LANES, TetrahedronForm};
 use crate::methods::projection::find::work::SharedWork;
 use crate::methods::projector::Projection;
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
-use crate::raster::DrawTriangle;
 use crate::scene::{PicturePoint, PreciseView};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -28,41 +23,6 @@ const POINTS_AT_ONCE: usize = 256;
 /// Blocks of polynomials that a thread evaluates at once. A size for threads; chosen, not measured.
 const BLOCKS_AT_ONCE: usize = 512;
 
-/// How a point appears wherever the eye is.
-pub(in crate::methods::projection) enum Steadiness {
-    /// Once; with its appearance from the middle.
-    Shown(TetrahedronForm, Projection),
-    Nowhere,
-    /// It may come and go, or appear several times; with what is known of its appearances from the middle.
-    Unsteady(Vec<Projection>),
-}
-
-/// Who finds out how points appear.
-pub(in crate::methods::projection) trait SteadySource: Sync {
-    /// Where the eye is on a path; `None` where nothing is known to be steady.
-    fn on_path(&self, path: u32) -> Option<SteadyPath<'_>>;
-
-    /// How a point appears on a path.
-    fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness;
-}
-
-/// A path while the eye stays among some nodes.
-pub(in crate::methods::projection) struct SteadyPath<'a> {
-    /// The path's number now.
-    pub(in crate::methods::projection) path: u32,
-    /// Meshes that were made while the eye did, and the path's number there.
-    pub(in crate::methods::projection) meshes: &'a SteadyMeshes,
-    pub(in crate::methods::projection) kept_path: u32,
-    /// A place in the middle of the nodes, and a picture from there that holds all of the mirror.
-    pub(in crate::methods::projection) middle: Vec3,
-    pub(in crate::methods::projection) view_from_middle: PreciseView,
-    pub(in crate::methods::projection) scale_from_middle: PictureScale,
-    /// The eye's place among the nodes, and what it sees.
-    pub(in crate::methods::projection) weights: FormWeights,
-    pub(in crate::methods::projection) view: PreciseView,
-    pub(in crate::methods::projection) scale: PictureScale,
-}
-
 /// Meshes by the path and the object.
 #[derive(Default)]
 pub(in crate::methods::projection) struct SteadyMeshes {
@@ -73,6 +33,32 @@ impl SteadyMeshes {
     /// The bytes of all meshes.
     pub(in crate::methods::projection) fn byte_count(&self) -> u64 {
         self.locked().values().filter_map(|known| known.mesh.as_ref()).map(|mesh| mesh.byte_count()).sum()
+    }
+
+    /// What is steady of an object, with the work of making it, if that is no more than is allowed.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn get(
+        &self,
+        source: (&dyn SteadySource, &SteadyPath<'_>),
+        object: &VirtualObject,
+        rule: EdgeRule,
+        allowed: u64,
+        stage: &Stage<'_>,
+    ) -> Result<Option<(Arc<SteadyMesh>, u64)>, Cancelled> {
+        let made_of = MadeOf { welded: object.welded.clone(), rule };
+        let key = (source.1.kept_path, object.object);
+        let known = self.locked().get(&key).filter(|known| known.made_of.is_same(&made_of)).cloned();
+        let KnownMesh { mesh, work, .. } = match known.filter(|known| known.tells(allowed)) {
+            Some(known) => known,
+            None => {
+                let made = made(source, made_of, allowed, stage)?;
+                self.locked().insert(key, made.clone());
+                made
+            }
+        };
+        Ok(mesh.filter(|_| work <= allowed).map(|mesh| (mesh, work)))
     }
 
     fn locked(&self) -> MutexGuard<'_, HashMap<(u32, u32), KnownMesh>> {
@@ -110,81 +96,27 @@ impl KnownMesh {
 
 /// What is steady of an object on a path.
 #[derive(Default)]
-struct SteadyMesh {
+pub(super) struct SteadyMesh {
     /// Polynomials, and how many of them are points.
     blocks: Vec<FormBlock>,
     count: usize,
     /// The triangles of pieces that are drawn, and their corners' polynomials and weights.
-    sources: Vec<u32>,
-    rows: Vec<[u32; 3]>,
-    weights: Vec<[Vec2; 3]>,
-    left: LeftPieces,
+    pub(super) sources: Vec<u32>,
+    pub(super) rows: Vec<[u32; 3]>,
+    pub(super) weights: Vec<[Vec2; 3]>,
+    pub(super) left: LeftPieces,
 }
 
 /// Pieces that are looked at from every eye anew.
 #[derive(Default)]
-struct LeftPieces {
-    welded: WeldedObject,
+pub(super) struct LeftPieces {
+    pub(super) welded: WeldedObject,
     /// For each the triangle that it is of, and the weights of its corners there.
-    sources: Vec<(u32, [Vec2; 3])>,
+    pub(super) sources: Vec<(u32, [Vec2; 3])>,
     /// Which of its edges are not divided further.
-    is_fixed: Vec<[bool; 3]>,
-}
-
-/// What is steady of an object, as it is seen.
-pub(super) struct SteadyFrame {
-    mesh: Arc<SteadyMesh>,
-    places: Vec<PicturePoint>,
-    /// Work for making the mesh.
-    work: u64,
-    /// Time for finding the places.
-    blend_ms: f64,
-}
-
-/// What is there of an object.
-pub(super) enum SteadyPart {
-    None,
-    /// Finding it takes more than it may.
-    TooMuch,
-    Found(SteadyFrame),
-}
-
-impl SteadyPart {
-    /// What is steady of an object, found with as much work or less.
-    pub(super) fn of(
-        source: Option<&dyn SteadySource>,
-        object: &VirtualObject,
-        quality: &MeshQuality,
-        allowed: u64,
-        stage: &Stage<'_>,
-    ) -> Result<Self, Cancelled> {
-        if object.least_segment > 0.0 {
-            return Ok(Self::None);
-        }
-        let Some((source, at)) = source.and_then(|source| Some((source, source.on_path(object.path)?))) else {
-            return Ok(Self::None);
-        };
-        let quality = MeshQuality { picture: at.scale_from_middle, ..*quality };
-        let rule = EdgeRule::new(&quality, &object.last_reflector, object.scene_size);
-        let made_of = MadeOf { welded: object.welded.clone(), rule };
-        let key = (at.kept_path, object.object);
-        let known = at.meshes.locked().get(&key).filter(|known| known.made_of.is_same(&made_of)).cloned();
-        let KnownMesh { mesh, work, .. } = match known.filter(|known| known.tells(allowed)) {
-            Some(known) => known,
-            None => {
-                let made = made((source, &at), made_of, allowed, stage)?;
-                at.meshes.locked().insert(key, made.clone());
-                made
-            }
-        };
-        let Some(mesh) = mesh.filter(|_| work <= allowed) else { return Ok(Self::TooMuch) };
-        let watch = Stopwatch::new();
-        let places = mesh.places(&at, stage)?;
-        let blend_ms = watch.elapsed_ms();
-        // Where the mirror reaches behind the picture's plane, not everything is before it.
-        let all_before = places.iter().all(|place| place.w > 0.0);
-        Ok(if all_before { Self::Found(SteadyFrame { mesh, places, work, blend_ms }) } else { Self::None })
-    }
+    pub(super) is_fixed: Vec<[bool; 3]>,
+    /// Those of its points that are steady.
+    pub(super) known: KnownPoints,
 }
 
 /// An object's points with how they appear.
@@ -205,7 +137,7 @@ struct FoundChunk {
 impl FoundPoints {
     /// Looks for points until there is too much work.
     fn new(
-        (source, at): (&dyn SteadySource, &SteadyPath<'_>),
+        search: &SteadySearch<'_>,
         points: &[Vec3],
         work: &SharedWork,
         stage: &Stage<'_>,
@@ -214,7 +146,7 @@ impl FoundPoints {
         let chunks = parallel::map_within(stage, parts.len(), |part| {
             let (mut points, mut share) = (SteadyPoints::default(), work.share());
             let wanted = parts[part].iter().take_while(|_| !share.is_too_much());
-            let places = wanted.map(|point| points.add(source.steadiness(at, *point))).collect();
+            let places = wanted.map(|point| points.add(search.steadiness(*point))).collect();
             FoundChunk { points, places }
         })?;
         let (mut forms_before, mut form_count) = (Vec::with_capacity(chunks.len()), 0);
@@ -241,14 +173,16 @@ impl FoundPoints {
 
 /// Makes the mesh of an object on a path, if no more work is needed for that than is allowed.
 fn made(
-    source: (&dyn SteadySource, &SteadyPath<'_>),
+    (source, at): (&dyn SteadySource, &SteadyPath<'_>),
     made_of: MadeOf,
     allowed: u64,
     stage: &Stage<'_>,
 ) -> Result<KnownMesh, Cancelled> {
     let MadeOf { welded, rule } = &made_of;
     let work = SharedWork::new(allowed);
-    let points = FoundPoints::new(source, &welded.points, &work, stage)?;
+    let field = source.field(at, &welded.points, &work, stage)?;
+    let search = SteadySearch { source, at, field: field.as_deref() };
+    let points = FoundPoints::new(&search, &welded.points, &work, stage)?;
     let mut mesh = None;
     if !work.is_too_much() {
         let corner = |point: u32| {
@@ -256,9 +190,9 @@ fn made(
             (welded.points[point as usize], row, appearances)
         };
         let numbers: Vec<u32> = (0..welded.triangles.len() as u32).collect();
-        let parts: Vec<&[u32]> = numbers.chunks(super::triangles_at_once(numbers.len())).collect();
+        let parts: Vec<&[u32]> = numbers.chunks(triangles_at_once(numbers.len())).collect();
         let pieces = parallel::map_within(stage, parts.len(), |part| {
-            let mut divider = SteadyDivider::new(source, rule, work.share(), points.form_count);
+            let mut divider = SteadyDivider::new(search, rule, work.share(), points.form_count);
             for &triangle in parts[part].iter().take_while(|_| !work.is_too_much()) {
                 divider.triangle(triangle, welded.triangles[triangle as usize].map(corner));
             }
@@ -282,18 +216,19 @@ impl SteadyMesh {
     }
 
     fn byte_count(&self) -> u64 {
-        let LeftPieces { welded, sources, is_fixed } = &self.left;
+        let LeftPieces { welded, sources, is_fixed, known } = &self.left;
         let drawn = size_of_val(&*self.sources) + size_of_val(&*self.rows) + size_of_val(&*self.weights);
         let left = size_of_val(&**sources) + size_of_val(&**is_fixed);
         let welded = size_of_val(&*welded.points) + size_of_val(&*welded.triangles);
-        (size_of_val(&*self.blocks) + drawn + left + welded) as u64
+        let known = known.len() * size_of::<([u32; 3], NodeSightings)>();
+        (size_of_val(&*self.blocks) + drawn + left + welded + known) as u64
     }
 
     /// Adds pieces; the rows of their own polynomials begin with `first`, and `numbers` are those of the points that
     /// pieces that are left have so far.
     fn add(
         &mut self,
-        SteadyPieces { forms: mut own, drawn, left }: SteadyPieces,
+        SteadyPieces { forms: mut own, drawn, left, known }: SteadyPieces,
         (forms, first): (&mut Vec<TetrahedronForm>, u32),
         numbers: &mut HashMap<[u32; 3], u32>,
     ) {
@@ -304,8 +239,9 @@ impl SteadyMesh {
             self.rows.push(corners.map(|corner| if corner.row < first { corner.row } else { corner.row + moved }));
             self.weights.push(corners.map(|corner| corner.weights));
         }
+        self.left.known.extend(known);
         for SteadyPiece { triangle, corners } in left {
-            let LeftPieces { welded, sources, is_fixed } = &mut self.left;
+            let LeftPieces { welded, sources, is_fixed, .. } = &mut self.left;
             sources.push((triangle, corners.map(|corner| corner.weights)));
             let is_steady = |corner: &SteadyCorner| corner.row <= NOWHERE;
             is_fixed.push([0, 1, 2].map(|k| is_steady(&corners[(k + 1) % 3]) && is_steady(&corners[(k + 2) % 3])));
@@ -319,7 +255,7 @@ impl SteadyMesh {
     }
 
     /// Where the points are in the eye's picture; not a number behind it.
-    fn places(&self, at: &SteadyPath<'_>, stage: &Stage<'_>) -> Result<Vec<PicturePoint>, Cancelled> {
+    pub(super) fn places(&self, at: &SteadyPath<'_>, stage: &Stage<'_>) -> Result<Vec<PicturePoint>, Cancelled> {
         let mut places = vec![PicturePoint::default(); LANES * self.blocks.len()];
         let mut chunks: Vec<&mut [PicturePoint]> = places.chunks_mut(LANES * BLOCKS_AT_ONCE).collect();
         parallel::for_each_mut_within(stage, &mut chunks, |chunk, places| {
@@ -345,51 +281,8 @@ fn evaluate(
     for (block, places) in blocks.iter().zip(places.chunks_exact_mut(LANES)) {
         let (found, lengths) = block.at(weights);
         let [across, down] = view.places_of(&found);
-        for (lane, place) in places.iter_mut().enumerate() {
-            *place = scale.point_at(Vec2::new(across[lane] as f32, down[lane] as f32), lengths[lane]);
+        if let Ok(places) = places.try_into() {
+            scale.points_at([&across, &down], &lengths, places);
         }
-    }
-}
-
-impl SteadyFrame {
-    /// Work that it counts as, whether it was known or not; its pieces are drawn, too.
-    pub(super) fn work(&self) -> u64 {
-        self.work + WORK_A_PIECE * self.mesh.rows.len() as u64
-    }
-
-    /// The pieces that are looked at.
-    pub(super) fn left(&self) -> &WeldedObject {
-        &self.mesh.left.welded
-    }
-
-    /// The split priorities of the edges of such a piece, as far as they are known; else not a number.
-    pub(super) fn priorities(&self, piece: u32) -> [f32; 3] {
-        self.mesh.left.is_fixed[piece as usize].map(|is_fixed| if is_fixed { 0.0 } else { f32::NAN })
-    }
-
-    /// True unless a boundary is said to be missed on an edge that is not divided from the other side either.
-    pub(super) fn may_be_missed(&self, boundary: &MissedBoundary) -> bool {
-        boundary.side.is_none_or(|side| !self.mesh.left.is_fixed[boundary.triangle as usize][side])
-    }
-
-    /// From the mesh of what is left to that of all.
-    pub(super) fn complete(&self, mesh: &mut VirtualMesh, object: &VirtualObject) {
-        for (triangle, corners) in mesh.triangles.iter_mut().zip(&mut mesh.corners) {
-            let (source, [a, b, c]) = self.mesh.left.sources[(triangle.source - object.first_triangle) as usize];
-            triangle.source = object.first_triangle + source;
-            *corners = corners.map(|weights| a + (b - a) * weights.x + (c - a) * weights.y);
-        }
-        let first = mesh.vertices.len() as u32;
-        mesh.vertices.extend_from_slice(&self.places);
-        mesh.triangles.extend(self.mesh.sources.iter().zip(&self.mesh.rows).map(|(source, rows)| DrawTriangle {
-            vertices: rows.map(|row| first + row),
-            source: object.first_triangle + source,
-            group: 0,
-            patch: 0,
-            alpha_tested: object.alpha_tested,
-        }));
-        mesh.corners.extend_from_slice(&self.mesh.weights);
-        mesh.steady_points = self.places.len() as u64;
-        mesh.blend_ms = self.blend_ms;
     }
 }
