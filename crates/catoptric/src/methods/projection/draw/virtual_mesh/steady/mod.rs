@@ -112,7 +112,7 @@ pub(super) enum SteadyPart<'a> {
     None,
     /// Finding it takes more than it may.
     TooMuch,
-    Found(SteadyFrame<'a>),
+    Found(Box<SteadyFrame<'a>>),
 }
 
 impl<'a> SteadyPart<'a> {
@@ -139,7 +139,11 @@ impl<'a> SteadyPart<'a> {
         let blend_ms = watch.elapsed_ms();
         // Where the mirror reaches behind the picture's plane, not everything is before it.
         let all_before = places.iter().all(|place| place.w > 0.0);
-        Ok(if all_before { Self::Found(SteadyFrame { mesh, source, at, places, work, blend_ms }) } else { Self::None })
+        Ok(if all_before {
+            Self::Found(Box::new(SteadyFrame { mesh, source, at, places, work, blend_ms }))
+        } else {
+            Self::None
+        })
     }
 }
 
