@@ -364,7 +364,7 @@ pub(in crate::methods::projection) fn virtual_mesh<P: VertexProjector + ?Sized>(
             let left = VirtualObject::steps(frame.left());
             stage.advance(VirtualObject::steps(&object.welded).saturating_sub(left) as u64)?;
             let allowance = Allowance { work: allowed.saturating_sub(frame.work()), whole };
-            let left = (object, Some(&frame));
+            let left = (object, Some(&*frame));
             let mut mesh = divided(&frame.projector(projector), left, quality, allowance, stage)?;
             if mesh.is_whole() {
                 frame.complete(&mut mesh, object);

@@ -106,7 +106,10 @@ impl VertexProjector for MorphProjector<'_> {
             return found.extend(&[point], |_, found| renumbered(one.path, found, followed));
         }
         found.extend(&[point], |point, found| {
-            let followed = self.followed(one, point).or_else(|| self.solved_from(one, point).map(Some));
+            let followed = match self.mirror_of(one.path) {
+                Some(mirror) => self.followed(mirror, one, point),
+                None => self.solved_from(one, point).map(Some),
+            };
             match followed {
                 Some(projection) => found.extend(projection),
                 None => self.project_point(one.path, point, found),
@@ -208,31 +211,43 @@ impl MorphProjector<'_> {
         Lookout { nodes, in_nodes, path: &self.paths[path as usize], specular, cures: self.cures }
     }
 
+    /// The mirror of a path that has one only.
+    fn mirror_of(&self, path: u32) -> Option<u32> {
+        match self.paths.get(path as usize)?.bounces[..] {
+            [Bounce { object, kind: BounceKind::Reflect }] => Some(object),
+            _ => None,
+        }
+    }
+
     /// In a single mirror, the appearance of a point that one of a point near it continues into, exactly: that takes
     /// one reflection in place of one for each node, and is asked for points that no other view asks for.
-    /// `Some(None)` beyond the horizon; `None` on other paths and if the solver does not get there.
-    fn followed(&self, one: &Projection, point: Vec3) -> Option<Option<Projection>> {
-        let [Bounce { object, kind: BounceKind::Reflect }] = self.paths.get(one.path as usize)?.bounces[..] else {
-            return None;
-        };
-        let lookout = self.lookout(one.path, &[], &[]);
+    /// `Some(None)` beyond the horizon; `None` if the solver does not get there.
+    fn followed(&self, mirror: u32, one: &Projection, point: Vec3) -> Option<Option<Projection>> {
+        let medium = one.path_length / (one.reflection_point.distance(self.eye.as_vec3()) + one.last_segment);
+        self.reflected(mirror, one, medium, point)
+    }
+
+    /// The appearance of a point in a single mirror near the reflection point of another appearance, of which it has
+    /// the path and the focal index, by the solver; optical lengths are so many times as large as lengths. As
+    /// [`Self::followed`].
+    fn reflected(&self, mirror: u32, near: &Projection, medium: f32, point: Vec3) -> Option<Option<Projection>> {
+        let lookout = self.lookout(near.path, &[], &[]);
         let eye = self.eye.as_vec3();
-        let site = lookout.site(object, eye, (one.reflection_point - eye).normalize_or_zero())?;
+        let site = lookout.site(mirror, eye, (near.reflection_point - eye).normalize_or_zero())?;
         let reach = REACH * lookout.size(lookout.path.bounces.first());
         let exact = point.as_dvec3();
-        let mirror = Mirror { surfaces: &self.surfaces, object, point: exact, reach };
+        let solver = Mirror { surfaces: &self.surfaces, object: mirror, point: exact, reach };
         let seen_from = |normal: DVec3, at: DVec3| normal.dot(self.eye - at) > 0.0;
-        let side = seen_from(self.surfaces.frame(object, &site)?.normal, site.position);
-        let found = mirror.seen(self.eye, &site)?;
+        let side = seen_from(self.surfaces.frame(mirror, &site)?.normal, site.position);
+        let found = solver.seen(self.eye, &site)?;
         if seen_from(found.normal, found.position) != side {
             return Some(None);
         }
-        let medium = one.path_length / (one.reflection_point.distance(eye) + one.last_segment);
         let last_segment = found.position.distance(exact) as f32;
-        let length = medium * (found.position.distance(self.eye) as f32 + last_segment);
+        let path_length = medium * (found.position.distance(self.eye) as f32 + last_segment);
         let projection = Self::shown(&self.precise_view, found.position, found.change_with_point(), 0.0)?;
-        let (path, focal_index) = (one.path, one.focal_index);
-        Some(Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful())
+        let (path, focal_index) = (near.path, near.focal_index);
+        Some(Projection { path, focal_index, path_length, last_segment, ..projection }.if_meaningful())
     }
 
     /// The same on other paths, by the solver from the path of the point near it; `None` if that does not get there, or
@@ -306,6 +321,17 @@ impl MorphProjector<'_> {
         let outlook = Outlook { eye: self.eye, weights, view: &self.precise_view };
         let form = form_of(&lookout.eyes(), at);
         let projection = Self::mean((path, sightings.focal_index), &outlook, &form, at)?;
+        if sightings.is_rough
+            && self.cures
+            && self.polish == 0
+            && let Some((mirror, (node, seen))) = self.mirror_of(path).zip(lookout.nodes.first().zip(at.first()))
+        {
+            // Light stays in one medium.
+            let medium = seen.length / (seen.first.distance(node.eye()) + seen.last_segment);
+            if let Some(Some(exact)) = self.reflected(mirror, &projection, medium, point) {
+                return Some(exact);
+            }
+        }
         let steps = if sightings.is_rough && self.cures { self.polish.max(STEPS_WHERE_ROUGH) } else { self.polish };
         if steps == 0 {
             return Some(projection);
