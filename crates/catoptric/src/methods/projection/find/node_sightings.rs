@@ -6,7 +6,7 @@ use glam::{Mat3, Vec3};
 pub(in crate::methods::projection) const MOST_NODES: usize = 4;
 
 /// An appearance at one node.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::methods::projection) struct Sighting {
     /// The first reflection point, and how it changes with the scene point.
     pub(in crate::methods::projection) first: Vec3,
@@ -23,7 +23,7 @@ pub(in crate::methods::projection) struct Sighting {
 }
 
 /// An appearance that all nodes around the eye know of.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(in crate::methods::projection) struct NodeSightings {
     pub(in crate::methods::projection) focal_index: u32,
     pub(in crate::methods::projection) at: [Sighting; MOST_NODES],

@@ -41,7 +41,7 @@ pub(super) fn error_between(
 }
 
 /// What these nodes see half-way between two points, in a mirror of this size around this middle; `None` where that is
-/// to be looked for.
+/// to be looked for. The same to the bit for both orders: neighbours ask from both sides.
 pub(super) fn half_way(
     nodes: &[Vec3; MOST_NODES],
     (middle, size): (Vec3, f32),
@@ -64,8 +64,9 @@ pub(super) fn half_way(
         let misfit = other.first - one.first - mean * step;
         let first = (one.first + other.first) * 0.5 + (one.change - other.change) * (step * 0.125);
         let last_segment = first.distance(point);
-        // Light stays in one medium.
-        let medium = one.length / (one.first.distance(nodes[node]) + one.last_segment);
+        // Light stays in one medium. By both ends: the same for both orders, as everything here.
+        let way = |end: &Sighting| end.first.distance(nodes[node]) + end.last_segment;
+        let medium = (one.length + other.length) / (way(one) + way(other));
         *at = Sighting {
             first,
             // The cubic curve's own tangent along the line.
@@ -133,6 +134,8 @@ mod tests {
                     let ends = [(from, &seen(from, bend)), (to, &seen(to, bend))];
                     let found = half_way(&NODES, (Vec3::ZERO, SIZE), ends[0], ends[1]);
                     told[usize::from(found.is_some())] += 1;
+                    let swapped = half_way(&NODES, (Vec3::ZERO, SIZE), ends[1], ends[0]);
+                    assert!(found == swapped, "{number} {length} {direction}: not the same from the other side");
                     let Some(found) = found else { continue };
                     let expected = seen((from + to) * 0.5, bend);
                     for (found, expected) in found.at.iter().zip(expected.at) {

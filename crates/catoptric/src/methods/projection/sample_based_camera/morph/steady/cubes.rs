@@ -7,6 +7,7 @@
 
 use super::super::sightings::Sightings;
 use super::between::error_between;
+use super::known_once;
 use crate::methods::projection::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use crate::methods::projection::find::work;
 use glam::{Mat3, Vec3};
@@ -17,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Chosen, not measured.
 const SIDE_OF_DISTANCE: f32 = 0.125;
 
-/// The most cubes that are kept of a tetrahedron: of five kilobytes each. Chosen, not measured.
+/// The most cubes that are kept of a tetrahedron: of three kilobytes each. Chosen, not measured.
 const MOST_CUBES: usize = 1 << 12;
 
 const CORNERS: usize = 8;
@@ -120,9 +121,7 @@ fn matrix(all: &Numbers, number: usize, node: usize) -> Mat3 {
 
 /// What is seen at a corner, if it appears once, and exactly so at all nodes.
 fn only_one(found: &[Sightings]) -> Option<NodeSightings> {
-    let [one] = found else { return None };
-    let is_known = !one.is_rough && one.at.iter().all(|at| at.is_some_and(|at| at.change_with_eye.is_some()));
-    is_known.then(|| NodeSightings { focal_index: one.focal_index, at: one.at.map(Option::unwrap_or_default) })
+    known_once(found).filter(|seen| seen.at.iter().all(|at| at.change_with_eye.is_some()))
 }
 
 impl Cube {

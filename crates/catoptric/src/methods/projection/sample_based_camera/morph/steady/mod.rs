@@ -106,10 +106,7 @@ impl SteadySource for MorphProjector<'_> {
     }
 
     fn sightings(&self, at: &SteadyPath<'_>, point: Vec3) -> Option<NodeSightings> {
-        match &*self.lookout_on(at.path)?.look(point) {
-            [one] if !one.is_rough => known(one),
-            _ => None,
-        }
+        known_once(&self.lookout_on(at.path)?.look(point))
     }
 
     fn half_way(&self, at: &SteadyPath<'_>, ends: [(Vec3, &NodeSightings); 2]) -> Option<NodeSightings> {
@@ -135,6 +132,14 @@ impl SteadySource for MorphProjector<'_> {
 fn known(one: &Sightings) -> Option<NodeSightings> {
     let seen = NodeSightings { focal_index: one.focal_index, at: one.at.map(Option::unwrap_or_default) };
     one.at.iter().all(Option::is_some).then_some(seen)
+}
+
+/// The only appearance of a point, if all nodes know of it and their mean is accurate.
+fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
+    match found {
+        [one] if !one.is_rough => known(one),
+        _ => None,
+    }
 }
 
 /// An appearance that all nodes know of, as a polynomial, and from the middle; `None` if it is not seen from there.
