@@ -115,16 +115,25 @@ pub(in crate::methods::projection) struct FormBlock {
 impl FormBlock {
     /// Of [`LANES`] points or fewer, the last of which is there several times then; nothing of none.
     pub(in crate::methods::projection) fn new(forms: &[TetrahedronForm]) -> Self {
-        let of = |lane: usize| forms.get(lane).or(forms.last());
-        let all = |get: &dyn Fn(&TetrahedronForm) -> Vec4| -> BlockOf<f32> {
-            std::array::from_fn(|k| of(k % LANES).map_or(0.0, |form| get(form)[k / LANES]))
+        let mut block = Self {
+            first: [0.0; 4 * LANES],
+            corners: [[0.0; 4 * LANES]; CORNERS - 1],
+            bows: [[0; 4 * LANES]; PAIRS.len()],
         };
-        let upper_half = |number: f32| (number.to_bits() >> 16) as u16;
-        Self {
-            first: all(&|form| form.first),
-            corners: std::array::from_fn(|k| all(&|form| form.corners[k])),
-            bows: std::array::from_fn(|k| all(&|form| form.bows[k]).map(upper_half)),
+        for lane in 0..LANES {
+            let Some(form) = forms.get(lane).or(forms.last()) else { break };
+            for part in 0..4 {
+                let place = part * LANES + lane;
+                block.first[place] = form.first[part];
+                for (numbers, corner) in block.corners.iter_mut().zip(&form.corners) {
+                    numbers[place] = corner[part];
+                }
+                for (numbers, bow) in block.bows.iter_mut().zip(&form.bows) {
+                    numbers[place] = (bow[part].to_bits() >> 16) as u16;
+                }
+            }
         }
+        block
     }
 
     /// The places (x, y and z of all points) and the lengths where the nodes have these weights, to the bit as

@@ -41,14 +41,15 @@ pub(super) fn form_of(nodes: &[Vec3; MOST_NODES], at: &[Sighting]) -> Tetrahedro
     let seen = |node: usize| at.get(node).or(at.first()).unwrap_or(&none);
     let corner = |node: usize| PlaceAndLength { place: seen(node).first, length: seen(node).length };
     let corners = [corner(0), corner(1), corner(2), corner(3)];
+    let ray = |node: usize| (seen(node).first - nodes[node]).normalize_or_zero();
+    let rays = [ray(0), ray(1), ray(2), ray(3)];
     TetrahedronForm::new(corners, |from, to| {
         let (one, other, way) = (seen(from), seen(to), nodes[to] - nodes[from]);
         let apart = one.first - other.first;
         let below = |seen: &Sighting| seen.normal * apart.dot(seen.normal);
         let moved = |seen: &Sighting| seen.change_with_eye.unwrap_or_default() * way;
         let place = if knows_all { moved(one) - moved(other) } else { below(one) - below(other) };
-        let ray = |node: usize, seen: &Sighting| (seen.first - nodes[node]).normalize_or_zero();
-        let length = (ray(to, other) - ray(from, one)).dot(way);
+        let length = (rays[to] - rays[from]).dot(way);
         PlaceAndLength { place: place * 0.5, length: length * 0.5 }
     })
 }

@@ -12,6 +12,7 @@ use crate::methods::projection::find::node_sightings::{MOST_NODES, NodeSightings
 use crate::methods::projection::find::work;
 use glam::{Mat3, Vec3};
 use rustc_hash::FxHashMap;
+use std::hash::{Hash, Hasher};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Sides of cubes are at most this share of the distance from the middle of the mirror, and more than half of it.
@@ -34,11 +35,23 @@ const CHANGE_WITH_EYE: usize = 4;
 const NORMAL: usize = 7;
 const NUMBERS: usize = 8 * AT_NODES;
 
+/// Numbers that are summed at once.
+const LANES: usize = 8;
+
 /// A cube: the side, a power of two, and its place in a lattice of such cubes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct CubeKey {
     side_bits: u32,
     index: [i32; 3],
+}
+
+impl Hash for CubeKey {
+    /// In two steps: every point asks for its cube.
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let [x, y, z] = self.index.map(|index| u64::from(index as u32));
+        state.write_u64(u64::from(self.side_bits) << 32 | x);
+        state.write_u64(y << 32 | z);
+    }
 }
 
 impl CubeKey {
@@ -190,20 +203,38 @@ impl CubeValues {
 /// What is seen at a place, given in sides from the first corner.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn interpolated(corners: &[Numbers; CORNERS], side: f32, place: Vec3) -> Numbers {
-    let mut at = [0.0; NUMBERS];
-    let mut ahead = [0.0; AT_NODES];
-    for (number, corner) in corners.iter().enumerate() {
-        let is_far = |axis: usize| number >> axis & 1 == 1;
-        let along = |axis: usize| if is_far(axis) { place[axis] } else { 1.0 - place[axis] };
-        let weight = along(0) * along(1) * along(2);
-        for (sum, one) in at.iter_mut().zip(corner) {
-            *sum += one * weight;
-        }
+    let mut weights = [0.0; CORNERS];
+    // Times half of the way from the corner.
+    let mut half_ways = [[0.0; 3]; CORNERS];
+    for number in 0..CORNERS {
+        let mut weight = 1.0;
+        let mut ways = [0.0; 3];
         for axis in 0..3 {
-            let way = if is_far(axis) { place[axis] - 1.0 } else { place[axis] };
-            let times = 0.5 * side * weight * way;
-            for (sum, one) in ahead.iter_mut().zip(&corner[(CHANGE + axis) * AT_NODES..]) {
-                *sum += one * times;
+            let is_far = number >> axis & 1 == 1;
+            weight *= if is_far { place[axis] } else { 1.0 - place[axis] };
+            ways[axis] = if is_far { place[axis] - 1.0 } else { place[axis] };
+        }
+        weights[number] = weight;
+        for axis in 0..3 {
+            half_ways[number][axis] = 0.5 * side * weight * ways[axis];
+        }
+    }
+    let mut at = [0.0; NUMBERS];
+    // As many sums as registers hold.
+    for (group, sums) in at.chunks_exact_mut(LANES).enumerate() {
+        let mut all = [0.0f32; LANES];
+        for (corner, weight) in corners.iter().zip(weights) {
+            for (lane, sum) in all.iter_mut().enumerate() {
+                *sum += corner[group * LANES + lane] * weight;
+            }
+        }
+        sums.copy_from_slice(&all);
+    }
+    let mut ahead = [0.0; AT_NODES];
+    for (corner, half_way) in corners.iter().zip(half_ways) {
+        for (axis, times) in half_way.into_iter().enumerate() {
+            for (number, sum) in ahead.iter_mut().enumerate() {
+                *sum += corner[(CHANGE + axis) * AT_NODES + number] * times;
             }
         }
     }
