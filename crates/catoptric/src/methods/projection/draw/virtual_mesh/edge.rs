@@ -124,8 +124,6 @@ impl EdgeRule {
 
     /// Priority of a division by an appearance at one end; `step` leads to the other end.
     fn strain_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
-        let end_limit = self.piece_px * END_PIECES;
-        let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         let Some(other) = self.best(one, here, there, step) else {
             if self.stays_beside(one, step) {
                 return 0.0;
@@ -133,15 +131,18 @@ impl EdgeRule {
             // It ends on the way, at the latest half-way to the appearance that it merges with.
             let moves = one.predicted(step) - one.image_px;
             let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
-            return above(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)), end_limit);
+            return self.ending(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)));
         };
         self.strain_between(one, other, step)
     }
 
+    /// Priority of a division of a piece so long, where an appearance ends.
+    fn ending(&self, extent: f32) -> f32 {
+        if extent > self.piece_px * END_PIECES { extent } else { 0.0 }
+    }
+
     /// Priority of a division between two appearances that belong together.
     fn strain_between(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
-        let end_limit = self.piece_px * END_PIECES;
-        let above = |extent: f32, limit: f32| if extent > limit { extent } else { 0.0 };
         if self.picture.is_beside([one.image_px, other.image_px]) {
             return 0.0;
         }
@@ -150,7 +151,7 @@ impl EdgeRule {
         let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
         if distance > JUMP * extent {
             // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
-            return above(extent, end_limit);
+            return self.ending(extent);
         }
         let error = ahead.deviation.max(back.deviation) * 0.25;
         let counts = error > self.edge_error_px + uncertainty(one, other) && distance.max(extent) > self.piece_px;

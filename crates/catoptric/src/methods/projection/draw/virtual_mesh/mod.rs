@@ -79,10 +79,7 @@ impl PictureScale {
     #[inline(always)]
     fn depth(&self, image_px: Vec2, path_length: f32) -> f32 {
         match self.focal_px {
-            Some(focal_px) => {
-                let from_axis = (image_px - self.size_px * 0.5) / focal_px;
-                path_length / (1.0 + from_axis.length_squared()).sqrt()
-            }
+            Some(focal_px) => depth_along(image_px - self.size_px * 0.5, path_length, focal_px),
             None => path_length,
         }
     }
@@ -103,10 +100,12 @@ impl PictureScale {
     }
 
     fn point(&self, one: &Projection) -> PicturePoint {
-        self.point_at(one.image_px, one.path_length)
+        let depth = self.depth(one.image_px, one.path_length);
+        let w = if self.focal_px.is_some() { depth } else { 1.0 };
+        PicturePoint { xy: one.image_px * w, w, depth }
     }
 
-    /// The points at places, so far away on their paths, to the bit as [`Self::point_at`] has them.
+    /// The points at places, so far away on their paths, to the bit as [`Self::point`] has them.
     #[inline(always)]
     fn points_at<const COUNT: usize>(
         &self,
@@ -123,8 +122,7 @@ impl PictureScale {
         if let Some(focal_px) = self.focal_px {
             let half = self.size_px * 0.5;
             for (k, depth) in depths.iter_mut().enumerate() {
-                let (x, y) = ((x_px[k] - half.x) / focal_px, (y_px[k] - half.y) / focal_px);
-                *depth /= (1.0 + (x * x + y * y)).sqrt();
+                *depth = depth_along(Vec2::new(x_px[k], y_px[k]) - half, *depth, focal_px);
             }
             w = depths;
         }
@@ -132,14 +130,12 @@ impl PictureScale {
             *point = PicturePoint { xy: Vec2::new(x_px[k] * w[k], y_px[k] * w[k]), w: w[k], depth: depths[k] };
         }
     }
+}
 
-    /// The point at a place, so far away on its path.
-    #[inline(always)]
-    fn point_at(&self, image_px: Vec2, path_length: f32) -> PicturePoint {
-        let depth = self.depth(image_px, path_length);
-        let w = if self.focal_px.is_some() { depth } else { 1.0 };
-        PicturePoint { xy: image_px * w, w, depth }
-    }
+/// The depth of what lies so far away on the ray through a place so many pixels from the picture's middle.
+#[inline(always)]
+fn depth_along(from_middle_px: Vec2, path_length: f32, focal_px: f32) -> f32 {
+    path_length / (1.0 + (from_middle_px / focal_px).length_squared()).sqrt()
 }
 
 /// Pieces of an object's triangles where they appear.

@@ -92,8 +92,8 @@ impl SteadySource for Moving {
         _: &[Vec3],
         _: &SharedWork,
         _: &Stage<'_>,
-    ) -> Result<Option<Box<dyn SteadyField + Sync>>, Cancelled> {
-        Ok(self.is_interpolated.then(|| Box::new(Shifted) as Box<dyn SteadyField + Sync>))
+    ) -> Result<Option<Box<dyn SteadyField>>, Cancelled> {
+        Ok(self.is_interpolated.then(|| Box::new(Shifted) as Box<dyn SteadyField>))
     }
 
     fn steadiness(&self, _: &SteadyPath<'_>, point: Vec3) -> Steadiness {

@@ -128,7 +128,7 @@ impl VertexProjector for MorphProjector<'_> {
 pub(super) struct Outlook<'a> {
     pub(super) eye: DVec3,
     /// The weights of the nodes.
-    pub(super) weights: [f32; MOST_NODES],
+    pub(super) weights: FormWeights,
     pub(super) view: &'a PreciseView,
 }
 
@@ -317,7 +317,7 @@ impl MorphProjector<'_> {
         (sightings, at): (&Sightings, &[Sighting]),
         point: Vec3,
     ) -> Option<Projection> {
-        let weights = weights_of(lookout.nodes);
+        let weights = FormWeights::new(weights_of(lookout.nodes));
         let outlook = Outlook { eye: self.eye, weights, view: &self.precise_view };
         let form = form_of(&lookout.eyes(), at);
         let projection = Self::mean((path, sightings.focal_index), &outlook, &form, at)?;
@@ -337,7 +337,7 @@ impl MorphProjector<'_> {
             return Some(projection);
         }
         let effort = Effort { steps, reach: REACH, must_converge: false };
-        let (nodes, first) = (lookout.nodes, form.at(&FormWeights::new(weights)).0);
+        let (nodes, first) = (lookout.nodes, form.at(&weights).0);
         let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
         by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
         let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].eye(), at[node].first));

@@ -16,10 +16,10 @@ pub(super) struct Mean {
 
 impl Mean {
     /// That with these weights of the nodes.
-    pub(super) fn of(form: &TetrahedronForm, weights: &[f32; MOST_NODES], at: &[Sighting]) -> Self {
-        let (first, length) = form.at(&FormWeights::new(*weights));
+    pub(super) fn of(form: &TetrahedronForm, weights: &FormWeights, at: &[Sighting]) -> Self {
+        let (first, length) = form.at(weights);
         let mut mean = Self { first, change: Mat3::ZERO, normal: Vec3::ZERO, length, last_segment: 0.0, error: 0.0 };
-        for (weight, seen) in weights.iter().copied().zip(at) {
+        for (weight, seen) in weights.of_nodes().into_iter().zip(at) {
             mean.change += seen.change * weight;
             mean.normal += seen.normal * weight;
             mean.last_segment += weight * seen.last_segment;

@@ -51,7 +51,7 @@ pub(in crate::methods::projection) trait SteadySource: Sync {
         points: &[Vec3],
         work: &SharedWork,
         stage: &Stage<'_>,
-    ) -> Result<Option<Box<dyn SteadyField + Sync>>, Cancelled>;
+    ) -> Result<Option<Box<dyn SteadyField>>, Cancelled>;
 
     /// How a point appears on a path.
     fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness;
@@ -70,7 +70,7 @@ pub(in crate::methods::projection) trait SteadySource: Sync {
 }
 
 /// What the nodes see at places of a path, not only at single points.
-pub(in crate::methods::projection) trait SteadyField {
+pub(in crate::methods::projection) trait SteadyField: Sync {
     /// What they see of a point; `None` where the field does not reach.
     fn sightings(&self, point: Vec3) -> Option<NodeSightings>;
 }

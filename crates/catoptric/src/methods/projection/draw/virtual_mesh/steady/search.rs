@@ -15,7 +15,7 @@ const WORK_IN_FIELD: u64 = 2;
 pub(in super::super) struct SteadySearch<'a> {
     pub(super) source: &'a dyn SteadySource,
     pub(super) at: &'a SteadyPath<'a>,
-    pub(super) field: Option<&'a (dyn SteadyField + Sync)>,
+    pub(super) field: Option<&'a dyn SteadyField>,
 }
 
 impl SteadySearch<'_> {

@@ -3,6 +3,7 @@
 //! Along a straight line from one point to another the reflection point follows a cubic curve whose ends and tangents
 //! are known (Hermite).
 
+use super::super::walk::expected_move;
 use crate::methods::projection::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use glam::{Mat3, Vec3};
 
@@ -31,7 +32,7 @@ pub(super) fn error_between(
     let at_first = beside(0);
     let (mut misfit, mut bent) = (0.0f32, 0.0f32);
     for (node, (one, other)) in one.iter().zip(other).enumerate() {
-        let expected = (one.change + other.change) * (step * 0.5);
+        let expected = expected_move([one.change, other.change], step);
         misfit = misfit.max((other.first - one.first).distance(expected));
         // Where nodes differ in this, so do their derivatives with the eye, of which the mean is taken.
         bent = bent.max(beside(node).distance(at_first));
@@ -57,9 +58,10 @@ pub(super) fn half_way(
     for (node, at) in at.iter_mut().enumerate() {
         let (one, other) = (&one.at[node], &other.at[node]);
         let error = one.error.max(other.error) + error;
-        let with_eye = one.change_with_eye.zip(other.change_with_eye);
-        let with_eye = with_eye.filter(|_| error <= MOST_ERROR * size);
-        let (one_with_eye, other_with_eye) = with_eye?;
+        if error > MOST_ERROR * size {
+            return None;
+        }
+        let (one_with_eye, other_with_eye) = one.change_with_eye.zip(other.change_with_eye)?;
         let mean = (one.change + other.change) * 0.5;
         let misfit = other.first - one.first - mean * step;
         let first = (one.first + other.first) * 0.5 + (one.change - other.change) * (step * 0.125);

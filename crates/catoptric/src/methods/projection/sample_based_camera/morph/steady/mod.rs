@@ -76,7 +76,7 @@ impl SteadySource for MorphProjector<'_> {
         points: &[Vec3],
         work: &SharedWork,
         stage: &Stage<'_>,
-    ) -> Result<Option<Box<dyn SteadyField + Sync>>, Cancelled> {
+    ) -> Result<Option<Box<dyn SteadyField>>, Cancelled> {
         let Some((lookout, blended)) = self.lookout_on(at.path).zip(self.blended.get(at.path as usize)) else {
             return Ok(None);
         };
@@ -86,7 +86,7 @@ impl SteadySource for MorphProjector<'_> {
         let around = (self.reflectors[blended.reflector].known, at.kept_path);
         let mirror = (lookout.eyes(), at.mirror.0, at.mirror.1);
         let field = SightingField::new(around, mirror, points, |point| lookout.look(point), (work, stage))?;
-        Ok(field.map(|field| Box::new(field) as Box<dyn SteadyField + Sync>))
+        Ok(field.map(|field| Box::new(field) as Box<dyn SteadyField>))
     }
 
     fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness {
@@ -122,7 +122,7 @@ impl SteadySource for MorphProjector<'_> {
     }
 
     fn seen(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Option<projector::Projection> {
-        let outlook = Outlook { eye: self.eye, weights: at.weights.of_nodes(), view: &at.view };
+        let outlook = Outlook { eye: self.eye, weights: at.weights, view: &at.view };
         let form = form_of(&at.nodes, &sightings.at);
         Self::mean((at.path, sightings.focal_index), &outlook, &form, &sightings.at)
     }
@@ -144,7 +144,7 @@ fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
 
 /// An appearance that all nodes know of, as a polynomial, and from the middle; `None` if it is not seen from there.
 fn from_middle(at: &SteadyPath<'_>, seen: &NodeSightings) -> Option<(TetrahedronForm, projector::Projection)> {
-    let weights = [1.0 / MOST_NODES as f32; MOST_NODES];
+    let weights = FormWeights::new([1.0 / MOST_NODES as f32; MOST_NODES]);
     let outlook = Outlook { eye: at.middle.as_dvec3(), weights, view: &at.view_from_middle };
     let form = form_of(&at.nodes, &seen.at);
     let mean = MorphProjector::mean((at.path, seen.focal_index), &outlook, &form, &seen.at)?;
