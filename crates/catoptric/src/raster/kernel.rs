@@ -63,7 +63,6 @@ pub(super) struct LayerSamples<'a> {
 }
 
 /// Draws those triangles of `setup` that `indices` names and that are not alpha tested, in order.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

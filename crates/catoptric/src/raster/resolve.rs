@@ -62,7 +62,6 @@ impl Chains {
 }
 
 /// Gathers the fragments of a tile of `extent` pixels whose first is `first_pixel` into `chains`.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(
@@ -272,7 +271,6 @@ impl<L: LayerSource> PixelPlace<'_, L> {
 }
 
 /// The samples that show a triangle, as bits.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

@@ -298,7 +298,6 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
 
 /// Gives every sample the label of its surface in the layer below, and collects which labels each block holds and
 /// whether light divides at any of them.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(
@@ -402,7 +401,6 @@ pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) 
 }
 
 /// The surfaces of all chains, with their attributes; `listed` is a buffer.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

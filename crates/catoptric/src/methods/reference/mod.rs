@@ -202,7 +202,7 @@ fn draw(
 }
 
 /// Compiled with most of the shading for the instructions that the machine has.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[cfg_attr(not(debug_assertions), multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 fn draw_tile(
     settings: &ReferenceSettings,
     paths: &mut PathTracer<'_>,

@@ -152,7 +152,7 @@ impl Scene {
 
 impl<const N: usize> LitPoints<N> {
     /// Sets metalness, roughness and occlusion at the first `count` points.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn set_surface(&mut self, scene: &Scene, material: &Material, count: usize, look_ups: &impl LookUps<N>) {
         let microfacets = material.microfacets.as_ref();
         self.metallic = Lanes::splat(microfacets.map_or(0.0, |microfacets| microfacets.metallic));
@@ -179,7 +179,7 @@ impl<const N: usize> LitPoints<N> {
 
     /// Sets normals: the smooth ones, turned by the map at the first `count` points, and adds to the variance.
     /// `tangents` are along the map's u, of any length, `sides` is -1 where the normal is turned over.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     pub(super) fn turn_normals(
         &mut self,
         scene: &Scene,

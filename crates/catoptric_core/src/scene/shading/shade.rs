@@ -334,7 +334,7 @@ fn finite(radiance: Vec3) -> Vec3 {
     if radiance.is_finite() { radiance.max(Vec3::ZERO) } else { Vec3::ZERO }
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[cfg_attr(not(debug_assertions), multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 fn sample_at(texture: &Texture, binding: &TextureBinding, points: &[SurfacePoint], values: &mut [Vec4; LANES]) {
     filter::sample(texture, &look_ups(binding, points), points.len().min(LANES), values);
 }

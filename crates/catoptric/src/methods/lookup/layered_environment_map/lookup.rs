@@ -64,7 +64,6 @@ impl FragmentShader for LensShader<'_> {
     }
 }
 
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

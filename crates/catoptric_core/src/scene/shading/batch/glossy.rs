@@ -14,7 +14,6 @@ use std::ops::Range;
 
 /// Shades the points that the table has in a range of its order, which are of one material.
 #[inline(never)]
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(
@@ -86,7 +85,7 @@ impl<const N: usize> QueryLookUps<'_, N> {
     }
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 fn shade<const N: usize>(
     scene: &Scene,
@@ -149,7 +148,7 @@ fn shade<const N: usize>(
 }
 
 /// Sets the variance of smooth normals over a pixel.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn set_variances<const N: usize>(
     table: &TriangleTable,
     order: &[u32],
@@ -171,7 +170,7 @@ fn set_variances<const N: usize>(
 }
 
 /// Radiance that points emit.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 fn emitted<const N: usize>(
     scene: &Scene,
     material: &Material,

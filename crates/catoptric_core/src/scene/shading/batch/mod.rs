@@ -36,7 +36,6 @@ impl Scene {
     }
 }
 
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

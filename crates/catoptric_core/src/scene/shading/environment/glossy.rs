@@ -70,7 +70,7 @@ fn map(environment: &Environment, level: usize) -> EquirectangularMap {
 }
 
 /// The mean over a highlight around a direction.
-#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+#[cfg_attr(not(debug_assertions), multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -> Vec3 {
     let (across, along) = middle.any_orthonormal_pair();
     let mut sum = Vec3::ZERO;

@@ -32,7 +32,7 @@ impl<const N: usize> TextureLookUps<N> {
 /// Sets the filtered values of a texture at the first `count` places; white where a place is not finite.
 ///
 /// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 pub(super) fn sample<const N: usize>(texture: &Texture, at: &TextureLookUps<N>, count: usize, values: &mut [Vec4; N]) {
     *values = [Vec4::ZERO; N];
@@ -66,7 +66,7 @@ struct PreparedLookUp<'a, const N: usize> {
 impl<const N: usize> PreparedLookUp<'_, N> {
     /// Adds the sums over all places and probes. `REPEATS`: the texture does; `BLENDS`: some need their coarser level
     /// too.
-    #[inline(always)]
+    #[cfg_attr(not(debug_assertions), inline(always))]
     #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
     fn sums<const REPEATS: bool, const BLENDS: bool>(&self, sums: &mut [Vec4; N]) {
         let Self { texture, at, places, taps, wrap, count } = *self;

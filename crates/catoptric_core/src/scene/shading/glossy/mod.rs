@@ -78,7 +78,7 @@ const NO_FACETS: Microfacets = Microfacets {
 };
 
 /// Sets the light that the first `count` points send to their viewers, without what they emit.
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn radiance<const N: usize>(
     scene: &Scene,
     material: &Material,
@@ -168,7 +168,7 @@ fn shadow<const N: usize>(
     hide(scene, light, starts, &mut arriving.strength);
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)]
 fn add_light<const N: usize>(
     light: &Light,
@@ -234,7 +234,7 @@ fn add_light_of_coat<const N: usize>(
     }
 }
 
-#[inline(always)]
+#[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 fn add_environment<const N: usize>(
     environment: &Environment,

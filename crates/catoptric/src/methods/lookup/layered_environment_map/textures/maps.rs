@@ -153,7 +153,6 @@ pub(crate) type Blended<'a> = [(LayersAbout<'a>, f32)];
 /// blended over
 /// viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others in their
 /// order.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

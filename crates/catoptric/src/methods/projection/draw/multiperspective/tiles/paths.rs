@@ -113,7 +113,6 @@ const CACHE_LOG2: u32 = 7;
 
 /// Appends the label of each sample, by its surface's id and the label of the path to it (0 throughout without
 /// `parents`).
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

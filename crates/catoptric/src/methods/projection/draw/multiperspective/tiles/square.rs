@@ -151,7 +151,6 @@ enum Outcome {
 }
 
 /// [`Reflections::draw_square`], in the widest lanes that the machine has.
-#[cfg_attr(debug_assertions, multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(
