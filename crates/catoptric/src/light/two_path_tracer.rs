@@ -1,7 +1,6 @@
-//! Paths among some reflectors and lenses that do not branch: where light first meets a lens it goes on by a given
-//! way, from there on by the way
-//! that takes more of it (Hakura, Snyder 2001, section 3). The reference's two-path model divides light at the same
-//! place.
+//! Paths among some reflectors and lenses that do not branch: where light first meets a lens it goes on by a given way,
+//! from there on by the way that takes more of it (Hakura, Snyder 2001, section 3). The reference's two-path model
+//! divides light at the same place.
 
 use crate::light::tracer::Tracer;
 use crate::optics::path::bundle::BounceKind;
@@ -17,8 +16,7 @@ pub(crate) struct SpecularChain {
     /// allowed.
     pub(crate) leaving: Option<Ray>,
     /// Throughput of light from there on the way, without that of the first surface: the product of Fresnel
-    /// coefficients,
-    /// tints and attenuation.
+    /// coefficients, tints and attenuation.
     pub(crate) share: Vec3,
     /// Light that surfaces on the way (but for the first) scatter themselves, with their share.
     pub(crate) added: Vec3,
@@ -42,12 +40,10 @@ pub(crate) struct TwoPathTracer<'a> {
 
 impl TwoPathTracer<'_> {
     /// From a surface that is met in a unit direction, by one of the ways at the first lens. By the second way nothing
-    /// arrives where there is
-    /// none, and what surfaces before it scatter themselves is the first one's.
+    /// arrives where there is none, and what surfaces before it scatter themselves is the first one's.
     ///
-    /// Where a mirror's share depends on how far away what it shows is, and the ray leaves from there, that is taken
-    /// to be
-    /// infinitely far; at the first surface the share is the caller's.
+    /// Where a mirror's share depends on how far away what it shows is, and the ray leaves from there, that is taken to
+    /// be infinitely far; at the first surface the share is the caller's.
     pub(crate) fn follow(&self, mut incoming: Vec3, mut point: SurfacePoint, first: BounceKind) -> SpecularChain {
         let (scene, tracer) = (self.scene, self.tracer);
         let mut path = SpecularChain { share: Vec3::ONE, ..SpecularChain::default() };

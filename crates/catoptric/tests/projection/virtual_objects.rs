@@ -158,8 +158,8 @@ fn reflections_of_moving_things_glide() {
     }
 }
 
-/// Paths beyond the 256 that are built are counted: 18 balls have 18 + 18 * 17 of up to two bounces, for
-/// none shows itself.
+/// Paths beyond the 256 that are built are counted: 18 balls have 18 + 18 * 17 of up to two bounces, for none shows
+/// itself.
 #[test]
 fn paths_that_are_left_out_are_counted() {
     let mut builder = SceneBuilder::new();

@@ -52,15 +52,15 @@ pub struct Scene {
     pub uvs: Vec<[Vec2; 2]>,
     /// Linear vertex colours; empty when the whole scene has none.
     pub colors: Vec<[f32; 4]>,
-    /// Tangents of normal maps, along the texture's u: unit vectors, then the sign of the bitangent
-    /// `normal x tangent`; empty when the whole scene has no normal map.
+    /// Tangents of normal maps, along the texture's u: unit vectors, then the sign of the bitangent `normal x tangent`;
+    /// empty when the whole scene has no normal map.
     pub tangents: Vec<Vec4>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// The object of each triangle.
     pub triangle_objects: Vec<u32>,
-    /// For each triangle a number (not 0) that is equal in triangles connected by common vertices:
-    /// parts of one smooth surface. Where it is missing a triangle is a surface of its own.
+    /// For each triangle a number (not 0) that is equal in triangles connected by common vertices: parts of one smooth
+    /// surface. Where it is missing a triangle is a surface of its own.
     pub triangle_parts: Vec<u32>,
     /// The objects of the scene.
     pub objects: Vec<Object>,

@@ -19,8 +19,7 @@ pub(crate) const FACES: [[Vec3A; 3]; 6] = [
 ];
 
 /// The face that a direction of any length meets, and where on it, from -1 to 1 to the right and down: that of its
-/// largest
-/// component, of equal ones the first. Vectors without a direction have places that are not numbers.
+/// largest component, of equal ones the first. Vectors without a direction have places that are not numbers.
 #[inline(always)] // for the instructions of its caller
 pub(crate) fn place_on_face([x, y, z]: [f32; 3]) -> (u32, [f32; 2]) {
     let is_x = x.abs() >= y.abs() && x.abs() >= z.abs();
@@ -59,8 +58,8 @@ pub(crate) fn locate(direction: Vec3) -> (usize, Vec2, f32) {
 }
 
 /// The texels that a footprint of a width (radians) spans on a face of `size` texels a side, by the squared secant of
-/// its
-/// direction to the face's middle: there a texel spans 2 / size, and its solid angle falls with the cube of the cosine.
+/// its direction to the face's middle: there a texel spans 2 / size, and its solid angle falls with the cube of the
+/// cosine.
 #[inline(always)] // for the instructions of its caller
 pub(crate) fn texels_across(spread: f32, size: u32, secant2: f32) -> f32 {
     spread * size as f32 * 0.5 * (secant2 * secant2.sqrt()).sqrt()

@@ -8,8 +8,8 @@ declare_choices! {
     pub enum Paths {
         /// Both children at every surface.
         Tree = "tree",
-        /// Both children at the first surface, then the one with the larger Fresnel coefficient
-        /// (Hakura, Snyder 2001, section 3).
+        /// Both children at the first surface, then the one with the larger Fresnel coefficient (Hakura, Snyder 2001,
+        /// section 3).
         TwoPath = "two_path",
     }
 }

@@ -199,8 +199,8 @@ mod tests {
 
     #[test]
     fn the_texture_transform_is_that_of_the_specification() {
-        // From the extension's text: translation * rotation * scale as column-major matrices,
-        // rotation = (cos, -sin, 0; sin, cos, 0; 0, 0, 1).
+        // From the extension's text: translation * rotation * scale as column-major matrices, rotation = (cos, -sin, 0;
+        // sin, cos, 0; 0, 0, 1).
         let transform = schema::TextureTransform {
             offset: [0.0, 1.0],
             rotation: std::f32::consts::FRAC_PI_2,

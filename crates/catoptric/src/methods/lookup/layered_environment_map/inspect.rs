@@ -1,6 +1,5 @@
-//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and
-//! the layers inferred from that
-//! (Hakura, Snyder 2001, figures 5 and 7).
+//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and the
+//! layers inferred from that (Hakura, Snyder 2001, figures 5 and 7).
 
 use super::INFO;
 use super::inference::Inference;
@@ -31,17 +30,15 @@ pub struct InferredLayer {
     /// The same by the path that is refracted first.
     pub refracted: Framebuffer,
     /// The finest level of the texture that is inferred from both: a square; or the faces of a cube, three above three
-    /// (+x, -x, +y, then -y,
-    /// +z, -z).
+    /// (+x, -x, +y, then -y, +z, -z).
     pub texture: Framebuffer,
 }
 
 /// The layers about a group of reflectors and lenses, the nearest first, inferred for one of its viewpoints.
 ///
 /// # Errors
-/// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] where the scene has no such
-/// group or the group no such
-/// viewpoint, and where textures do not fit into memory.
+/// [`RenderError::Setting`] for settings that are not allowed; [`RenderError::Limit`] where the scene has no such group
+/// or the group no such viewpoint, and where textures do not fit into memory.
 pub fn inferred_layers(
     settings: &LayeredEnvironmentMapSettings,
     scene: &Scene,

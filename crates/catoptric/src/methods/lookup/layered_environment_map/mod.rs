@@ -1,6 +1,5 @@
 //! Layered environment maps: paths among reflectors and lenses are traced alone, and what is around them is looked up
-//! in
-//! layers.
+//! in layers.
 //!
 //! See this folder's `README.md`.
 

@@ -19,9 +19,8 @@ use crate::scene::Scene;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are
-/// captured: it
-/// changes with what they hold.
+/// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured:
+/// it changes with what they hold.
 const PAYLOAD_VERSION: u32 = 3;
 
 /// The names of slabs.

@@ -35,8 +35,7 @@ pub(super) struct Capture<'a> {
 
 impl<'a> Capture<'a> {
     /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up
-    /// to
-    /// `order` specular events.
+    /// to `order` specular events.
     pub(super) fn new(scene: &'a Scene, layout: &FieldLayout, samples: u32, order: u32) -> Self {
         let leaves = |object: u32| leaves(scene, object, layout.region());
         let tracer = Tracer::build(scene, |object| !leaves(object));
@@ -46,8 +45,7 @@ impl<'a> Capture<'a> {
     }
 
     /// Time that one core takes for all rows, about, in seconds: that of one view of each slab and of its compression,
-    /// times the
-    /// number of views.
+    /// times the number of views.
     pub(super) fn estimate_core_secs(&self, compression: Compression) -> f64 {
         let mut watch = Stopwatch::new();
         let mut paths = self.paths();
@@ -184,12 +182,9 @@ struct SampleRay {
 
 impl Capture<'_> {
     /// How far before the plane of views, along the axis, a ray is captured from. In a region that is given, whose
-    /// reflectors
-    /// may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none of the
-    /// region
-    /// again. So what stands in a region, as the floor that a reflector sinks into, is seen where it should be. Of
-    /// rays that
-    /// meet none, where they are nearest to the region's middle.
+    /// reflectors may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none
+    /// of the region again. So what stands in a region, as the floor that a reflector sinks into, is seen where it
+    /// should be. Of rays that meet none, where they are nearest to the region's middle.
     fn start(&self, region: &Aabb, slab: &Slab, eye: Vec3, slope: Vec2, direction: Vec3, length: f32) -> f32 {
         let exit = slab.exit(region, eye, slope);
         let Some(reflectors) = &self.leaving else { return exit };

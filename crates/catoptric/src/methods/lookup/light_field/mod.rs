@@ -62,9 +62,8 @@ pub static INFO: MethodInfo = MethodInfo {
     },
 };
 
-/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting
-/// `views` names
-/// once they are there.
+/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting `views`
+/// names once they are there.
 ///
 /// # Errors
 /// [`RenderError::Limit`] where the scene has no region and no reflector, [`RenderError::Setting`] where it has

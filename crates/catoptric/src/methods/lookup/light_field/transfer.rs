@@ -1,6 +1,5 @@
-//! Which ray leaves a region for one that enters it: a second light field, of rays in place of light (Heidrich,
-//! Lensch, Cohen,
-//! Seidel 1999, Light field techniques for reflections and refractions).
+//! Which ray leaves a region for one that enters it: a second light field, of rays in place of light (Heidrich, Lensch,
+//! Cohen, Seidel 1999, Light field techniques for reflections and refractions).
 
 use super::layout::{across, along};
 use super::slabs::texels::{packed, unpacked};
@@ -17,8 +16,7 @@ use glam::{Vec2, Vec3};
 const FRAMES: usize = 6;
 
 /// Half the width of the plane of views, which is as far from the middle of the region as its cube is wide, in such
-/// widths:
-/// rays through that cube within 45 degrees of the axis get no further aside.
+/// widths: rays through that cube within 45 degrees of the axis get no further aside.
 const HALF_ST: f32 = 2.0;
 
 /// The same of the plane through the middle, where the rays' pixels are.
@@ -28,9 +26,8 @@ const HALF_UV: f32 = 1.0;
 /// measured.
 const MIN_AHEAD: f32 = 0.25;
 
-/// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much
-/// less would
-/// tear what is seen near the rim of a ball, where neighbours are 30 degrees apart. Not measured beyond that.
+/// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much less
+/// would tear what is seen near the rim of a ball, where neighbours are 30 degrees apart. Not measured beyond that.
 const APART: f32 = 0.3;
 
 /// Positions are kept from -1 to 1 in widths of the cube, directions as they are.
@@ -80,9 +77,8 @@ pub(super) struct RayTransfer {
 }
 
 impl RayTransfer {
-    /// Of the reflectors and lenses that `tracer` knows, in a region, with paths of up to `order` events; `st` and
-    /// `uv` are at
-    /// least 2.
+    /// Of the reflectors and lenses that `tracer` knows, in a region, with paths of up to `order` events; `st` and `uv`
+    /// are at least 2.
     pub(super) fn capture(
         scene: &Scene,
         tracer: &Tracer,
@@ -165,13 +161,11 @@ impl RayTransfer {
         TransferEntry { origin, direction: kept(leaving.ray.direction), share: packed(leaving.share) }
     }
 
-    /// What becomes of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction),
-    /// by a first
-    /// way; none where the rays about it were not kept, or carry nothing.
+    /// What becomes of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction), by
+    /// a first way; none where the rays about it were not kept, or carry nothing.
     ///
     /// The four views about the ray are asked for the pixels where they see that place, as if it were a focal surface;
-    /// those that
-    /// see no surface do not count, and the others count by their shares in the blend.
+    /// those that see no surface do not count, and the others count by their shares in the blend.
     #[inline]
     pub(super) fn look_up(&self, position: Vec3, towards: Vec3, first: BounceKind) -> Option<Leaving> {
         let way = match first {

@@ -24,9 +24,8 @@ pub(crate) struct Regions {
 }
 
 impl Regions {
-    /// The scene's region, with the reflectors and lenses in it; where it has none, a box about each of them, larger
-    /// by a
-    /// share of its diagonal, and one about those whose boxes overlap, or that are nearest where there are too many.
+    /// The scene's region, with the reflectors and lenses in it; where it has none, a box about each of them, larger by
+    /// a share of its diagonal, and one about those whose boxes overlap, or that are nearest where there are too many.
     pub(crate) fn of(scene: &Scene, margin: f32) -> Self {
         let specular = scene.specular_objects();
         let (boxes, joined) = match scene.region {

@@ -1,9 +1,9 @@
 //! The cells of a reflector's rays in a hierarchy of beams, which finds those that may hold a point.
 //!
-//! Spheres locate a point if the reflector is convex. Elsewhere rays cross, and between the reflector and
-//! the spheres about it these resolve little. A cell's points are mixtures of points of the three rays at its corners,
-//! so what is convex and holds these rays holds the cell: so the beams that path perturbation finds its samples with
-//! find cells, too.
+//! Spheres locate a point if the reflector is convex. Elsewhere rays cross, and between the reflector and the spheres
+//! about it these resolve little. A cell's points are mixtures of points of the three rays at its corners, so what is
+//! convex and holds these rays holds the cell: so the beams that path perturbation finds its samples with find cells,
+//! too.
 
 use super::subdivision::{WalkReach, Walks};
 use crate::math::Aabb;

@@ -1,5 +1,4 @@
-//! Perturbation of specular paths: appearances from a sparse set of traced rays, expanded to second
-//! order.
+//! Perturbation of specular paths: appearances from a sparse set of traced rays, expanded to second order.
 //!
 //! See this folder's `README.md`.
 

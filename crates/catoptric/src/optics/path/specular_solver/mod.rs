@@ -71,9 +71,9 @@ const LONGEST_STEP: f64 = 0.7;
 ///
 /// `start` is near the path that is looked for. At most `max_steps` steps are taken, Newton's and, where these fail on
 /// two bounces and more, damped ones; they end as soon as the residual is at most `tolerance` (1e-10, say; rounding
-/// leaves about 1e-15). If they do not reach it, the last path is returned with `converged` false.
-/// Bounces may end up beyond the borders of open surfaces, on their continuation: see
-/// [`SpecularSurfaces::is_within`]. Occlusion by other objects is not tested here.
+/// leaves about 1e-15). If they do not reach it, the last path is returned with `converged` false. Bounces may end up
+/// beyond the borders of open surfaces, on their continuation: see [`SpecularSurfaces::is_within`]. Occlusion by other
+/// objects is not tested here.
 ///
 /// Returns `None` if the path leaves a surface, the matrix is singular, anything is not finite, or the path is of the
 /// wrong branch: a reflection with its neighbours on opposite sides, a transmission with both on one side or towards

@@ -142,8 +142,7 @@ pub(crate) struct Stop {
 }
 
 /// The texels that solve equations best in the sense of least squares, where each texel is also expected to have a
-/// value, an
-/// equation of its own that counts by `trust`: texels that no equation has keep that value.
+/// value, an equation of its own that counts by `trust`: texels that no equation has keep that value.
 ///
 /// By preconditioned conjugate gradients on the normal equations (Hestenes, Stiefel 1952), for all four channels in one
 /// pass over the matrix, with step lengths of their own.

@@ -22,21 +22,18 @@ use glam::Vec4;
 use least_squares::{Equations, Residual, Stop, solve};
 use observations::{Observation, Observations, Observer};
 
-/// How much a texel is held to its expected value, against pixels that count by the squares of their shares in it.
-/// With a
-/// fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what
+/// How much a texel is held to its expected value, against pixels that count by the squares of their shares in it. With
+/// a fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what
 /// was expected.
 const TRUST: f32 = 0.005;
 
 /// How much texels of coarser levels are held to be means of finer ones. Without it what one level has too much of the
-/// next
-/// has too little of, and levels that no picture reads keep what was expected: pictures at other sizes are noisy.
+/// next has too little of, and levels that no picture reads keep what was expected: pictures at other sizes are noisy.
 /// Chosen, not measured.
 const COUPLING: f32 = 1.0;
 
 /// How much pictures from beside a viewpoint count against that from itself: they tell what that does not show, and
-/// should not
-/// blur what it does. Chosen, not measured.
+/// should not blur what it does. Chosen, not measured.
 const NEIGHBOUR_WEIGHT: f32 = 0.3;
 
 /// Weight of surfaces that others of their group hide, against those that a viewpoint shows: as of pictures from beside
@@ -50,8 +47,7 @@ const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, ed
 const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
 
 /// Pictures of each viewpoint, each one half as large as the one before: smaller ones say what the coarser levels of
-/// textures are.
-/// Chosen, not measured.
+/// textures are. Chosen, not measured.
 const PICTURE_SIZES: u32 = 3;
 
 /// Observations whose equations a thread makes at once. A size for threads; chosen, not measured.

@@ -312,8 +312,7 @@ impl Refiner<'_, '_> {
     }
 
     /// Which edges of a triangle are to be divided, because rays through its corners leave differently and the edges
-    /// are long;
-    /// edge k is from corner k to the next.
+    /// are long; edge k is from corner k to the next.
     fn cuts(&self, leaf: &PatchLeaf) -> [bool; 3] {
         let [a, b, c] = leaf.vertices.map(|vertex| &self.mesh.paths[vertex as usize]);
         let differ =

@@ -51,8 +51,7 @@ impl VisibleTriangles {
         let is_seen = (0..scene.triangles.len()).map(|_| AtomicBool::new(false)).collect();
         let found = Self { width, height, pixels, is_seen };
         // Every pixel is one thread's, and what is written of triangles is the same whoever does it: so results do not
-        // depend on the number
-        // of threads.
+        // depend on the number of threads.
         raster::for_each_seen(view, samples, lists, list, &Presence(scene), |[x, y], triangle| {
             found.pixels[(y * width + x) as usize].store(triangle.source, Ordering::Relaxed);
             found.is_seen[triangle.source as usize].store(true, Ordering::Relaxed);
@@ -66,8 +65,7 @@ impl VisibleTriangles {
     }
 
     /// Whether a part of a triangle may be seen: a pixel of the box about it shows the triangle, or one of its corners
-    /// lies
-    /// before the near plane.
+    /// lies before the near plane.
     pub(crate) fn shows_part(&self, triangle: u32, corners: [PicturePoint; 3], near: f32) -> bool {
         if corners.iter().any(|corner| corner.depth < near) {
             return true;

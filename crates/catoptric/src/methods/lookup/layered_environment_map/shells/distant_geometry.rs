@@ -136,8 +136,7 @@ impl<'a> LayerSpecs<'a> {
     }
 
     /// Calls, for the wanted layers (as bits), with what a ray that leaves the group meets first of each: from the
-    /// front (or from behind, as
-    /// the first of all things).
+    /// front (or from behind, as the first of all things).
     pub(crate) fn each_first(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, &Hit)) {
         let mut waiting = wanted;
         if waiting == 0 {
@@ -155,8 +154,7 @@ impl<'a> LayerSpecs<'a> {
     }
 
     /// Calls, for the wanted layers (as bits), with how far away what a ray meets first of each is, twice; and once
-    /// more with how far away the
-    /// ray leaves that thing again, where it is a solid.
+    /// more with how far away the ray leaves that thing again, where it is a solid.
     pub(crate) fn each_depth(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, [f32; 2])) {
         let (mut waiting, mut within) = (wanted, [None; MAX_LAYERS]);
         if waiting == 0 {
@@ -191,8 +189,7 @@ impl<'a> LayerSpecs<'a> {
     }
 
     /// Adds, for the wanted layers (as bits), what a ray that leaves the group sees of each: radiance with 1, or
-    /// nothing where it meets none
-    /// of the layer's things.
+    /// nothing where it meets none of the layer's things.
     pub(crate) fn add_seen(&self, ray: &Ray, change: Option<&RayDifferential>, wanted: u32, seen: &mut [Vec4]) {
         self.each_first(ray, wanted, |layer, hit| seen[layer] += self.look(ray, change, hit));
     }

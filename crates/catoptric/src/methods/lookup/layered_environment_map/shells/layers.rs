@@ -35,9 +35,8 @@ impl LayerSpec {
 /// The layers about a group, the nearest first; at most `count`.
 ///
 /// Each thing goes whole to one layer. Of several meetings of a ray with a layer the first one counts for where its
-/// shell is
-/// (Hakura, Snyder 2001, section 4.2). Things that no ray meets (`others`, with their distances) go to the nearest
-/// layer.
+/// shell is (Hakura, Snyder 2001, section 4.2). Things that no ray meets (`others`, with their distances) go to the
+/// nearest layer.
 pub(crate) fn strata(
     meetings: &[LayerHit],
     others: &[(u32, f32)],
@@ -93,8 +92,7 @@ pub(crate) fn first_met(meetings: &[LayerHit], objects: &[u32]) -> Vec<Vec3> {
 /// The number of each object's layer, of `objects` that may be met; none: [`usize::MAX`].
 ///
 /// Meetings are clustered by their distances to the centre (Linde, Buzo, Gray 1980), those of all viewpoints together,
-/// and each
-/// thing goes to the cluster that has the most of its meetings (Hakura, Snyder 2001, section 4.2).
+/// and each thing goes to the cluster that has the most of its meetings (Hakura, Snyder 2001, section 4.2).
 fn layers_by_distance(meetings: &[LayerHit], objects: usize, count: usize) -> Vec<usize> {
     let distances: Vec<f32> = meetings.iter().map(|meeting| meeting.position.length()).collect();
     let centers = clusters(&distances, count);
@@ -118,9 +116,8 @@ fn nearest(centers: &[f32], distance: f32) -> usize {
     }
 }
 
-/// The middles of at most `count` clusters of distances, ascending. From one cluster on, the one with the largest
-/// error is divided and all
-/// are moved to the means of the distances that are nearest to them, until none changes its cluster.
+/// The middles of at most `count` clusters of distances, ascending. From one cluster on, the one with the largest error
+/// is divided and all are moved to the means of the distances that are nearest to them, until none changes its cluster.
 fn clusters(distances: &[f32], count: usize) -> Vec<f32> {
     let mut sorted: Vec<f32> = distances.iter().copied().filter(|distance| distance.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);

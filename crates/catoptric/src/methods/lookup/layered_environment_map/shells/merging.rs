@@ -19,8 +19,7 @@ const MAX_CLUSTERS: usize = 32;
 /// clusters.
 ///
 /// Each thing has a cluster of its own, and of all pairs that is merged, again and again, whose common shell is worse
-/// than
-/// its two by the least: by what things are shifted for an eye beside the centre, which is the difference of the
+/// than its two by the least: by what things are shifted for an eye beside the centre, which is the difference of the
 /// inverse distances.
 pub(crate) fn merged_by_shape(things: &[Vec<Vec3>], count: usize, shells: Shells) -> Vec<usize> {
     let total: usize = things.iter().map(Vec::len).sum();

@@ -16,9 +16,8 @@ pub(crate) struct SharedLayer {
 }
 
 impl SharedLayer {
-    /// Takes what is in the farthest layers of all groups out of these (what else is in them joins the next ones);
-    /// each group has its own
-    /// meetings with what is around it. None where there is no such thing, or a single group.
+    /// Takes what is in the farthest layers of all groups out of these (what else is in them joins the next ones); each
+    /// group has its own meetings with what is around it. None where there is no such thing, or a single group.
     pub(crate) fn taken_from(groups: &mut [GroupLayers], meetings: &[Vec<LayerHit>], shells: Shells) -> Option<Self> {
         let [first, others @ ..] = &*groups else { return None };
         let is_farthest =

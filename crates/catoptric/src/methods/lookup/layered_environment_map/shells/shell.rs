@@ -48,8 +48,7 @@ impl<const LANES: usize> RayLanes<LANES> {
     }
 
     /// Makes them what they are where everything is smaller by these shares about the centre: they meet there a shell
-    /// where they meet here one
-    /// that is larger.
+    /// where they meet here one that is larger.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn shrink(&mut self, shares: &Lanes<LANES>) {
         let growth = inverse(shares);
@@ -71,9 +70,8 @@ impl<const LANES: usize> RayLanes<LANES> {
         places
     }
 
-    /// How far neighbouring rays (to the right, below) pass their places at distances along them, across the
-    /// directions of these from the
-    /// centre.
+    /// How far neighbouring rays (to the right, below) pass their places at distances along them, across the directions
+    /// of these from the centre.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn widths(&self, distances: &Lanes<LANES>, places: &Vec3Lanes<LANES>) -> [Lanes<LANES>; 2] {
         let mut widths = [Lanes::ZERO; 2];
@@ -126,13 +124,11 @@ impl<const LANES: usize> RayLanes<LANES> {
 }
 
 /// A layer's points are no wider apart than this for a quad to stand in for them: the cosine of the angle to their
-/// middle.
-/// Chosen, not measured.
+/// middle. Chosen, not measured.
 const QUAD_CONE: f32 = 0.5;
 
-/// A quad takes the place of a shell that is better by no more than this (a share of the distance): it needs a sixth
-/// of its texels.
-/// Chosen, not measured.
+/// A quad takes the place of a shell that is better by no more than this (a share of the distance): it needs a sixth of
+/// its texels. Chosen, not measured.
 const QUAD_ADVANTAGE: f32 = 0.01;
 
 /// How much of a quad's size is added around it. Chosen, not measured.
@@ -241,8 +237,7 @@ impl Shell {
     }
 
     /// Moves footprints of what surrounds the centre to where places are seen from there, and limits them to what
-    /// surfaces show that are not
-    /// too oblique, by how far neighbours pass the places.
+    /// surfaces show that are not too oblique, by how far neighbours pass the places.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn hold_at<const LANES: usize>(
         &self,
@@ -393,9 +388,8 @@ fn cylinder(points: &[Vec3]) -> ParallaxProxy {
 }
 
 impl Quad {
-    /// In the plane that comes nearest to the points, and as wide as they are seen from the centre. None where they
-    /// are all around
-    /// it.
+    /// In the plane that comes nearest to the points, and as wide as they are seen from the centre. None where they are
+    /// all around it.
     fn fit(points: &[Vec3]) -> Option<Self> {
         // The plane n . p = 1: what it is off by is relative to its own distance.
         let sum: DVec3 = points.iter().map(|point| point.as_dvec3()).sum();

@@ -77,9 +77,8 @@ impl DepthBounds {
     }
 
     /// Returns true if nothing is shown wherever the ways between two places each pass, as far as these are wanted,
-    /// seen
-    /// from the centre: a straight way between places of one face of a cube lies in the rectangle about them. False
-    /// where that is not known: not all are on one face.
+    /// seen from the centre: a straight way between places of one face of a cube lies in the rectangle about them.
+    /// False where that is not known: not all are on one face.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn is_nothing_between<const LANES: usize>(
         &self,

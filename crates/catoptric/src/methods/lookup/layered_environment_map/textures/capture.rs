@@ -77,8 +77,7 @@ fn row_count(strata: &[LayerSpec], size: u32) -> usize {
 }
 
 /// Something of every texel of every layer's finest level. `fill` is told the texel (face, column, row) and, as bits,
-/// the layers whose
-/// values it is to set, of which there are as many as layers.
+/// the layers whose values it is to set, of which there are as many as layers.
 fn of_texels<T: Copy + Send + Sync>(
     strata: &[LayerSpec],
     size: u32,

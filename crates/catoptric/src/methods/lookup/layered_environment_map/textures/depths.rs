@@ -20,8 +20,7 @@ impl Depth {
 /// Depths of texels, texel by texel; each a word of two codes, the front's in the lower half.
 ///
 /// A code counts how far a share's bits are above those of the least, in steps that are a power of two: so shares that
-/// differ by no more than
-/// a factor of 256 are exact to 2^-14 of themselves, and what is equal stays equal.
+/// differ by no more than a factor of 256 are exact to 2^-14 of themselves, and what is equal stays equal.
 #[derive(Clone, Debug)]
 pub(crate) struct Depths {
     words: Arc<[u32]>,

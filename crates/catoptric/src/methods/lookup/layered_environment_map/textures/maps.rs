@@ -150,9 +150,8 @@ pub(crate) type LayersAbout<'a> = Vec<&'a Layer>;
 pub(crate) type Blended<'a> = [(LayersAbout<'a>, f32)];
 
 /// Radiance that arrives along rays, each with its differential: layer over layer before the scene's background,
-/// blended over
-/// viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others in their
-/// order.
+/// blended over viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others
+/// in their order.
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(

@@ -1,8 +1,7 @@
 //! Textures of layers: the faces of a cube or a single square with transparency, and which texels a look-up reads.
 //!
 //! [`TexelLayout::taps`] is the only place that says which texels count how much: look-ups sum over it, and inference
-//! has its
-//! matrix from it.
+//! has its matrix from it.
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
@@ -125,8 +124,7 @@ impl TexelLayout {
     }
 
     /// The texels that look-ups read, with their weights, which sum to one (less beyond a square's edges): trilinear
-    /// look-ups side by
-    /// side along the longer axis of a footprint. What lanes read that are not wanted is left out.
+    /// look-ups side by side along the longer axis of a footprint. What lanes read that are not wanted is left out.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn taps<const LANES: usize>(
         &self,
@@ -268,8 +266,7 @@ impl TexelLayout {
     }
 
     /// The upper left ones of the four texels of the finest level about places (those of the same face; beyond a
-    /// square: none, [`u32::MAX`]),
-    /// and where between the four these are: to the right and down.
+    /// square: none, [`u32::MAX`]), and where between the four these are: to the right and down.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn quads<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> ([u32; LANES], [Lanes<LANES>; 2]) {
         let located = self.located(places);

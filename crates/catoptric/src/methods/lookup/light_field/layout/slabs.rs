@@ -7,8 +7,7 @@ use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
 /// Views see a little more than is asked of them, so that a neighbour's pixel is there when what is near appears
-/// shifted
-/// in it: slopes up to this. Chosen, not measured.
+/// shifted in it: slopes up to this. Chosen, not measured.
 pub(crate) const STEEPEST: f32 = 1.0625;
 
 /// Slabs, in the order +x, -x, +y, -y, +z, -z of the directions that they hold.
@@ -17,9 +16,8 @@ pub(crate) const SLABS: usize = 6;
 /// One slab: a plane of views (st) on a face of the region, that look out of it along an axis.
 ///
 /// With half the field of view `theta = pi / 4` a ray that leaves the region within `pi / 4` of the axis, by direction
-/// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the
-/// plane of
-/// views has side 3l (section 5).
+/// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the plane
+/// of views has side 3l (section 5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Slab {
     /// The axis along which it looks.
@@ -153,8 +151,7 @@ impl Slab {
     }
 
     /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on
-    /// its way
-    /// through that; of rays that miss it, [`Self::exit`].
+    /// its way through that; of rays that miss it, [`Self::exit`].
     pub(crate) fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let long = self.direction(slope);
         let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
@@ -175,8 +172,7 @@ impl SlabLayout {
     }
 
     /// The rays from points, where slabs hold them: all from points of the region are held. The largest component of
-    /// the
-    /// direction chooses the slab (section 5).
+    /// the direction chooses the slab (section 5).
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn locate<const LANES: usize>(
         &self,

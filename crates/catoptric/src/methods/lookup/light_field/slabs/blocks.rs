@@ -37,8 +37,7 @@ pub(crate) fn byte_count(compression: Compression, side: u32) -> Option<usize> {
 }
 
 /// Appends the blocks of a view: `side` pixels a side of packed radiance, row by row. Appends nothing where views are
-/// not
-/// compressed.
+/// not compressed.
 pub(crate) fn compress(compression: Compression, side: u32, view: &[u32], bytes: &mut Vec<u8>) {
     let Some(variant) = variant(compression) else { return };
     let (wide, last) = (padded(side), side - 1);
@@ -59,8 +58,7 @@ pub(crate) fn compress(compression: Compression, side: u32, view: &[u32], bytes:
 }
 
 /// Appends the packed radiance of a view's blocks, of which there must be as many as [`byte_count`] says. Appends
-/// nothing
-/// where views are not compressed.
+/// nothing where views are not compressed.
 pub(crate) fn decompress(compression: Compression, side: u32, blocks: &[u8], texels: &mut Vec<u32>) {
     let Some(bytes) = byte_count(compression, 4) else { return };
     let (first, across) = (texels.len(), padded(side) as usize / 4);
@@ -118,8 +116,7 @@ impl BlockPixels {
 }
 
 /// Radiance from 0 to [`BRIGHTEST`] in eight bits a component: compressed as x / (1 + x) (Reinhard, Stark, Shirley,
-/// Ferwerda
-/// 2002, equation 3), then by a gamma. Steps are 2 to 3 % from 0.1 to 2, and 35 % at the bright end.
+/// Ferwerda 2002, equation 3), then by a gamma. Steps are 2 to 3 % from 0.1 to 2, and 35 % at the bright end.
 fn bits8(radiance: Vec3) -> [u8; 4] {
     let [r, g, b] = radiance.to_array().map(|x| {
         let share = x * (1.0 + 1.0 / BRIGHTEST) / (1.0 + x);

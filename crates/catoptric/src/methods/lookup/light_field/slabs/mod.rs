@@ -67,13 +67,11 @@ enum Field {
 
 impl Slabs {
     /// Captures what arrives at a region of a scene, without the reflectors and lenses that lie in it. Others are seen
-    /// with up
-    /// to `order` specular events.
+    /// with up to `order` specular events.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where a setting is not allowed, [`RenderError::Limit`] where the region has no size
-    /// along an
-    /// axis, or is not finite.
+    /// along an axis, or is not finite.
     pub fn capture(
         settings: &LightFieldSettings,
         scene: &Scene,
@@ -160,9 +158,8 @@ impl Slabs {
         }
     }
 
-    /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and
-    /// of the
-    /// unit direction); none where no slab holds it.
+    /// The radiance along a ray from a point of the region, blurred over the ray's changes a pixel (of the point and of
+    /// the unit direction); none where no slab holds it.
     pub fn radiance(
         &self,
         point: Vec3,
@@ -179,8 +176,7 @@ impl Slabs {
     }
 
     /// Where a ray from a point of the region lies in the slabs (Yu, Yang, McMillan 2005, equation 1, without
-    /// disparity); none
-    /// where no slab holds it.
+    /// disparity); none where no slab holds it.
     pub fn coordinates(&self, point: Vec3, direction: Vec3) -> Option<SlabCoordinates> {
         match &self.field {
             Field::Slabs(Fetch { layout, .. }) => {

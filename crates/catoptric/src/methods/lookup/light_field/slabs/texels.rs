@@ -13,10 +13,8 @@ const LARGEST: f32 = (511.0 / 512.0) * 65536.0;
 /// nearer is out of sight of the next view anyway.
 const MAX_PARALLAX: f32 = 2.0;
 
-/// Radiance as three mantissas of nine bits with one exponent: an error of 1/512 of the largest component, or of
-/// 2^-25, at the
-/// most.
-/// What is below 0 becomes 0, and what is too large (above 65,408) the largest that can be stored.
+/// Radiance as three mantissas of nine bits with one exponent: an error of 1/512 of the largest component, or of 2^-25,
+/// at the most. What is below 0 becomes 0, and what is too large (above 65,408) the largest that can be stored.
 #[inline]
 pub(crate) fn packed(radiance: Vec3) -> u32 {
     // NaN is not above 0.

@@ -6,9 +6,8 @@ use glam::Vec3;
 /// A ray that leaves a mirror through a cell of a grid, how its neighbours in the grid differ, and how far it goes: one
 /// line of the cache.
 ///
-/// In the plane across the ray (axes: [`axes`]), at a distance along it, the ray of the next cell
-/// of the row is away by the first pair of `start` plus the distance times that of `growth`; the second pairs are those
-/// of the next row.
+/// In the plane across the ray (axes: [`axes`]), at a distance along it, the ray of the next cell of the row is away by
+/// the first pair of `start` plus the distance times that of `growth`; the second pairs are those of the next row.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(64))]
 pub(super) struct Passage {

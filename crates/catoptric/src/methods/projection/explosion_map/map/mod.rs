@@ -129,9 +129,8 @@ impl ExplosionMap {
         (1..last).find(is_beyond).unwrap_or(last)
     }
 
-    /// The weight of the farther of two spheres at a point, and its change with the point's distance
-    /// from the centre: reflection points move about evenly with one over the distance. `positions` are those of both
-    /// records.
+    /// The weight of the farther of two spheres at a point, and its change with the point's distance from the centre:
+    /// reflection points move about evenly with one over the distance. `positions` are those of both records.
     #[inline]
     fn share(&self, spheres: [&MapSphere; 2], positions: [Vec3A; 2], distance: f32) -> (f32, f32) {
         let one_over = |k: usize| {

@@ -67,8 +67,8 @@ fn basis(image: DVec2) -> [f64; PINHOLE_TERMS] {
     [1.0, u, v, u * u, u * v, v * v]
 }
 
-/// The point nearest to all rays, from `origin`: the normal equations of `o x d = t x d`, which are
-/// `sum (I - d dT) o = sum (I - d dT) t`. Not finite for parallel rays.
+/// The point nearest to all rays, from `origin`: the normal equations of `o x d = t x d`, which are `sum (I - d dT) o =
+/// sum (I - d dT) t`. Not finite for parallel rays.
 #[inline(always)]
 fn center_from(rays: &[GridRay], origin: DVec3) -> DVec3 {
     let (mut matrix, mut right) = (DMat3::ZERO, DVec3::ZERO);

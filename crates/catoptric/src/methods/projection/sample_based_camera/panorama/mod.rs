@@ -64,10 +64,10 @@ impl std::fmt::Debug for PanoramicMirrors<'_> {
 
 /// Settings of panoramic cameras.
 ///
-/// Accuracy is counted in pixels of a face, a picture of 90 degrees by 90 degrees. In its middle a pixel is
-/// `2 / size_px` radians. Towards its border pixels are smaller: at `(u, v)`, both from -1 to 1, with
-/// `r2 = u * u + v * v`, that divided by `sqrt(1 + r2)` across the way to the middle and by `1 + r2` along it. So in a
-/// corner they are 0.58 and 0.33 times as large. No direction is less accurate than in the middle of a face.
+/// Accuracy is counted in pixels of a face, a picture of 90 degrees by 90 degrees. In its middle a pixel is `2 /
+/// size_px` radians. Towards its border pixels are smaller: at `(u, v)`, both from -1 to 1, with `r2 = u * u + v * v`,
+/// that divided by `sqrt(1 + r2)` across the way to the middle and by `1 + r2` along it. So in a corner they are 0.58
+/// and 0.33 times as large. No direction is less accurate than in the middle of a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanoramaSettings {
     /// Pixels a side of each of the six faces, from 1.

@@ -17,8 +17,7 @@ use std::sync::Arc;
 /// Found by errors from above the plane of viewpoints: fewer steps have more, and gain little time.
 const STEPS_A_LOGARITHM: f32 = 17.16;
 
-/// Largest number of these steps: they are longer if distances differ by more. A bound on time; chosen,
-/// not measured.
+/// Largest number of these steps: they are longer if distances differ by more. A bound on time; chosen, not measured.
 const MAX_STEPS: f32 = 12.0;
 
 /// Rays from beside the centre begin with steps of about this share of the largest distance. Chosen, not measured.
@@ -34,8 +33,7 @@ const EXACT_TEXELS: f32 = 0.1;
 const ALIKE: f32 = 1.1;
 
 /// A ray that has come to be further behind what is shown than by this factor has come past the edge of a thing; by
-/// less, and it has met a
-/// surface that is seen at a flat angle. Chosen, not measured.
+/// less, and it has met a surface that is seen at a flat angle. Chosen, not measured.
 const EDGE: f32 = 1.03;
 
 /// Largest number of edges behind which a ray is followed on. A bound on time; chosen, not measured.
@@ -49,10 +47,8 @@ const BETWEEN_TEXELS: f32 = 0.1;
 const ON_SHELL: f32 = 1e-3;
 
 /// Of every texel of a texture's finest level how far from the centre what it shows is, as a share of the shell's
-/// distance: a shell that is
-/// grown by that share about the centre goes through it. Also how far that thing reaches behind what is shown: rays
-/// that come past its edge
-/// meet it there, and pass what is further behind.
+/// distance: a shell that is grown by that share about the centre goes through it. Also how far that thing reaches
+/// behind what is shown: rays that come past its edge meet it there, and pass what is further behind.
 #[derive(Clone, Debug)]
 pub(crate) struct Distances {
     layout: TexelLayout,
@@ -330,8 +326,7 @@ impl Distances {
     }
 
     /// The first change, between two distances along rays, from before to behind what is shown, or from behind a thing
-    /// into it or to what it
-    /// hides.
+    /// into it or to what it hides.
     #[inline(always)] // for the instructions of its caller
     fn changed<const LANES: usize>(
         &self,
@@ -410,8 +405,7 @@ impl Distances {
     }
 
     /// Distances along rays at which their brackets close: within [`EXACT_TEXELS`], where `is_exact` becomes true, or
-    /// after
-    /// [`REFINEMENTS`] steps. Rays that are exact already keep the far end of their bracket.
+    /// after [`REFINEMENTS`] steps. Rays that are exact already keep the far end of their bracket.
     #[inline(always)] // for the instructions of its caller
     fn refined<const LANES: usize>(
         &self,
