@@ -1,6 +1,7 @@
 //! Chores of the project's developers: `cargo xtask COMMAND`.
 #![expect(clippy::print_stdout, reason = "what chores have come to is printed")]
 
+mod check_all;
 mod new_method;
 mod web;
 
@@ -20,6 +21,8 @@ Commands:
                    built before, in Chromium: all tests, those with a word in their names, those with one kind of
                    graphics
   ci               run what continuous integration runs
+  check-all [--list] [--only NAME]... [--random-seconds N]
+                   run everything that can be tested, which takes hours; list the steps; run those of these names
 
 Pictures, plots and tables of the documents: cargo figures --help";
 
@@ -30,6 +33,7 @@ fn main() -> Result<()> {
         ["new-method", ref rest @ ..] => new_method::make(rest),
         ["web", ref rest @ ..] => web::run(rest),
         ["ci"] => run(Command::new("bash").arg(".ci/run")),
+        ["check-all", ref rest @ ..] => check_all::run(rest),
         ["--help" | "-h"] => {
             println!("{HELP}");
             Ok(())

@@ -62,7 +62,7 @@ impl Graphics {
 }
 
 /// The installed browser, if there is one.
-pub(super) fn installed() -> Option<&'static str> {
+pub(crate) fn installed() -> Option<&'static str> {
     let answers = |name: &&&str| {
         let asked = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
         asked.is_ok_and(|status| status.success())

@@ -5,6 +5,9 @@ mod chromium;
 mod serve;
 mod test;
 
+pub(crate) use build::TARGET;
+pub(crate) use chromium::installed;
+
 use anyhow::{Result, bail};
 use std::path::PathBuf;
 
