@@ -1,7 +1,6 @@
 //! A new method: its folder with all roles, its lines in the registry, a test and a bench that fail until it draws.
 
 use crate::root;
-use crate::stage::print;
 use anyhow::{Context, Result, bail, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -42,7 +41,6 @@ impl Request {
                 && !name.starts_with(|first: char| first.is_ascii_digit())
         };
         ensure!(is_snake(&name), "`{name}` is no name of a folder: lower-case words joined by `_`");
-        ensure!(catoptric::methods::find(&name).is_err(), "`{name}` is a method already");
         let (family, role) = match family.copied() {
             Some("lookup") => ("lookup", "lookup"),
             Some("projection") => ("projection", "project"),
@@ -154,8 +152,14 @@ impl Request {
 
     /// The registry with the method's line after the last of its family.
     fn registered(&self, path: &Path) -> Result<String> {
+        let text = read(path)?;
+        let has_name = |line: &str| {
+            let entry = line.trim_start().strip_prefix('&').and_then(|line| line.strip_suffix("::INFO,"));
+            entry.is_some_and(|path| path.rsplit("::").next() == Some(&self.name))
+        };
+        ensure!(!text.lines().any(has_name), "`{}` is a method already", self.name);
         let start = format!("        &{}::", self.family);
-        after_last(&read(path)?, &start, &format!("{start}{}::INFO,", self.name))
+        after_last(&text, &start, &format!("{start}{}::INFO,", self.name))
     }
 }
 
@@ -183,20 +187,21 @@ fn with_module(text: &str, visibility: &str, name: &str) -> Result<String> {
 }
 
 /// Makes the method that the words of the command line describe.
-pub(crate) fn make(words: &[String]) -> Result<()> {
-    let request = Request::parse(&words.iter().map(String::as_str).collect::<Vec<_>>())?;
+pub(crate) fn make(words: &[&str]) -> Result<()> {
+    let request = Request::parse(words)?;
     for path in request.write(&root())? {
-        print(&path.strip_prefix(root()).unwrap_or(&path).display().to_string())?;
+        println!("{}", path.strip_prefix(root()).unwrap_or(&path).display());
     }
     let Request { name, family, role, .. } = &request;
-    print(&format!(
+    println!(
         "\nIt draws reflectors black. Fill in {METHODS}/{family}/{name}/{role}.rs,\n\
          then the texts in mod.rs and README.md:\n  \
          cargo run --release -p catoptric_cli -- render builtin:sphere_room --method {name} -o {name}.png\n  \
          cargo test --release -p catoptric --test {family} {name}\n  \
          cargo test --release -p catoptric --test registry     prints the rows of limits.rs\n  \
          cargo bench -p catoptric --bench methods -- {name}"
-    ))
+    );
+    Ok(())
 }
 
 #[cfg(test)]
@@ -261,8 +266,16 @@ mod tests {
         }
         assert!(Request::parse(&["toy", "--family", "reference"]).unwrap_err().to_string().contains("projection"));
         assert!(Request::parse(&["toy", "more", "--family", "lookup"]).is_err());
-        assert!(
-            Request::parse(&["light_field", "--family", "projection"]).unwrap_err().to_string().contains("already")
-        );
+    }
+
+    #[test]
+    fn methods_that_there_are_stay_as_they_are() {
+        for name in ["light_field", "reference"] {
+            let request = Request::parse(&[name, "--family", "projection"]).unwrap();
+            assert!(request.write(project().path()).unwrap_err().to_string().contains("already"), "{name}");
+        }
+        // A part of a name is another one.
+        let request = Request::parse(&["field", "--family", "lookup"]).unwrap();
+        assert!(request.write(project().path()).is_ok());
     }
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Where the program is compiled to.
-const TARGET: &str = "wasm32-unknown-unknown";
+pub(crate) const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Compiles the viewer and puts it with its page into `dist`, which is returned.
 pub(super) fn build() -> Result<PathBuf> {

@@ -28,6 +28,16 @@ pub(super) enum Graphics {
 }
 
 impl Graphics {
+    /// The kind that a word of the command line names.
+    pub(super) fn parse(word: &str) -> Result<Self> {
+        match word {
+            "webgpu" => Ok(Self::WebGpu),
+            "webgl" => Ok(Self::WebGl),
+            "none" => Ok(Self::None),
+            other => bail!("--graphics {other}: kinds are webgpu, webgl and none"),
+        }
+    }
+
     fn flags(self) -> &'static [&'static str] {
         match self {
             Self::WebGpu => &[
@@ -52,7 +62,7 @@ impl Graphics {
 }
 
 /// The installed browser, if there is one.
-pub(super) fn installed() -> Option<&'static str> {
+pub(crate) fn installed() -> Option<&'static str> {
     let answers = |name: &&&str| {
         let asked = Command::new(name).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
         asked.is_ok_and(|status| status.success())
@@ -248,13 +258,12 @@ impl Page {
         self.command("Input.dispatchTouchEvent", json!({ "type": kind, "touchPoints": points })).map(drop)
     }
 
-    /// A picture of the page, as it is on the screen.
-    pub(super) fn screenshot(&mut self) -> Result<image::RgbImage> {
+    /// A picture of the page, as it is on the screen: a PNG file.
+    pub(super) fn screenshot(&mut self) -> Result<Vec<u8>> {
         use base64::Engine;
         let shot = self.command("Page.captureScreenshot", json!({ "format": "png" }))?;
         let data = shot["data"].as_str().context("no picture")?;
-        let bytes = base64::engine::general_purpose::STANDARD.decode(data).context("no picture")?;
-        Ok(image::load_from_memory(&bytes).context("no PNG")?.to_rgb8())
+        base64::engine::general_purpose::STANDARD.decode(data).context("no picture")
     }
 }
 

@@ -21,7 +21,7 @@ fn value(setting: &SettingInfo) -> Value {
 fn tables_in_readmes_are_current() {
     for readme in readmes().expect("READMEs are there") {
         let path = readme.path.display();
-        assert!(readme.text == readme.current, "{path} is not current: run `cargo xtask settings` and commit it");
+        assert!(readme.text == readme.current, "{path} is not current: run `cargo figures settings` and commit it");
     }
 }
 

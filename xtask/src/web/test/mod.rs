@@ -1,24 +1,18 @@
 //! The page in a real browser: what is seen is what the program draws.
 
+mod expected;
 mod restart;
 mod settings;
 
+use super::build::build;
 use super::chromium::{Graphics, Page, installed};
 use super::serve;
 use anyhow::{Context, Result, bail, ensure};
-use catoptric::framebuffer::Framebuffer;
-use catoptric::light::visibility::cast_shadows;
-use catoptric::methods::{self, Quality};
-use catoptric::progress::Silent;
-use catoptric::scene::{Camera, PoseOptions, Projection};
-use catoptric_scenes::builtin;
-use glam::Affine3A;
-use image::RgbImage;
+use expected::{Picture, Settings};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use toml::Table;
 
 /// The size of the page.
 const SIZE: [u32; 2] = [900, 700];
@@ -29,38 +23,61 @@ const MOST_OFF: f64 = 0.005;
 /// Points beside the picture's edges that labels may cover.
 const LABELS: u32 = 40;
 
-/// A test of the pages at an address.
-type Test = fn(&str) -> Result<()>;
+/// A name, the graphics of the browser, and a test of the pages at an address.
+type Test = (&'static str, Graphics, fn(&str) -> Result<()>);
 
-/// All tests with their names.
-const TESTS: [(&str, Test); 8] = [
-    ("window by WebGPU", |base| shows_the_picture(base, Graphics::WebGpu)),
-    ("window by WebGL", |base| shows_the_picture(base, Graphics::WebGl)),
-    ("scenes by WebGPU", draws_by_webgpu),
-    ("settings", settings::change),
-    ("workers that end", restart::go_on),
-    ("workers with a device that end", restart::go_on_without_device),
-    ("the element", stands_in_a_page),
-    ("without graphics", says_what_is_missing),
+const TESTS: [Test; 8] = [
+    ("window by WebGPU", Graphics::WebGpu, |base| shows_the_picture(base, Graphics::WebGpu)),
+    ("window by WebGL", Graphics::WebGl, |base| shows_the_picture(base, Graphics::WebGl)),
+    ("scenes by WebGPU", Graphics::WebGpu, draws_by_webgpu),
+    ("settings", Graphics::WebGl, settings::change),
+    ("workers that end", Graphics::WebGl, restart::go_on),
+    ("workers with a device that end", Graphics::WebGpu, restart::go_on_without_device),
+    ("the element", Graphics::WebGl, stands_in_a_page),
+    ("without graphics", Graphics::None, says_what_is_missing),
 ];
 
-/// Runs the tests with a word in their names, or says why there are none.
-pub(super) fn test(dist: &Path, word: &str) -> Result<()> {
+/// Tests a folder, which is built unless it is named, or says why it does not: `[FOLDER [WORD]] [--graphics KIND]`.
+pub(super) fn run(words: &[&str]) -> Result<()> {
+    let (folder, tests) = chosen(words)?;
+    let folder = folder.map_or_else(build, Ok)?;
     if installed().is_none() {
         println!("skipped: Chromium is not installed (Debian: apt-get install chromium)");
         return Ok(());
     }
+    if tests.iter().any(|(_, graphics, _)| *graphics != Graphics::None) {
+        expected::build()?;
+    }
     let server = Arc::new(serve::open(0)?);
     let port = server.server_addr().to_ip().context("a server without an address")?.port();
-    let folder = dist.to_path_buf();
     let answering = server.clone();
     std::thread::spawn(move || serve::answer(&answering, &folder));
     let base = format!("http://127.0.0.1:{port}/");
-    for (name, test) in TESTS.iter().filter(|(name, _)| name.contains(word)) {
-        test(&base).with_context(|| (*name).to_owned())?;
+    for (name, _, test) in tests {
+        let start = Instant::now();
+        test(&base).context(name)?;
+        println!("ok: {name}: {:.1} s", start.elapsed().as_secs_f64());
     }
     server.unblock();
     Ok(())
+}
+
+/// The folder, and the tests with a word in their names and with one kind of graphics, where these are given.
+fn chosen(words: &[&str]) -> Result<(Option<PathBuf>, Vec<Test>)> {
+    let (mut places, mut graphics) = (Vec::new(), None);
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        match *word {
+            "--graphics" => graphics = Some(Graphics::parse(words.next().context("--graphics KIND: no KIND")?)?),
+            word if places.len() < 2 && !word.starts_with('-') => places.push(word),
+            word => bail!("`{word}` is not understood"),
+        }
+    }
+    let word = places.get(1).copied().unwrap_or_default();
+    let is_chosen = |name: &str, kind: Graphics| name.contains(word) && graphics.is_none_or(|wanted| wanted == kind);
+    let tests: Vec<_> = TESTS.into_iter().filter(|(name, kind, _)| is_chosen(name, *kind)).collect();
+    ensure!(!tests.is_empty(), "there is no such test, but {:?}", TESTS.map(|(name, ..)| name));
+    Ok((places.first().map(PathBuf::from), tests))
 }
 
 fn shows_the_picture(base: &str, graphics: Graphics) -> Result<()> {
@@ -217,11 +234,11 @@ fn motion(page: &mut Page) -> Result<String> {
 
 /// Compares what is on the screen with what the library draws here. Returns the share of pixels that are off.
 fn matches_the_library(page: &mut Page, method: &str) -> Result<f64> {
-    matches_with_settings(page, method, &Table::new())
+    matches_with_settings(page, method, &Settings::new())
 }
 
 /// The same for a method with settings.
-fn matches_with_settings(page: &mut Page, method: &str, settings: &Table) -> Result<f64> {
+fn matches_with_settings(page: &mut Page, method: &str, settings: &Settings) -> Result<f64> {
     let share = share_off(page, method, settings)?;
     if share > MOST_OFF {
         bail!("{:.2} % of the pixels of `{method}` are off", share * 100.0);
@@ -230,49 +247,24 @@ fn matches_with_settings(page: &mut Page, method: &str, settings: &Table) -> Res
 }
 
 /// The share of pixels on the screen that are off by more than 0.1 from what the library draws here.
-fn share_off(page: &mut Page, method: &str, settings: &Table) -> Result<f64> {
+fn share_off(page: &mut Page, method: &str, settings: &Settings) -> Result<f64> {
     let shown = state(page)?;
     let camera = page.value("JSON.parse(catoptric.camera())")?;
     let [width, height] = [0, 1].map(|index| shown["size"][index].as_u64().unwrap_or_default() as u32);
-    let expected = drawn((method, settings), &camera, [width, height])?.to_srgb8();
+    let expected = expected::drawn(method, settings, &camera, [width, height])?;
     let screen = page.screenshot()?;
+    save(&screen, method)?;
+    let screen = Picture::read(&screen)?;
     let [left, top] = [0, 1].map(|index| shown["rect"][index].as_f64().unwrap_or_default() as u32);
     let (mut off, mut all) = (0, 0);
     for y in LABELS..height {
         for x in 0..width {
-            let index = (y * width + x) as usize * 3;
-            let pixel = screen.get_pixel(left + x, top + y).0;
-            off += usize::from(pixel.iter().zip(&expected[index..index + 3]).any(|(a, b)| a.abs_diff(*b) > 25));
+            let (seen, wanted) = (screen.pixel(left + x, top + y), expected.pixel(x, y));
+            off += usize::from(seen.iter().zip(wanted).any(|(a, b)| a.abs_diff(*b) > 25));
             all += 1;
         }
     }
-    save(&screen, method)?;
     Ok(off as f64 / all.max(1) as f64)
-}
-
-/// The picture by the library.
-fn drawn((method, settings): (&str, &Table), camera: &Value, [width, height]: [u32; 2]) -> Result<Framebuffer> {
-    let numbers: Vec<f32> = camera["place"].as_array().into_iter().flatten().filter_map(number).collect();
-    let place: [f32; 12] = numbers.try_into().ok().context("no place of the camera")?;
-    let fov_y = number(&camera["fov_y"]).context("no field of view")?;
-    let camera = Camera {
-        name: String::new(),
-        other_name: String::new(),
-        world_from_camera: Affine3A::from_cols_array(&place),
-        projection: Projection::Perspective { fov_y },
-    };
-    let mut scene = builtin::parse("sphere_room")?.pose(&PoseOptions::default())?;
-    cast_shadows(&mut scene);
-    let scene = Arc::new(scene);
-    let method = methods::create(method, settings)?;
-    let mut prepared = method.prepare(&scene, Quality { samples: 4, order: 2 }, None, &Silent)?;
-    let mut picture = Framebuffer::new(width, height);
-    prepared.frame(&scene.view(&camera, width, height), &Silent)?.draw(&mut picture, &Silent)?;
-    Ok(picture)
-}
-
-fn number(value: &Value) -> Option<f32> {
-    value.as_f64().map(|value| value as f32)
 }
 
 /// The custom element, in the example's page.
@@ -311,9 +303,10 @@ fn stands_in_a_page(base: &str) -> Result<()> {
 const ELEMENT: &str = "document.querySelector('catoptric-viewer')";
 
 /// Keeps a picture of the screen, if it is wanted.
-fn save(screen: &RgbImage, name: &str) -> Result<()> {
+fn save(screen: &[u8], name: &str) -> Result<()> {
     if let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS") {
-        screen.save(Path::new(&folder).join(format!("page-{name}.png"))).context("cannot save the screen")?;
+        let path = Path::new(&folder).join(format!("page-{name}.png"));
+        std::fs::write(path, screen).context("cannot save the screen")?;
     }
     Ok(())
 }
@@ -324,4 +317,24 @@ fn says_what_is_missing(base: &str) -> Result<()> {
     page.wait_for("document.getElementById('words')?.textContent.includes('WebGPU or WebGL 2')")?;
     println!("ok: without WebGPU and WebGL the page says what is missing");
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tests_are_chosen_by_words_and_graphics() {
+        let names = |words: &[&str]| {
+            let (folder, tests) = chosen(words).unwrap();
+            (folder, tests.into_iter().map(|(name, ..)| name).collect::<Vec<_>>())
+        };
+        assert_eq!(names(&[]).1.len(), TESTS.len());
+        assert_eq!(names(&["--graphics", "none"]), (None, vec!["without graphics"]));
+        let webgl = names(&["dist", "window", "--graphics", "webgl"]);
+        assert_eq!(webgl, (Some("dist".into()), vec!["window by WebGL"]));
+        for words in [&["dist", "nothing"][..], &["--graphics"], &["--graphics", "vulkan"], &["--fast"]] {
+            assert!(chosen(words).is_err(), "{words:?}");
+        }
+    }
 }

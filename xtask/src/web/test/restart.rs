@@ -1,9 +1,9 @@
 //! Workers that end or fail: another one goes on.
 
-use super::{SHARP, SIZE, STATE, drag, matches_the_library, matches_with_settings, save, state};
+use super::{SHARP, SIZE, STATE, Settings, drag, matches_the_library, matches_with_settings, save, state};
 use crate::web::chromium::{Graphics, Page};
 use anyhow::{Result, ensure};
-use toml::Table;
+use serde_json::json;
 
 /// Ends a worker as browsers do that want its memory: the page is told nothing.
 const END: &str = "setTimeout(() => close()); undefined";
@@ -14,7 +14,7 @@ const ENDED: &str = "drawing has failed and was started again: the browser has e
 /// A worker is ended, another one fails at its work; then they end until no other is started.
 pub(super) fn go_on(base: &str) -> Result<()> {
     let mut page = Page::open(Graphics::WebGl, SIZE)?;
-    let settings: Table = toml::from_str("size = 64")?;
+    let settings = Settings::from([("size", json!(64))]);
     page.visit(&format!("{base}?scene=builtin:sphere_room&method=environment_map&set=size=64"))?;
     page.wait_for(SHARP)?;
     turn(&mut page)?;

@@ -1,11 +1,10 @@
 //! Settings, by links and by hand.
 
-use super::{MOST_OFF, SIZE, STATE, matches_with_settings, save, share_off};
+use super::{MOST_OFF, SIZE, STATE, Settings, matches_with_settings, save, share_off};
 use crate::web::chromium::{Graphics, Page};
 use anyhow::{Context, Result, bail, ensure};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::time::Duration;
-use toml::Table;
 
 /// The method whose settings are changed.
 const METHOD: &str = "environment_map";
@@ -20,17 +19,17 @@ const LOWEST: f64 = SIZE[1] as f64 - 60.0;
 pub(super) fn change(base: &str) -> Result<()> {
     let mut page = Page::open(Graphics::WebGl, SIZE)?;
     page.visit(&format!("{base}?scene=builtin:sphere_room&method={METHOD}&set=capture_samples=1&set=size=64"))?;
-    let mut settings: Table = toml::from_str("capture_samples = 1\nsize = 64")?;
+    let mut settings = Settings::from([("capture_samples", json!(1)), ("size", json!(64))]);
     shows(&mut page, &settings)?;
     matches_with_settings(&mut page, METHOD, &settings)?;
-    ensure!(share_off(&mut page, METHOD, &Table::new())? > MOST_OFF, "the settings of the link change nothing");
+    ensure!(share_off(&mut page, METHOD, &Settings::new())? > MOST_OFF, "the settings of the link change nothing");
     println!("ok: settings: a link has them");
     click(&mut page, "DisclosureTriangle", "Settings", "")?;
     // A list, and a value in it.
     open_list(&mut page, "parallax", "none", "box")?;
     click(&mut page, "Button", "box", "")?;
     let before = settings.clone();
-    settings.insert("parallax".into(), "box".into());
+    settings.insert("parallax", json!("box"));
     shows(&mut page, &settings)?;
     matches_with_settings(&mut page, METHOD, &settings)?;
     ensure!(share_off(&mut page, METHOD, &before)? > MOST_OFF, "another parallax changes nothing");
@@ -42,7 +41,7 @@ pub(super) fn change(base: &str) -> Result<()> {
     page.wait_for("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))")?;
     page.write("8")?;
     page.key("Enter")?;
-    settings.insert("size".into(), 8.into());
+    settings.insert("size", json!(8));
     shows(&mut page, &settings)?;
     matches_with_settings(&mut page, METHOD, &settings)?;
     save(&page.screenshot()?, "settings")?;
@@ -55,7 +54,7 @@ pub(super) fn change(base: &str) -> Result<()> {
 }
 
 /// Waits until the page shows the method with these settings and no others.
-fn shows(page: &mut Page, settings: &Table) -> Result<()> {
+fn shows(page: &mut Page, settings: &Settings) -> Result<()> {
     let wanted = serde_json::to_string(settings)?;
     let sorted = |object: &str| format!("JSON.stringify(Object.entries({object}).sort())");
     let (shown, wanted) = (sorted("state.settings"), sorted(&wanted));

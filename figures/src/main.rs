@@ -1,0 +1,96 @@
+//! Pictures, plots and tables of the documents: `cargo figures [NAME]`.
+
+mod cameras;
+mod layered;
+mod light_field;
+mod panels;
+mod perturbation;
+mod program;
+mod scaling;
+mod stage;
+mod surfaces;
+mod virtual_objects;
+
+use anyhow::{Context, Result, bail};
+use catoptric_testkit::readme::readmes;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const HELP: &str = "\
+Usage: cargo figures [NAME]
+
+Without a name the pictures of README.md are drawn. A part of a figure's name draws what it begins; all pictures go
+into docs/pictures, tables are printed.
+
+  figure           `figure-08` and the like: docs/figures-path-perturbation.md
+  cameras          `cameras-14`, `cameras-walk` and the like: docs/figures-sample-based-camera.md
+  scaling          the curves of the same
+  virtual_objects  `virtual_objects-table` and the like: docs/figures-virtual-objects.md
+  light_field      `light_field-8` and the like: docs/figures-light-field.md
+  layered          `layered-table` and the like: docs/figures-layered-environment-map.md
+  surfaces         `surfaces-rough` and the like: docs/figures-surfaces.md
+  first_frames [FILE...], growth, motion
+                   the tables of docs/performance.md
+  settings         the tables of settings in the methods' READMEs, which are written into them";
+
+fn main() -> Result<()> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match words.first().map(String::as_str) {
+        None => pictures_of_readme(),
+        Some("first_frames") => scaling::first_frames::draw(&words[1..]),
+        Some("growth") => scaling::growth::draw(),
+        Some("motion") => scaling::motion::draw(),
+        Some("scaling") => scaling::draw(),
+        Some("settings") => settings(),
+        Some(name) if name.starts_with("cameras") => cameras::draw(name),
+        Some(name) if name.starts_with("figure") => perturbation::draw(name),
+        Some(name) if name.starts_with("layered") => layered::draw(name),
+        Some(name) if name.starts_with("light_field") => light_field::draw(name),
+        Some(name) if name.starts_with("surfaces") => surfaces::draw(name),
+        Some(name) if name.starts_with("virtual_objects") => virtual_objects::draw(name),
+        Some("--help" | "-h") => stage::print(HELP),
+        Some(other) => bail!("there is no figure `{other}`\n\n{HELP}"),
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
+}
+
+fn run(command: &mut Command) -> Result<()> {
+    let status = command.current_dir(root()).status().with_context(|| format!("cannot start {command:?}"))?;
+    if !status.success() {
+        bail!("{command:?} failed: {status}");
+    }
+    Ok(())
+}
+
+/// Writes the tables of settings into the methods' READMEs.
+fn settings() -> Result<()> {
+    for readme in readmes()?.into_iter().filter(|readme| readme.text != readme.current) {
+        std::fs::write(&readme.path, readme.current)
+            .with_context(|| format!("cannot write {}", readme.path.display()))?;
+    }
+    Ok(())
+}
+
+/// The pictures that README.md shows.
+fn pictures_of_readme() -> Result<()> {
+    let folder = root().join("docs/pictures");
+    std::fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let pictures = [
+        ("sphere_room-reference", "builtin:sphere_room", "reference"),
+        ("sphere_room-auto", "builtin:sphere_room", "auto"),
+        ("sphere_room-environment_map", "builtin:sphere_room", "environment_map"),
+        ("vase", "builtin:vase", "reference"),
+        ("lens", "builtin:lens", "reference"),
+        ("dish", "builtin:dish", "reference"),
+        ("car", "builtin:car", "reference"),
+    ];
+    for (name, scene, method) in pictures {
+        let output = folder.join(format!("{name}.png"));
+        let words = ["render", scene, "--method", method, "--size", "480x320", "--samples", "16", "--order", "4", "-o"];
+        run(program::catoptric(&words).arg(output))?;
+    }
+    Ok(())
+}
