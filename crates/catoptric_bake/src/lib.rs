@@ -71,7 +71,5 @@ pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, r
 pub use shard::Shard;
 pub use shelf::{BakeChoice, Shelf, Unfit};
 pub use status::{BadUnit, Check, Status, status};
-#[cfg(feature = "object_stores")]
-pub use store::ObjectStore;
-pub use store::{Claim, Created, Entry, LocalStore, Store};
+pub use store::{Claim, Created, Entry, LocalStore, Store, check_name};
 pub use unit::UnitFault;

@@ -2,7 +2,9 @@
 
 mod submit;
 
-pub(crate) use submit::{BakeSubmitArgs, Engine};
+pub(crate) use submit::BakeSubmitArgs;
+#[cfg(feature = "cloud")]
+pub(crate) use submit::Engine;
 
 use crate::parse::{self, FileOrStream};
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
@@ -98,7 +100,9 @@ pub(crate) enum Command {
         -o room.parts\n  \
         catoptric bake run room.parts --shard 0/4   (one of these for each of 4)\n  \
         catoptric bake status room.parts            (code 0: complete, 3: not yet)\n  \
-        catoptric bake merge room.parts -o room.bake")]
+        catoptric bake merge room.parts -o room.bake\n\n\
+        Object stores (s3://, gs://, az://) and the scripts of clusters (`submit`) are in programs with the feature \
+        `cloud`, which is off by default: cargo install catoptric_cli --features cloud")]
     Bake(BakeArgs),
     /// List the methods with their settings
     #[command(after_help = "Example:\n  catoptric methods --json")]

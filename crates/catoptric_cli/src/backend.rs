@@ -1,8 +1,9 @@
-//! The processor that draws: the CPU, or a GPU in programs that were built with the feature `gpu`.
+//! The processor that draws: the CPU, or a GPU in programs with the feature `gpu`, as they are by default.
 
 use crate::args::{Backend, DrawArgs};
 use crate::failure::Failure;
 use crate::settings::Chosen;
+use crate::terminal::Terminal;
 use catoptric::methods::Method;
 
 /// A GPU that draws what it can.
@@ -50,10 +51,12 @@ impl Gpu {
     }
 }
 
-/// The remark that a program which could draw on GPUs has found none, if the choice was left to it.
-pub(crate) fn remark(args: &DrawArgs, gpu: Option<&Gpu>) -> Option<&'static str> {
+/// Remarks with `--verbose` that no GPU was found, if the choice was left to the program.
+pub(crate) fn remark(args: &DrawArgs, gpu: Option<&Gpu>, terminal: &Terminal) {
     let is_missed = cfg!(feature = "gpu") && args.backend == Backend::Auto && gpu.is_none();
-    is_missed.then_some("no GPU that can draw was found: drawn on the CPU (`catoptric doctor` lists what there is)")
+    if is_missed && terminal.verbose {
+        terminal.say("no GPU that can draw was found: drawn on the CPU (`catoptric doctor` lists what there is)");
+    }
 }
 
 /// What `doctor` says of GPUs, a line each.
@@ -106,8 +109,8 @@ mod device {
 mod device {
     use super::{Chosen, Failure, Method};
 
-    const NOT_BUILT: &str = "this program was built without the GPU backend: build it with `cargo build --release -p \
-                             catoptric_cli --features gpu`, or use --backend cpu";
+    const NOT_BUILT: &str = "this program was built without the GPU backend, which it has by default: build it with \
+                             its feature `gpu` (no `--no-default-features`), or use --backend cpu";
 
     /// There is none.
     pub(super) enum Device {}

@@ -2,13 +2,9 @@
 
 mod claim;
 mod local;
-#[cfg(feature = "object_stores")]
-mod object;
 
 pub use claim::Claim;
 pub use local::LocalStore;
-#[cfg(feature = "object_stores")]
-pub use object::ObjectStore;
 
 use crate::error::BakeError;
 
@@ -76,9 +72,12 @@ pub trait Store: Sync {
     }
 }
 
-/// Refuses names that some file system or object store would not take as they are; `place` names the file in the
-/// message.
-fn check_name(name: &str, place: &str) -> Result<(), BakeError> {
+/// Refuses names that some file system or object store would not take as they are, for what implements [`Store`]:
+/// letters, digits, `-`, `_` and `.` are allowed, and no `.` at the beginning. `place` names the file in the message.
+///
+/// # Errors
+/// [`BakeError::Invalid`].
+pub fn check_name(name: &str, place: &str) -> Result<(), BakeError> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
     if name.is_empty() || name.starts_with('.') || !name.bytes().all(plain) {
         let problem = "may have letters, digits, `-`, `_` and `.`, and not begin with a `.`";

@@ -53,9 +53,7 @@ pub(crate) fn run(
     for wanted in &selected.methods {
         methods.push((wanted, settings::choose_baked(&wanted.id, &wanted.settings, &shot)?));
     }
-    if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
-        terminal.say(remark);
-    }
+    backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
     let staging = Staging::new(&args.report)?;
     let folder = staging.path();
 

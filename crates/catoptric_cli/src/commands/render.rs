@@ -26,9 +26,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     baked::check_methods(&shot.bakes, &[&args.method])?;
     let chosen = settings::choose_baked(&args.method, &given, &shot)?;
     let _folders = make_writable(&outputs)?;
-    if let Some(remark) = backend::remark(&args.draw, shot.gpu.as_ref()) {
-        terminal.say(remark);
-    }
+    backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
     terminal.set_subject(&args.method);
     let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);

@@ -1,6 +1,6 @@
 //! `catoptric bake` as its users meet it: interrupted, killed, on several machines, with wrong files.
 
-use crate::workplace::{BALL, Workplace};
+use crate::workplace::{BALL, Workplace, files};
 use serde_json::Value;
 use std::fs;
 use std::process::{Child, Command, Stdio};
@@ -300,6 +300,51 @@ fn a_manifest_lists_views_to_be_made_elsewhere() {
     let of_another = ["bake", "views", "scene.toml", "--method", "reference", "-o", "no.toml"];
     place.ends(2, &of_another);
     assert_eq!(place.files(), ["scene.toml", "views.toml"]);
+}
+
+#[test]
+fn runs_of_listed_units_make_these_alone() {
+    let place = Workplace::new();
+    place.plan("room.parts");
+    place.write("list", "3\n\n 17\n35\n");
+    place.ok(&["bake", "run", "room.parts", "--units", "list", "--shard", "1/2", "--quiet"]);
+    assert_eq!(files(&place.path("room.parts")), ["plan.json", "unit-000017.bin"]);
+    place.ok(&["bake", "run", "room.parts", "--units", "list", "--quiet"]);
+    assert_eq!(place.ends(3, &["bake", "status", "room.parts", "--missing"]).lines().count(), 33);
+    for (list, named) in [("3\nx\n", "list: line 2: `x` is no unit's number"), ("36\n", "there is no unit 36")] {
+        place.write("list", list);
+        let message = place.fails(1, &["bake", "run", "room.parts", "--units", "list"]);
+        assert!(message.contains(named), "{message}");
+    }
+}
+
+/// Programs without the feature `cloud` have the same command line, and name the remedy.
+#[test]
+fn object_stores_and_clusters_are_in_programs_with_the_feature_cloud() {
+    let place = Workplace::new();
+    let remedy = "cargo install catoptric_cli --features cloud";
+    let help = place.ok(&["bake", "--help"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains(remedy), "{help}");
+    if cfg!(feature = "cloud") {
+        return;
+    }
+    let address = "s3://bucket/room.parts";
+    let plan = [&["bake", "plan"], &WHAT[..], &["-o", address]].concat();
+    let steps: [(&[&str], &str); 6] = [
+        (&plan, address),
+        (&["bake", "run", address], address),
+        (&["bake", "status", address], address),
+        (&["bake", "merge", address, "-o", "room.bake"], address),
+        (&["bake", "submit", address, "--engine", "slurm"], "bake submit"),
+        (&["bake", "submit", "room.parts", "--engine", "slurm", "--dry-run"], "bake submit"),
+    ];
+    for (words, named) in steps {
+        let message = place.fails(1, words);
+        assert!(message.contains(named) && message.contains(remedy), "{message}");
+        assert!(message.contains("--features cloud`)") && message.lines().count() == 1, "{message}");
+    }
+    place.ends(2, &["bake", "submit", "room.parts", "--engine", "cron"]);
+    assert_eq!(place.files(), ["scene.toml"]);
 }
 
 #[test]

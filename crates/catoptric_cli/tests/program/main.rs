@@ -8,5 +8,4 @@ mod messages;
 mod outputs;
 mod project;
 mod render;
-mod submit;
 mod workplace;

@@ -156,7 +156,7 @@ fn wrong_usage_ends_with_2() {
 fn faults_of_the_input_and_the_machine_end_with_1() {
     let place = Workplace::new();
     let faults: [(&[&str], &str); 7] = [
-        (&["--backend", "gpu"], "without the GPU backend"),
+        (&["--adapter", "no such"], "--adapter: "),
         (&["--baked", "a.bake"], "a.bake"),
         (&["--camera", "no_such"], "scene.toml"),
         (&["--reflector", "no_such*"], "no_such*"),
@@ -224,6 +224,18 @@ fn quiet_says_nothing_and_verbose_more() {
     assert_eq!(place.render(&["--quiet"]), "");
     assert!(place.render(&["-v"]).lines().count() > place.render(&[]).lines().count());
     assert!(place.run(&["render", "scene.toml", "-o", "out.png", "--size", "8x8"]).stderr.is_empty());
+}
+
+/// Draws on a GPU where there is a real one, and without a word on the processor where there is none.
+#[test]
+fn the_processor_that_draws_is_chosen() {
+    let place = Workplace::new();
+    let output = place.run(&[&RENDER, &SMALL[..], &["--backend", "auto"]].concat());
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    if cfg!(not(feature = "gpu")) {
+        let message = place.fails(1, &[&RENDER[..], &["--backend", "gpu"]].concat());
+        assert!(message.contains("without the GPU backend"), "{message}");
+    }
 }
 
 #[test]
@@ -369,7 +381,11 @@ fn compare_refuses_before_it_writes() {
     ];
     let compare = ["compare", "scene.toml", "--report", "report"];
     place.names_faults(2, &compare, &usage);
-    place.names_faults(1, &compare, &[(&["--backend", "gpu"], "GPU"), (&["--camera", "no_such"], "no_such")]);
+    place.names_faults(
+        1,
+        &compare,
+        &[(&["--adapter", "no such"], "--adapter: "), (&["--camera", "no_such"], "no_such")],
+    );
     assert_eq!(place.files(), ["scene.toml"]);
     let message = place.fails(1, &["compare", "scene.toml", "--report", "scene.toml"]);
     assert!(message.contains("--report scene.toml"), "{message}");

@@ -82,9 +82,14 @@ impl Workplace {
         serde_json::from_slice(&self.bytes(name)).unwrap()
     }
 
+    /// The program with these words. It draws on the processor, the same on every machine, unless they say otherwise.
     pub(crate) fn command(&self, words: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_catoptric"));
         command.args(words).current_dir(self.folder.path());
+        let draws = matches!(words.first(), Some(&("render" | "compare")));
+        if draws && !["--backend", "--adapter"].iter().any(|option| words.contains(option)) {
+            command.args(["--backend", "cpu"]);
+        }
         command
     }
 

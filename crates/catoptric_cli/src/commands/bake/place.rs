@@ -25,23 +25,30 @@ pub(super) fn check(place: &str) -> Result<(), Failure> {
 }
 
 /// True for the address of an object store, such as `s3://bucket/prefix`; all else is a folder.
-pub(super) fn is_address(place: &str) -> bool {
+fn is_address(place: &str) -> bool {
     place.contains("://")
 }
 
-#[cfg(feature = "object_stores")]
+#[cfg(feature = "cloud")]
 fn object_store(address: &str) -> Result<Box<dyn Store>, Failure> {
-    use catoptric_bake::ObjectStore;
+    use catoptric_bake_cloud::ObjectStore;
     // Others are not for it.
     let variables =
         std::env::vars_os().filter_map(|(name, value)| name.into_string().ok().zip(value.into_string().ok()));
     Ok(Box::new(ObjectStore::open(address, ObjectStore::PATIENCE, variables)?))
 }
 
-#[cfg(not(feature = "object_stores"))]
+#[cfg(not(feature = "cloud"))]
 fn object_store(address: &str) -> Result<Box<dyn Store>, Failure> {
-    Err(Failure::input(format!(
-        "{address}: this program was built without object stores (its feature `object_stores`); name a folder that all \
-        machines see, or build it with them"
-    )))
+    Err(without_cloud(address))
+}
+
+/// The refusal of what only programs with the feature `cloud` can do.
+#[cfg(not(feature = "cloud"))]
+pub(super) fn without_cloud(subject: &str) -> Failure {
+    Failure::input(format!(
+        "{subject}: this program was built without object stores and the scripts of clusters: get it with them by \
+        `cargo install catoptric_cli --features cloud` (or build it with `--features cloud`), or bake in a folder that \
+        all machines see, with `bake run FOLDER --shard I/N` on each"
+    ))
 }

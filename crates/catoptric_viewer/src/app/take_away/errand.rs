@@ -193,6 +193,8 @@ impl Errand {
         match task {
             Task::Report => {
                 words.extend(["compare".into(), path.into(), "--report".into(), target.into()]);
+                // Devices are left to the window.
+                words.push("--backend=cpu".into());
                 words.extend(command::view(wish, camera)?.into_iter().map(OsString::from));
                 words.extend(wish.sides.iter().map(|side| format!("--method={}", with_settings(side)).into()));
             }

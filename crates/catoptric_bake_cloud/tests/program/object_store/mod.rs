@@ -1,22 +1,20 @@
 //! Bakes in object stores, on servers that refuse and cut connections: one of another project with the interface of S3,
 //! the same behind what is different at Google's, and one that follows Azure's documentation.
-#![cfg(feature = "object_stores")]
-#![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
-#![expect(clippy::print_stdout, reason = "what the server did is printed")]
 
 mod azure;
 mod server;
 
-use catoptric_bake::{BakeError, Created, Entry, ObjectStore, Store};
+use crate::trial;
+use crate::workplace::{WHAT, Workplace};
+use catoptric_bake::{BakeError, Created, Entry, Store};
+use catoptric_bake_cloud::ObjectStore;
+use libtest_mimic::Trial;
 use server::{BUCKET, Fate, Provider, Server};
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Command, Output};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 
-/// 36 units.
-const WHAT: [&str; 9] =
-    ["builtin:sphere_room", "--method", "light_field", "--set", "st=6", "--set", "uv=16", "--set", "capture_samples=1"];
 const PREFIX: &str = "rooms/room.parts";
 
 /// A server, and a folder for everything else.
@@ -24,51 +22,39 @@ struct Place {
     server: Server,
     /// The address of the prefix.
     address: String,
-    folder: tempfile::TempDir,
+    served: TempDir,
+    workplace: Workplace,
 }
 
 impl Place {
     fn new(provider: Provider) -> Self {
-        let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("served")).unwrap();
-        let server = Server::start(provider, &folder.path().join("served"));
-        Self { server, address: provider.address(PREFIX), folder }
+        let served = tempfile::tempdir().unwrap();
+        let server = Server::start(provider, served.path());
+        let workplace = Workplace::new(server.variables());
+        Self { server, address: provider.address(PREFIX), served, workplace }
     }
 
     fn store(&self, patience: Duration) -> ObjectStore {
         ObjectStore::open(&self.address, patience, self.server.variables()).unwrap()
     }
 
-    fn command(&self, words: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_catoptric"));
-        command.args(words).current_dir(self.folder.path()).envs(self.server.variables());
-        command
-    }
-
-    fn run(&self, words: &[&str]) -> Output {
-        self.command(words).output().unwrap()
-    }
-
-    fn ends(&self, code: i32, words: &[&str]) -> String {
-        let ended = self.run(words);
-        let said = String::from_utf8_lossy(&ended.stderr);
-        assert_eq!(ended.status.code(), Some(code), "{words:?}: {said}");
-        if code == 1 { said.into_owned() } else { String::from_utf8(ended.stdout).unwrap() }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
     /// The file of a unit in the folder that is served.
     fn unit(&self, number: u64) -> PathBuf {
-        self.path(&format!("served/{BUCKET}/{PREFIX}/unit-{number:06}.bin"))
+        self.served.path().join(format!("{BUCKET}/{PREFIX}/unit-{number:06}.bin"))
     }
 }
 
-#[test]
-fn a_store_creates_gets_lists_and_removes() {
-    Provider::ALL.into_iter().for_each(creates_gets_lists_and_removes);
+pub(crate) fn trials() -> Vec<Trial> {
+    let of_all = |test: fn(Provider)| move || Provider::ALL.into_iter().for_each(test);
+    let of_one = |provider: Provider| move || bakes_are_those_in_a_folder(provider);
+    vec![
+        trial("a store creates, gets, lists and removes", of_all(creates_gets_lists_and_removes)),
+        trial("servers that stay busy are given up after a while", of_all(is_given_up_after_a_while)),
+        trial("bakes in S3 are those in a folder", of_one(Provider::Amazon)),
+        trial("bakes at Google's are those in a folder", of_one(Provider::Google)),
+        trial("bakes at Azure are those in a folder", of_one(Provider::Azure)),
+        trial("what keeps a store from being used is named", what_keeps_it_from_being_used_is_named),
+    ]
 }
 
 fn creates_gets_lists_and_removes(provider: Provider) {
@@ -89,11 +75,6 @@ fn creates_gets_lists_and_removes(provider: Provider) {
     assert_eq!(store.list().unwrap().len(), 1005);
 }
 
-#[test]
-fn servers_that_stay_busy_are_given_up_after_a_while() {
-    Provider::ALL.into_iter().for_each(is_given_up_after_a_while);
-}
-
 fn is_given_up_after_a_while(provider: Provider) {
     let place = Place::new(provider);
     place.server.refuse_all();
@@ -110,38 +91,23 @@ fn is_given_up_after_a_while(provider: Provider) {
     assert!(begun.elapsed() < Duration::from_secs(30));
 }
 
-#[test]
-fn bakes_in_s3_are_those_in_a_folder() {
-    bakes_are_those_in_a_folder(Provider::Amazon);
-}
-
-#[test]
-fn bakes_at_googles_are_those_in_a_folder() {
-    bakes_are_those_in_a_folder(Provider::Google);
-}
-
-#[test]
-fn bakes_at_azure_are_those_in_a_folder() {
-    bakes_are_those_in_a_folder(Provider::Azure);
-}
-
 fn bakes_are_those_in_a_folder(provider: Provider) {
     let place = Place::new(provider);
     let address = place.address.as_str();
-    place.ends(0, &[&["bake"], &WHAT[..], &["-o", "here.bake"]].concat());
+    place.workplace.ends(0, &[&["bake"], &WHAT[..], &["-o", "here.bake"]].concat());
     place.server.fail_often();
-    place.ends(0, &[&["bake", "plan"], &WHAT[..], &["-o", address]].concat());
-    assert_eq!(place.ends(3, &["bake", "status", address, "--missing"]).lines().count(), 36);
+    place.workplace.ends(0, &[&["bake", "plan"], &WHAT[..], &["-o", address]].concat());
+    assert_eq!(place.workplace.ends(3, &["bake", "status", address, "--missing"]).lines().count(), 36);
     // One stops with its shard, two do all at the same time.
-    place.ends(0, &["bake", "run", address, "--shard", "1/3", "--quiet"]);
-    let both = [(); 2].map(|()| place.command(&["bake", "run", address, "--quiet"]).spawn().unwrap());
+    place.workplace.ends(0, &["bake", "run", address, "--shard", "1/3", "--quiet"]);
+    let both = [(); 2].map(|()| place.workplace.command(&["bake", "run", address, "--quiet"]).spawn().unwrap());
     for mut one in both {
         assert!(one.wait().unwrap().success());
     }
-    place.ends(0, &["bake", "status", address]);
-    place.ends(0, &["bake", "merge", address, "-o", "there.bake"]);
-    let expected = fs::read(place.path("here.bake")).unwrap();
-    assert!(fs::read(place.path("there.bake")).unwrap() == expected);
+    place.workplace.ends(0, &["bake", "status", address]);
+    place.workplace.ends(0, &["bake", "merge", address, "-o", "there.bake"]);
+    let expected = place.workplace.bytes("here.bake");
+    assert!(place.workplace.bytes("there.bake") == expected);
 
     // Damage that no server makes by itself: a unit is cut off, one has another bit.
     let (cut, flipped) = (place.unit(7), place.unit(20));
@@ -150,12 +116,12 @@ fn bakes_are_those_in_a_folder(provider: Provider) {
     let mut bytes = fs::read(&flipped).unwrap();
     bytes[100] ^= 8;
     fs::write(&flipped, bytes).unwrap();
-    let refused = place.ends(1, &["bake", "merge", address, "-o", "no.bake"]);
-    assert!(refused.contains("unit-000007.bin is truncated") && !place.path("no.bake").exists(), "{refused}");
-    assert_eq!(place.ends(3, &["bake", "status", address, "--missing", "--verify"]), "7\n20\n");
-    assert!(place.ends(0, &["bake", "run", address]).contains("2 replaced"));
-    place.ends(0, &["bake", "merge", address, "-o", "again.bake"]);
-    assert!(fs::read(place.path("again.bake")).unwrap() == expected);
+    let refused = place.workplace.ends(1, &["bake", "merge", address, "-o", "no.bake"]);
+    assert!(refused.contains("unit-000007.bin is truncated") && !place.workplace.path("no.bake").exists(), "{refused}");
+    assert_eq!(place.workplace.ends(3, &["bake", "status", address, "--missing", "--verify"]), "7\n20\n");
+    assert!(place.workplace.ends(0, &["bake", "run", address]).contains("2 replaced"));
+    place.workplace.ends(0, &["bake", "merge", address, "-o", "again.bake"]);
+    assert!(place.workplace.bytes("again.bake") == expected);
 
     let fates = place.server.fates();
     println!("{fates:?}");
@@ -164,13 +130,12 @@ fn bakes_are_those_in_a_folder(provider: Provider) {
     }
 }
 
-#[test]
-fn what_keeps_a_store_from_being_used_is_named() {
+fn what_keeps_it_from_being_used_is_named() {
     let place = Place::new(Provider::Amazon);
-    let message = place.ends(1, &["bake", "status", &place.address]);
+    let message = place.workplace.ends(1, &["bake", "status", &place.address]);
     assert!(message.contains("s3://bucket/rooms/room.parts/plan.json") && message.contains("plan"), "{message}");
     for (place_named, named) in [("s3://bucket", "s3://bucket/prefix"), ("ftp://bucket/x", "gs://bucket/prefix")] {
-        let message = place.ends(1, &["bake", "run", place_named]);
+        let message = place.workplace.ends(1, &["bake", "run", place_named]);
         assert!(message.contains(place_named) && message.contains(named), "{message}");
     }
     let wrong = ["AWS_SECRET_ACCESS_KEY", "GOOGLE_BEARER_TOKEN", "AZURE_STORAGE_ACCOUNT"];
@@ -178,9 +143,9 @@ fn what_keeps_a_store_from_being_used_is_named() {
     for (provider, (variable, status)) in Provider::ALL.into_iter().zip(wrong.into_iter().zip(status)) {
         let place = Place::new(provider);
         let nowhere = place.address.replace(BUCKET, "nowhere");
-        let message = place.ends(1, &["bake", "merge", &nowhere, "-o", "no.bake"]);
+        let message = place.workplace.ends(1, &["bake", "merge", &nowhere, "-o", "no.bake"]);
         assert!(message.contains(&format!("{nowhere}/plan.json: there is no such file")), "{message}");
-        let mut command = place.command(&["bake", "status", &place.address]);
+        let mut command = place.workplace.command(&["bake", "status", &place.address]);
         let ended = command.env(variable, "another").output().unwrap();
         let message = String::from_utf8(ended.stderr).unwrap();
         let named = variable.replace("BEARER_TOKEN", "APPLICATION_CREDENTIALS");

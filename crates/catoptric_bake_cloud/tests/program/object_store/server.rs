@@ -1,6 +1,6 @@
 //! A server on loopback with the interface of a provider, over a folder, that fails as often as a test wants.
 
-use crate::azure;
+use super::azure;
 use http_body_util::BodyExt;
 use hyper::body::{Body, Bytes, Frame, Incoming};
 use hyper::header::{AUTHORIZATION, HeaderValue, IF_NONE_MATCH};

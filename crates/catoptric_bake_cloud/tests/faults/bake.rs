@@ -1,5 +1,6 @@
 //! Bakes on the cluster, disturbed and undisturbed.
 
+use crate::itself;
 use crate::slurm::{Cluster, Task, signal, wait};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -48,12 +49,12 @@ impl Place {
     }
 
     fn plan(&self) {
-        self.ok(&mut program(), &[&["bake", "plan"], &WHAT[..], &["-o", "room.parts"]].concat());
+        self.ok(&mut itself::command(), &[&["bake", "plan"], &WHAT[..], &["-o", "room.parts"]].concat());
     }
 
     fn submit(&self, cluster: &Cluster, tasks: u64) {
         let submit = ["bake", "submit", "room.parts", "--engine", "slurm", "--tasks", &tasks.to_string()];
-        let said = self.ok(&mut cluster.command(env!("CARGO_BIN_EXE_catoptric")), &submit);
+        let said = self.ok(&mut cluster.command(itself::command()), &submit);
         println!("{said}");
     }
 
@@ -69,10 +70,6 @@ impl Place {
         let lines = texts.iter().flat_map(|text| text.lines());
         lines.filter_map(|line| serde_json::from_str(line).ok()).collect()
     }
-}
-
-fn program() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_catoptric"))
 }
 
 fn names(folder: &Path, prefix: &str) -> Vec<String> {
@@ -100,7 +97,7 @@ impl Drop for Witness<'_> {
 pub(crate) fn with_faults() {
     const TASKS: u64 = 10;
     let (place, state) = (Place::new(), tempfile::tempdir().unwrap());
-    place.ok(&mut program(), &[&["bake"], &WHAT[..], &["-o", "calm.bake", "--quiet"]].concat());
+    place.ok(&mut itself::command(), &[&["bake"], &WHAT[..], &["-o", "calm.bake", "--quiet"]].concat());
     place.plan();
     let mut cluster = Cluster::start(state.path(), 3);
     place.submit(&cluster, TASKS);

@@ -1,7 +1,6 @@
-//! Bakes on what not every machine has: a cluster of Slurm on this one, with lost nodes and killed tasks, and a disk
-//! that is full.
+//! Bakes on a cluster of Slurm on this machine, with lost nodes and killed tasks.
 //!
-//! Where Slurm is not installed, or nothing may be mounted, these tests show as ignored, with the reason.
+//! Where Slurm is not installed these tests show as ignored, with the reason.
 
 #![cfg_attr(target_os = "linux", expect(clippy::unwrap_used, reason = "a test that cannot go on must fail"))]
 #![cfg_attr(target_os = "linux", expect(clippy::print_stdout, reason = "what was measured is printed"))]
@@ -9,17 +8,23 @@
 #[cfg(target_os = "linux")]
 mod bake;
 #[cfg(target_os = "linux")]
-mod disk;
+#[path = "../program/itself.rs"]
+mod itself;
 #[cfg(target_os = "linux")]
 mod slurm;
 
 use libtest_mimic::{Arguments, Trial};
+use std::process::ExitCode;
 
-fn main() {
+fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    if let Some(code) = itself::run() {
+        return code;
+    }
     let mut arguments = Arguments::from_args();
     // One cluster at a time.
     arguments.test_threads = Some(1);
-    libtest_mimic::run(&arguments, trials()).exit();
+    libtest_mimic::run(&arguments, trials()).exit_code()
 }
 
 #[cfg(not(target_os = "linux"))]
@@ -32,12 +37,10 @@ fn trials() -> Vec<Trial> {
     let slurm = slurm::missing_program().map(|program| format!("Slurm is not installed: there is no {program}"));
     let faults = "lost, cut off and killed tasks end in the file of an undisturbed bake";
     let efficiency = "the share of time that is spent in units, without faults";
-    let full = "a disk that is full keeps whole units, and the bake goes on once there is room";
     vec![
         trial(faults, slurm.clone(), bake::with_faults),
         // It is run when it is asked for.
         trial(efficiency, slurm, bake::efficiency).with_ignored_flag(true),
-        trial(full, disk::missing().map(String::from), disk::is_full),
     ]
 }
 

@@ -3,8 +3,7 @@
 mod crypto;
 mod service;
 
-use super::{Created, Entry, Store, check_name};
-use crate::error::BakeError;
+use catoptric_bake::{BakeError, Created, Entry, Store, check_name};
 use object_store::client::{HttpError, HttpErrorKind};
 use object_store::path::Path;
 use object_store::{BackoffConfig, ClientOptions, ObjectStore as _, ObjectStoreExt, PutMode, RetryConfig};
@@ -99,6 +98,11 @@ impl ObjectStore {
             }
         }
     }
+}
+
+/// True for the address of an object store; all else is a folder.
+pub(crate) fn is_address(place: &str) -> bool {
+    Service::of_address(place).is_some()
 }
 
 fn options() -> ClientOptions {

@@ -1,6 +1,7 @@
 //! A cluster of Slurm on this machine, over loopback alone: without a database, control groups or services of the
 //! system. It ends with the test, and so do the tasks on it.
 
+use crate::itself;
 use std::fs;
 use std::net::TcpListener;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
@@ -83,15 +84,14 @@ impl Cluster {
     }
 
     /// A command that knows this cluster.
-    pub(crate) fn command(&self, program: &str) -> Command {
-        let mut command = Command::new(program);
+    pub(crate) fn command(&self, mut command: Command) -> Command {
         command.env("PATH", search_path()).env("SLURM_CONF", self.folder.join("slurm.conf"));
         command
     }
 
     /// The standard output of a command of Slurm.
     pub(crate) fn says(&self, program: &str, words: &[&str]) -> String {
-        let ended = self.command(program).args(words).output().unwrap();
+        let ended = self.command(Command::new(program)).args(words).output().unwrap();
         String::from_utf8_lossy(&ended.stdout).into_owned()
     }
 
@@ -107,7 +107,7 @@ impl Cluster {
 
     /// True if nothing runs or waits.
     pub(crate) fn is_idle(&self) -> bool {
-        let ended = self.command("squeue").arg("-h").output().unwrap();
+        let ended = self.command(Command::new("squeue")).arg("-h").output().unwrap();
         ended.status.success() && ended.stdout.is_empty()
     }
 
@@ -154,7 +154,7 @@ impl Cluster {
 
     /// The processes of this program on a node.
     pub(crate) fn programs(&self, node: &str) -> Vec<u32> {
-        let program = Path::new(env!("CARGO_BIN_EXE_catoptric"));
+        let program = itself::path();
         let is_program = |pid: &u32| fs::read_link(format!("/proc/{pid}/exe")).is_ok_and(|path| path == program);
         self.processes(node).into_iter().filter(is_program).collect()
     }

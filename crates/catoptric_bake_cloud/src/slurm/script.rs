@@ -1,6 +1,7 @@
 //! The scripts of a bake on Slurm.
 
-use crate::failure::Failure;
+use super::SlurmError;
+use super::place::{absolute, default_output, name, script_folder, whole_place};
 use catoptric::output::shell_word;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -8,41 +9,85 @@ use std::path::{Path, PathBuf};
 /// How often missing units are submitted again: what fails a third time fails always.
 const AGAIN: u32 = 2;
 
-/// Everything that the scripts depend on. Paths are absolute.
-pub(super) struct Scripts {
-    pub(super) program: PathBuf,
+/// The scripts of a bake: an array job that makes the units, and a job after it that makes missing ones again, at most
+/// twice, and merges.
+#[derive(Clone, Debug)]
+pub struct SlurmScripts {
+    /// The program, with an absolute path as all are here.
+    program: PathBuf,
     /// The place of plan and units, a folder or an address.
-    pub(super) place: PathBuf,
-    pub(super) name: String,
+    place: PathBuf,
+    name: String,
     /// The folder of scripts and messages.
-    pub(super) folder: PathBuf,
+    folder: PathBuf,
     /// The merged file.
-    pub(super) output: PathBuf,
-    pub(super) tasks: u64,
+    output: PathBuf,
+    tasks: u64,
     /// Options that the user gives to all jobs.
-    pub(super) sbatch: Vec<String>,
+    sbatch: Vec<String>,
 }
 
-impl Scripts {
-    /// Refuses what scripts cannot contain, and options that would break the division into tasks.
-    pub(super) fn check(&self) -> Result<(), Failure> {
+impl SlurmScripts {
+    /// The scripts of the bake whose plan is in a place: a folder, or the address of an object store.
+    ///
+    /// * `program`: the file of the program `catoptric`, as all machines see it;
+    /// * `output`: the file that units are merged into; without, `NAME.bake` beside the place `NAME.parts`;
+    /// * `tasks`: the tasks among which the units are divided, at least one;
+    /// * `sbatch`: options for all jobs.
+    ///
+    /// Scripts and messages go into the folder of the plan, or `NAME.slurm` in the current one if that is in an object
+    /// store.
+    ///
+    /// # Errors
+    /// [`SlurmError::Path`] for what scripts cannot contain, [`SlurmError::Option`] for options that they cannot
+    /// contain or that would break the division into tasks.
+    pub fn new(
+        program: PathBuf,
+        place: &str,
+        output: Option<&Path>,
+        tasks: u64,
+        sbatch: Vec<String>,
+    ) -> Result<Self, SlurmError> {
+        let scripts = Self {
+            program,
+            place: whole_place(place),
+            name: name(place).to_owned(),
+            folder: script_folder(place),
+            output: output.map_or_else(|| absolute(&default_output(place)), absolute),
+            tasks: tasks.max(1),
+            sbatch,
+        };
+        scripts.check()?;
+        Ok(scripts)
+    }
+
+    /// The folder of scripts and messages.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The merged file.
+    pub fn output(&self) -> &Path {
+        &self.output
+    }
+
+    fn check(&self) -> Result<(), SlurmError> {
         for path in [&self.program, &self.place, &self.folder, &self.output] {
             // Slurm takes a backslash in the name of an output for an order not to replace anything in it.
             let unfit = |text: &str| text.chars().any(|c| c.is_control() || c == '\\');
             if path.to_str().is_none_or(unfit) {
-                let path = path.display();
-                return Err(Failure::input(format!(
-                    "{path}: job scripts need a path of Unicode without control characters and backslashes; rename it"
-                )));
+                return Err(SlurmError::Path { path: path.display().to_string() });
             }
         }
         for option in &self.sbatch {
             let is_array = option.starts_with("--array") || (option.starts_with("-a") && !option.starts_with("--"));
             if is_array {
-                return Err(Failure::usage(format!("{option}: the array is made by this program; give --tasks N")));
+                let problem = "the array is made by this program; give --tasks N";
+                return Err(SlurmError::Option { option: option.clone(), problem });
             }
             if option.chars().any(char::is_control) {
-                return Err(Failure::usage(format!("{option:?}: job scripts take no control characters")));
+                let problem = "job scripts take no control characters";
+                return Err(SlurmError::Option { option: format!("{option:?}"), problem });
             }
         }
         Ok(())
@@ -61,7 +106,7 @@ impl Scripts {
     }
 
     /// Both scripts and the commands that submit them, as text.
-    pub(super) fn listing(&self) -> String {
+    pub fn listing(&self) -> String {
         let mut text = String::new();
         for (path, script) in self.files() {
             text += &format!("# {}:\n{script}\n", path.display());
@@ -163,8 +208,8 @@ fn directive_word(word: &str) -> String {
 mod tests {
     use super::*;
 
-    fn scripts(sbatch: &[&str]) -> Scripts {
-        Scripts {
+    fn scripts(sbatch: &[&str]) -> SlurmScripts {
+        SlurmScripts {
             program: "/opt/catoptric".into(),
             place: "/data/my 100%/room.parts".into(),
             name: "room".into(),
@@ -195,15 +240,11 @@ exec /opt/catoptric bake run '/data/my 100%/room.parts' --shard auto --threads "
 
     #[test]
     fn what_scripts_cannot_contain_is_refused() {
-        let refused = |scripts: Scripts| match scripts.check() {
-            Err(Failure::Usage(problem)) => problem,
-            Err(Failure::Input(error)) => error.to_string(),
-            Ok(()) => String::new(),
-        };
+        let refused = |scripts: SlurmScripts| scripts.check().err().map_or_else(String::new, |error| error.to_string());
         assert_eq!(refused(scripts(&["--account=a"])), "");
         assert!(refused(scripts(&["--array=0-3"])).contains("--tasks N"));
         assert!(refused(scripts(&["-a0-3"])).contains("--tasks N"));
         assert!(refused(scripts(&["--comment=a\nb"])).contains("control"));
-        assert!(refused(Scripts { output: "/a\nb".into(), ..scripts(&[]) }).contains("rename it"));
+        assert!(refused(SlurmScripts { output: "/a\nb".into(), ..scripts(&[]) }).contains("rename it"));
     }
 }
