@@ -64,6 +64,15 @@ pub(crate) fn describe() -> Vec<String> {
     device::describe()
 }
 
+/// The processor's name, or its kind if the system has no name.
+pub(crate) fn processor() -> String {
+    let described = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    described.unwrap_or_else(|| std::env::consts::ARCH.into())
+}
+
 #[cfg(feature = "gpu")]
 mod device {
     use super::{Chosen, Failure, Method};

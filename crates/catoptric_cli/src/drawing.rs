@@ -1,12 +1,11 @@
 //! Draws the frames of one method and takes their times.
 
 use crate::args::{DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
-use crate::backend::Gpu;
+use crate::backend::{Gpu, processor};
 use crate::baked;
 use crate::failure::Failure;
 use crate::scene_source;
 use crate::settings::Chosen;
-use crate::stats::device;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
@@ -89,7 +88,7 @@ pub(crate) struct Processor {
 
 impl Processor {
     fn cpu() -> Self {
-        Self { backend: "cpu", device: device() }
+        Self { backend: "cpu", device: processor() }
     }
 }
 
@@ -362,29 +361,4 @@ pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> 
 
 fn milliseconds(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1e3
-}
-
-/// The middle of some times; of an even number the mean of the two in the middle; 0 when there are none.
-pub(crate) fn median(times: &[f64]) -> f64 {
-    let mut sorted = times.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    match sorted.len() {
-        0 => 0.0,
-        length if length % 2 == 1 => sorted[middle],
-        _ => 0.5 * (sorted[middle - 1] + sorted[middle]),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn medians() {
-        assert_eq!(median(&[]), 0.0);
-        assert_eq!(median(&[3.0]), 3.0);
-        assert_eq!(median(&[5.0, 1.0, 3.0]), 3.0);
-        assert_eq!(median(&[4.0, 1.0, 3.0, 100.0]), 3.5);
-    }
 }

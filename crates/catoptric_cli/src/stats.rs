@@ -1,6 +1,6 @@
 //! The JSON object that describes a run: what was drawn, how long it took, and, in comparisons, how wrong it is.
 
-use crate::drawing::{Drawing, Shot, median};
+use crate::drawing::{Drawing, Shot};
 use crate::settings::{self, Chosen};
 use catoptric::methods::Choice;
 use catoptric::methods::projection::measure::round_trip::RoundTrip;
@@ -168,18 +168,29 @@ fn owned(counts: &BTreeMap<&'static str, u64>) -> BTreeMap<String, u64> {
     counts.iter().map(|(name, count)| ((*name).to_owned(), *count)).collect()
 }
 
-/// The processor's name, or its kind if the system has no name.
-pub(crate) fn device() -> String {
-    let described = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    });
-    described.unwrap_or_else(|| std::env::consts::ARCH.into())
+/// The middle of some times; of an even number the mean of the two in the middle; 0 when there are none.
+fn median(times: &[f64]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    match sorted.len() {
+        0 => 0.0,
+        length if length % 2 == 1 => sorted[middle],
+        _ => 0.5 * (sorted[middle - 1] + sorted[middle]),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn medians() {
+        assert_eq!(median(&[]), 0.0);
+        assert_eq!(median(&[3.0]), 3.0);
+        assert_eq!(median(&[5.0, 1.0, 3.0]), 3.0);
+        assert_eq!(median(&[4.0, 1.0, 3.0, 100.0]), 3.5);
+    }
 
     #[test]
     fn the_first_frame_is_beside_the_median_of_the_others() {

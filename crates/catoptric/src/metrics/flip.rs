@@ -5,7 +5,7 @@
 //! (sections 4.1 and 4.2 there); edges and points are compared apart (4.3); a feature that differs amplifies the
 //! colour difference (4.4). All filters are sums of separable ones. Pictures are continued by their border pixels.
 
-use super::{MetricError, check};
+use super::error::{MetricError, check};
 use crate::framebuffer::Framebuffer;
 use crate::parallel;
 use std::f32::consts::PI;

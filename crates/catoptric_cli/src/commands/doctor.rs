@@ -4,7 +4,6 @@ use super::{columns, pretty};
 use crate::args::JsonArgs;
 use crate::backend;
 use crate::failure::Failure;
-use crate::stats::device;
 
 #[derive(serde::Serialize)]
 struct Machine {
@@ -27,7 +26,7 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         version: env!("CARGO_PKG_VERSION"),
         optimised: !cfg!(debug_assertions),
         system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-        device: device(),
+        device: backend::processor(),
         cores: std::thread::available_parallelism().map_or(1, |cores| cores.get()),
         threads: catoptric::parallel::thread_count(),
         simd: simd(),

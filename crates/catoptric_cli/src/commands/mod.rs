@@ -10,12 +10,7 @@ pub(crate) mod project;
 pub(crate) mod render;
 pub(crate) mod scenes;
 
-use crate::failure::Failure;
-
-/// Readable JSON with a line end.
-pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
-    Ok(serde_json::to_string_pretty(value)? + "\n")
-}
+pub(crate) use crate::report::pretty;
 
 /// Columns of text, each as wide as its widest cell.
 pub(crate) fn columns(rows: &[Vec<String>]) -> String {

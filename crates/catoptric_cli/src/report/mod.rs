@@ -3,7 +3,6 @@
 mod page;
 mod plot;
 
-use crate::commands::pretty;
 use crate::failure::Failure;
 use crate::stats::{ErrorReport, Stats};
 use catoptric::methods::MethodInfo;
@@ -65,6 +64,11 @@ impl Report {
             Outcome::Failed(_) => None,
         })
     }
+}
+
+/// Readable JSON with a line end.
+pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(value)? + "\n")
 }
 
 /// Writes `report.json`, `error_time.svg` and `report.html`.

@@ -1,10 +1,10 @@
 //! A car-like body of many smooth curved panels between buildings.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{SEED, Values};
 use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, GridVertex, Shape, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::Material;

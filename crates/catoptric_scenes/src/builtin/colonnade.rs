@@ -1,11 +1,11 @@
 //! A glass pot and a mirror cup in a ring of columns: near, middling and far objects for layers.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{Values, integer};
 use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
 use super::pots::pot_body;
-use super::{BuiltinInfo, TESS};
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::Model;
 use glam::{Vec2, Vec3};

@@ -1,10 +1,10 @@
 //! Glass bodies before patterns.
 
-use super::parameters::{SURFACE, Values, number};
+use super::info::{BuiltinInfo, TESS};
+use super::parameters::{ParameterInfo, SURFACE, Values, number};
 use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, ParameterInfo, TESS};
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::Model;

@@ -1,10 +1,10 @@
 //! A large hall of any number of triangles, for measuring how methods scale.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{SEED, SURFACE, Values, integer};
 use super::parts::kit::{Kit, Place, at};
 use super::parts::shapes::{self, GridVertex, Shape};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::math::portable::{PortableMath, at_angle};
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::LightKind;

@@ -8,6 +8,7 @@ mod cars;
 mod colonnade;
 mod glass;
 mod halls;
+mod info;
 mod parameters;
 mod parts;
 mod pots;
@@ -19,39 +20,12 @@ mod surfaces;
 #[cfg(test)]
 mod tests;
 
+pub use info::BuiltinInfo;
 pub use parameters::{Allowed, ParameterInfo};
 
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::Model;
-use parameters::{Values, integer};
-
-/// The description and the parameters of a built-in scene.
-#[derive(Debug)]
-pub struct BuiltinInfo {
-    /// The name that [`load`] and `builtin:NAME` take.
-    pub name: &'static str,
-    /// One line for tables.
-    pub summary: &'static str,
-    /// The parameters that can be changed.
-    pub parameters: &'static [ParameterInfo],
-    /// A command line that shows the scene well.
-    pub command: &'static str,
-    /// Makes the scene from checked values, one for every parameter.
-    build: fn(&str, &Values<'_>) -> Model,
-}
-
-/// The smallest `tess`.
-const MIN_TESS: u64 = 3;
-/// The largest `tess`: a sphere of a million triangles.
-const MAX_TESS: u64 = 512;
-
-const TESS: ParameterInfo = integer(
-    "tess",
-    "64",
-    "tessellation of curved surfaces: a sphere has this many rings and twice as many segments",
-    MIN_TESS,
-    MAX_TESS,
-);
+use parameters::Values;
 
 /// All built-in scenes.
 pub fn all() -> &'static [BuiltinInfo] {

@@ -1,11 +1,11 @@
 //! Mirrors that were turned on a wheel: the vase of the papers and a teapot-like pot.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{EXACT_SURFACE, Values, choice};
 use super::parts::kit::{Kit, at};
 use super::parts::lizard::lizard;
 use super::parts::shapes::{self, ProfilePoint, Shape, TubePoint, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::math::portable::turn_about_f32;
 use catoptric_core::scene::model::{Animation, Channel, ChannelValues, Interpolation, Model};
 use catoptric_core::scene::{LightKind, Material};

@@ -1,10 +1,10 @@
 //! Flat mirrors on the walls of a room.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{BLEND, SURFACE, Values, integer};
 use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::model::Model;
 use catoptric_core::surface::AnalyticSurface;

@@ -1,10 +1,10 @@
 //! One curved mirror in a gallery: a hollow dish, an ellipsoid, a torus.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{EXACT_SURFACE, Values, choice};
 use super::parts::kit::{Kit, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::scene::model::Model;
 use catoptric_core::surface::{AnalyticSurface, Ellipsoid, Quadric, SurfaceError, Torus};
 use glam::Vec3;

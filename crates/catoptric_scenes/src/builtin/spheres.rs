@@ -1,10 +1,10 @@
 //! Mirror spheres among near objects.
 
+use super::info::{BuiltinInfo, TESS};
 use super::parameters::{BLEND, SEED, SURFACE, Values};
 use super::parts::kit::{Kit, Place, at};
 use super::parts::shapes::{self, prop_segments};
 use super::parts::textures::{self, rgb};
-use super::{BuiltinInfo, TESS};
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::model::Model;
 use glam::{Vec2, Vec3};

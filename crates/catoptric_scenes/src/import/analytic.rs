@@ -1,10 +1,9 @@
 //! The keys that describe an analytic surface, the same in `.toml` scenes and in glTF extras.
 
 use super::blend::BlendKeys;
+use super::key_error::{KeyError, positive, wrong};
 use catoptric_core::scene::Material;
-use catoptric_core::surface::{
-    AnalyticSurface, Ellipsoid, Implicit, Quadric, Revolution, Superquadric, SurfaceError, Torus,
-};
+use catoptric_core::surface::{AnalyticSurface, Ellipsoid, Implicit, Quadric, Revolution, Superquadric, Torus};
 use glam::Vec3;
 
 /// The kinds of surfaces.
@@ -63,26 +62,6 @@ pub(super) enum Value {
 
 const fn numbers(key: &'static str, count: usize) -> Parameter {
     Parameter { key, form: Form::Numbers(count) }
-}
-
-/// The largest length in a scene file.
-pub(super) const MAX_LENGTH: f64 = 1e9;
-
-/// A wrong key and its fault.
-#[derive(Debug, PartialEq)]
-pub(super) struct KeyError {
-    pub(super) key: &'static str,
-    pub(super) problem: String,
-}
-
-impl From<SurfaceError> for KeyError {
-    fn from(error: SurfaceError) -> Self {
-        Self { key: error.parameter, problem: error.problem }
-    }
-}
-
-pub(super) fn wrong<T>(key: &'static str, problem: impl Into<String>) -> Result<T, KeyError> {
-    Err(KeyError { key, problem: problem.into() })
 }
 
 /// The kind of this name, to be looked up before its keys.
@@ -204,14 +183,6 @@ impl SurfaceKeys {
         }
         Ok(Material { base_color: tint.extend(1.0), ..Material::glass(name, ior as f32) })
     }
-}
-
-pub(super) fn positive(key: &'static str, length: f64) -> Result<f64, KeyError> {
-    // Below the smallest normal float a length would be rounded to 0.
-    if !(1e-9..=MAX_LENGTH).contains(&length) {
-        return wrong(key, format!("{length}; a length must be from 1e-9 to {MAX_LENGTH:e}"));
-    }
-    Ok(length)
 }
 
 #[cfg(test)]

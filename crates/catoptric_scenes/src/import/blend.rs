@@ -1,6 +1,6 @@
 //! The keys of a mirror's blend, the same in `.toml` scenes and in glTF extras.
 
-use super::analytic::{KeyError, positive, wrong};
+use super::key_error::{KeyError, positive, wrong};
 use catoptric_core::scene::{Attenuation, Blend};
 use glam::Vec3;
 

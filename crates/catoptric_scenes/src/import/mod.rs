@@ -9,6 +9,7 @@ mod environment;
 mod files;
 #[cfg(feature = "gltf")]
 pub mod gltf;
+mod key_error;
 mod merge;
 pub mod obj;
 mod picture;

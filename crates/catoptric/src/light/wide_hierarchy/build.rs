@@ -1,6 +1,6 @@
 //! The building of hierarchies.
 
-use super::{ALPHA_TESTED, LEAF, SURFACE, TriangleBlock, WideHierarchy, WideNode, corners_of};
+use super::{ALPHA_TESTED, LEAF, NO_TRIANGLE, NONE, SURFACE, TriangleBlock, WideHierarchy, WideNode, corners_of};
 use crate::math::lanes::LANES;
 use crate::scene::Scene;
 use glam::Vec3A;
@@ -93,6 +93,39 @@ impl WideHierarchy {
         Self { flat, ..Self::over(scene, &boxes, &of_boxes, &preset) }
     }
 
+    /// Brings boxes and corners to where triangles and surfaces are now; the scene has as many as before. Returns false
+    /// if triangles are missing that had no extent before: then it has to be built anew.
+    pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
+        if self.flat.iter().any(|triangle| has_extent(scene, *triangle)) {
+            return false;
+        }
+        for block in &mut self.blocks {
+            for lane in 0..LANES {
+                let triangle = block.triangles[lane];
+                if triangle != NO_TRIANGLE {
+                    block.set(lane, corners_of(scene, triangle & !ALPHA_TESTED), triangle);
+                }
+            }
+        }
+        for index in (0..self.nodes.len()).rev() {
+            let mut node = self.nodes[index];
+            for lane in 0..LANES {
+                let bounds = match node.children[lane] {
+                    NONE => continue,
+                    leaf if leaf & LEAF != 0 => self.blocks[(leaf & !LEAF) as usize].bounds(),
+                    surface if surface & SURFACE != 0 => match box_of_surface(scene, surface & !SURFACE) {
+                        Some(bounds) => bounds,
+                        None => return false,
+                    },
+                    inner => self.nodes[inner as usize].bounds(),
+                };
+                node.set_box(lane, &bounds);
+            }
+            self.nodes[index] = node;
+        }
+        true
+    }
+
     fn over(scene: &Scene, boxes: &[BvhBox], primitives: &[Primitive], preset: &BvhBuildParams) -> Self {
         if boxes.is_empty() {
             return Self::default();
@@ -122,7 +155,7 @@ pub fn has_extent(scene: &Scene, triangle: u32) -> bool {
 }
 
 /// The box around the analytic surface of an object, if it has one.
-pub(super) fn box_of_surface(scene: &Scene, object: u32) -> Option<BvhBox> {
+fn box_of_surface(scene: &Scene, object: u32) -> Option<BvhBox> {
     let bounds = scene.objects[object as usize].surface.as_ref()?.bounds();
     // A plane's box is flat, and the tests of boxes are not exact: leave some room.
     let margin = Vec3A::splat(1e-5 * (bounds.diagonal() + bounds.center().abs().max_element()) + 1e-12);

@@ -147,39 +147,6 @@ impl WideHierarchy {
         (size_of_val(nodes.as_slice()) + size_of_val(blocks.as_slice()) + size_of_val(flat.as_slice())) as u64
     }
 
-    /// Brings boxes and corners to where triangles and surfaces are now; the scene has as many as before. Returns false
-    /// if triangles are missing that had no extent before: then it has to be built anew.
-    pub(crate) fn refit(&mut self, scene: &Scene) -> bool {
-        if self.flat.iter().any(|triangle| has_extent(scene, *triangle)) {
-            return false;
-        }
-        for block in &mut self.blocks {
-            for lane in 0..LANES {
-                let triangle = block.triangles[lane];
-                if triangle != NO_TRIANGLE {
-                    block.set(lane, corners_of(scene, triangle & !ALPHA_TESTED), triangle);
-                }
-            }
-        }
-        for index in (0..self.nodes.len()).rev() {
-            let mut node = self.nodes[index];
-            for lane in 0..LANES {
-                let bounds = match node.children[lane] {
-                    NONE => continue,
-                    leaf if leaf & LEAF != 0 => self.blocks[(leaf & !LEAF) as usize].bounds(),
-                    surface if surface & SURFACE != 0 => match build::box_of_surface(scene, surface & !SURFACE) {
-                        Some(bounds) => bounds,
-                        None => return false,
-                    },
-                    inner => self.nodes[inner as usize].bounds(),
-                };
-                node.set_box(lane, &bounds);
-            }
-            self.nodes[index] = node;
-        }
-        true
-    }
-
     /// Shows a visitor the blocks of all leaves whose boxes pass its test.
     #[inline(always)]
     pub(crate) fn walk(&self, stack: &mut Vec<u32>, visitor: &mut impl Visitor) {

@@ -1,10 +1,10 @@
 //! Metal balls of growing roughness among near things: reflections that blur with distance.
 
+use super::super::info::{BuiltinInfo, TESS};
 use super::super::parameters::{ParameterInfo, Values, number};
 use super::super::parts::kit::{Kit, at};
 use super::super::parts::shapes::{self, prop_segments};
 use super::super::parts::textures::{self, rgb};
-use super::super::{BuiltinInfo, TESS};
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::Model;
 use glam::Vec3;

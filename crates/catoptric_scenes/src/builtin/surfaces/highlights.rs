@@ -1,10 +1,10 @@
 //! Highlights of a light on a ball, on the ball's reflection and on the mirror: figure 13 of Popescu, Sacks, Mei 2006.
 
+use super::super::info::{BuiltinInfo, TESS};
 use super::super::parameters::{EXACT_SURFACE, Values};
 use super::super::parts::kit::{Kit, at};
 use super::super::parts::shapes;
 use super::super::parts::textures::{self, rgb};
-use super::super::{BuiltinInfo, TESS};
 use catoptric_core::scene::model::Model;
 use catoptric_core::scene::{Blend, LightKind, Material, Microfacets};
 use glam::Vec3;

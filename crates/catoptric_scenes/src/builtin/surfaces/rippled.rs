@@ -1,10 +1,10 @@
 //! Mirrors and glass with bumps: a pool of rippled water, a wavy mirror and a pane of ornamental glass.
 
+use super::super::info::{BuiltinInfo, TESS};
 use super::super::parameters::{ParameterInfo, Values, number};
 use super::super::parts::kit::{Kit, at};
 use super::super::parts::shapes::{self, prop_segments};
 use super::super::parts::textures::{self, Wave, rgb};
-use super::super::{BuiltinInfo, TESS};
 use catoptric_core::scene::model::Model;
 use catoptric_core::scene::{Material, Role};
 use glam::{Vec2, Vec3};

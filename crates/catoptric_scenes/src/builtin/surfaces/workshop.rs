@@ -1,10 +1,10 @@
 //! A workbench with things of a dozen materials: metals, paints, wood, rubber, glass.
 
+use super::super::info::{BuiltinInfo, TESS};
 use super::super::parameters::Values;
 use super::super::parts::kit::{Kit, at};
 use super::super::parts::shapes::{self, prop_segments};
 use super::super::parts::textures::{self, linear, rgb};
-use super::super::{BuiltinInfo, TESS};
 use catoptric_core::scene::model::Model;
 use catoptric_core::scene::{LightKind, Material, Microfacets, Role};
 use glam::{Vec2, Vec3};

@@ -1,7 +1,8 @@
 //! The tree of nodes with their surfaces, cameras, lights, instances and skins.
 
-use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value as Given};
+use super::super::analytic::{self, Form, SurfaceKeys, Value as Given};
 use super::super::blend::{AttenuationKeys, BlendKeys};
+use super::super::key_error::KeyError;
 use super::schema;
 use super::source::Source;
 use catoptric_core::error::SceneError;

@@ -1,7 +1,7 @@
 //! Blends of mirrors: keys of `[[reflector]]`, and of the tables `[blend."NAME or glob"]`.
 
-use super::super::analytic::KeyError;
 use super::super::blend::{AttenuationKeys, BlendKeys};
+use super::super::key_error::KeyError;
 use super::Lines;
 use super::keys::{Keys, Text};
 use catoptric_core::error::SceneError;

@@ -227,7 +227,7 @@ fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Camer
 
 /// A point within the limits of scene files.
 fn exact_point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<glam::DVec3, SceneError> {
-    let limit = super::analytic::MAX_LENGTH;
+    let limit = super::key_error::MAX_LENGTH;
     if at.value.iter().any(|number| number.abs() > limit) {
         return Err(source.invalid(
             at.begin,

@@ -1,6 +1,7 @@
 //! One `[[reflector]]`: an analytic surface, its place and its material.
 
-use super::super::analytic::{self, Form, KeyError, SurfaceKeys, Value};
+use super::super::analytic::{self, Form, SurfaceKeys, Value};
+use super::super::key_error::KeyError;
 use super::keys::{Keys, Located, Text};
 use super::{blend, exact_direction, exact_point};
 use catoptric_core::error::SceneError;

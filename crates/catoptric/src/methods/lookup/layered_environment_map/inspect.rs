@@ -1,7 +1,6 @@
 //! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and the
 //! layers inferred from that (Hakura, Snyder 2001, figures 5 and 7).
 
-use super::INFO;
 use super::inference::Inference;
 use super::mesh::{self, AdaptiveMesh, Criteria};
 use super::settings::LayeredEnvironmentMapSettings;
@@ -49,7 +48,7 @@ pub fn inferred_layers(
     let known = known_by(settings, scene, quality)?;
     known.check_memory(settings, 2)?;
     let number = group as usize;
-    let limit = |problem: String| RenderError::Limit { method: INFO.id, problem };
+    let limit = |problem: String| RenderError::Limit { method: LayeredEnvironmentMapSettings::METHOD, problem };
     let Some(about) = known.groups.get(number) else {
         return Err(limit(format!("there is no group {group}; the scene has {}", known.groups.len())));
     };
@@ -85,7 +84,9 @@ fn known_by(
     scene: &Scene,
     quality: Quality,
 ) -> Result<LayerGeometry, RenderError> {
-    settings.check().map_err(|problem| RenderError::Setting { method: INFO.id, problem })?;
+    settings
+        .check()
+        .map_err(|problem| RenderError::Setting { method: LayeredEnvironmentMapSettings::METHOD, problem })?;
     Ok(LayerGeometry::new(settings, scene, quality.order))
 }
 

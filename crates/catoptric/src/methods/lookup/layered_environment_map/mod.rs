@@ -23,7 +23,7 @@ use crate::framebuffer::Framebuffer;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::overlay::{Overlay, OverlayKind};
-use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
 use crate::progress::Progress;
 use crate::raster::{self, DrawList};
 use crate::scene::{Scene, View};
@@ -302,7 +302,7 @@ impl Frame for LayersFrame<'_> {
         let (view, samples) = (&self.view, quality.samples);
         let job = Job { scene, view, quality: *quality, progress };
         let mut report = Report::default();
-        report.warnings.extend(simplified::bumpy_surfaces(scene));
+        report.warnings.extend(report::bumpy_surfaces(scene));
         let mut watch = Stopwatch::new();
         let tests_before = known.test_count();
         let (lists, mesh) = self.lists(&job)?;

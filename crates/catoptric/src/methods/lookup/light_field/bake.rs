@@ -1,6 +1,5 @@
 //! Slabs as work in units: a row of views each.
 
-use super::INFO;
 use super::capture::{Capture, leaves};
 use super::layout::{FieldLayout, SLABS};
 use super::settings::{Layout, LightFieldSettings};
@@ -65,7 +64,7 @@ impl<'a> SlabsWork<'a> {
         let layouts: Vec<FieldLayout> = layouts.collect();
         if !settings.views.is_empty() && settings.layout != Layout::Slabs {
             let problem = "views: pictures made elsewhere are views of slabs; set layout=slabs, or leave views out";
-            return Err(RenderError::Setting { method: INFO.id, problem: problem.into() });
+            return Err(RenderError::Setting { method: LightFieldSettings::METHOD, problem: problem.into() });
         }
         let source = if settings.views.is_empty() || count == 0 {
             ViewSource::Scene
@@ -88,7 +87,10 @@ impl<'a> SlabsWork<'a> {
 
     #[cfg(not(feature = "files"))]
     fn pictures(_: &LightFieldSettings, _: &[FieldLayout]) -> Result<ViewSource, RenderError> {
-        Err(RenderError::Setting { method: INFO.id, problem: "views: this program reads no files".into() })
+        Err(RenderError::Setting {
+            method: LightFieldSettings::METHOD,
+            problem: "views: this program reads no files".into(),
+        })
     }
 
     /// Expected manifest of views that are made elsewhere.
@@ -101,11 +103,11 @@ impl<'a> SlabsWork<'a> {
             [FieldLayout::Slabs(layout)] => super::slabs::views::manifest(layout),
             [FieldLayout::Box(_)] => {
                 let problem = "views made elsewhere are those of slabs: set layout=slabs".into();
-                Err(RenderError::Setting { method: INFO.id, problem })
+                Err(RenderError::Setting { method: LightFieldSettings::METHOD, problem })
             }
             others => {
                 let problem = format!("views are of one region, the scene has {}; give it a [region]", others.len());
-                Err(RenderError::Setting { method: INFO.id, problem })
+                Err(RenderError::Setting { method: LightFieldSettings::METHOD, problem })
             }
         }
     }
@@ -125,7 +127,7 @@ impl<'a> SlabsWork<'a> {
             () if work.layouts.is_empty() => "the scene has neither a region nor a reflector: there is nothing to bake",
             () => return Ok(work),
         };
-        Err(RenderError::Limit { method: INFO.id, problem: problem.into() })
+        Err(RenderError::Limit { method: LightFieldSettings::METHOD, problem: problem.into() })
     }
 
     /// A number that changes with all that the slabs hold.
@@ -162,7 +164,7 @@ impl<'a> SlabsWork<'a> {
             let (found, wanted) = (units.unit_count(), self.row_count());
             let problem =
                 format!("the baked file has {found} units where the scene needs {wanted}, or of another size");
-            RenderError::Limit { method: INFO.id, problem }
+            RenderError::Limit { method: LightFieldSettings::METHOD, problem }
         };
         if units.unit_count() != self.row_count() {
             return Err(wrong());
@@ -182,7 +184,7 @@ impl<'a> SlabsWork<'a> {
         let bytes = self.layouts.iter().map(|layout| layout.view_count() * self.form.bytes_a_view() as u64).sum();
         let LightFieldSettings { st, uv, .. } = self.settings;
         let table = format!("slabs of st = {st} and uv = {uv} about {} regions", self.layouts.len());
-        fit_into_memory(INFO.id, &table, bytes, "bake them: such files need no memory")
+        fit_into_memory(LightFieldSettings::METHOD, &table, bytes, "bake them: such files need no memory")
     }
 
     fn capture(&self, layout: &FieldLayout) -> Capture<'a> {
@@ -198,7 +200,7 @@ impl<'a> SlabsWork<'a> {
             ViewSource::Pictures(..) => Vec::new(),
             ViewSource::Baked(number) => {
                 let problem = format!("views = `{number}` are those of a bake: give that, or the pictures' manifest");
-                return Err(RenderError::Setting { method: INFO.id, problem });
+                return Err(RenderError::Setting { method: LightFieldSettings::METHOD, problem });
             }
         };
         Ok(RowMaker { work: self, captures })

@@ -27,7 +27,7 @@ use crate::methods::lookup::shared::regions::Regions;
 use crate::methods::lookup_shader::{draw, shown_paths};
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::reflector_maps::{ReflectorCubeMap, ReflectorMapSettings, ReflectorMaps};
-use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
+use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
 use crate::progress::{Cancelled, Progress};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Projection, Ray, RayDifferential, Role, Scene, View};
@@ -273,7 +273,7 @@ impl LightFields {
         let regions: Vec<FieldRegion> = slabs.into_iter().enumerate().map(region).collect::<Result<_, _>>()?;
         if settings.transfer == Transfer::Stored && !regions.is_empty() {
             report.stages_ms.push(("ray_transfer", watch.lap_ms()));
-            report.warnings.extend(simplified::bumpy_surfaces(scene));
+            report.warnings.extend(report::bumpy_surfaces(scene));
         }
         let outside = |object: &u32| region_of[*object as usize].is_none();
         let others: Vec<u32> = scene.specular_objects().into_iter().filter(outside).collect();

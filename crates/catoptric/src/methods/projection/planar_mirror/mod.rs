@@ -24,7 +24,7 @@ use crate::methods::projection::draw::flat_mirrors::{
 };
 use crate::methods::projection::draw::overlays::{self, ShownPixels};
 use crate::methods::projector::{MAX_BOUNCES, VertexProjector};
-use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, simplified};
+use crate::methods::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
 use crate::parallel;
 use crate::progress::{Cancelled, Progress};
 use crate::raster::{self, DrawList};
@@ -106,8 +106,8 @@ fn find(scene: &Scene) -> (Mirrors, Report) {
     let mut watch = Stopwatch::new();
     let mirrors = Mirrors::find(scene);
     let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
-    report.warnings.extend(simplified::rough_mirrors(scene));
-    report.warnings.extend(simplified::bumpy_surfaces(scene));
+    report.warnings.extend(report::rough_mirrors(scene));
+    report.warnings.extend(report::bumpy_surfaces(scene));
     report.counts.insert("mirrors", mirrors.planes.len() as u64);
     let (curved, lenses) = (mirrors.curved_triangles, mirrors.lens_triangles);
     if curved > 0 {

@@ -1,7 +1,9 @@
 //! All paths over flat mirrors to a point, in closed form.
 
 use super::chain::{Chain, ChainStart};
+use super::settings::PlanarMirrorSettings;
 use crate::error::RenderError;
+use crate::methods::Settings;
 use crate::methods::path_query::{FoundPath, PathSearch, SearchOutcome};
 use crate::methods::projection::draw::flat_mirrors::Mirrors;
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
@@ -57,7 +59,7 @@ impl<'a> MirrorSearch<'a> {
                     let problem = format!(
                         "more than {MAX_CHAINS} sequences of flat mirrors; allow fewer mirrors or a lower order"
                     );
-                    return Err(RenderError::Limit { method: super::INFO.id, problem });
+                    return Err(RenderError::Limit { method: PlanarMirrorSettings::METHOD, problem });
                 }
             }
             for &chain in &longer {

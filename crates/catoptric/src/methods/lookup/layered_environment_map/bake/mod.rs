@@ -3,7 +3,6 @@
 pub(crate) mod stored;
 mod table;
 
-use super::INFO;
 use super::inference::Inference;
 use super::inference::least_squares::Residual;
 use super::settings::{LayeredEnvironmentMapSettings, Textures};
@@ -62,7 +61,7 @@ impl<'a> LayersWork<'a> {
                 return Ok(Self { scene, settings, order, known: OnceLock::new() });
             }
         };
-        Err(RenderError::Limit { method: INFO.id, problem: problem.into() })
+        Err(RenderError::Limit { method: LayeredEnvironmentMapSettings::METHOD, problem: problem.into() })
     }
 
     fn known(&self) -> &LayerGeometry {

@@ -4,8 +4,8 @@ use super::table::{DEPTHS_HEAD_BYTES, LayersBatch, UnitTable};
 use crate::error::RenderError;
 use crate::light::parallax_proxy::ParallaxProxy;
 use crate::math::Aabb;
+use crate::methods::Settings;
 use crate::methods::bake::Baked;
-use crate::methods::lookup::layered_environment_map::INFO;
 use crate::methods::lookup::layered_environment_map::settings::{LayeredEnvironmentMapSettings, Textures};
 use crate::methods::lookup::layered_environment_map::shells::layer_geometry::LayerGeometry;
 use crate::methods::lookup::layered_environment_map::shells::shell::{Quad, Shell};
@@ -243,7 +243,7 @@ impl BakedLayers {
 }
 
 fn unfit(problem: &str) -> RenderError {
-    RenderError::Limit { method: INFO.id, problem: format!("{problem}; bake again") }
+    RenderError::Limit { method: LayeredEnvironmentMapSettings::METHOD, problem: format!("{problem}; bake again") }
 }
 
 /// A texture's texels of those of its faces.

@@ -9,6 +9,7 @@ use super::viewpoints::Shares;
 use crate::error::RenderError;
 use crate::light::tracer::Tracer;
 use crate::light::two_path_tracer::TwoPathTracer;
+use crate::methods::Settings;
 use crate::methods::lookup::layered_environment_map::bake::stored::{BakedLayers, PartShells};
 use crate::methods::lookup::layered_environment_map::mesh::welds::Welds;
 use crate::methods::lookup::layered_environment_map::settings::LayeredEnvironmentMapSettings;
@@ -106,7 +107,7 @@ impl LayerGeometry {
         });
         let bytes = bytes.sum();
         let table = format!("layers of size = {size} about {} groups, for {viewpoints} viewpoints,", self.groups.len());
-        fit_into_memory(crate::methods::lookup::layered_environment_map::INFO.id, &table, bytes, "fewer layers")
+        fit_into_memory(LayeredEnvironmentMapSettings::METHOD, &table, bytes, "fewer layers")
     }
 
     /// Tests of rays against triangles and surfaces of all groups so far; `None` if they are not counted.

@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
 use super::fetch::{Fetch, Nearby};
-use super::rows::RowView;
+use super::form::RowView;
 use super::texels::restored;
 use crate::math::lanes::{Lanes, whole};
 use crate::methods::lookup::light_field::layout::{STEEPEST, SlabRays, bits};

@@ -2,8 +2,7 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
-use super::form::ViewForm;
-use super::rows::RowView;
+use super::form::{RowView, ViewForm};
 use super::texels::{MASKS, SHIFTED, scale};
 use crate::math::lanes::{Lanes, MANY_LANES, Vec3Lanes, whole};
 use crate::methods::lookup::light_field::layout::{STEEPEST, SlabLayout, SlabRays};

@@ -2,7 +2,6 @@
 
 use super::blocks::{BlockPixels, byte_count, decompress, padded};
 use super::depth_blocks;
-use super::rows::RowView;
 use super::texels::{ViewLevels, packed};
 use crate::methods::lookup::light_field::settings::Compression;
 use std::borrow::Cow;
@@ -18,6 +17,17 @@ pub(crate) struct ViewForm {
     /// Of a view.
     light_bytes: usize,
     depth_bytes: usize,
+}
+
+/// One row of views, wherever and in whichever form it is kept.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RowView<'a> {
+    /// Empty where views are compressed.
+    pub(crate) texels: &'a [u32],
+    pub(crate) parallax: &'a [i16],
+    /// Blocks of all levels of a view, view after view; empty where views are not compressed.
+    pub(crate) blocks: &'a [u8],
+    pub(crate) depths: &'a [u8],
 }
 
 impl ViewForm {

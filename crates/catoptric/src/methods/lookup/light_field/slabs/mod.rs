@@ -25,9 +25,9 @@ use crate::progress::Progress;
 use crate::scene::Scene;
 use box_fetch::{BoxFetch, BoxLookUp, restored_parallax};
 use fetch::{Fetch, Nearby, restored_sum, sharp_rays};
-use form::ViewForm;
+use form::{RowView, ViewForm};
 use glam::{Vec2, Vec3};
-use rows::{RowView, Rows};
+use rows::Rows;
 use texels::restored;
 
 /// The largest ratio of a footprint's axes that is resolved by several look-ups. A bound on time; chosen, not measured.

@@ -2,7 +2,7 @@
 
 use super::blocks::compress;
 use super::depth_blocks;
-use super::form::ViewForm;
+use super::form::{RowView, ViewForm};
 use crate::error::RenderError;
 use crate::methods::bake::Baked;
 use crate::methods::lookup::light_field::layout::FieldLayout;
@@ -19,17 +19,6 @@ pub(crate) struct ViewRow {
     /// View after view, row after row: how far what a pixel shows is shifted in the next view, as
     /// [`stored`](super::texels::stored).
     pub(crate) parallax: Vec<i16>,
-}
-
-/// The same, wherever and in whichever form it is kept.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RowView<'a> {
-    /// Empty where views are compressed.
-    pub(crate) texels: &'a [u32],
-    pub(crate) parallax: &'a [i16],
-    /// Blocks of all levels of a view, view after view; empty where views are not compressed.
-    pub(crate) blocks: &'a [u8],
-    pub(crate) depths: &'a [u8],
 }
 
 impl ViewRow {

@@ -6,7 +6,7 @@ use super::texels::{ViewLevels, packed, stored};
 use crate::error::{RenderError, SceneError};
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;
-use crate::methods::lookup::light_field::INFO;
+use crate::methods::Settings;
 use crate::methods::lookup::light_field::layout::{FieldLayout, SLABS, STEEPEST, SlabLayout, along};
 use crate::methods::lookup::light_field::settings::{Compression, Disparity, LightFieldSettings};
 use crate::picture;
@@ -61,7 +61,7 @@ pub(crate) struct Views {
 }
 
 fn setting(problem: impl std::fmt::Display) -> RenderError {
-    RenderError::Setting { method: INFO.id, problem: format!("views: {problem}") }
+    RenderError::Setting { method: LightFieldSettings::METHOD, problem: format!("views: {problem}") }
 }
 
 impl Views {

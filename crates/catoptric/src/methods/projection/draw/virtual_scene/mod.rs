@@ -20,7 +20,7 @@ use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::projector::{SpecularPath, VertexProjector};
-use crate::methods::{Job, Quality, Report, simplified};
+use crate::methods::{Job, Quality, Report, report};
 use crate::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use crate::parallel;
 use crate::progress::{Cancelled, Stage};
@@ -171,11 +171,11 @@ impl VirtualScene {
                            `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
             report.warnings.push(warning.into());
         }
-        report.warnings.extend(simplified::bumpy_surfaces(job.scene));
+        report.warnings.extend(report::bumpy_surfaces(job.scene));
         match tiles.filter(|_| paths_left > 0) {
             Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
             None => {
-                report.warnings.extend(simplified::rough_mirrors(job.scene));
+                report.warnings.extend(report::rough_mirrors(job.scene));
                 report.add_raster(&draw_paths_with(job, paths, maps, target)?);
             }
         }

@@ -1,7 +1,8 @@
 //! The cells of a ray map: a regular grid, refined where neighbouring rays disagree.
 
 use super::RayField;
-use super::sample::{Approximation, RaySample, Specular, follow};
+use super::sample::{Approximation, RaySample, follow};
+use super::scatter::Specular;
 use crate::light::path_tracer::NearPlane;
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;

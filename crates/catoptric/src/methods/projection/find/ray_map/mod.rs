@@ -18,8 +18,8 @@ pub use beams::{RayBeams, Reaching};
 pub use candidate_filter::{Attempt, CandidateFilter};
 pub use cells::{Sampling, ViewField, eye_of};
 pub use lines::{Lines, Offset};
-pub use sample::{Approximation, Motion, Neighbour, RaySample, Specular, follow};
-pub use scatter::{Scattering, departure, is_spurious};
+pub use sample::{Approximation, Motion, Neighbour, RaySample, follow};
+pub use scatter::{Scattering, Specular, departure, is_spurious};
 pub use second_order::SecondOrderBound;
 pub use tree::RayTree;
 

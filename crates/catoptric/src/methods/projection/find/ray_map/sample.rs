@@ -1,28 +1,14 @@
 //! Sample rays: followed through reflectors and lenses, with the expansions of all their neighbours.
 
-use super::scatter::{Scattering, departure, is_spurious};
-use crate::light::tracer::Tracer;
+use super::scatter::{Scattering, Specular, departure, is_spurious};
 use crate::math::jet::{ScalarJet, VectorJet};
 use crate::methods::projector::{MAX_BOUNCES, SpecularPath};
 use crate::optics::path::bundle::{Bounce, BounceKind, Eye, FirstOrder, OutgoingRays, RayBundle};
 use crate::optics::path::manifold::{ManifoldVertex, SpecularSurfaces};
 use crate::optics::path::specular_solver::PathSites;
-use crate::scene::{Ray, Scene};
+use crate::scene::Ray;
 use crate::surface::patch::SurfacePatch;
 use glam::{DVec2, DVec3, Vec3};
-
-/// The scene that a ray map's rays are traced through.
-#[derive(Clone, Copy)]
-pub struct Specular<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The hierarchy over its reflectors and lenses alone.
-    pub tracer: &'a Tracer,
-    /// Their exact surfaces.
-    pub surfaces: &'a SpecularSurfaces<'a>,
-    /// The most bounces of a path.
-    pub order: u32,
-}
 
 /// One outgoing ray: the path that led to it and the expansion of its neighbours.
 #[derive(Clone, Copy, Debug)]

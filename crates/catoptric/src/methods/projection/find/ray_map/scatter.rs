@@ -1,11 +1,24 @@
 //! Scattering of a ray by a specular object: the rules that rays with and without derivatives share.
 
-use super::sample::Specular;
+use crate::light::tracer::Tracer;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::path::manifold::SpecularSurfaces;
 use crate::optics::step::{crossed_medium, medium_after};
-use crate::scene::Role;
+use crate::scene::{Role, Scene};
 use glam::{DVec3, Vec3};
+
+/// The scene that a ray map's rays are traced through.
+#[derive(Clone, Copy)]
+pub struct Specular<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The hierarchy over its reflectors and lenses alone.
+    pub tracer: &'a Tracer,
+    /// Their exact surfaces.
+    pub surfaces: &'a SpecularSurfaces<'a>,
+    /// The most bounces of a path.
+    pub order: u32,
+}
 
 /// A ray's arrival at a specular object.
 #[derive(Clone, Copy, Debug)]

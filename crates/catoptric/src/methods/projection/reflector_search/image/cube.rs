@@ -1,6 +1,5 @@
 //! The six faces of a cube around a reflector.
 
-use super::ImagePlace;
 use crate::light::cube_map::{FACES, direction_of, place_on_face};
 use crate::methods::projection::find::virtual_objects::{CORNERS, NOTHING, ReflectorMesh, in_front};
 use crate::raster::id_map::covered_shares;
@@ -12,6 +11,13 @@ const OVERLAP: u32 = 2;
 /// Triangles are cut where they are nearer to a face's own plane through the centre than this share of the radius.
 /// Chosen, not measured.
 const NEAR_SHARE: f32 = 1e-5;
+
+/// A place in a picture: a face, and coordinates that are whole at the centres of texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(in super::super) struct ImagePlace {
+    pub(in super::super) face: u32,
+    pub(in super::super) at: Vec2,
+}
 
 /// How directions from a centre and places of six faces belong together.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@ use crate::methods::projection::find::virtual_objects::{EyeImage, NOTHING, Refle
 use crate::parallel;
 use crate::scene::View;
 use cube::CubeFaces;
+pub(super) use cube::ImagePlace;
 use glam::{Vec2, Vec3};
 
 /// Normals of neighbouring texels further apart than this (a cosine) belong to different surfaces: a crease. Chosen,
@@ -34,13 +35,6 @@ pub(super) struct MeshSpot {
     pub(super) triangle: u32,
     /// The weights of its second and third corner.
     pub(super) weights: Vec2,
-}
-
-/// A place in a picture: a face, and coordinates that are whole at the centres of texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct ImagePlace {
-    pub(super) face: u32,
-    pub(super) at: Vec2,
 }
 
 /// A picture of a reflector from the eye, or the six of a cube around it, in one layer or two.

@@ -1,9 +1,9 @@
 //! Nodes as work in units: one of every node.
 
+use super::Morphing;
 use super::grid::NodeGrid;
 use super::nodes::{NodeKey, of_node};
 use super::places::{MirrorPlaces, Moment};
-use super::{INFO, Morphing};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::math::Aabb;
@@ -96,7 +96,9 @@ impl<'a> NodesWork<'a> {
         scene: &'a Scene,
         quality: Quality,
     ) -> Result<Self, RenderError> {
-        let limit = |problem: &str| Err(RenderError::Limit { method: INFO.id, problem: problem.into() });
+        let limit = |problem: &str| {
+            Err(RenderError::Limit { method: SampleBasedCameraSettings::METHOD, problem: problem.into() })
+        };
         if settings.mode == Mode::Runtime {
             return limit("mode = \"runtime\" builds its cameras for every view: bake with mode=morph");
         }
@@ -174,7 +176,7 @@ impl NodeMaker<'_> {
             "a node takes {} bytes, {MOST_BYTES} are allowed; make node_size smaller, or finest_ray_px larger",
             bytes.len()
         );
-        Err(RenderError::Limit { method: INFO.id, problem })
+        Err(RenderError::Limit { method: SampleBasedCameraSettings::METHOD, problem })
     }
 
     /// Seconds of one core and bytes of all nodes, by those of a few.
@@ -246,7 +248,7 @@ impl BakedNodes {
         let (found, wanted) = (units.unit_count(), table.count());
         if found != wanted {
             let problem = format!("the baked file has {found} units where the scene needs {wanted} nodes");
-            return Err(RenderError::Limit { method: INFO.id, problem });
+            return Err(RenderError::Limit { method: SampleBasedCameraSettings::METHOD, problem });
         }
         let mapped = hybrid::numbers(&mapped);
         let (bounds, built) = (scene.bounds, places.now().clone());

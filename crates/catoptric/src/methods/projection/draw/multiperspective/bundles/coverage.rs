@@ -1,7 +1,6 @@
 //! Coverage and depth of triangles at the samples of a tile.
 
 use super::least_squares::TERMS;
-use super::model::RayModel;
 use crate::math::lanes::{LANES, bits_of};
 use glam::Vec2;
 
@@ -68,6 +67,24 @@ impl RowValues {
     pub(in super::super) fn lane(&self, lane: usize) -> [f32; 3] {
         [self.value[lane], self.dx[lane], self.dy[lane]]
     }
+}
+
+/// The values that a triangle's functions have in a tile's pixels.
+pub(in super::super) trait RayModel {
+    /// True if the functions' coefficients are of the rays' coordinates as lines, else of the place in the picture.
+    const OF_LINES: bool;
+
+    /// By how much the rays differ from the bundle's, in each coordinate of a line; `None`: not at all.
+    fn missed(&self) -> Option<&[f32; TERMS]>;
+
+    /// Values over eight pixels of a row from a column on.
+    fn row(&self, function: &[f32; TERMS], column: usize, row: usize) -> RowValues;
+
+    /// The value in one pixel's centre, and its changes a pixel to the right and down.
+    fn pixel(&self, function: &[f32; TERMS], pixel: [usize; 2]) -> [f32; 3];
+
+    /// The depth at which a pixel's rays start, and its changes a pixel.
+    fn start(&self, pixel: [usize; 2]) -> [f32; 3];
 }
 
 /// A triangle that may lie before the start of rays, in one pixel: functions of the distance from the pixel's centre.

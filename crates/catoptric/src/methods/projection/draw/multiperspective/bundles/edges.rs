@@ -1,8 +1,8 @@
 //! Edge functions of triangles in a bundle: where in the picture its rays pass on which side of an edge, and how deep.
 
 use super::bundle::RayBundle;
+use super::coverage::RayModel;
 use super::least_squares::TERMS;
-use super::model::RayModel;
 use crate::light::wide_hierarchy::TriangleBlock;
 use crate::math::lanes::{LANES, bits_of};
 

@@ -1,27 +1,9 @@
 //! The rays between a tile's pixels: as one quadratic family, or each pixel's own with its changes.
 
 use super::bundle::{COORDINATES, RayBundle};
-use super::coverage::{ROOT, RowValues};
+use super::coverage::{ROOT, RayModel, RowValues};
 use super::least_squares::TERMS;
 use crate::math::lanes::LANES;
-
-/// The values that a triangle's functions have in a tile's pixels.
-pub(in super::super) trait RayModel {
-    /// True if the functions' coefficients are of the rays' coordinates as lines, else of the place in the picture.
-    const OF_LINES: bool;
-
-    /// By how much the rays differ from the bundle's, in each coordinate of a line; `None`: not at all.
-    fn missed(&self) -> Option<&[f32; TERMS]>;
-
-    /// Values over eight pixels of a row from a column on.
-    fn row(&self, function: &[f32; TERMS], column: usize, row: usize) -> RowValues;
-
-    /// The value in one pixel's centre, and its changes a pixel to the right and down.
-    fn pixel(&self, function: &[f32; TERMS], pixel: [usize; 2]) -> [f32; 3];
-
-    /// The depth at which a pixel's rays start, and its changes a pixel.
-    fn start(&self, pixel: [usize; 2]) -> [f32; 3];
-}
 
 /// A function's value at a place.
 #[inline(always)]

@@ -2,10 +2,10 @@
 
 use super::beam::{Beam, CandidateList};
 use super::bundle::{BundleFit, RayBundle, TileRay};
-use super::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples};
+use super::coverage::{DrawnTriangle, NOTHING, ROOT, RayModel, TileArea, TileSamples};
 use super::edges::EdgeFunctions;
 use super::least_squares::TERMS;
-use super::model::{PixelLines, Quadratic, RayModel, value_at};
+use super::model::{PixelLines, Quadratic, value_at};
 use crate::light::wide_hierarchy::TriangleBlock;
 use crate::math::Aabb;
 use crate::math::lanes::LANES;

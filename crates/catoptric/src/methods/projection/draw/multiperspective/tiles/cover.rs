@@ -2,10 +2,9 @@
 
 use super::super::bundles::beam::CandidateList;
 use super::super::bundles::bundle::RayBundle;
-use super::super::bundles::coverage::{DrawnTriangle, NOTHING, ROOT, TileArea, TileSamples};
+use super::super::bundles::coverage::{DrawnTriangle, NOTHING, ROOT, RayModel, TileArea, TileSamples};
 use super::super::bundles::edges::EdgeFunctions;
 use super::super::bundles::least_squares::TERMS;
-use super::super::bundles::model::RayModel;
 use super::super::source::{Reflections, Root};
 use super::found::FoundSurface;
 use super::own::{OwnRule, TOUCHING};
