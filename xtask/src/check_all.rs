@@ -64,8 +64,7 @@ const STEPS: [Step; 10] = [
         missing: no_musl,
         command: |_| {
             let mut command = cargo("test -p catoptric_scenes -p catoptric_bake --test same_bits --locked --target");
-            // Compiled in a hurry, as by continuous integration.
-            command.args([MUSL, "--config", "profile.dev.package.\"*\".opt-level=1"]);
+            command.arg(MUSL);
             command
         },
     },
@@ -111,7 +110,7 @@ const STEPS: [Step; 10] = [
         name: "cluster",
         about: "the share of time that a cluster spends in units, on Slurm",
         missing: no_slurm,
-        command: |_| cargo("test --release -p catoptric_cli --test faults --locked -- --ignored --nocapture share"),
+        command: |_| cargo("test --release -p catoptric_bake_cloud --test faults --locked -- --ignored --nocapture share"),
     },
     Step {
         name: "full-disk",

@@ -106,10 +106,10 @@ impl Figure13 {
         self.pixel_of(mirrored(eye, &[MIRROR], mirrored(eye, &[PAINTED], LAMP)[0])[0])
     }
 
-    /// A method's picture, and where highlights are in it near where they are expected.
-    pub fn drawn(&self, method: &str, samples: u32) -> (Framebuffer, Highlights) {
+    /// A method's picture, and where highlights are in it near where they are expected. `settings` are lines of TOML.
+    pub fn drawn(&self, method: &str, settings: &str, samples: u32) -> (Framebuffer, Highlights) {
         let quality = Quality { samples, order: 1 };
-        let [lit, plain] = [&self.lit, &self.plain].map(|scene| picture(method, "", scene, &self.view, quality));
+        let [lit, plain] = [&self.lit, &self.plain].map(|scene| picture(method, settings, scene, &self.view, quality));
         let pairs = lit.pixels.iter().zip(&plain.pixels);
         let added: Vec<f32> =
             pairs.map(|(a, b)| Vec3::new(a[0] - b[0], a[1] - b[1], a[2] - b[2]).element_sum()).collect();

@@ -34,7 +34,7 @@ pub(crate) fn draw() -> Result<RgbImage> {
         ("multiperspective rasterisation", "multiperspective"),
         ("path perturbation", "path_perturbation"),
     ] {
-        let (picture, found) = figure.drawn(method, 16);
+        let (picture, found) = figure.drawn(method, "", 16);
         let off = |of: fn(&Highlights) -> DVec2| of(&found).distance(of(&expected));
         let in_reflection = match method {
             "environment_map" => "elsewhere".into(),

@@ -14,7 +14,7 @@ const QUALITY: Quality = Quality { samples: 4, order: 2 };
 fn rough_mirrors_are_blurred_as_their_facets_do() {
     for roughness in [0.1, 0.2, 0.4] {
         let scene = scene(&format!("brushed?tess=24&roughness={roughness}"));
-        let view = scene.default_view(240, 160);
+        let view = scene.default_view(120, 80);
         let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
         let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
         let (tiles, auto, map) = (error("multiperspective"), error("auto"), error("environment_map"));
@@ -30,7 +30,7 @@ fn other_methods_say_that_they_draw_rough_and_bumpy_surfaces_as_smooth_ones() {
         let scene = scene(spec);
         let view = scene.default_view(24, 16);
         let warns = |method: &str| {
-            let drawn = draw(method, "", &scene, &view, QUALITY);
+            let drawn = draw(method, "", &scene, &view, Quality { samples: 1, order: 1 });
             drawn.setup.warnings.iter().chain(&drawn.report.warnings).any(|warning| warning.contains(word))
         };
         for method in ["path_perturbation", "sample_based_camera", "reflector_search", "planar_mirror"] {
@@ -77,7 +77,7 @@ fn things_on_a_workbench_look_as_in_the_reference() {
     let mut scene = scene("workshop?tess=24");
     cast_shadows(&mut scene);
     for camera in 0..2 {
-        let view = scene.view(&scene.cameras[camera], 180, 120);
+        let view = scene.view(&scene.cameras[camera], 120, 80);
         let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
         let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
         let (tiles, map) = (error("multiperspective"), error("environment_map"));

@@ -29,16 +29,17 @@ fn faults_on(name: &str) -> Vec<String> {
     let scene = scene(&specification(name));
     let view = scene.default_view(48, 36);
     let truths = [1, 2].map(|order| picture("reference", "", &scene, &view, Quality { samples: 4, order }));
+    // The longest to draw, each as long as ten others; what order 1 shows is a part of order 2.
+    let orders: &[u32] = if ["torus", "vase", "teapot"].contains(&name) { &[2] } else { &[1, 2] };
     let mut faults = Vec::new();
     for info in methods::all().iter().filter(|info| info.family != Family::Reference) {
         let limits = info.limits.scenes.iter().find(|limits| limits.scene == name);
-        let found = [1, 2].map(|order| {
+        for &order in orders {
             let limit = limits.map(|limits| limits.orders[order as usize - 1]);
-            measure(info, limit, &scene, &view, order, &truths[order as usize - 1])
-        });
-        if found.iter().any(|(_, holds)| !holds) {
-            let [first, second] = found.map(|(row, _)| row);
-            faults.push(format!("{}/limits.rs: scene(\"{name}\", [{first}, {second}]),", info.id));
+            let (reached, holds) = measure(info, limit, &scene, &view, order, &truths[order as usize - 1]);
+            if !holds {
+                faults.push(format!("{}/limits.rs: scene \"{name}\", order {order}: {reached}", info.id));
+            }
         }
     }
     faults

@@ -33,7 +33,7 @@ fn pictures_do_not_pop_while_the_eye_moves() {
             let turned = Quat::from_rotation_y((0.1 * f32::from(step)).to_radians()) * (eye - target);
             scene.view(&Camera::look_at("", target + turned, target, Vec3::Y, 45.0), 96, 72)
         };
-        let views: Vec<View> = (0..4).map(at).collect();
+        let views: Vec<View> = (0..3).map(at).collect();
         let masks: Vec<Vec<bool>> = views.iter().map(|view| specular_mask(&scene, view)).collect();
         let drawn = |id: &str| -> Vec<f64> {
             let mut session = session(id, "", &scene, QUALITY);

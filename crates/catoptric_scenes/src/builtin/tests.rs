@@ -262,7 +262,8 @@ fn every_scene_poses_at_every_tessellation_and_choice() {
                     }
                 }
                 Allowed::Integer { min, .. } => {
-                    check_scene(&pose(&format!("{}?{}={min}", info.name, parameter.name), 1.0), info.name);
+                    let coarse = if parameter.name == "tess" { "" } else { "&tess=8" };
+                    check_scene(&pose(&format!("{}?{}={min}{coarse}", info.name, parameter.name), 1.0), info.name);
                 }
                 Allowed::Number { min, max } => {
                     for value in [min, max] {
