@@ -4,8 +4,8 @@ mod submit;
 
 pub(crate) use submit::{BakeSubmitArgs, Engine};
 
-use crate::parse;
-use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum};
+use crate::parse::{self, FileOrStream};
+use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
@@ -59,7 +59,9 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         catoptric render room.glb -o room.png --size 640x360 --camera 0\n  \
         catoptric render room.glb -o room.exr --method reference --samples 16 \\\n      \
-        --eye -2,1,3 --target 0,1,0 --fov 40")]
+        --eye -2,1,3 --target 0,1,0 --fov 40\n  \
+        catoptric render room.glb -o - | magick - room.webp\n\n\
+        A file that is really called `-` is `./-`.")]
     Render(Box<RenderArgs>),
     /// Draw methods side by side, measure them against the reference, and write a report
     #[command(after_help = "Examples:\n  \
@@ -74,7 +76,8 @@ pub(crate) enum Command {
         catoptric project room.toml --reflector ball --eye -2,1,3 \\\n      \
         --points points.csv -o paths.csv\n  \
         catoptric project room.glb --camera 0 --size 640x480 --order 2 --jacobian \\\n      \
-        --points points.npy -o paths.npy\n\n\
+        --points points.npy -o paths.npy\n  \
+        catoptric project room.toml --points - -o - <points.csv | gzip >paths.csv.gz\n\n\
         Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or \
         f8 numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row \
         is named.\n\n\
@@ -138,7 +141,7 @@ pub(crate) struct SceneArgs {
     #[arg(value_name = "SCENE", display_order = 0)]
     pub(crate) scene: String,
     /// Light from infinity, an equirectangular picture (.hdr or .exr)
-    #[arg(long, value_name = "FILE", display_order = 1)]
+    #[arg(long, value_name = "FILE", value_parser = parse::file(), display_order = 1)]
     pub(crate) environment: Option<PathBuf>,
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
@@ -218,7 +221,7 @@ pub(crate) struct DrawArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3_600_000))]
     pub(crate) budget_ms: Option<u32>,
     /// A merged bake for the method (repeat)
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = parse::file())]
     pub(crate) baked: Vec<PathBuf>,
 }
 
@@ -265,12 +268,14 @@ pub(crate) struct RenderArgs {
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
-    /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats)
-    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, help_heading = "Output")]
-    pub(crate) output: PathBuf,
-    /// Write times and counts to this file (JSON)
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) stats: Option<PathBuf>,
+    /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats); `-`: PNG to standard output
+    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Output")]
+    pub(crate) output: FileOrStream,
+    /// Write times and counts to this file (JSON); `-`: to standard output
+    #[arg(long, value_name = "FILE", value_parser = parse::file_or_stream(), value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Output")]
+    pub(crate) stats: Option<FileOrStream>,
     /// Write a picture that is white where the first surface is a reflector or lens (.png)
     #[arg(long, value_name = "FILE", value_parser = parse::mask_path, help_heading = "Output")]
     pub(crate) mask: Option<PathBuf>,
@@ -289,7 +294,7 @@ pub(crate) struct CompareArgs {
     #[arg(help_heading = "View")]
     pub(crate) frames: u32,
     /// Folder for the report; created if absent
-    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    #[arg(long, value_name = "DIR", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) report: PathBuf,
     /// A method, with settings after a colon (repeat) [default: all]
     #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method", display_order = 0)]
@@ -385,7 +390,7 @@ pub(crate) struct BakeViewsArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
     /// File of the manifest; pictures are looked for beside it
-    #[arg(long, short, value_name = "FILE.toml", help_heading = "Output")]
+    #[arg(long, short, value_name = "FILE.toml", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) output: PathBuf,
 }
 
@@ -398,7 +403,7 @@ pub(crate) struct BakeWhatArgs {
     #[arg(long, value_name = "ID", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// Settings of the method, over the scene's own (TOML, KEY = VALUE a line)
-    #[arg(long, short = 'c', value_name = "FILE.toml", help_heading = "Method")]
+    #[arg(long, short = 'c', value_name = "FILE.toml", value_parser = parse::file(), help_heading = "Method")]
     pub(crate) config: Option<PathBuf>,
     /// A setting of the method, over those of the scene and the file (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
@@ -414,7 +419,7 @@ pub(crate) struct BakeAllArgs {
     #[command(flatten)]
     pub(crate) what: BakeWhatArgs,
     /// File of the bake; units are kept in FILE.parts until all are made
-    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
@@ -435,7 +440,7 @@ pub(crate) struct BakePlanArgs {
     pub(crate) what: BakeWhatArgs,
     /// The place that plan and units go to: a folder, created if absent, or s3://bucket/prefix, gs://bucket/prefix or
     /// az://container/prefix
-    #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
+    #[arg(long, short, value_name = "PLACE", value_parser = parse::place(), help_heading = "Output")]
     pub(crate) output: String,
 }
 
@@ -456,14 +461,14 @@ pub(crate) struct BakeFramesArgs {
     #[arg(help_heading = "Method")]
     pub(crate) samples: u32,
     /// A merged bake for the method (repeat)
-    #[arg(long, value_name = "FILE", help_heading = "Method")]
+    #[arg(long, value_name = "FILE", value_parser = parse::file(), help_heading = "Method")]
     pub(crate) baked: Vec<PathBuf>,
     /// The kind of the pictures
     #[arg(long, value_enum, default_value = "png", help_heading = "Output")]
     pub(crate) format: FrameFormat,
     /// The place that plan and frames go to: a folder, created if absent, or s3://bucket/prefix, gs://bucket/prefix or
     /// az://container/prefix
-    #[arg(long, short, value_name = "PLACE", help_heading = "Output")]
+    #[arg(long, short, value_name = "PLACE", value_parser = parse::place(), help_heading = "Output")]
     pub(crate) output: String,
 }
 
@@ -479,13 +484,13 @@ pub(crate) enum FrameFormat {
 #[derive(Args)]
 pub(crate) struct BakeRunArgs {
     /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
-    #[arg(value_name = "PLACE", help_heading = "Scene")]
+    #[arg(value_name = "PLACE", value_parser = parse::place(), help_heading = "Scene")]
     pub(crate) place: String,
     /// Make every n-th unit from the i-th on, or `auto`: as the scheduler's variables say [default: all]
     #[arg(long, value_name = "I/N or auto", help_heading = "General")]
     pub(crate) shard: Option<String>,
     /// Make these units alone: their numbers, one a line, as `status --missing` prints them; shards divide the list
-    #[arg(long, value_name = "FILE", help_heading = "General")]
+    #[arg(long, value_name = "FILE", value_parser = parse::file(), help_heading = "General")]
     pub(crate) units: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) stop: StopArgs,
@@ -494,7 +499,7 @@ pub(crate) struct BakeRunArgs {
 #[derive(Args)]
 pub(crate) struct BakeStatusArgs {
     /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
-    #[arg(value_name = "PLACE", help_heading = "Scene")]
+    #[arg(value_name = "PLACE", value_parser = parse::place(), help_heading = "Scene")]
     pub(crate) place: String,
     /// Print JSON
     #[arg(long, help_heading = "Output")]
@@ -510,10 +515,10 @@ pub(crate) struct BakeStatusArgs {
 #[derive(Args)]
 pub(crate) struct BakeMergeArgs {
     /// The place of the plan: a folder, or s3://bucket/prefix, gs://.. or az://..
-    #[arg(value_name = "PLACE", help_heading = "Scene")]
+    #[arg(value_name = "PLACE", value_parser = parse::place(), help_heading = "Scene")]
     pub(crate) place: String,
     /// File of the bake; of frames the folder of the pictures
-    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) output: PathBuf,
 }
 
@@ -537,12 +542,14 @@ pub(crate) struct ProjectArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
     #[arg(help_heading = "View")]
     pub(crate) eye: Option<DVec3>,
-    /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers
-    #[arg(long, value_name = "FILE", value_parser = parse::table_path, help_heading = "Scene")]
-    pub(crate) points: PathBuf,
-    /// File of the paths: .csv or .npy
-    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path, help_heading = "Output")]
-    pub(crate) output: PathBuf,
+    /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers; `-`: CSV from standard input
+    #[arg(long, value_name = "FILE", value_parser = parse::table_path, value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Scene")]
+    pub(crate) points: FileOrStream,
+    /// File of the paths: .csv or .npy; `-`: CSV to standard output
+    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path, value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Output")]
+    pub(crate) output: FileOrStream,
     /// The most bounces on a path; at a lens both branches count
     #[arg(long, value_name = "K", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=4))]
     #[arg(help_heading = "Method")]

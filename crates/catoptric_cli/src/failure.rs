@@ -2,7 +2,7 @@
 
 use catoptric::output;
 use std::fmt::Display;
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -35,6 +35,17 @@ pub(crate) fn stop_softly() -> &'static AtomicBool {
 /// Prints a line on standard error, where it can be printed: no program can complain of that.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// The outcome of writing to standard output.
+pub(crate) fn written(result: io::Result<()>) -> Result<(), Failure> {
+    match result {
+        // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::input(format!("standard output: cannot write to it: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The message and exit code of a command that did not succeed.
@@ -74,11 +85,6 @@ impl Failure {
             Self::Usage(problem) => problem.clone(),
             Self::Input(error) => error.to_string(),
         }
-    }
-
-    /// A failed write to standard output.
-    pub(crate) fn standard_output(error: std::io::Error) -> Self {
-        Self::input(format!("standard output: cannot write to it: {error}"))
     }
 
     /// Prints the one message and gives the exit code.

@@ -17,7 +17,7 @@ mod terminal;
 
 use args::{Cli, Command, Global};
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
-use failure::{Failure, Output};
+use failure::{Failure, Output, written};
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -46,15 +46,6 @@ fn explain(message: &clap::Error) -> ExitCode {
     match written(printed) {
         Err(failure) if !message.use_stderr() => failure.report(),
         _ => ExitCode::from(u8::try_from(message.exit_code()).unwrap_or(2)),
-    }
-}
-
-/// The outcome of writing to standard output.
-fn written(result: std::io::Result<()>) -> Result<(), Failure> {
-    match result {
-        // A reader that closes the pipe early (`| head`) has had enough; that is no fault.
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Failure::standard_output(error)),
-        _ => Ok(()),
     }
 }
 

@@ -1,5 +1,9 @@
 //! Readers of option values; each message names what is allowed.
 
+mod stream;
+
+pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
+
 use catoptric::picture::PictureFormat;
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
@@ -51,10 +55,11 @@ pub(crate) fn exact_vector(text: &str) -> Result<DVec3, String> {
     Ok(DVec3::from_slice(&numbers))
 }
 
-pub(crate) fn table_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let known = |extension: &std::ffi::OsStr| ["csv", "npy"].iter().any(|known| extension.eq_ignore_ascii_case(known));
-    if path.extension().is_some_and(known) { Ok(path) } else { Err("the name must end in .csv or .npy".into()) }
+pub(crate) fn table_path(text: &str) -> Result<FileOrStream, String> {
+    match FileOrStream::from(PathBuf::from(text)) {
+        table if table == FileOrStream::Stream || table.has_extension("csv") || table.has_extension("npy") => Ok(table),
+        _ => Err("the name must end in .csv or .npy, or be `-`".into()),
+    }
 }
 
 pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
@@ -92,13 +97,17 @@ pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
-pub(crate) fn picture_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    PictureFormat::from_path(&path).map(|_| path).ok_or_else(|| "the name must end in .png or .exr".into())
+pub(crate) fn picture_path(text: &str) -> Result<FileOrStream, String> {
+    match FileOrStream::from(PathBuf::from(text)) {
+        FileOrStream::File(path) if PictureFormat::from_path(&path).is_none() => {
+            Err("the name must end in .png or .exr, or be `-`".into())
+        }
+        picture => Ok(picture),
+    }
 }
 
 pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
+    let path = stream::no_stream(PathBuf::from(text))?;
     match PictureFormat::from_path(&path) {
         Some(PictureFormat::Png) => Ok(path),
         _ => Err("the name must end in .png".into()),

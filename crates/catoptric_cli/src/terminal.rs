@@ -2,6 +2,7 @@
 
 use crate::args::{Global, ProgressChoice};
 use crate::failure;
+use crate::parse::FileOrStream;
 use catoptric::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashSet;
@@ -52,6 +53,15 @@ impl Terminal {
     /// A line for the user on standard output, unless only errors are wanted.
     pub(crate) fn unless_quiet(&self, line: String) -> String {
         if self.quiet { String::new() } else { line }
+    }
+
+    /// The closing lines of a command: for standard output, or on standard error where an output went to the former.
+    pub(crate) fn closing(&self, lines: String, outputs: &[FileOrStream]) -> String {
+        if !outputs.contains(&FileOrStream::Stream) {
+            return self.unless_quiet(lines);
+        }
+        self.say(lines.trim_end());
+        String::new()
     }
 
     /// Says errors that do not end the work, even when quiet.

@@ -35,23 +35,37 @@ pub fn write_file(
     replace(path, fill).map_err(|source| SceneError::Write { path: path.into(), source })
 }
 
+/// Writes through `fill` into a stream, such as standard output, when it is complete, and nothing when `fill` fails.
+///
+/// # Errors
+/// Errors of the system and of `fill`.
+pub fn write_stream(
+    stream: &mut impl Write,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut file = tempfile::tempfile()?;
+    filled(&mut file, fill)?;
+    copy(&mut file, stream)
+}
+
 fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
-    let filled = |file: &mut File| {
-        let mut writer = BufWriter::new(file);
-        fill(&mut writer).and_then(|()| writer.flush())
-    };
     match Destination::of(path)? {
         Destination::Device => {
             let mut file = tempfile::tempfile()?;
-            filled(&mut file)?;
+            filled(&mut file, fill)?;
             copy_to_device(&mut file, path)
         }
         Destination::File(target) => {
             let mut file = Temporary::beside(&target)?;
-            filled(file.as_file_mut())?;
+            filled(file.as_file_mut(), fill)?;
             file.rename(&target)
         }
     }
+}
+
+fn filled(file: &mut File, fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let mut writer = BufWriter::new(file);
+    fill(&mut writer).and_then(|()| writer.flush())
 }
 
 /// Finds out whether a file of this name could be written now; leaves nothing behind. For use before long work.
@@ -142,10 +156,13 @@ fn whole(path: &Path) -> PathBuf {
 }
 
 fn copy_to_device(file: &mut File, path: &Path) -> io::Result<()> {
+    copy(file, &mut OpenOptions::new().write(true).open(path)?)
+}
+
+fn copy(file: &mut File, stream: &mut impl Write) -> io::Result<()> {
     file.rewind()?;
-    let mut device = OpenOptions::new().write(true).open(path)?;
-    io::copy(file, &mut device)?;
-    device.flush()
+    io::copy(file, stream)?;
+    stream.flush()
 }
 
 /// A temporary file, removed when it is dropped or when the program ends by [`exit`].

@@ -1,5 +1,6 @@
 //! The command line of `catoptric bake submit`.
 
+use crate::parse;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -13,7 +14,7 @@ pub(crate) enum Engine {
 #[derive(Args)]
 pub(crate) struct BakeSubmitArgs {
     /// The place of the plan: a folder that all machines see, or s3://bucket/prefix, gs://.. or az://..
-    #[arg(value_name = "PLACE", help_heading = "Scene")]
+    #[arg(value_name = "PLACE", value_parser = parse::place(), help_heading = "Scene")]
     pub(crate) place: String,
     /// The scheduler
     #[arg(long, value_enum, value_name = "NAME", help_heading = "General")]
@@ -26,7 +27,7 @@ pub(crate) struct BakeSubmitArgs {
     #[arg(long, help_heading = "Output")]
     pub(crate) dry_run: bool,
     /// File that the bake is merged into [default: the place's name with `.bake` for `.parts`, beside it]
-    #[arg(long, short, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
     /// Options for sbatch, behind `--`
     #[arg(last = true, value_name = "OPTION", help_heading = "General")]

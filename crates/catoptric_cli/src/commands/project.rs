@@ -59,14 +59,16 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     } else if let Some((key, _)) = args.set.first() {
         return Err(Failure::usage(format!("--set {key}: the exact search has no settings; choose a --method")));
     }
-    if files::is_same_file(&args.points, &args.output) {
-        return Err(Failure::usage(format!("{} is both --points and --output", args.points.display())));
+    if let (Some(points), Some(output)) = (args.points.path(), args.output.path())
+        && files::is_same_file(points, output)
+    {
+        return Err(Failure::usage(format!("{} is both --points and --output", points.display())));
     }
     if args.eye.is_some() && args.eye.map(|eye| eye.as_vec3()) == args.target {
         return Err(Failure::usage("--eye and --target are the same point"));
     }
     let roles = scene_source::pose_roles(&args.pose, options)?;
-    files::check_writable(&args.output)?;
+    args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
     let model = scene_source::load(&args.scene, None)?;
     let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None)?);
@@ -107,7 +109,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     // Errors of the points are distinguished from errors of the written file.
     let mut problem = None;
     let mut counts = PointCounts::default();
-    let written = files::write_file(&args.output, |writer| {
+    let written = args.output.write(|writer| {
         let mut sink = table.begin(writer)?;
         let streamed = stream(&mut points, &query, terminal, |rows| sink.write(rows));
         match streamed {
@@ -132,7 +134,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     written?;
     terminal.warn(&model.warnings);
     terminal.warn(cut_short_warning(&counts).iter());
-    Ok(terminal.unless_quiet(summary(args, &counts)))
+    Ok(terminal.closing(summary(args, &counts), std::slice::from_ref(&args.output)))
 }
 
 /// The reflectors and lenses that paths may touch.
@@ -273,7 +275,7 @@ fn cut_short_warning(counts: &PointCounts) -> Option<String> {
 
 fn summary(args: &ProjectArgs, counts: &PointCounts) -> String {
     let PointCounts { points, reflections, without, infinite, .. } = counts;
-    let output = args.output.display();
+    let output = args.output.output_name();
     format!(
         "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with \
         infinitely many\n"

@@ -6,15 +6,16 @@ use crate::backend;
 use crate::baked;
 use crate::drawing::{Shot, check_samples};
 use crate::failure::Failure;
+use crate::parse::FileOrStream;
 use crate::settings;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
 use catoptric::light::path_tracer::specular_mask;
+use catoptric::methods;
 use catoptric::output::{self, NewFolders};
-use catoptric::{methods, picture};
+use catoptric::picture::{self, PictureFormat};
 use clap::ArgMatches;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::io::{self, IsTerminal, Write};
 
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
     let method = methods::find(&args.method).map_err(Failure::usage)?;
@@ -31,19 +32,20 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     terminal.set_subject(&args.method);
     let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);
-    picture::write(&args.output, &drawing.picture)?;
+    let format = args.output.path().and_then(PictureFormat::from_path).unwrap_or(PictureFormat::Png);
+    args.output.write(|writer| writer.write_all(&picture::encode(format, &drawing.picture)?))?;
     if let Some(path) = &args.mask {
         let mask = specular_mask(&drawing.scene, &drawing.view);
         picture::write_mask(path, drawing.view.width, drawing.view.height, &mask)?;
     }
-    if let Some(path) = &args.stats {
+    if let Some(output) = &args.stats {
         let json = pretty(&stats)?;
-        output::write_file(path, |writer| writer.write_all(json.as_bytes()))?;
+        output.write(|writer| writer.write_all(json.as_bytes()))?;
     }
     let mut warnings = stats.warnings.clone();
     warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);
     terminal.warn(&warnings);
-    Ok(terminal.unless_quiet(summary(args, &stats, terminal.verbose)))
+    Ok(terminal.closing(summary(args, &stats, terminal.verbose), &outputs))
 }
 
 /// Frames that are faster are not compared with the reference, in milliseconds.
@@ -65,14 +67,18 @@ fn slower_than_tracing(shot: &Shot<'_>, stats: &Stats, terminal: &Terminal) -> R
     }))
 }
 
-/// The files to be written, each another one.
-fn outputs(args: &RenderArgs) -> Result<Vec<&Path>, Failure> {
-    let all = [Some(&args.output), args.stats.as_ref(), args.mask.as_ref()];
-    let outputs: Vec<&Path> = all.into_iter().flatten().map(PathBuf::as_path).collect();
-    for (index, path) in outputs.iter().enumerate() {
-        if let Some(other) = outputs[..index].iter().find(|other| output::is_same_file(other, path)) {
-            let same = path == other;
-            let (one, other) = (path.display(), other.display());
+/// The files to be written, or standard output, each another one.
+fn outputs(args: &RenderArgs) -> Result<Vec<FileOrStream>, Failure> {
+    if args.output == FileOrStream::Stream && io::stdout().is_terminal() {
+        let problem = "-o -: standard output is a terminal, which shows no pictures; lead it into a file or a program";
+        return Err(Failure::usage(problem));
+    }
+    let mask = args.mask.clone().map(FileOrStream::File);
+    let outputs: Vec<_> = [Some(args.output.clone()), args.stats.clone(), mask].into_iter().flatten().collect();
+    for (index, one) in outputs.iter().enumerate() {
+        if let Some(other) = outputs[..index].iter().find(|other| one.is_same_output(other)) {
+            let same = one == other;
+            let (one, other) = (one.output_name(), other.output_name());
             let problem = if same { format!("{one} is") } else { format!("{other} and {one} are one file,") };
             return Err(Failure::usage(format!("{problem} named for two outputs")));
         }
@@ -81,12 +87,12 @@ fn outputs(args: &RenderArgs) -> Result<Vec<&Path>, Failure> {
 }
 
 /// Makes the folders of the outputs, and finds outputs that cannot be written before the work is done.
-fn make_writable(outputs: &[&Path]) -> Result<NewFolders, Failure> {
+fn make_writable(outputs: &[FileOrStream]) -> Result<NewFolders, Failure> {
     let mut folders = NewFolders::default();
-    for path in outputs {
+    for path in outputs.iter().filter_map(FileOrStream::path) {
         if let Some(folder) = path.parent() {
             let fail =
-                |error: std::io::Error| Failure::input(format!("{}: cannot make its folder: {error}", path.display()));
+                |error: io::Error| Failure::input(format!("{}: cannot make its folder: {error}", path.display()));
             folders.create(folder).map_err(fail)?;
         }
         output::check_writable(path)?;
@@ -99,7 +105,7 @@ fn summary(args: &RenderArgs, stats: &Stats, verbose: bool) -> String {
     let time = &stats.frame_ms;
     let mut text = format!(
         "{}: {}, {width}x{height}, {} samples, order {}: {:.1} ms",
-        args.output.display(),
+        args.output.output_name(),
         stats.method,
         stats.samples,
         stats.order,

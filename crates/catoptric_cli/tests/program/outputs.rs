@@ -1,12 +1,23 @@
-//! Where outputs go: links, devices, one file by two names, and nothing that stays behind after a signal.
+//! Where outputs go: links, devices, standard output, one file by two names, and nothing that stays behind after a
+//! signal.
 
 use crate::workplace::Workplace;
+use std::io::Write;
+use std::process::{Output, Stdio};
 
 const RENDER: [&str; 6] = ["render", "scene.toml", "--size", "32x24", "--samples", "1"];
 
 impl Workplace {
     fn draw(&self, more: &[&str]) -> String {
         self.ok(&[&RENDER, more].concat())
+    }
+
+    /// Runs the program with this on its standard input.
+    fn fed(&self, words: &[&str], input: &str) -> Output {
+        let mut command = self.command(words);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        child.wait_with_output().unwrap()
     }
 }
 
@@ -73,11 +84,92 @@ fn devices_and_pipes_are_written_through() {
     assert_eq!(place.files(), ["full.png", "out.png", "pipe", "scene.toml"]);
 }
 
+#[test]
+fn a_dash_is_standard_output_alone() {
+    let place = Workplace::new();
+    place.draw(&["-o", "out.png"]);
+    let drawn = place.run(&[&RENDER[..], &["-o", "-", "--mask", "mask.png"]].concat());
+    assert!(drawn.status.success() && drawn.stdout == place.bytes("out.png"));
+    let said = String::from_utf8(drawn.stderr).unwrap();
+    assert!(said.starts_with("standard output: auto, 32x24"), "{said}");
+    let quiet = place.run(&[&RENDER[..], &["-o", "-", "--quiet"]].concat());
+    assert!(quiet.stdout == drawn.stdout && quiet.stderr.is_empty());
+
+    let stats = place.listed(&[&RENDER[..], &["-o", "out.png", "--stats", "-"]].concat());
+    assert_eq!(stats["method"], "auto");
+    assert_eq!(place.files(), ["mask.png", "out.png", "scene.toml"]);
+    place.draw(&["-o", "out.png", "--stats", "./-"]);
+    assert_eq!(place.json("-")["method"], "auto");
+
+    // A reader that has had enough is no fault.
+    let words = [&RENDER[..], &["-o", "-"]].concat();
+    let mut child = place.command(&words).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+}
+
+#[test]
+fn tables_go_through_standard_streams() {
+    let place = Workplace::new();
+    let points = "x,y,z\n0,0.5,2\n\n1,1,1\n";
+    place.write("points.csv", points);
+    let project = |points: &'static str, paths| ["project", "scene.toml", "--points", points, "-o", paths];
+    place.ok(&project("points.csv", "paths.csv"));
+    let piped = place.fed(&project("-", "-"), points);
+    assert!(piped.status.success() && piped.stdout == place.bytes("paths.csv"));
+    let said = String::from_utf8(piped.stderr).unwrap();
+    assert!(said.starts_with("standard output: 2 points"), "{said}");
+    for (points, named) in [
+        ("x,y,z\n\n1,2,3\n1,two,3\n", "standard input: line 4: y: `two` is not a number"),
+        ("x,y\n1,2\n", "standard input: line 1: the header has no column `z`"),
+        ("", "standard input: line 1: the header has no column `x`"),
+        ("x,y,z\n1,2,1e13\n", "standard input: line 2: z: 1e13 is not between"),
+    ] {
+        let wrong = place.fed(&project("-", "-"), points);
+        let message = String::from_utf8(wrong.stderr).unwrap();
+        assert!(wrong.status.code() == Some(1) && wrong.stdout.is_empty(), "{points:?}: {message}");
+        assert!(message.contains(named), "{points:?} should say {named}: {message}");
+    }
+}
+
+#[test]
+fn a_dash_is_refused_where_there_is_no_stream() {
+    let place = Workplace::new();
+    let twice = [&RENDER[..], &["-o", "-", "--stats", "-"]].concat();
+    assert!(place.fails(2, &twice).contains("standard output is named for two outputs"));
+    let picture = [&RENDER[..], &["-o", "out.png"]].concat();
+    let bake = ["bake", "scene.toml", "--method", "light_field"];
+    let plan = ["bake", "plan", "scene.toml", "--method", "light_field"];
+    let remedy = "`./-` names a file called `-`";
+    for (before, option) in [
+        (&picture[..], "--mask"),
+        (&picture, "--baked"),
+        (&picture, "--environment"),
+        (&["compare", "scene.toml"], "--report"),
+        (&bake, "-o"),
+        (&plan, "-o"),
+        (&["bake", "merge", "room.parts"], "-o"),
+    ] {
+        place.names_faults(2, before, &[(&[option, "-"], remedy)]);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn terminals_get_no_pictures() {
+    let place = Workplace::new();
+    let terminal = std::fs::OpenOptions::new().read(true).write(true).open("/dev/ptmx").unwrap();
+    let refused = place.command(&[&RENDER[..], &["-o", "-"]].concat()).stdout(terminal).output().unwrap();
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert!(refused.status.code() == Some(2) && message.contains("standard output is a terminal"), "{message}");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_standard_output_is_named() {
     let place = Workplace::new();
-    for words in [&["scenes"][..], &["methods", "--json"], &["completions", "bash"], &["render", "--help"]] {
+    let picture = [&RENDER[..], &["-o", "-"]].concat();
+    for words in [&["scenes"][..], &["methods", "--json"], &["completions", "bash"], &["render", "--help"], &picture] {
         let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
         let output = place.command(words).stdout(full).output().unwrap();
         let message = String::from_utf8(output.stderr).unwrap();

@@ -2,18 +2,18 @@
 
 use super::npy::Header;
 use crate::failure::Failure;
+use crate::parse::FileOrStream;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::DVec3;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::io::{self, BufRead, BufReader, Read, Seek};
 
 /// Coordinates beyond this are taken for slips, as in scenes: squares of distances must stay finite.
 const MAX_COORDINATE: f64 = 1e12;
 
 /// A file of points that is being read.
 pub(super) struct Points {
-    path: PathBuf,
+    name: String,
     total_bytes: u64,
     source: Source,
 }
@@ -45,18 +45,19 @@ struct NumberKind {
 }
 
 impl Points {
-    /// Opens a `.csv` or `.npy` file and checks its header.
-    pub(super) fn open(path: &Path) -> Result<Self, Failure> {
-        let fail = |error: std::io::Error| Failure::input(format!("{}: cannot read it: {error}", path.display()));
-        let file = File::open(path).map_err(fail)?;
+    /// Opens a `.csv` or `.npy` file, or standard input with CSV, and checks its header.
+    pub(super) fn open(input: &FileOrStream) -> Result<Self, Failure> {
+        let name = input.input_name();
+        let fail = |error: io::Error| Failure::input(format!("{name}: cannot read it: {error}"));
+        let file = input.open().map_err(fail)?;
         let metadata = file.metadata().map_err(fail)?;
         if metadata.is_dir() {
-            return Err(Failure::input(format!("{}: cannot read it: it is a folder", path.display())));
+            return Err(Failure::input(format!("{name}: cannot read it: it is a folder")));
         }
-        let is_array = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy"));
+        let is_array = input.has_extension("npy");
         let source = if is_array { NpyPoints::open(file).map(Source::Npy) } else { CsvPoints::open(file) };
-        let source = source.map_err(|problem| Failure::input(format!("{}: {problem}", path.display())))?;
-        Ok(Self { path: path.into(), total_bytes: metadata.len(), source })
+        let source = source.map_err(|problem| Failure::input(format!("{name}: {problem}")))?;
+        Ok(Self { name, total_bytes: metadata.len(), source })
     }
 
     /// The size of the file.
@@ -85,11 +86,11 @@ impl Points {
                 Ok(None) => break,
                 Err(problem) => {
                     // Lines are counted only for messages.
-                    let line = match &self.source {
-                        Source::Csv(csv) => csv.line(&self.path),
+                    let line = match &mut self.source {
+                        Source::Csv(csv) => csv.line(),
                         Source::Npy(_) => String::new(),
                     };
-                    return Err(Failure::input(format!("{}: {line}{problem}", self.path.display())));
+                    return Err(Failure::input(format!("{}: {line}{problem}", self.name)));
                 }
             }
         }
@@ -148,11 +149,13 @@ impl CsvPoints {
         Ok(Some(point))
     }
 
-    /// The position at which the last row starts, for messages. The reader's own count is off after empty lines.
-    fn line(&self, path: &Path) -> String {
+    /// The position at which the last row starts, for messages; there is no next row then. The reader's own count is
+    /// off after empty lines.
+    fn line(&mut self) -> String {
         let inner: usize = self.record.iter().flatten().filter(|byte| **byte == b'\n').count();
         let end = self.reader.position().byte();
-        let lines = File::open(path).and_then(|file| line_at(&mut BufReader::new(file).take(end)));
+        let file = self.reader.get_mut();
+        let lines = file.rewind().and_then(|()| line_at(&mut BufReader::new(file).take(end)));
         lines.map_or(String::new(), |line| format!("line {}: ", line.saturating_sub(inner as u64)))
     }
 }

@@ -1,13 +1,13 @@
 //! Rows of found paths, as text or as an array.
 
 use super::npy::RowWriter;
+use crate::parse::FileOrStream;
 use catoptric::methods::path_query::FoundPath;
 use catoptric::methods::projector::SpecularPath;
 use catoptric::scene::Scene;
 use glam::DVec2;
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
-use std::path::Path;
 
 /// The columns of the output, and the writer of its rows.
 pub(super) struct Table {
@@ -44,9 +44,14 @@ enum Cell<'a> {
 }
 
 impl Table {
-    pub(super) fn new(output: &Path, paths: &[SpecularPath], scene: &Scene, order: usize, jacobian: bool) -> Self {
-        let is_array = output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy"));
-        let format = if is_array { Format::Npy } else { Format::Csv };
+    pub(super) fn new(
+        output: &FileOrStream,
+        paths: &[SpecularPath],
+        scene: &Scene,
+        order: usize,
+        jacobian: bool,
+    ) -> Self {
+        let format = if output.has_extension("npy") { Format::Npy } else { Format::Csv };
         let paths: Vec<[String; 2]> = paths.iter().map(|path| [path.kinds(), path.names(scene)]).collect();
         let names_width = paths.iter().map(|[_, names]| names.len()).max().unwrap_or(0).max(1);
         Self { format, order, jacobian, paths, names_width }
