@@ -33,7 +33,7 @@ pub trait Scalar:
 /// A root or power; at zero, where derivatives of those are infinite and would come out as no numbers, with the
 /// derivatives beside it: they come out large instead, or as the zero that multiplies them.
 #[inline]
-fn off_zero<D: DualNum<f64, Real = f64> + Copy>(value: D, at_zero: f64, function: impl Fn(D) -> D) -> D {
+fn off_zero<D: DualNum<Primitive = f64> + Copy>(value: D, at_zero: f64, function: impl Fn(D) -> D) -> D {
     if D::NDERIV > 0 && value.re() == 0.0 {
         let beside = function(value + 1e-30);
         return beside + (at_zero - beside.re());
@@ -48,7 +48,7 @@ const MAX_DERIVATIVES: usize = 3;
 /// since the powers of what a dual number has beside its real part vanish beyond its derivatives. The library's own
 /// functions are the system's, which differ in their last bits from machine to machine.
 #[inline]
-fn by_derivatives<D: DualNum<f64, Real = f64> + Copy>(value: D, derivative: impl Fn(i32) -> f64) -> D {
+fn by_derivatives<D: DualNum<Primitive = f64> + Copy>(value: D, derivative: impl Fn(i32) -> f64) -> D {
     const FACTORIALS: [f64; MAX_DERIVATIVES + 1] = [1.0, 1.0, 2.0, 6.0];
     let mut sum = D::from(derivative(0));
     if D::NDERIV == 0 {
@@ -63,7 +63,7 @@ fn by_derivatives<D: DualNum<f64, Real = f64> + Copy>(value: D, derivative: impl
     sum
 }
 
-impl<D: DualNum<f64, Real = f64> + Copy> Scalar for D {
+impl<D: DualNum<Primitive = f64> + Copy> Scalar for D {
     fn constant(value: f64) -> Self {
         D::from(value)
     }
