@@ -38,7 +38,7 @@ pub fn write_file(
 /// Writes through `fill` into a stream, such as standard output, when it is complete, and nothing when `fill` fails.
 ///
 /// # Errors
-/// Those of the system, and of `fill`.
+/// Errors of the system and of `fill`.
 pub fn write_stream(
     stream: &mut impl Write,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,

@@ -38,12 +38,12 @@ impl FileOrStream {
         self.path().and_then(Path::extension).is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
     }
 
-    /// Its name in messages about an output.
+    /// Name in messages about an output.
     pub(crate) fn output_name(&self) -> String {
         self.path().map_or("standard output".into(), |path| path.display().to_string())
     }
 
-    /// Its name in messages about an input.
+    /// Name in messages about an input.
     pub(crate) fn input_name(&self) -> String {
         self.path().map_or("standard input".into(), |path| path.display().to_string())
     }
