@@ -21,7 +21,7 @@ pub(crate) struct Imports {
 struct Import {
     /// File and line.
     place: String,
-    /// The file that is imported of.
+    /// The file that is imported from.
     file: String,
 }
 
@@ -85,7 +85,7 @@ impl Imports {
 
     fn describe(&self, from: &str, to: &str) -> String {
         let Import { place, file } = &self.lines[&(from.to_owned(), to.to_owned())];
-        format!("    {place} imports of {file}")
+        format!("    {place} imports from {file}")
     }
 }
 

@@ -140,6 +140,11 @@ impl<'a> Reader<'a> {
             return;
         }
         self.at += 5;
+        // Further attributes.
+        while self.text(0) == "#" {
+            let end = self.tokens[self.at..].iter().position(|token| token.text == "]");
+            self.at = end.map_or(self.tokens.len(), |length| self.at + length + 1);
+        }
         if self.text(0) == "pub" {
             self.visibility();
         }

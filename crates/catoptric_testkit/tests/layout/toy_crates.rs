@@ -87,7 +87,7 @@ fn re_exports_lead_to_the_file_that_defines() {
 #[test]
 fn tests_and_declarations_import_nothing() {
     let files = [
-        ("lib.rs", "mod a;\nmod b;\n#[cfg(test)]\nmod checks;"),
+        ("lib.rs", "mod a;\nmod b;\n#[cfg(test)]\n#[rustfmt::skip]\nmod checks;"),
         (
             "a.rs",
             "// use crate::b::B;\nconst TEXT: &str = \"crate::b::B\";\n#[cfg(test)]\nmod tests {\n use crate::b::B;\n}",
@@ -112,12 +112,12 @@ fn circles_of_files_are_found() {
     let mut ring = chain;
     ring[3].1 = "use crate::d::D;\n\nuse super::{a::A, b::B};";
     let begin = "a new circle of 3 files:\n\ntoy/src/a.rs\ntoy/src/b.rs\ntoy/src/c.rs\n\n";
-    let end = ":\n\n    toy/src/b.rs:1 imports of toy/src/c.rs\n    toy/src/c.rs:3 imports of toy/src/b.rs\n";
+    let end = ":\n\n    toy/src/b.rs:1 imports from toy/src/c.rs\n    toy/src/c.rs:3 imports from toy/src/b.rs\n";
     let found = wrong(&ring, "");
     assert!(found.len() == 1 && found[0].starts_with(begin) && found[0].ends_with(end), "{found:?}");
     // A module and one below it.
     let family = [("lib.rs", "mod a;"), ("a/mod.rs", "mod b;\nfn f(b: b::B) {}"), ("a/b.rs", "use super::A;")];
-    assert!(wrong(&family, "")[0].contains("toy/src/a/b.rs:1 imports of toy/src/a/mod.rs"));
+    assert!(wrong(&family, "")[0].contains("toy/src/a/b.rs:1 imports from toy/src/a/mod.rs"));
     let family = [("lib.rs", "mod a;"), ("a/mod.rs", "mod b;"), ("a/b.rs", "use super::A;")];
     assert_eq!(wrong(&family, ""), [""; 0]);
 }
@@ -135,7 +135,7 @@ fn circles_of_folders_are_found() {
     ];
     let found = wrong(&files, "");
     let begin = "a new circle of 2 folders:\n\ntoy/src/draw/\ntoy/src/find/\n\n";
-    let end = "    toy/src/draw/mesh.rs:1 imports of toy/src/find/search.rs\n    toy/src/find/view.rs:2 imports of \
+    let end = "    toy/src/draw/mesh.rs:1 imports from toy/src/find/search.rs\n    toy/src/find/view.rs:2 imports from \
                toy/src/draw/pass.rs\n";
     assert!(found.len() == 1 && found[0].starts_with(begin) && found[0].ends_with(end), "{found:?}");
     assert_eq!(wrong(&files, "# known\ntoy/src/draw/\ntoy/src/find/\n"), [""; 0]);
@@ -166,7 +166,7 @@ fn the_list_may_only_become_shorter() {
         found.len() == 1 && found[0].starts_with("a known circle grows by 1 to 3 files:\n\ntoy/src/c.rs\n\n"),
         "{found:?}"
     );
-    assert!(found[0].contains("toy/src/b.rs:2 imports of toy/src/c.rs"), "{found:?}");
+    assert!(found[0].contains("toy/src/b.rs:2 imports from toy/src/c.rs"), "{found:?}");
     // Two become one.
     joined[3].1 = "use crate::{b::B, d::D};";
     let found = wrong(&joined, &format!("{ab}\n{cd}"));
