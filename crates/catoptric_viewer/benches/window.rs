@@ -9,10 +9,10 @@
 
 use catoptric::methods::Quality;
 use catoptric_viewer::app::{Start, StudioThread, Viewer};
-use catoptric_viewer::software::Painter;
 use catoptric_viewer::studio::order::Source;
 use egui::epaint::{ImageDelta, Primitive};
 use egui::{ClippedPrimitive, Color32, ColorImage, Context, Pos2, RawInput, Rect, TextureOptions, TexturesDelta, vec2};
+use softbuffer_painter::Painter;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 

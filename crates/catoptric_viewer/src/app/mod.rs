@@ -57,7 +57,7 @@ pub struct Start {
     pub panels: bool,
     /// Bakes for methods that use them.
     pub bakes: Vec<PathBuf>,
-    /// This program's own file, which makes reports and bakes if `--program` comes first on its command line.
+    /// The file of the program `catoptric`, which makes reports and bakes; `None` if there is none.
     pub program: Option<PathBuf>,
 }
 

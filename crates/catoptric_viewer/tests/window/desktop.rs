@@ -27,8 +27,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     if Command::new("Xvfb").arg("-help").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok() {
         return vec![crate::trial(name, window)];
     }
-    let ignored = Trial::test(format!("{name} (Xvfb is not installed)"), || Err("Xvfb is not installed".into()));
-    vec![ignored.with_ignored_flag(true)]
+    vec![crate::lacking(name, "Xvfb is not installed".to_owned(), false)]
 }
 
 /// A program that ends with the test.

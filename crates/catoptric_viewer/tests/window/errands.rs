@@ -1,14 +1,16 @@
 //! Reports and bakes that are made beside the window.
 
-use crate::session::{Session, expected, open, scene, settle, share_off};
+use crate::session::{Session, Start, expected, open, open_as, scene, settle, share_off, start};
 use crate::trial;
 use catoptric::methods;
 use catoptric_bake::{BakedFile, MethodBake};
 use catoptric_viewer::app::Viewer;
 use egui::{DroppedFile, Event, Modifiers, PointerButton, vec2};
+use egui_kittest::kittest::{NodeT, Queryable};
 use libtest_mimic::Trial;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::process::Command;
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 /// A window's frame, while something is at work beside it, takes no longer.
@@ -16,14 +18,34 @@ const LONGEST_FRAME: Duration = Duration::from_secs(2);
 
 const SCENE: &str = "sphere_room?tess=8";
 
+/// The file of the program `catoptric` beside the viewer's, where cargo builds both; or what is wrong with it.
+pub(crate) static PROGRAM: LazyLock<Result<PathBuf, String>> = LazyLock::new(|| {
+    let name = format!("catoptric{}", std::env::consts::EXE_SUFFIX);
+    let program = Path::new(VIEWER).with_file_name(name);
+    let answer = Command::new(&program).arg("--version").output();
+    match answer.is_ok_and(|answer| answer.status.success()) {
+        true => Ok(program),
+        false => Err("no answer of target/*/catoptric: cargo build -p catoptric_cli".to_owned()),
+    }
+});
+
+/// The viewer's own file.
+const VIEWER: &str = env!("CARGO_BIN_EXE_catoptric_viewer");
+
 pub(crate) fn trials() -> Vec<Trial> {
-    vec![
-        trial("a report is made beside the window", report),
-        trial("a bake is made beside the window, and used", bake),
-        trial("a bake is dropped, and a damaged one", dropped),
-        trial("what is called off ends, and is gone on with", called_off),
-        trial("the hand is answered while a bake runs and the reference sharpens", answered),
-    ]
+    let all: [(&str, fn()); 5] = [
+        ("a report is made beside the window", report),
+        ("a bake is made beside the window, and used", bake),
+        ("a bake is dropped, and a damaged one", dropped),
+        ("what is called off ends, and is gone on with", called_off),
+        ("the hand is answered while a bake runs and the reference sharpens", answered),
+    ];
+    let is_required = std::env::var_os("CI").is_some();
+    let made = all.into_iter().map(|(name, test)| match &*PROGRAM {
+        Ok(_) => trial(name, test),
+        Err(reason) => crate::lacking(name, reason.clone(), is_required),
+    });
+    made.chain([trial("where the program is missing or another one this is said", without_program)]).collect()
 }
 
 /// Lets time go on until no errand is left; looks at the picture meanwhile.
@@ -139,6 +161,31 @@ fn called_off() {
     session.state_mut().bake(&file);
     wait(&mut session);
     assert!(file.is_file(), "{}", messages(&session));
+}
+
+fn without_program() {
+    let start = |program| Start { program, ..start(&format!("builtin:{SCENE}"), "light_field", None) };
+    let mut session = open_as(None, start(None));
+    let buttons = ["Report...", "Bake..."];
+    session.get_by_label("Take away").click();
+    (0..30).for_each(|_| session.step());
+    for name in buttons {
+        assert!(session.get_by_label(name).accesskit_node().is_disabled());
+        session.get_by_label(name).hover();
+        (0..60).for_each(|_| session.step());
+        assert!(session.query_by_label_contains("cargo install catoptric_cli").is_some(), "{name} says nothing");
+    }
+    session.state_mut().make_report(Path::new("report"));
+    assert!(!session.state().has_errands() && messages(&session).contains("cargo install catoptric_cli"));
+    // The viewer's own program is not the one that is needed.
+    let mut session = open_as(None, start(Some(VIEWER.into())));
+    session.get_by_label("Take away").click();
+    (0..30).for_each(|_| session.step());
+    assert!(buttons.iter().all(|name| !session.get_by_label(name).accesskit_node().is_disabled()));
+    let folder = tempfile::tempdir().unwrap();
+    session.state_mut().bake(&folder.path().join("room.bake"));
+    wait(&mut session);
+    assert!(messages(&session).contains("is not `catoptric "), "{}", messages(&session));
 }
 
 fn answered() {

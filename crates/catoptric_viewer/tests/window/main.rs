@@ -1,7 +1,8 @@
 //! The window's content in egui's test harness: what the hand does and what is then seen.
 //!
 //! Pixels of the screen are looked at, too, as the processor draws the window, and on a device where there is one;
-//! without one these tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then.
+//! without one these tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then. So do those
+//! of reports and bakes without the program `catoptric`, which fail where `CI` is set.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]
@@ -35,6 +36,12 @@ fn main() {
     trials.extend(overlays::trials());
     trials.extend(restart::trials());
     libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// A test that cannot be made here: ignored with the reason, or failed where it is required.
+fn lacking(name: &str, reason: String, is_required: bool) -> Trial {
+    let trial = Trial::test(format!("{name} ({reason})"), move || Err(reason.into()));
+    trial.with_ignored_flag(!is_required)
 }
 
 /// A test by its name.

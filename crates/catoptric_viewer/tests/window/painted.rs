@@ -1,10 +1,10 @@
 //! What the window looks like where the processor draws it, alone and beside a device.
 
-use catoptric_viewer::software::Painter;
 use egui::{Context, FullOutput, TexturesDelta};
 use egui_kittest::TestRenderer;
 use egui_kittest::wgpu::WgpuTestRenderer;
 use image::{RgbaImage, imageops};
+use softbuffer_painter::Painter;
 
 /// Draws as windows without a graphics driver are drawn.
 #[derive(Default)]

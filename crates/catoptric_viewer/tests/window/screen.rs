@@ -28,8 +28,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         Err(error) => return vec![Trial::test("a device", move || Err(error.to_string().into()))],
     };
     let is_required = std::env::var_os("CATOPTRIC_REQUIRE_GPU").is_some_and(|value| value == "1");
-    let trial = Trial::test(format!("screen ({reason})"), move || Err(reason.into()));
-    trials.push(trial.with_ignored_flag(!is_required));
+    trials.push(crate::lacking("screen", reason, is_required));
     trials
 }
 

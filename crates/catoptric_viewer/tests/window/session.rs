@@ -47,7 +47,7 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
         camera: None,
         panels: true,
         bakes: Vec::new(),
-        program: Some(env!("CARGO_BIN_EXE_catoptric_viewer").into()),
+        program: crate::errands::PROGRAM.as_ref().ok().cloned(),
     }
 }
 

@@ -11,8 +11,16 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::JoinHandle;
 use std::time::Instant;
 use tempfile::TempDir;
+
+/// What is missing where the program is, and how it gets there.
+const NO_PROGRAM: &str = "this needs the program `catoptric`: install it (cargo install catoptric_cli), or put it \
+                          beside the viewer, and start the viewer again";
+
+/// The answer of a program of the window's version to `--version`.
+const VERSION: &str = concat!("catoptric ", env!("CARGO_PKG_VERSION"));
 
 /// What is to be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +40,8 @@ pub(in crate::app) struct Errand {
     /// Holds the scene file that it reads.
     _folder: TempDir,
     lines: Receiver<String>,
+    /// Reads these; returns what is to be said of the program if it has failed. Taken then.
+    reader: Option<JoinHandle<Option<String>>>,
     /// The present stage and its share.
     stage: (String, Option<f32>),
     /// Its last words that are no progress.
@@ -94,13 +104,20 @@ impl Viewer {
         self.asked_places.push((task, ask(task)));
     }
 
-    /// Whether the left side's method can be baked.
-    pub(super) fn can_bake(&self) -> bool {
-        self.program.is_some() && methods::find(&self.choices[0].method).is_ok_and(|info| info.bake.is_some())
+    /// Why a task cannot be done now; `None` if it can.
+    pub(super) fn hindrance(&self, task: Task) -> Option<&'static str> {
+        let can_bake = || methods::find(&self.choices[0].method).is_ok_and(|info| info.bake.is_some());
+        match (&self.program, &self.sent) {
+            (None, _) => Some(NO_PROGRAM),
+            (_, None) => Some("once there is a picture"),
+            _ if task == Task::Bake && !can_bake() => Some("the left method precomputes nothing for files"),
+            _ => None,
+        }
     }
 
     fn send_errand(&mut self, task: Task, target: &Path) {
-        let Some((program, wish)) = self.program.clone().zip(self.sent.clone()) else { return };
+        let Some(program) = self.program.clone() else { return self.say(NO_PROGRAM) };
+        let Some(wish) = self.sent.clone() else { return };
         let camera = self.camera.filter(|_| self.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
         let scene = |path: &Path| scene_file::text(&wish, &self.source, path);
         match Errand::begin(task, target, &program, (&wish, camera), scene, self.window.clone()) {
@@ -189,7 +206,7 @@ impl Errand {
         let folder = tempfile::tempdir().map_err(fail)?;
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, scene(&path)?).map_err(fail)?;
-        let mut words: Vec<OsString> = vec!["--program".into()];
+        let mut words: Vec<OsString> = Vec::new();
         match task {
             Task::Report => {
                 words.extend(["compare".into(), path.into(), "--report".into(), target.into()]);
@@ -205,6 +222,7 @@ impl Errand {
             }
         }
         words.push("--progress=lines".into());
+        let file = program.to_path_buf();
         let mut program = niced(program)
             .args(words)
             .stdin(Stdio::null())
@@ -213,12 +231,19 @@ impl Errand {
             .spawn()
             .map_err(|error| format!("{}: {error}", program.display()))?;
         let (sender, lines) = channel();
-        if let Some(said) = program.stderr.take() {
-            std::thread::spawn(move || read_lines(BufReader::new(said), &sender, window.as_ref()));
-        }
-        let (stage, since) = ((String::new(), None), Instant::now());
-        let (target, last_words) = (target.to_path_buf(), String::new());
-        Ok(Self { task, target, program, _folder: folder, lines, stage, last_words, since, is_called_off: false })
+        let said = program.stderr.take();
+        let reader = std::thread::spawn(move || {
+            let wake_up = || window.iter().for_each(Context::request_repaint);
+            said.into_iter().for_each(|said| read_lines(BufReader::new(said), &sender, wake_up));
+            let remark = other_version(&file);
+            // The end of lines is the end of all.
+            drop(sender);
+            wake_up();
+            remark
+        });
+        let (stage, since, is_called_off) = ((String::new(), None), Instant::now(), false);
+        let (target, last_words, reader) = (target.to_path_buf(), String::new(), Some(reader));
+        Ok(Self { task, target, program, _folder: folder, lines, reader, stage, last_words, since, is_called_off })
     }
 
     /// How it has ended, with a remark or a problem; `None` while it goes on.
@@ -250,7 +275,10 @@ impl Errand {
             (_, Some(0)) => Ok(String::new()),
             // Some method has failed; the report says why.
             (Task::Report, Some(1)) if self.target.join("report.html").is_file() => Ok(format!("; {words}")),
-            _ => Err(format!("{} {words}", self.task.word())),
+            _ => {
+                let remark = self.reader.take().and_then(|reader| reader.join().ok()).flatten();
+                Err(format!("{} {words}{}", self.task.word(), remark.unwrap_or_default()))
+            }
         })
     }
 
@@ -288,15 +316,20 @@ fn niced(program: &Path) -> Command {
 }
 
 /// Hands lines on until there are no more, and wakes the window up for each.
-fn read_lines(lines: impl BufRead, sender: &Sender<String>, window: Option<&Context>) {
-    let wake_up = || window.into_iter().for_each(Context::request_repaint);
+fn read_lines(lines: impl BufRead, sender: &Sender<String>, wake_up: impl Fn()) {
     for line in lines.lines().map_while(Result::ok) {
         if sender.send(line).is_err() {
             return;
         }
         wake_up();
     }
-    wake_up();
+}
+
+/// Returns a remark about a program that is not of the window's version.
+fn other_version(program: &Path) -> Option<String> {
+    let answer = Command::new(program).arg("--version").stdin(Stdio::null()).output();
+    let is_same = answer.is_ok_and(|answer| answer.stdout.trim_ascii() == VERSION.as_bytes());
+    (!is_same).then(|| format!("; {} is not `{VERSION}`, which belongs to this viewer", program.display()))
 }
 
 /// A method with its settings, as `compare` takes them.

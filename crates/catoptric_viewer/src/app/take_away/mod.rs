@@ -48,16 +48,15 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 /// Buttons for what the program makes beside the window.
 #[cfg(not(target_family = "wasm"))]
 fn errands(viewer: &mut Viewer, ui: &mut Ui) {
-    let mut button = |name: &str, is_possible: bool, about: &str| {
-        ui.add_enabled(is_possible, eframe::egui::Button::new(name)).on_hover_text(about).clicked()
-    };
-    let has_program = viewer.program.is_some() && viewer.sent.is_some();
-    if button("Report...", has_program, "A page with the methods that are shown beside the reference, and their errors")
-    {
-        viewer.ask_for_errand(Task::Report);
-    }
-    if button("Bake...", has_program && viewer.can_bake(), "What the left method precomputes, in a file for any time") {
-        viewer.ask_for_errand(Task::Bake);
+    for (task, name, about) in [
+        (Task::Report, "Report...", "A page with the methods that are shown beside the reference, and their errors"),
+        (Task::Bake, "Bake...", "What the left method precomputes, in a file for any time"),
+    ] {
+        let hindrance = viewer.hindrance(task);
+        let button = ui.add_enabled(hindrance.is_none(), eframe::egui::Button::new(name)).on_hover_text(about);
+        if button.on_disabled_hover_text(hindrance.unwrap_or_default()).clicked() {
+            viewer.ask_for_errand(task);
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! A window without a graphics driver: egui's meshes drawn by the processor.
+#![doc = include_str!("../README.md")]
 
 mod color;
 mod fill;
@@ -10,5 +10,7 @@ mod tests;
 mod textures;
 mod window;
 
+pub use egui;
+pub use egui_winit::winit;
 pub use painter::Painter;
-pub use window::{Make, WindowError, run};
+pub use window::{WindowError, run};

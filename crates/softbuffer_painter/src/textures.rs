@@ -1,36 +1,36 @@
 //! The pictures that egui's meshes show, its letters among them.
 
-use super::color::{alpha, between, packed};
-use eframe::egui::{ImageData, TextureFilter, TextureId, TextureOptions, TextureWrapMode, TexturesDelta};
+use crate::color::{alpha, between, packed};
+use egui::{ImageData, TextureFilter, TextureId, TextureOptions, TextureWrapMode, TexturesDelta};
 use std::collections::HashMap;
 
 /// A picture.
 #[derive(Debug)]
-pub(super) struct Texture {
-    pub(super) size: [usize; 2],
+pub(crate) struct Texture {
+    pub(crate) size: [usize; 2],
     /// Row by row.
     texels: Vec<u32>,
-    pub(super) options: TextureOptions,
+    pub(crate) options: TextureOptions,
     /// Each texel hides what lies beneath.
-    pub(super) is_opaque: bool,
+    pub(crate) is_opaque: bool,
 }
 
 impl Texture {
     /// A row of texels.
-    pub(super) fn row(&self, row: usize) -> &[u32] {
+    pub(crate) fn row(&self, row: usize) -> &[u32] {
         let start = row * self.size[0];
         self.texels.get(start..start + self.size[0]).unwrap_or_default()
     }
 
     /// The texel of a place that may lie beside the picture.
-    pub(super) fn texel(&self, column: i64, row: i64) -> u32 {
+    pub(crate) fn texel(&self, column: i64, row: i64) -> u32 {
         let [column, row] = [(column, self.size[0]), (row, self.size[1])]
             .map(|(at, length)| wrapped(at, length, self.options.wrap_mode));
         self.texels.get(row * self.size[0] + column).copied().unwrap_or_default()
     }
 
     /// The colour at a place, in texels from the corner.
-    pub(super) fn sample(&self, [x, y]: [f64; 2], filter: TextureFilter) -> u32 {
+    pub(crate) fn sample(&self, [x, y]: [f64; 2], filter: TextureFilter) -> u32 {
         if filter == TextureFilter::Nearest {
             return self.texel(x.floor() as i64, y.floor() as i64);
         }
@@ -41,10 +41,10 @@ impl Texture {
 }
 
 /// Farther than this from a texture all places look the same.
-pub(super) const FAR: f64 = 1e9;
+pub(crate) const FAR: f64 = 1e9;
 
 /// The texel whose middle lies before a place, and the share of the next one, of 256.
-pub(super) fn before(at: f64) -> (i64, u32) {
+pub(crate) fn before(at: f64) -> (i64, u32) {
     // What meshes say may have any size.
     let at = at.clamp(-FAR, FAR);
     let first = (at - 0.5).floor();
@@ -66,17 +66,17 @@ fn wrapped(at: i64, length: usize, mode: TextureWrapMode) -> usize {
 
 /// All pictures of a window.
 #[derive(Debug, Default)]
-pub(super) struct Textures {
+pub(crate) struct Textures {
     all: HashMap<TextureId, Texture>,
 }
 
 impl Textures {
-    pub(super) fn get(&self, id: TextureId) -> Option<&Texture> {
+    pub(crate) fn get(&self, id: TextureId) -> Option<&Texture> {
         self.all.get(&id)
     }
 
     /// Takes new pictures, whole ones and parts.
-    pub(super) fn update(&mut self, delta: &TexturesDelta) {
+    pub(crate) fn update(&mut self, delta: &TexturesDelta) {
         for (id, images) in &delta.set {
             for image in images {
                 let ImageData::Color(pixels) = &image.image;
@@ -102,7 +102,7 @@ impl Textures {
     }
 
     /// Forgets pictures that are not needed any more.
-    pub(super) fn free(&mut self, delta: &TexturesDelta) {
+    pub(crate) fn free(&mut self, delta: &TexturesDelta) {
         for id in &delta.free {
             self.all.remove(id);
         }

@@ -1,7 +1,7 @@
-use super::Painter;
-use super::color::{WHITE, between, over, packed, product};
-use eframe::egui::epaint::{ClippedPrimitive, ImageDelta, Mesh, Primitive, Vertex};
-use eframe::egui::{Color32, ColorImage, Pos2, Rect, TextureId, TextureOptions, TexturesDelta, pos2};
+use crate::Painter;
+use crate::color::{WHITE, between, over, packed, product};
+use egui::epaint::{ClippedPrimitive, ImageDelta, Mesh, Primitive, Vertex};
+use egui::{Color32, ColorImage, Pos2, Rect, TextureId, TextureOptions, TexturesDelta, pos2};
 use proptest::prelude::*;
 
 const SIZE: [usize; 2] = [40, 30];
@@ -328,7 +328,7 @@ fn parts_of_textures_are_replaced_and_textures_freed() {
 #[test]
 fn places_of_any_size_have_texels_nearby() {
     for at in [1e30, -1e30, f64::MAX, f64::INFINITY, f64::NAN] {
-        let (first, share) = super::textures::before(at);
+        let (first, share) = crate::textures::before(at);
         assert!(first.abs() < i64::MAX / 4 && share <= 256, "{at}: {first}, {share}");
     }
 }

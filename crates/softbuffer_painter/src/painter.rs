@@ -1,12 +1,12 @@
 //! egui's meshes on a buffer of pixels, as its own renderer draws them on a device.
 
-use super::color::packed;
-use super::fill::{Fill, Ink};
-use super::plane::Plane;
-use super::region::{Pixels, Region, rectangle, snapped};
-use super::textures::{Texture, Textures};
-use eframe::egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex};
-use eframe::egui::{Rect, TexturesDelta};
+use crate::color::packed;
+use crate::fill::{Fill, Ink};
+use crate::plane::Plane;
+use crate::region::{Pixels, Region, rectangle, snapped};
+use crate::textures::{Texture, Textures};
+use egui::epaint::{ClippedPrimitive, Mesh, Primitive, Vertex};
+use egui::{Rect, TexturesDelta};
 
 /// Draws what egui shows.
 ///

@@ -7,21 +7,21 @@ use std::ops::Range;
 const GRID: f64 = 256.0;
 
 /// A place on the screen in pixels, on the grid; `None` if it is none.
-pub(super) fn snapped(place: [f32; 2]) -> Option<[f64; 2]> {
+pub(crate) fn snapped(place: [f32; 2]) -> Option<[f64; 2]> {
     let snapped = place.map(|at| (f64::from(at) * GRID).round() / GRID);
     snapped.iter().all(|at| at.is_finite()).then_some(snapped)
 }
 
 /// A rectangle of whole pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Pixels {
-    pub(super) columns: Range<usize>,
-    pub(super) rows: Range<usize>,
+pub(crate) struct Pixels {
+    pub(crate) columns: Range<usize>,
+    pub(crate) rows: Range<usize>,
 }
 
 impl Pixels {
     /// Those of the pixels whose middles lie between two corners.
-    pub(super) fn within(&self, [low, high]: [[f64; 2]; 2]) -> Self {
+    pub(crate) fn within(&self, [low, high]: [[f64; 2]; 2]) -> Self {
         let cut = |all: &Range<usize>, low: f64, high: f64| {
             let [start, end] = [low, high].map(|at| first_pixel(at).clamp(all.start as f64, all.end as f64) as usize);
             start..end
@@ -29,7 +29,7 @@ impl Pixels {
         Self { columns: cut(&self.columns, low[0], high[0]), rows: cut(&self.rows, low[1], high[1]) }
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.columns.is_empty() || self.rows.is_empty()
     }
 }
@@ -41,7 +41,7 @@ fn first_pixel(at: f64) -> f64 {
 
 /// A shape on the screen.
 #[derive(Clone, Debug)]
-pub(super) enum Region {
+pub(crate) enum Region {
     /// An upright rectangle: all pixels of its bounds.
     Rectangle,
     /// Corners from above to below.
@@ -49,13 +49,13 @@ pub(super) enum Region {
 }
 
 impl Region {
-    pub(super) fn triangle(mut corners: [[f64; 2]; 3]) -> Self {
+    pub(crate) fn triangle(mut corners: [[f64; 2]; 3]) -> Self {
         corners.sort_by(|one, other| one[1].total_cmp(&other[1]));
         Self::Triangle(corners)
     }
 
     /// The columns of a row's pixels in the shape; `bounds` are the pixels of its bounds.
-    pub(super) fn columns(&self, row: usize, bounds: &Pixels) -> Range<usize> {
+    pub(crate) fn columns(&self, row: usize, bounds: &Pixels) -> Range<usize> {
         let Self::Triangle([upper, middle, lower]) = self else { return bounds.columns.clone() };
         let y = row as f64 + 0.5;
         let short = if y < middle[1] { crossing(*upper, *middle, y) } else { crossing(*middle, *lower, y) };
@@ -75,7 +75,7 @@ fn crossing(upper: [f64; 2], lower: [f64; 2], y: f64) -> f64 {
 
 /// The corners of an upright rectangle that six corners of two triangles make, from the least to the greatest; `None`
 /// if they make none.
-pub(super) fn rectangle(corners: &[[f64; 2]; 6]) -> Option<[[f64; 2]; 2]> {
+pub(crate) fn rectangle(corners: &[[f64; 2]; 6]) -> Option<[[f64; 2]; 2]> {
     let mut low = corners[0];
     let mut high = corners[0];
     for corner in corners {

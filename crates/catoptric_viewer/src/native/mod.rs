@@ -1,21 +1,23 @@
 //! The program in a window of the desktop.
 
+mod program;
+
 use catoptric::methods::{self, Quality};
 use catoptric_viewer::app::{Start, StudioThread, Viewer, ViewerEvent};
 use catoptric_viewer::memory;
-use catoptric_viewer::software;
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::Source;
 use clap::{Parser, ValueEnum};
 use eframe::UserEvent;
 use eframe::egui;
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
-use egui_winit::winit::event_loop::EventLoop;
-use egui_winit::winit::platform::run_on_demand::EventLoopExtRunOnDemand;
+use softbuffer_painter::winit::event_loop::EventLoop;
+use softbuffer_painter::winit::platform::run_on_demand::EventLoopExtRunOnDemand;
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 
 /// Said where the window has no device.
 const NO_DRIVER: &str = "no graphics driver that can draw in this window (on Debian one for all machines is in \
@@ -24,7 +26,11 @@ const NO_DRIVER: &str = "no graphics driver that can draw in this window (on Deb
 /// A scene in a window: drag a mirror ball, and compare methods with the ray-traced truth.
 #[derive(Parser)]
 #[command(version, max_term_width = 100)]
-#[command(after_help = "Examples:\n  catoptric_viewer scene.glb\n  catoptric_viewer builtin:vase --against reference")]
+#[command(
+    after_help = "Examples:\n  catoptric_viewer scene.glb\n  catoptric_viewer builtin:vase --against reference\n\n\
+    Reports and bakes are made by the program `catoptric`: the file that CATOPTRIC_PROGRAM names, else the one beside \
+    this program, else the first on PATH."
+)]
 struct Args {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", default_value = "builtin:sphere_room")]
@@ -73,13 +79,8 @@ fn samples(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| format!("allowed are {}", counts.map(|count| count.to_string()).join(", ")))
 }
 
-/// Reads the command line and shows the window; with `--program` first, runs the program `catoptric` instead.
+/// Reads the command line and shows the window.
 pub(super) fn main() -> ExitCode {
-    // As the window calls it for reports and bakes.
-    let mut words = std::env::args_os().skip(1);
-    if words.next().is_some_and(|word| word == "--program") {
-        return catoptric_cli::run(std::iter::once("catoptric".into()).chain(words));
-    }
     memory::keep_little();
     let args = Args::parse();
     for id in [Some(&args.method), args.against.as_ref()].into_iter().flatten() {
@@ -112,7 +113,7 @@ fn run(args: Args) -> Result<(), String> {
         camera,
         panels: true,
         bakes: baked,
-        program: std::env::current_exe().ok(),
+        program: program::find(),
     };
     let mut event_loop = EventLoop::with_user_event().build().map_err(|error| format!("no window: {error}"))?;
     let remark = if software {
@@ -130,9 +131,15 @@ fn run(args: Args) -> Result<(), String> {
         let mut viewer = Viewer::new(Box::new(studio(window, None)), None, start);
         viewer.listen(Box::new(show_reports));
         viewer.remark(remark);
-        viewer
+        move |ui: &mut egui::Ui| viewer.show(ui)
     };
-    software::run(&mut event_loop, viewport(), Box::new(make)).map_err(|error| error.to_string())
+    softbuffer_painter::run(&mut event_loop, wake_up, viewport(), make).map_err(|error| error.to_string())
+}
+
+/// An event without content, which wakes the window up.
+fn wake_up() -> UserEvent {
+    let (viewport_id, when, cumulative_pass_nr) = (egui::ViewportId::ROOT, Instant::now(), 0);
+    UserEvent::RequestRepaint { viewport_id, when, cumulative_pass_nr }
 }
 
 /// The window as it is asked for.

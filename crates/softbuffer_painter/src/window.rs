@@ -1,9 +1,7 @@
 //! A window of the desktop whose pixels are drawn here, without a graphics driver.
 
-use super::Painter;
-use crate::app::Viewer;
-use eframe::UserEvent;
-use eframe::egui::{Context, FullOutput, ViewportBuilder, ViewportId, ViewportInfo};
+use crate::Painter;
+use egui::{Context, FullOutput, RequestRepaintInfo, Ui, ViewportBuilder, ViewportId, ViewportInfo};
 use egui_winit::winit::application::ApplicationHandler;
 use egui_winit::winit::error::{EventLoopError, OsError};
 use egui_winit::winit::event::WindowEvent;
@@ -13,11 +11,12 @@ use egui_winit::winit::window::{Window, WindowId};
 use egui_winit::{State, create_window, process_viewport_commands, update_viewport_info};
 use softbuffer::{SoftBufferError, Surface};
 use std::num::{NonZeroU32, NonZeroUsize};
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The shortest time from a frame to the next: nothing here waits for the screen, and the pictures in the window need
-/// the processor, too.
+/// The shortest time from a frame to the next: nothing here waits for the screen, and the program needs the processor,
+/// too.
 const FRAME: Duration = Duration::from_millis(16);
 
 /// The longest side of a texture. Pictures and letters have less.
@@ -37,30 +36,40 @@ pub enum WindowError {
     Pixels(#[from] SoftBufferError),
 }
 
-/// Makes the window's content.
-pub type Make<'a> = Box<dyn FnOnce(&Context) -> Viewer + 'a>;
+/// Shows the window's content for a frame.
+type Show<'a> = Box<dyn FnMut(&mut Ui) + 'a>;
 
-/// Shows a viewer in a window until it is closed.
+/// Makes the window's content.
+type Make<'a> = Box<dyn FnOnce(&Context) -> Show<'a> + 'a>;
+
+/// Shows a window until it is closed, and returns then.
+///
+/// `make` is called once the window is there, and returns what shows the content for a frame, as egui wants it.
+/// `wake_up` makes an event of the loop's own type, which is sent when a repaint is asked for, on any thread; its
+/// content is not looked at. The loop may show another window afterwards, but for systems where winit allows it once.
 ///
 /// # Errors
 /// What the desktop refuses.
-pub fn run(event_loop: &mut EventLoop<UserEvent>, builder: ViewportBuilder, make: Make<'_>) -> Result<(), WindowError> {
+pub fn run<'a, Event: Send + 'static, Content: FnMut(&mut Ui) + 'a>(
+    event_loop: &mut EventLoop<Event>,
+    wake_up: impl Fn() -> Event + Send + Sync + 'static,
+    viewport: ViewportBuilder,
+    make: impl FnOnce(&Context) -> Content + 'a,
+) -> Result<(), WindowError> {
     let context = Context::default();
     // As in eframe: what is measured in one pass may be laid out in a second one.
     context.options_mut(|options| options.max_passes = NonZeroUsize::MIN.saturating_add(1));
     let proxy = Mutex::new(event_loop.create_proxy());
+    let (sender, requests) = channel();
     context.set_request_repaint_callback(move |request| {
         let Some(when) = Instant::now().checked_add(request.delay) else { return };
-        let event = UserEvent::RequestRepaint {
-            viewport_id: request.viewport_id,
-            when,
-            cumulative_pass_nr: request.current_cumulative_pass_nr,
-        };
         // Nobody listens any more while the window closes.
-        let _ = proxy.lock().unwrap_or_else(PoisonError::into_inner).send_event(event);
+        let _ = sender.send((when, request));
+        let _ = proxy.lock().unwrap_or_else(PoisonError::into_inner).send_event(wake_up());
     });
-    let mut desktop =
-        Desktop { context, builder, make: Some(make), shown: None, problem: None, schedule: Schedule::default() };
+    let make: Make<'a> = Box::new(|context| Box::new(make(context)));
+    let (make, schedule) = (Some(make), Schedule::default());
+    let mut desktop = Desktop { context, viewport, make, shown: None, problem: None, requests, schedule };
     event_loop.run_app_on_demand(&mut desktop)?;
     desktop.problem.map_or(Ok(()), Err)
 }
@@ -89,11 +98,13 @@ impl Schedule {
 /// What answers the desktop's events.
 struct Desktop<'a> {
     context: Context,
-    builder: ViewportBuilder,
+    viewport: ViewportBuilder,
     /// Taken when the window is there.
     make: Option<Make<'a>>,
-    shown: Option<Shown>,
+    shown: Option<Shown<'a>>,
     problem: Option<WindowError>,
+    /// Repaints that were asked for, with their times.
+    requests: Receiver<(Instant, RequestRepaintInfo)>,
     schedule: Schedule,
 }
 
@@ -116,10 +127,10 @@ impl Desktop<'_> {
     }
 }
 
-impl ApplicationHandler<UserEvent> for Desktop<'_> {
+impl<Event: 'static> ApplicationHandler<Event> for Desktop<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         let Some(make) = self.make.take() else { return };
-        match Shown::new(event_loop, &self.context, &self.builder, make) {
+        match Shown::new(event_loop, &self.context, &self.viewport, make) {
             Ok(shown) => {
                 let window = self.shown.insert(shown).window.clone();
                 // Drawn before it is seen, and again once it is: what hidden windows are given may be lost.
@@ -131,12 +142,15 @@ impl ApplicationHandler<UserEvent> for Desktop<'_> {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, event: UserEvent) {
-        let UserEvent::RequestRepaint { when, cumulative_pass_nr: asked, viewport_id } = event;
-        let passed = self.context.cumulative_pass_nr_for(viewport_id);
-        // A request from before the last frame has been met.
-        if passed == asked || passed == asked + 1 {
-            self.schedule.want(when);
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Event) {
+        for (when, RequestRepaintInfo { viewport_id, current_cumulative_pass_nr: asked, .. }) in
+            self.requests.try_iter()
+        {
+            let passed = self.context.cumulative_pass_nr_for(viewport_id);
+            // A request from before the last frame has been met.
+            if passed == asked || passed == asked + 1 {
+                self.schedule.want(when);
+            }
         }
     }
 
@@ -171,9 +185,9 @@ enum Next {
 }
 
 /// A window that is there.
-struct Shown {
+struct Shown<'a> {
     context: Context,
-    viewer: Viewer,
+    show: Show<'a>,
     window: Arc<Window>,
     surface: Surface<OwnedDisplayHandle, Arc<Window>>,
     /// What has happened in the window since the last frame.
@@ -182,14 +196,14 @@ struct Shown {
     painter: Painter,
 }
 
-impl Shown {
+impl<'a> Shown<'a> {
     fn new(
         event_loop: &ActiveEventLoop,
         context: &Context,
-        builder: &ViewportBuilder,
-        make: Make<'_>,
+        viewport: &ViewportBuilder,
+        make: Make<'a>,
     ) -> Result<Self, WindowError> {
-        let window = Arc::new(create_window(context, event_loop, &builder.clone().with_visible(false))?);
+        let window = Arc::new(create_window(context, event_loop, &viewport.clone().with_visible(false))?);
         let display = softbuffer::Context::new(event_loop.owned_display_handle())?;
         let surface = Surface::new(&display, window.clone())?;
         let state = State::new(
@@ -202,8 +216,8 @@ impl Shown {
         );
         let mut info = ViewportInfo::default();
         update_viewport_info(&mut info, context, &window, true);
-        let viewer = make(context);
-        Ok(Self { context: context.clone(), viewer, window, surface, state, info, painter: Painter::default() })
+        let show = make(context);
+        Ok(Self { context: context.clone(), show, window, surface, state, info, painter: Painter::default() })
     }
 
     /// Shows a frame.
@@ -211,9 +225,8 @@ impl Shown {
         update_viewport_info(&mut self.info, &self.context, &self.window, false);
         let mut input = self.state.take_egui_input(&self.window);
         input.viewports = std::iter::once((ViewportId::ROOT, self.info.clone())).collect();
-        let viewer = &mut self.viewer;
         let FullOutput { platform_output, mut textures_delta, shapes, pixels_per_point, viewport_output } =
-            self.context.run_ui(input, |ui| viewer.show(ui));
+            self.context.run_ui(input, &mut self.show);
         self.info.events.clear();
         self.state.handle_platform_output_with_event_loop(&self.window, event_loop, platform_output);
         self.painter.update(&textures_delta);

@@ -1,10 +1,10 @@
 //! The colours of a shape's pixels: those of its corners times those of a texture, over what is beneath.
 
-use super::color::{OPAQUE_CHANNELS, WHITE, alpha, between, over, product};
-use super::plane::Plane;
-use super::region::Pixels;
-use super::textures::{FAR, Texture, before};
-use eframe::egui::TextureFilter;
+use crate::color::{OPAQUE_CHANNELS, WHITE, alpha, between, over, product};
+use crate::plane::Plane;
+use crate::region::Pixels;
+use crate::textures::{FAR, Texture, before};
+use egui::TextureFilter;
 use std::ops::Range;
 
 /// Differences of places in a texture, in texels, that do not show: a sixty-fourth is four levels of 255 at most.
@@ -12,7 +12,7 @@ const UNSEEN: f64 = 1.0 / 64.0;
 
 /// The colours of a shape's corners.
 #[derive(Debug)]
-pub(super) enum Ink {
+pub(crate) enum Ink {
     /// One colour.
     Even(u32),
     /// Alpha, red, green and blue, from 0 to 255.
@@ -33,7 +33,7 @@ enum Way {
 
 /// What a shape is filled with.
 #[derive(Debug)]
-pub(super) struct Fill<'a> {
+pub(crate) struct Fill<'a> {
     texture: &'a Texture,
     /// The place in the texture, in texels from its corner.
     place: [Plane; 2],
@@ -42,13 +42,13 @@ pub(super) struct Fill<'a> {
 }
 
 impl<'a> Fill<'a> {
-    pub(super) fn new(texture: &'a Texture, place: [Plane; 2], ink: Ink, bounds: &Pixels) -> Self {
+    pub(crate) fn new(texture: &'a Texture, place: [Plane; 2], ink: Ink, bounds: &Pixels) -> Self {
         let way = way(texture, &place, bounds);
         Self { texture, place, ink, way }
     }
 
     /// Fills pixels of a row; `line` is memory for a row of texels.
-    pub(super) fn draw(&self, target: &mut [u32], row: usize, columns: Range<usize>, line: &mut Vec<u32>) {
+    pub(crate) fn draw(&self, target: &mut [u32], row: usize, columns: Range<usize>, line: &mut Vec<u32>) {
         let (start, length) = (columns.start, columns.len());
         let Some(target) = target.get_mut(columns) else { return };
         let place = [self.place[0].at(start, row), self.place[1].at(start, row)];
@@ -168,7 +168,7 @@ fn way(texture: &Texture, [x, y]: &[Plane; 2], bounds: &Pixels) -> Way {
         return Way::Copied;
     }
     let ends = [place[0] + x.right * wide, place[1] + y.down * high];
-    let is_clamped = options.wrap_mode == eframe::egui::TextureWrapMode::ClampToEdge
+    let is_clamped = options.wrap_mode == egui::TextureWrapMode::ClampToEdge
         || (0..2).all(|axis| {
             place[axis].min(ends[axis]) >= 1.0 && place[axis].max(ends[axis]) <= texture.size[axis] as f64 - 1.0
         });

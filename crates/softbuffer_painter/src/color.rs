@@ -1,7 +1,7 @@
 //! Colours in one word: alpha, red, green and blue from the highest byte on, premultiplied, in gamma space. Operations
 //! work on two channels at a time, each in a lane of sixteen bits.
 
-use eframe::egui::Color32;
+use egui::Color32;
 
 /// Two channels of four.
 const LANES: u32 = 0x00ff_00ff;
@@ -10,17 +10,17 @@ const LANES: u32 = 0x00ff_00ff;
 const HALVES: u32 = 0x0080_0080;
 
 /// The channels without alpha: what a window takes.
-pub(super) const OPAQUE_CHANNELS: u32 = 0x00ff_ffff;
+pub(crate) const OPAQUE_CHANNELS: u32 = 0x00ff_ffff;
 
-pub(super) const WHITE: u32 = u32::MAX;
+pub(crate) const WHITE: u32 = u32::MAX;
 
 /// A colour of egui.
-pub(super) fn packed(color: Color32) -> u32 {
+pub(crate) fn packed(color: Color32) -> u32 {
     let [red, green, blue, alpha] = color.to_array();
     u32::from_be_bytes([alpha, red, green, blue])
 }
 
-pub(super) fn alpha(color: u32) -> u32 {
+pub(crate) fn alpha(color: u32) -> u32 {
     color >> 24
 }
 
@@ -47,13 +47,13 @@ fn sum(one: u32, other: u32) -> u32 {
 
 /// A colour over an opaque one, as a window takes it.
 #[inline]
-pub(super) fn over(color: u32, beneath: u32) -> u32 {
+pub(crate) fn over(color: u32, beneath: u32) -> u32 {
     sum(color, scaled(beneath, 255 - alpha(color))) & OPAQUE_CHANNELS
 }
 
 /// The product of both, channel by channel.
 #[inline]
-pub(super) fn product(one: u32, other: u32) -> u32 {
+pub(crate) fn product(one: u32, other: u32) -> u32 {
     if one == WHITE {
         return other;
     }
@@ -66,7 +66,7 @@ pub(super) fn product(one: u32, other: u32) -> u32 {
 
 /// What lies between two colours; `share` is the second one's, of 256.
 #[inline]
-pub(super) fn between(one: u32, other: u32, share: u32) -> u32 {
+pub(crate) fn between(one: u32, other: u32, share: u32) -> u32 {
     let mixed =
         |one: u32, other: u32| (((one & LANES) * (256 - share) + (other & LANES) * share + HALVES) >> 8) & LANES;
     mixed(one, other) | (mixed(one >> 8, other >> 8) << 8)
