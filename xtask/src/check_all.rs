@@ -1,6 +1,7 @@
 //! Everything that can be tested, in steps, each going on after the failures of others.
 
-use crate::{root, run as succeed, web};
+use crate::command::{root, run as succeed};
+use crate::web;
 use anyhow::{Context, Result, bail, ensure};
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -110,7 +111,9 @@ const STEPS: [Step; 10] = [
         name: "cluster",
         about: "the share of time that a cluster spends in units, on Slurm",
         missing: no_slurm,
-        command: |_| cargo("test --release -p catoptric_bake_cloud --test faults --locked -- --ignored --nocapture share"),
+        command: |_| {
+            cargo("test --release -p catoptric_bake_cloud --test faults --locked -- --ignored --nocapture share")
+        },
     },
     Step {
         name: "full-disk",

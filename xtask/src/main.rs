@@ -2,11 +2,11 @@
 #![expect(clippy::print_stdout, reason = "what chores have come to is printed")]
 
 mod check_all;
+mod command;
 mod new_method;
 mod web;
 
-use anyhow::{Context, Result, bail};
-use std::path::{Path, PathBuf};
+use anyhow::{Result, bail};
 use std::process::Command;
 
 const HELP: &str = "\
@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     match words[..] {
         ["new-method", ref rest @ ..] => new_method::make(rest),
         ["web", ref rest @ ..] => web::run(rest),
-        ["ci"] => run(Command::new("bash").arg(".ci/run")),
+        ["ci"] => command::run(Command::new("bash").arg(".ci/run")),
         ["check-all", ref rest @ ..] => check_all::run(rest),
         ["--help" | "-h"] => {
             println!("{HELP}");
@@ -41,16 +41,4 @@ fn main() -> Result<()> {
         [other, ..] => bail!("there is no command `{other}`\n\n{HELP}"),
         [] => bail!("{HELP}"),
     }
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
-}
-
-fn run(command: &mut Command) -> Result<()> {
-    let status = command.current_dir(root()).status().with_context(|| format!("cannot start {command:?}"))?;
-    if !status.success() {
-        bail!("{command:?} failed: {status}");
-    }
-    Ok(())
 }

@@ -1,6 +1,6 @@
 //! A new method: its folder with all roles, its lines in the registry, a test and a bench that fail until it draws.
 
-use crate::root;
+use crate::command::root;
 use anyhow::{Context, Result, bail, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! Builds the folder.
 
-use crate::{root, run};
+use crate::command::{root, run};
 use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -16,7 +16,7 @@ pub(super) fn build() -> Result<PathBuf> {
     cargo.args(["build", "--locked", "-p", "catoptric_viewer", "--profile", "web", "--target", TARGET]);
     run(cargo.env("RUSTFLAGS", "-C target-feature=+simd128"))
         .context("the viewer cannot be built (`rustup target add wasm32-unknown-unknown` is needed once)")?;
-    let dist = super::dist();
+    let dist = dist();
     if dist.exists() {
         std::fs::remove_dir_all(&dist).with_context(|| format!("cannot remove {}", dist.display()))?;
     }
@@ -26,6 +26,11 @@ pub(super) fn build() -> Result<PathBuf> {
     run(Command::new(tool).args(words).arg("--out-dir").arg(&dist).arg(program))?;
     println!("{}", dist.display());
     Ok(dist)
+}
+
+/// The folder of the files.
+fn dist() -> PathBuf {
+    root().join("dist")
 }
 
 /// The folder of compiled things.

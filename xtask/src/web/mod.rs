@@ -9,7 +9,6 @@ pub(crate) use build::TARGET;
 pub(crate) use chromium::installed;
 
 use anyhow::{Result, bail};
-use std::path::PathBuf;
 
 /// Runs `cargo xtask web ...`.
 pub(crate) fn run(words: &[&str]) -> Result<()> {
@@ -23,9 +22,4 @@ pub(crate) fn run(words: &[&str]) -> Result<()> {
         ["--test", ref rest @ ..] => test::run(rest),
         _ => bail!("`web` takes nothing, --serve [PORT] or --test [FOLDER [WORD]] [--graphics KIND]"),
     }
-}
-
-/// The folder of the files.
-fn dist() -> PathBuf {
-    crate::root().join("dist")
 }

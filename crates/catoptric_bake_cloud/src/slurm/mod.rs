@@ -3,64 +3,18 @@
 //! Slurm starts the tasks of a lost machine again, crashed ones it does not. So a second job waits for the array,
 //! however that ends, submits what is missing again, and merges.
 
+mod error;
 mod place;
 mod script;
 
+pub use error::SlurmError;
 pub use script::SlurmScripts;
 
-use catoptric::error::SceneError;
 use catoptric::output;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{self, ErrorKind, Write};
+use std::io::{ErrorKind, Write};
 use std::process::Command;
-
-/// A bake that cannot be submitted.
-#[derive(Debug, thiserror::Error)]
-pub enum SlurmError {
-    /// An option for `sbatch` is not one for these scripts.
-    #[error("{option}: {problem}")]
-    Option {
-        /// The option.
-        option: String,
-        /// The fault, and what is allowed.
-        problem: &'static str,
-    },
-    /// A path is one that scripts cannot contain.
-    #[error("{path}: job scripts need a path of Unicode without control characters and backslashes; rename it")]
-    Path {
-        /// The path, as far as it is Unicode.
-        path: String,
-    },
-    /// The folder of scripts and messages cannot be made.
-    #[error("{folder}: cannot create it: {source}")]
-    Folder {
-        /// The folder.
-        folder: String,
-        /// The message of the operating system.
-        source: io::Error,
-    },
-    /// A script cannot be written.
-    #[error(transparent)]
-    Write(#[from] SceneError),
-    /// `sbatch` cannot be started, or has refused a job.
-    #[error("sbatch: {problem}")]
-    Refused {
-        /// The fault, and the remedy where there is one.
-        problem: String,
-    },
-    /// The array is submitted, the job after it is not.
-    #[error(
-        "{source}; job {array} is submitted already, without the job that merges: cancel it (scancel {array}), or wait \
-        for it and merge"
-    )]
-    Half {
-        /// The number of the array.
-        array: String,
-        /// The fault of the job after it.
-        source: Box<SlurmError>,
-    },
-}
 
 /// The numbers of the jobs of a bake.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! The scripts of a bake on Slurm.
 
-use super::SlurmError;
+use super::error::SlurmError;
 use super::place::{absolute, default_output, name, script_folder, whole_place};
 use catoptric::output::shell_word;
 use std::fmt::Write;

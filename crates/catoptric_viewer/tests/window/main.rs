@@ -1,8 +1,8 @@
 //! The window's content in egui's test harness: what the hand does and what is then seen.
 //!
 //! Pixels of the screen are looked at, too, as the processor draws the window, and on a device where there is one;
-//! without one these tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then. So do those
-//! of reports and bakes without the program `catoptric`, which fail where `CI` is set.
+//! without one these tests show as ignored, with the reason. `CATOPTRIC_REQUIRE_GPU=1` makes them fail then. Tests of
+//! reports and bakes show so, too, without the program `catoptric`, and fail then where `CI` is set.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on must fail")]
 #![expect(clippy::print_stdout, reason = "what was measured is printed")]

@@ -1,7 +1,7 @@
 //! Pictures that pages are held to: drawn by the program `catoptric`, which draws as the library does. It is built
 //! first, unless `CATOPTRIC_PROGRAM` names one.
 
-use crate::run;
+use crate::command::run;
 use anyhow::{Context, Result, ensure};
 use png::{Decoder, Transformations};
 use serde_json::Value;

@@ -47,7 +47,7 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
 
 /// Plan, run and merge on this machine.
 fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
-    check_place(&args.output)?;
+    place::check_file(&args.output)?;
     let recipe = Recipe::new(&args.what, options)?;
     let ingredients = recipe.ingredients()?;
     let bake = ingredients.bake()?;
@@ -186,17 +186,6 @@ fn merge_units(args: &BakeMergeArgs, terminal: &Terminal) -> Result<Output, Fail
     let merged = merge(&plan, &*store, &args.output)?;
     let text = format!("{}: {} units, {}\n", args.output.display(), merged.units, size(merged.bytes));
     Ok(terminal.unless_quiet(text).into())
-}
-
-/// Refuses what no file can be called, before any work.
-fn check_place(path: &Path) -> Result<(), Failure> {
-    let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let problem = match () {
-        () if path.is_dir() => "it is a folder; name a file".to_owned(),
-        () if !parent.is_dir() => format!("the folder {} does not exist; create it first", parent.display()),
-        () => return Ok(()),
-    };
-    Err(Failure::input(format!("{}: {problem}", path.display())))
 }
 
 /// The units that one run makes.

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use catoptric_bake::{LocalStore, Store};
+use std::path::Path;
 
 /// The store of a place that has a plan.
 pub(super) fn open(place: &str) -> Result<Box<dyn Store>, Failure> {
@@ -51,4 +52,15 @@ pub(super) fn without_cloud(subject: &str) -> Failure {
         `cargo install catoptric_cli --features cloud` (or build it with `--features cloud`), or bake in a folder that \
         all machines see, with `bake run FOLDER --shard I/N` on each"
     ))
+}
+
+/// Refuses what no file can be called, before any work.
+pub(super) fn check_file(path: &Path) -> Result<(), Failure> {
+    let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let problem = match () {
+        () if path.is_dir() => "it is a folder; name a file".to_owned(),
+        () if !parent.is_dir() => format!("the folder {} does not exist; create it first", parent.display()),
+        () => return Ok(()),
+    };
+    Err(Failure::input(format!("{}: {problem}", path.display())))
 }

@@ -24,7 +24,7 @@ pub(super) fn run(args: &BakeSubmitArgs, terminal: &Terminal) -> Result<Output, 
         SlurmError::Option { .. } => Failure::usage(error),
         _ => error.into(),
     })?;
-    super::check_place(scripts.output())?;
+    super::place::check_file(scripts.output())?;
     if args.dry_run {
         return Ok(scripts.listing().into());
     }
