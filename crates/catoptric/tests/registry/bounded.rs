@@ -47,7 +47,7 @@ fn what_is_not_done_within_the_limit_is_drawn_by_tiles() {
             let limits = info.limits.scenes.iter().find(|limits| limits.scene == name).expect("all scenes have limits");
             // Of the paths that it draws a method has its own errors.
             let allowed = error(&tiles).max(limits.orders[1].over_0_1) + 0.005;
-            for work in [0, 4] {
+            for work in [0, 4, 12] {
                 let Drawn { picture, report, .. } = draw(id, &format!("work = {work}.0"), &scene, &view, quality);
                 let by_tiles = report.fallbacks.get("paths_drawn_by_tiles").copied().unwrap_or(0);
                 let what = format!("{id} {name}, work {work}: {by_tiles} paths by tiles, {}", error(&picture));
