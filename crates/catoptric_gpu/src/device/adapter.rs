@@ -33,8 +33,12 @@ pub fn adapters() -> Vec<AdapterDescription> {
 }
 
 async fn all() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
+    // Without OpenGL, which other crates may bring: it lacks pictures of floats to draw on, and its libraries complain
+    // on standard error where there is no display.
+    let backends = wgpu::Backends::PRIMARY;
+    let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    let instance = wgpu::Instance::new(descriptor);
+    let mut adapters = instance.enumerate_adapters(backends).await;
     // Without compute and storage buffers nothing can be drawn.
     adapters.retain(|adapter| adapter.limits().max_storage_buffers_per_shader_stage >= 8);
     adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
