@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(shown("tests"), "cargo test --workspace --no-fail-fast --locked");
         assert_eq!(shown("fuzz"), "cd fuzz && cargo check --locked");
         assert!(shown("random").starts_with("CATOPTRIC_RANDOM_SECONDS=5 cargo test "));
-        assert!(shown("same-bits").ends_with(" --config 'profile.dev.package.\"*\".opt-level=1'"));
+        assert!(shown("same-bits").ends_with(" --locked --target x86_64-unknown-linux-musl"));
     }
 
     #[test]
