@@ -52,7 +52,7 @@ struct Tally {
 }
 
 /// All steps in the order in which they run.
-const STEPS: [Step; 10] = [
+const STEPS: [Step; 9] = [
     Step {
         name: "tests",
         about: "all tests of all packages",
@@ -96,16 +96,10 @@ const STEPS: [Step; 10] = [
         },
     },
     Step {
-        name: "all-roots",
-        about: "the long versions of the tests of all roots",
+        name: "slow",
+        about: "the library's tests that `cargo test` leaves out: busy scenes, errors against settings, many cases",
         missing: nothing,
-        command: |_| cargo("test --release -p catoptric --lib --locked all_roots -- --ignored"),
-    },
-    Step {
-        name: "exact-search",
-        about: "the long version of the tests of the exact path search",
-        missing: nothing,
-        command: |_| cargo("test --release -p catoptric --test projection --locked exact_search -- --ignored"),
+        command: |_| cargo("test --release -p catoptric --lib --tests --no-fail-fast --locked -- --ignored"),
     },
     Step {
         name: "cluster",

@@ -79,6 +79,7 @@ fn texels_with_distances_show_things_at_their_places() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
     // From between two viewpoints, each of which was inferred alone.
     let scene = scene("sphere_room");
@@ -117,6 +118,7 @@ fn direct_images_show_what_a_lens_does_not_and_change_nothing_that_it_shows() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn groups_that_share_their_farthest_layer_show_about_what_they_show_without() {
     let scene = scene("two_spheres");
     let view = scene.default_view(160, 120);

@@ -97,6 +97,7 @@ fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
 /// Kept rays lead through glass where one bounce does not, and away from mirrors nearly as the law has them; what
 /// surfaces reflect and what they scatter is weighed as it is.
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn stored_transfer_needs_no_tracing_and_gets_better_with_more_rays() {
     let quality = Quality { samples: 4, order: 2 };
     for (name, against, most) in [("glass_sphere", "first", 0.8), ("sphere_room?blend=both", "traced", 1.5)] {
@@ -114,6 +115,7 @@ fn stored_transfer_needs_no_tracing_and_gets_better_with_more_rays() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn compressed_views_differ_little_and_a_bake_of_them_is_smaller() {
     let scene = scene("sphere_room");
     let view = scene.default_view(120, 90);

@@ -69,6 +69,7 @@ fn median_px(scene: &Scene, settings: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn errors_fall_with_larger_maps_more_spheres_and_finer_triangles() {
     let fine = scene("sphere_room?tess=160");
     let maps = [10, 20, 40].map(|size| median_px(&fine, &format!("preset = 'fast'\nspheres = 16\nmap_size = {size}")));

@@ -52,6 +52,7 @@ fn faces_of_a_slab_are_distinguished() {
 }
 
 #[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
 fn errors_fall_with_larger_pictures() {
     // Finer than the texels: what is left is theirs.
     let fine = scene("sphere_room?tess=160");

@@ -10,18 +10,27 @@ const TRUTH: &str = "rough_rays = 64";
 
 const QUALITY: Quality = Quality { samples: 4, order: 2 };
 
+fn assert_blurred(roughness: f32) {
+    let scene = scene(&format!("brushed?tess=24&roughness={roughness}"));
+    let view = scene.default_view(120, 80);
+    let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
+    let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
+    let (tiles, auto, map) = (error("multiperspective"), error("auto"), error("environment_map"));
+    assert!(tiles.flip_mean < 0.05, "roughness {roughness}: {tiles:?}");
+    assert!(auto.flip_mean < 0.05, "roughness {roughness}: {auto:?}");
+    assert!(map.flip_mean > 2.0 * tiles.flip_mean, "roughness {roughness}: {map:?}");
+}
+
 #[test]
 fn rough_mirrors_are_blurred_as_their_facets_do() {
-    for roughness in [0.1, 0.2, 0.4] {
-        let scene = scene(&format!("brushed?tess=24&roughness={roughness}"));
-        let view = scene.default_view(120, 80);
-        let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
-        let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
-        let (tiles, auto, map) = (error("multiperspective"), error("auto"), error("environment_map"));
-        assert!(tiles.flip_mean < 0.05, "roughness {roughness}: {tiles:?}");
-        assert!(auto.flip_mean < 0.05, "roughness {roughness}: {auto:?}");
-        assert!(map.flip_mean > 2.0 * tiles.flip_mean, "roughness {roughness}: {map:?}");
-    }
+    assert_blurred(0.2);
+}
+
+#[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
+fn smoother_and_rougher_mirrors_are_blurred_as_their_facets_do() {
+    assert_blurred(0.1);
+    assert_blurred(0.4);
 }
 
 #[test]
@@ -72,16 +81,24 @@ fn ripples_smaller_than_a_pixel_blur_what_water_shows() {
     assert!(map.flip_mean > 0.2, "{map:?}");
 }
 
-#[test]
-fn things_on_a_workbench_look_as_in_the_reference() {
+fn assert_workbench(camera: usize) {
     let mut scene = scene("workshop?tess=24");
     cast_shadows(&mut scene);
-    for camera in 0..2 {
-        let view = scene.view(&scene.cameras[camera], 120, 80);
-        let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
-        let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
-        let (tiles, map) = (error("multiperspective"), error("environment_map"));
-        assert!(tiles.flip_mean < 0.055, "camera {camera}: {tiles:?}");
-        assert!(map.flip_mean > 3.0 * tiles.flip_mean, "camera {camera}: {map:?}");
-    }
+    let view = scene.view(&scene.cameras[camera], 120, 80);
+    let truth = picture("reference", TRUTH, &scene, &view, QUALITY);
+    let error = |method: &str| reflector_error(&picture(method, "", &scene, &view, QUALITY), &truth, &scene, &view);
+    let (tiles, map) = (error("multiperspective"), error("environment_map"));
+    assert!(tiles.flip_mean < 0.055, "{tiles:?}");
+    assert!(map.flip_mean > 3.0 * tiles.flip_mean, "{map:?}");
+}
+
+#[test]
+fn things_on_a_workbench_look_as_in_the_reference() {
+    assert_workbench(0);
+}
+
+#[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
+fn things_on_a_workbench_look_as_in_the_reference_from_nearby() {
+    assert_workbench(1);
 }

@@ -34,9 +34,7 @@ fn eyes_within_reflectors_and_on_them_are_survived() {
 fn things_without_size_are_survived() {
     let (scene, eyes) = things_without_size();
     for (id, settings, order) in cases() {
-        // No eye is near: pieces may be as fine as by default.
-        let has_pieces = settings.contains("piece_px");
-        survives(id, if has_pieces { "" } else { &settings }, &scene, &eyes, order);
+        survives(id, &settings, &scene, &eyes, order);
     }
 }
 

@@ -191,7 +191,6 @@ fn without_program() {
 fn answered() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = open("builtin:sphere_room", "light_field", Some("reference"));
-    session.state_mut().bake(&folder.path().join("room.bake"));
     let at = session.state().picture_rect().left_center() + vec2(40.0, 0.0);
     let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
     let press = |pressed| Event::PointerButton { pos: at, button, pressed, modifiers };
@@ -200,6 +199,10 @@ fn answered() {
     session.step();
     let (mut frames, mut answered, mut seen) = (Vec::new(), 0, 0);
     for step in 1..=150 {
+        // Where a bake ends sooner than the hand, the next one runs.
+        if !session.state().has_errands() {
+            session.state_mut().bake(&folder.path().join(format!("{step}.bake")));
+        }
         let before = session.state().wish().unwrap().clone();
         session.event(Event::PointerMoved(at + vec2((step % 30) as f32 * 7.0, 0.0)));
         let start = Instant::now();
@@ -212,9 +215,11 @@ fn answered() {
         std::thread::sleep(Duration::from_millis(12));
     }
     session.event(press(false));
-    assert!(session.state().has_errands(), "the bake was done before the hand was");
     session.state_mut().call_errands_off();
     wait(&mut session);
+    // None of them failed.
+    let said = messages(&session);
+    assert!(said.lines().all(|line| !line.contains("bake:") || line.contains("bake: stopped")), "{said}");
     frames.sort();
     let [middle, most] = [frames[frames.len() / 2], frames[frames.len() - 1]];
     println!("a frame of the window after a move of the hand: {middle:.1?}, at most {most:.1?}");

@@ -177,7 +177,7 @@ fn count_all(cases: [usize; 2], limit: usize) {
 
 #[test]
 fn visible_roots_are_found_and_none_invented() {
-    count_all([6, 10], 0);
+    count_all([3, 6], 0);
 }
 
 /// The points of a turned torus lie on it, and the law holds there, by formulas in the place that it is given: what is
@@ -195,7 +195,7 @@ fn turned_surfaces_are_as_exact_as_others() {
     let scene = model.pose(&Default::default()).expect("the test's input is valid");
     let mut random = Stream::new(17);
     let (mut tested, mut worst) = (0, [0.0f64; 2]);
-    for _ in 0..20 {
+    for _ in 0..6 {
         let eye = center + unit_vector(&mut random) * 3.0;
         let search = search(&scene, eye, 1);
         for _ in 0..20 {
@@ -213,7 +213,7 @@ fn turned_surfaces_are_as_exact_as_others() {
             }
         }
     }
-    assert!(tested > 100 && worst[0] < 1e-14 && worst[1] < 1e-11, "{worst:?} of {tested}");
+    assert!(tested > 30 && worst[0] < 1e-14 && worst[1] < 1e-11, "{worst:?} of {tested}");
 }
 
 /// Very near to the centre of a hollow ball, where there would be infinitely many paths, the search gives up and says

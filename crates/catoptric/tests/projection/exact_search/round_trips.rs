@@ -166,7 +166,7 @@ fn check(counts: [usize; 2]) {
 
 #[test]
 fn what_view_rays_show_is_found() {
-    check([1, 600]);
+    check([1, 250]);
 }
 
 #[test]

@@ -24,8 +24,13 @@ fn assert_orders(spec: &str, limits: [f64; 3]) {
 fn meshes_equal_the_reference_at_all_orders() {
     assert_orders("sphere_room?surface=mesh", [0.004, 0.004, 0.004]);
     assert_orders("two_spheres?surface=mesh", [0.006, 0.006, 0.006]);
-    assert_orders("vase?surface=mesh", [0.002, 0.002, 0.002]);
     assert_orders("dish?surface=mesh", [0.002, 0.002, 0.002]);
+}
+
+#[test]
+#[ignore = "slow: cargo xtask check-all --only slow"]
+fn meshes_of_many_triangles_equal_the_reference_at_all_orders() {
+    assert_orders("vase?surface=mesh", [0.002, 0.002, 0.002]);
     assert_orders("teapot", [0.012, 0.012, 0.012]);
 }
 

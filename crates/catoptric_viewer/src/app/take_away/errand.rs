@@ -202,7 +202,7 @@ impl Errand {
         scene: impl FnOnce(&Path) -> Result<String, String>,
         window: Option<Context>,
     ) -> Result<Self, String> {
-        let fail = |error: std::io::Error| format!("{}: {error}", task.word());
+        let fail = |error: std::io::Error| format!("{} {error}", task.word());
         let folder = tempfile::tempdir().map_err(fail)?;
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, scene(&path)?).map_err(fail)?;

@@ -1,7 +1,7 @@
 use super::*;
 use crate::math::random::Stream;
 use crate::scene::{
-    Environment, Light, LightKind, Microfacets, NormalMap, OcclusionMap, Sampler, Texture, TextureBinding,
+    AlphaMode, Environment, Light, LightKind, Microfacets, NormalMap, OcclusionMap, Sampler, Texture, TextureBinding,
 };
 use glam::{Affine2, Vec2};
 use std::sync::Arc;
@@ -138,5 +138,54 @@ fn batches_give_what_single_points_give() {
                 assert!(error <= 2e-5 * (1.0 + expected.max_element()), "{color} against {expected}: {query:?}");
             }
         }
+    }
+}
+
+/// Somewhere in a triangle.
+fn within() -> Barycentrics {
+    Barycentrics { value: Vec2::splat(0.3), dx: Vec2::ZERO, dy: Vec2::ZERO, samples: 1 }
+}
+
+/// Where glTF keeps them: a texture of one colour is a factor.
+#[test]
+fn roughness_is_in_the_green_channel_and_metal_in_the_blue_one() {
+    let mut scene = scene(&mut Stream::new(3), false);
+    scene.lights = lights();
+    let texel = [60_000, 20_000, 50_000, 65_535];
+    let texture = scene.textures.len() as u32;
+    scene.textures.push(Arc::new(Texture::from_linear16("", 1, 1, vec![texel], Sampler::default())));
+    let of_texture = TextureBinding { texture, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
+    let shades = |of_facets: Microfacets| -> Vec<Vec3> {
+        let mut scene = scene.clone();
+        for material in &mut scene.materials {
+            *material = Material::diffuse("", Vec3::new(0.9, 0.5, 0.1));
+            material.microfacets = Some(of_facets.clone());
+        }
+        let towards_viewer = Vec3::new(0.3, 0.4, 0.9);
+        let query = |triangle| SurfaceQuery { triangle, barycentrics: within(), towards_viewer };
+        let queries: Vec<SurfaceQuery> = (0..70).map(query).collect();
+        let mut colors = vec![Vec3::NAN; queries.len()];
+        scene.radiance_batch(&queries, &mut colors);
+        colors
+    };
+    let [roughness, metallic] = [20_000.0, 50_000.0].map(|value| value / 65_535.0);
+    let textured = Microfacets { metallic: 1.0, texture: Some(of_texture), ..Microfacets::default() };
+    let found = shades(textured);
+    let expected = shades(Microfacets { metallic, roughness, ..Microfacets::default() });
+    assert!(expected.iter().any(|color| color.max_element() > 0.1));
+    for (found, expected) in found.iter().zip(&expected) {
+        assert!(found.abs_diff_eq(*expected, 1e-4 * (1.0 + expected.max_element())), "{found} against {expected}");
+    }
+}
+
+#[test]
+fn masks_leave_out_what_is_below_their_cutoff() {
+    let scene = scene(&mut Stream::new(3), false);
+    let point = scene.surface_point(0, &within());
+    for (alpha, is_present) in [(0.0, false), (0.49, false), (0.5, true), (1.0, true)] {
+        let base_color = Vec3::ONE.extend(alpha);
+        let material = Material { base_color, alpha_mode: AlphaMode::Mask(0.5), ..Material::default() };
+        assert_eq!(scene.is_present(&material, &point), is_present, "alpha {alpha}");
+        assert!(scene.is_present(&Material { alpha_mode: AlphaMode::Opaque, ..material }, &point));
     }
 }
