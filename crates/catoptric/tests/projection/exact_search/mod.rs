@@ -177,7 +177,7 @@ fn count_all(cases: [usize; 2], limit: usize) {
 
 #[test]
 fn visible_roots_are_found_and_none_invented() {
-    count_all([3, 6], 0);
+    count_all([5, 8], 0);
 }
 
 /// The points of a turned torus lie on it, and the law holds there, by formulas in the place that it is given: what is
