@@ -35,4 +35,4 @@ pub mod raster;
 pub use catoptric_core::output;
 #[cfg(feature = "files")]
 pub use catoptric_core::picture;
-pub use catoptric_core::{clock, framebuffer, math, parallel, progress, scene, surface};
+pub use catoptric_core::{clock, framebuffer, math, parallel, progress, scene, surface, tone};

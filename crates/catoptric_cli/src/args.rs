@@ -6,7 +6,7 @@ pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
 
-use crate::parse::{self, FileOrStream};
+use crate::parse::{self, Exposure, FileOrStream, Order};
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use glam::{DVec3, Vec3};
@@ -209,9 +209,10 @@ pub(crate) struct DrawArgs {
     /// Antialiasing samples a pixel
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
-    /// Highest number of reflections and refractions on a path; what lies beyond is black
-    #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
-    pub(crate) order: u32,
+    /// Highest number of reflections and refractions on a path, 0 to 16; what lies beyond is black. `auto`: what the
+    /// scene needs, 2 to 8
+    #[arg(long, value_name = "K", default_value = "auto", value_parser = parse::order)]
+    pub(crate) order: Order,
     /// Motion from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s
     #[arg(long, value_enum, default_value = "none", help_heading = "View")]
     pub(crate) motion: Motion,
@@ -247,6 +248,27 @@ impl Motion {
     }
 }
 
+/// Tone curves of PNG pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Tone {
+    None,
+    Neutral,
+    Agx,
+    Aces,
+}
+
+/// What makes radiance a PNG picture.
+#[derive(Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct DisplayArgs {
+    /// Exposure of PNG pictures in stops, or `auto` [default: 0, or `auto` where little could be seen then]
+    #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<Exposure>,
+    /// Tone curve of PNG pictures [default: none; neutral with an automatic exposure]
+    #[arg(long, value_enum)]
+    pub(crate) tone: Option<Tone>,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
     Cpu,
@@ -276,6 +298,8 @@ pub(crate) struct RenderArgs {
     #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: FileOrStream,
+    #[command(flatten)]
+    pub(crate) display: DisplayArgs,
     /// Write times and counts to this file (JSON); `-`: to standard output
     #[arg(long, value_name = "FILE", value_parser = parse::file_or_stream(), value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
@@ -300,6 +324,8 @@ pub(crate) struct CompareArgs {
     /// Folder for the report; created if absent
     #[arg(long, value_name = "DIR", value_parser = parse::file(), help_heading = "Output")]
     pub(crate) report: PathBuf,
+    #[command(flatten)]
+    pub(crate) display: DisplayArgs,
     /// A method, with settings after a colon (repeat) [default: all]
     #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method", display_order = 0)]
     pub(crate) method: Vec<String>,

@@ -97,6 +97,39 @@ pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// The highest order of paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// What the scene needs.
+    Auto,
+    Exact(u32),
+}
+
+/// How bright PNG pictures are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Exposure {
+    /// The mean of what is seen before the background becomes middle grey.
+    Auto,
+    /// In stops.
+    Stops(f32),
+}
+
+pub(crate) fn order(text: &str) -> Result<Order, String> {
+    match text.parse() {
+        _ if text == "auto" => Ok(Order::Auto),
+        Ok(order @ 0..=16) => Ok(Order::Exact(order)),
+        _ => Err("it must be `auto` or in 0..=16".into()),
+    }
+}
+
+pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
+    match text.parse::<f32>() {
+        _ if text == "auto" => Ok(Exposure::Auto),
+        Ok(stops) if stops.abs() <= 30.0 => Ok(Exposure::Stops(stops)),
+        _ => Err("it must be `auto` or a number of stops from -30 to 30".into()),
+    }
+}
+
 pub(crate) fn picture_path(text: &str) -> Result<FileOrStream, String> {
     match FileOrStream::from(PathBuf::from(text)) {
         FileOrStream::File(path) if PictureFormat::from_path(&path).is_none() => {
@@ -117,6 +150,17 @@ pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn orders_and_exposures() {
+        assert_eq!(
+            (order("auto"), order("0"), order("16")),
+            (Ok(Order::Auto), Ok(Order::Exact(0)), Ok(Order::Exact(16)))
+        );
+        assert!(["17", "-1", "two", ""].iter().all(|wrong| order(wrong).is_err()));
+        assert_eq!((exposure("auto"), exposure("-1.5")), (Ok(Exposure::Auto), Ok(Exposure::Stops(-1.5))));
+        assert!(["nan", "inf", "31", "bright"].iter().all(|wrong| exposure(wrong).is_err()));
+    }
 
     #[test]
     fn times() {

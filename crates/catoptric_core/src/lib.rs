@@ -14,3 +14,4 @@ pub mod picture;
 pub mod progress;
 pub mod scene;
 pub mod surface;
+pub mod tone;

@@ -29,7 +29,9 @@ pub struct Tracer {
 impl Tracer {
     /// The hierarchy over all objects of a scene for which `include` is true.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
-        let hierarchy = WideHierarchy::build_for_rays(scene, include, |object| is_alpha_tested(scene, object));
+        let hierarchy = WideHierarchy::build_for_rays(scene, include, |object| {
+            is_alpha_tested(scene, object) || scene.is_one_sided(object)
+        });
         Self {
             hierarchy,
             has_footprints: scene.materials.iter().any(|material| scene.has_footprints(material)),
@@ -265,13 +267,13 @@ impl Walk<'_> {
         self.is_blocked_in::<Portable>(distance)
     }
 
-    /// Whether what a ray meets is there for it.
+    /// Whether what a ray meets is there for it; rays to lights meet both sides of all surfaces.
     #[inline(always)]
-    fn passes(&self, hit: &TriangleHit) -> bool {
-        let Self { scene, objects, .. } = *self;
+    fn passes<const OF_SIGHT: bool>(&self, hit: &TriangleHit) -> bool {
+        let Self { scene, objects, ray, .. } = *self;
         let triangle = hit.triangle & !ALPHA_TESTED;
         let is_among = objects.is_none_or(|objects| objects[scene.triangle_objects[triangle as usize] as usize]);
-        is_among && (hit.triangle & ALPHA_TESTED == 0 || present(scene, triangle, hit.barycentrics))
+        is_among && (hit.triangle & ALPHA_TESTED == 0 || is_seen::<OF_SIGHT>(scene, triangle, hit.barycentrics, ray))
     }
 
     /// The distance at which the surface of an object is met.
@@ -288,7 +290,7 @@ impl Walk<'_> {
     #[inline(always)]
     fn is_blocked_in<S: SignBits>(&self, distance: f32) -> bool {
         let Self { hierarchy, treelet, ray, .. } = *self;
-        let passes = |hit: &TriangleHit| self.passes(hit);
+        let passes = |hit: &TriangleHit| self.passes::<false>(hit);
         let surface = |object: u32, far: f32| self.surface(object, far);
         if let Some(treelet) = treelet
             && let Some(is_blocked) = treelet.meets_any::<S>(hierarchy, ray, distance, passes, surface)
@@ -301,7 +303,7 @@ impl Walk<'_> {
     #[inline(always)]
     fn run_in<S: SignBits, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
         let Self { hierarchy, treelet, ray, near, .. } = *self;
-        let passes = |hit: &TriangleHit| self.passes(hit);
+        let passes = |hit: &TriangleHit| self.passes::<true>(hit);
         let surface = |object: u32, far: f32| self.surface(object, far);
         if let Some(treelet) = treelet
             && let Some(found) = treelet.nearest::<S>(hierarchy, ray, near, passes, surface, tests)
@@ -355,7 +357,14 @@ impl TriangleTest {
 
 /// Returns true for objects whose triangles may have holes.
 pub(crate) fn is_alpha_tested(scene: &Scene, object: u32) -> bool {
-    matches!(scene.material_of(object).alpha_mode, AlphaMode::Mask(_))
+    scene.material_of(object).alpha_mode != AlphaMode::Opaque
+}
+
+#[cold]
+fn is_seen<const OF_SIGHT: bool>(scene: &Scene, triangle: u32, barycentrics: Vec2, ray: &Ray) -> bool {
+    let object = scene.triangle_objects[triangle as usize];
+    let is_behind = OF_SIGHT && scene.is_one_sided(object) && scene.is_met_from_behind(triangle, ray.direction);
+    !is_behind && (!is_alpha_tested(scene, object) || present(scene, triangle, barycentrics))
 }
 
 #[cold]

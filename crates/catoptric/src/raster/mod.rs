@@ -22,7 +22,7 @@ mod tile;
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};
-pub(crate) use scene_list::{patch_of_triangle, shade_looks};
+pub(crate) use scene_list::{is_seen_from_behind, patch_of_triangle, shade_looks};
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;

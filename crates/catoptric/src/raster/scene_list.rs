@@ -2,7 +2,7 @@
 
 use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
 use crate::parallel;
-use crate::scene::{PicturePoint, Ray, Role, Scene, ShadingQueue, SurfaceQuery, View, ViewRays};
+use crate::scene::{PicturePoint, Projection, Ray, Role, Scene, ShadingQueue, SurfaceQuery, View, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Vertices that are transformed at once.
@@ -20,7 +20,11 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
         let Some(group) = group(index as u32) else { continue };
         let alpha_tested = scene.is_alpha_tested(index as u32);
         let first = object.vertices.start;
+        let is_one_sided = scene.is_one_sided(index as u32);
         for triangle in object.triangles.clone() {
+            if is_one_sided && is_seen_from_behind(scene, triangle, view) {
+                continue;
+            }
             let vertices = scene.triangles[triangle as usize].map(|vertex| vertex - first + vertex_count);
             let patch = patch_of_triangle(scene, triangle);
             triangles.push(DrawTriangle { vertices, source: triangle, group, patch, alpha_tested });
@@ -48,6 +52,16 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
         }
     });
     DrawList { vertices, triangles, ..DrawList::default() }
+}
+
+/// Whether a view sees a triangle from behind.
+pub(crate) fn is_seen_from_behind(scene: &Scene, triangle: u32, view: &View) -> bool {
+    let corner = scene.positions[scene.triangles[triangle as usize][0] as usize];
+    let direction = match view.projection {
+        Projection::Perspective { .. } => corner - view.eye(),
+        Projection::Orthographic { .. } => -Vec3::from(view.world_from_view.matrix3.z_axis),
+    };
+    scene.is_met_from_behind(triangle, direction)
 }
 
 /// The number of the smooth surface that a triangle of a scene is part of, for [`DrawTriangle::patch`]; 0: none.
@@ -161,7 +175,8 @@ pub(crate) fn shade_looks(
         if let (Some(eye), [surface]) = (eye, fragment.chain) {
             let object = scene.triangle_objects[surface.source as usize];
             if object != last.0 {
-                let diffuse = scene.role_of(object) == Role::Diffuse;
+                let material = scene.material_of(object);
+                let diffuse = material.role == Role::Diffuse && material.lobes().is_none();
                 last = (object, diffuse && scene.objects[object as usize].surface.is_none());
             }
             if last.1 {

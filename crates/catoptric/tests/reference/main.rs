@@ -3,6 +3,7 @@
 mod blend;
 mod bumps;
 mod closed_forms;
+mod lobes;
 mod path_derivatives;
 mod reflection_groups;
 mod shadows;

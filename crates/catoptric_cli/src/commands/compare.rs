@@ -3,6 +3,7 @@
 mod selection;
 
 use super::columns;
+use super::display::Display;
 use crate::args::CompareArgs;
 use crate::backend;
 use crate::baked;
@@ -28,6 +29,8 @@ use std::path::{Path, PathBuf};
 /// The reference's picture, against which every method is measured.
 struct Truth {
     drawing: Drawing,
+    /// Of all pictures.
+    display: Display,
     stats: Stats,
     /// The pixels that show a reflector or lens.
     mask: Vec<bool>,
@@ -61,8 +64,9 @@ pub(crate) fn run(
     let drawing = shot.draw_whole(&truth_method, terminal)?;
     let mask = specular_mask(&drawing.scene, &drawing.view);
     let stats = Stats::new(&shot, &truth_method, &drawing);
-    picture::write(&folder.join("reference.png"), &drawing.picture)?;
-    let truth = Truth { drawing, stats, mask, projection_every: args.projection_every };
+    let display = Display::new(&args.display, &drawing.scene, &drawing.view, &drawing.picture);
+    picture::write(&folder.join("reference.png"), &display.of(&drawing.picture))?;
+    let truth = Truth { drawing, display, stats, mask, projection_every: args.projection_every };
 
     let mut entries = Vec::new();
     let mut stems = HashSet::from(["reference".to_owned()]);
@@ -95,6 +99,7 @@ pub(crate) fn run(
     });
     let failures: Vec<String> = failures.collect();
     terminal.warn(&warnings);
+    terminal.warn(&display.remark().into_iter().collect::<Vec<_>>());
     if report.measured().next().is_none() {
         let reasons = failures.join("; ");
         return Err(Failure::input(format!("{}: no method could draw this scene: {reasons}", shot.model.name)));
@@ -140,7 +145,8 @@ fn measure(
     let error = ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px };
     let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
     if !is_truth {
-        write_pictures(folder, (&picture_name, &drawing.picture), (&flip_name, &comparison))?;
+        let shown = truth.display.of(&drawing.picture);
+        write_pictures(folder, (&picture_name, &shown), (&flip_name, &comparison))?;
     }
     let flip = (!is_truth).then_some(flip_name);
     Ok(Measured { stats, error, picture: picture_name, flip })

@@ -5,7 +5,7 @@ use crate::args::{InfoArgs, Shadows};
 use crate::failure::Failure;
 use crate::scene_source;
 use catoptric::math::Aabb;
-use catoptric::scene::{Camera, LightKind, Model, Projection, Role, Scene};
+use catoptric::scene::{AlphaMode, Camera, LightKind, Model, Projection, Role, Scene};
 use clap::ArgMatches;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -44,6 +44,15 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
                     "distance": attenuation.distance, "specularity": attenuation.specularity,
                 })),
                 "diffuse": blend.diffuse.map(|diffuse| diffuse.to_array()),
+            })),
+            "lobes": material.lobes().map(|lobes| json!({
+                "metallic": material.microfacets.as_ref().map(|facets| facets.metallic),
+                "roughness": material.microfacets.as_ref().map(|facets| facets.roughness),
+                "transmission": lobes.transmission,
+                "thin": lobes.is_thin,
+                "coat": material.coat,
+                "sheen": lobes.sheen.to_array(),
+                "blends": material.alpha_mode == AlphaMode::Blend,
             })),
             "ior": if matches!(material.role, Role::Lens | Role::Coated) { Some(material.ior) } else { None },
         })

@@ -3,6 +3,7 @@
 pub(crate) mod bake;
 pub(crate) mod compare;
 pub(crate) mod completions;
+mod display;
 pub(crate) mod doctor;
 pub(crate) mod info;
 pub(crate) mod methods;

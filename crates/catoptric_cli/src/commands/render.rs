@@ -1,5 +1,6 @@
 //! `catoptric render`: one picture.
 
+use super::display::Display;
 use super::{columns, pretty};
 use crate::args::RenderArgs;
 use crate::backend;
@@ -31,7 +32,11 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     let drawing = shot.draw(&chosen, terminal)?;
     let stats = Stats::new(&shot, &chosen, &drawing);
     let format = args.output.path().and_then(PictureFormat::from_path).unwrap_or(PictureFormat::Png);
-    args.output.write(|writer| writer.write_all(&picture::encode(format, &drawing.picture)?))?;
+    let display = (format == PictureFormat::Png)
+        .then(|| Display::new(&args.display, &drawing.scene, &drawing.view, &drawing.picture));
+    let shown = display.map(|display| display.of(&drawing.picture));
+    let shown = shown.as_ref().unwrap_or(&drawing.picture);
+    args.output.write(|writer| writer.write_all(&picture::encode(format, shown)?))?;
     if let Some(path) = &args.mask {
         let mask = specular_mask(&drawing.scene, &drawing.view);
         picture::write_mask(path, drawing.view.width, drawing.view.height, &mask)?;
@@ -41,6 +46,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         output.write(|writer| writer.write_all(json.as_bytes()))?;
     }
     let mut warnings = stats.warnings.clone();
+    warnings.extend(display.and_then(|display| display.remark()));
     warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);
     terminal.warn(&warnings);
     Ok(terminal.closing(summary(args, &stats, terminal.verbose), &outputs))

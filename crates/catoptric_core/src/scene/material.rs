@@ -81,6 +81,37 @@ impl Default for Microfacets {
     }
 }
 
+/// Lobes of a surface that are followed by rays, evaluated at each point from factors and textures: what its facets
+/// and its coat reflect, and what passes it (glTF 2.0, appendix B; KHR_materials_transmission, volume, specular,
+/// clearcoat, sheen).
+///
+/// Reflectances, roughness and the coat's share are those of [`Microfacets`] and [`Material::coat`], what is within
+/// is [`Material::ior`] and [`Material::absorption`]. Methods that follow no lobes draw such a surface by its facets
+/// alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lobes {
+    /// The share of the light that enters a dielectric which passes the surface, 0 to 1.
+    pub transmission: f32,
+    /// Its red channel multiplies `transmission`.
+    pub transmission_texture: Option<TextureBinding>,
+    /// A wall that has no thickness: what passes goes straight on.
+    pub is_thin: bool,
+    /// Its green channel multiplies the coat's roughness.
+    pub coat_roughness_texture: Option<TextureBinding>,
+    /// Its alpha channel multiplies a dielectric's reflectance.
+    pub specular_texture: Option<TextureBinding>,
+    /// Its colour multiplies a dielectric's reflectance at normal incidence.
+    pub specular_color_texture: Option<TextureBinding>,
+    /// The colour of light that fibres scatter (KHR_materials_sheen); black: none.
+    pub sheen: Vec3,
+    /// Multiplies `sheen`.
+    pub sheen_texture: Option<TextureBinding>,
+    /// Perceptual roughness of fibres.
+    pub sheen_roughness: f32,
+    /// Its alpha channel multiplies `sheen_roughness`.
+    pub sheen_roughness_texture: Option<TextureBinding>,
+}
+
 /// A texture of a surface's normals in its tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
@@ -106,6 +137,9 @@ pub enum AlphaMode {
     Opaque,
     /// Below this value the surface is not there.
     Mask(f32),
+    /// The share of the surface that is there; the rest of the light goes straight on (Porter and Duff's *over*, along
+    /// rays). Where lobes are not followed, the surface is there wherever the value is above 0.
+    Blend,
 }
 
 /// Mirrors up to this perceptual roughness reflect sharply.
@@ -130,6 +164,8 @@ pub struct Material {
     pub unlit: bool,
     /// Reflection by microscopic facets; `None`: Lambert's law alone.
     pub microfacets: Option<Microfacets>,
+    /// What rays follow at a diffuse surface, beside the light that it scatters.
+    pub lobes: Option<Box<Lobes>>,
     /// Turns the normals of lit surfaces, mirrors and lenses, but not those of coats.
     pub normal_map: Option<NormalMap>,
     /// Turns the normals of a coat.
@@ -154,7 +190,7 @@ pub struct Material {
     /// Perceptual roughness of a mirror or coat, 0 to 1: see [`Self::reflection_roughness`] and
     /// [`Self::highlight_roughness`].
     pub mirror_roughness: f32,
-    /// The file's flag that both sides are drawn. Kept for information: both sides are always drawn.
+    /// The file's flag that both sides are drawn: see [`Self::is_one_sided`].
     pub double_sided: bool,
 }
 
@@ -169,6 +205,7 @@ impl Default for Material {
             emissive_texture: None,
             unlit: false,
             microfacets: None,
+            lobes: None,
             normal_map: None,
             coat_normal_map: None,
             coat_texture: None,
@@ -247,6 +284,25 @@ impl Material {
         self.role == Role::Coated || self.blend.is_some() || self.highlight_roughness().is_some()
     }
 
+    /// The lobes that rays follow; `None` for mirrors, lenses and coats, whose paths are their own.
+    #[inline(always)]
+    pub fn lobes(&self) -> Option<&Lobes> {
+        self.lobes.as_deref().filter(|_| self.role == Role::Diffuse)
+    }
+
+    /// Whether there is a medium behind the surface, which light enters.
+    #[inline(always)]
+    pub fn has_inside(&self) -> bool {
+        self.role == Role::Lens || self.lobes().is_some_and(|lobes| lobes.transmission > 0.0 && !lobes.is_thin)
+    }
+
+    /// Whether the surface is seen from its outer side alone: the other one is not there for rays of sight. Bodies that
+    /// light enters have both.
+    #[inline(always)]
+    pub fn is_one_sided(&self) -> bool {
+        !self.double_sided && !self.has_inside()
+    }
+
     /// All textures that it reads.
     pub fn bindings(&self) -> impl Iterator<Item = &TextureBinding> {
         let microfacets = self.microfacets.as_ref().and_then(|microfacets| microfacets.texture.as_ref());
@@ -254,7 +310,16 @@ impl Material {
         let of_coat = self.coat_normal_map.as_ref().map(|map| &map.binding);
         let occlusion = self.occlusion_map.as_ref().map(|map| &map.binding);
         let colors = [self.base_texture.as_ref(), self.emissive_texture.as_ref(), self.coat_texture.as_ref()];
-        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten()
+        let of_lobes = self.lobes.as_deref().into_iter().flat_map(|lobes| {
+            let Lobes { transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture, .. } =
+                lobes;
+            let of_specular = [&lobes.specular_texture, &lobes.specular_color_texture];
+            [transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture]
+                .into_iter()
+                .chain(of_specular)
+        });
+        let others = of_lobes.filter_map(Option::as_ref);
+        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten().chain(others)
     }
 
     /// The same, to be changed.
@@ -264,7 +329,16 @@ impl Material {
         let of_coat = self.coat_normal_map.as_mut().map(|map| &mut map.binding);
         let occlusion = self.occlusion_map.as_mut().map(|map| &mut map.binding);
         let colors = [self.base_texture.as_mut(), self.emissive_texture.as_mut(), self.coat_texture.as_mut()];
-        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten()
+        let of_lobes = self.lobes.as_deref_mut().into_iter().flat_map(|lobes| {
+            let Lobes { transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture, .. } =
+                lobes;
+            let of_specular = [&mut lobes.specular_texture, &mut lobes.specular_color_texture];
+            [transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture]
+                .into_iter()
+                .chain(of_specular)
+        });
+        let others = of_lobes.filter_map(Option::as_mut);
+        colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten().chain(others)
     }
 
     /// Clear glass.

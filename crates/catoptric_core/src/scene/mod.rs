@@ -17,12 +17,15 @@ mod view;
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
 pub use light_visibility::LightVisibility;
-pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding};
+pub use material::{
+    AlphaMode, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding,
+};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::bumps::TurnedEncounter;
 pub use shading::environment::{Environment, LightMap};
+pub use shading::lobes::LobesAt;
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;

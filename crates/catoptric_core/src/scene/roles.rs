@@ -1,7 +1,7 @@
 //! Settings of objects by name, over the materials of the file: roles, and blends of mirrors.
 
 use super::edits::LookRule;
-use super::{Blend, Material, Model, PoseOptions, Role, Scene};
+use super::{AlphaMode, Blend, Material, Model, PoseOptions, Role, Scene};
 use crate::error::SceneError;
 use globset::{Glob, GlobMatcher};
 
@@ -110,6 +110,12 @@ impl RoleRule {
             schlick: false,
             blend: material.blend.filter(|_| self.role == Role::Reflector),
             coat: if self.role == Role::Coated { material.coat } else { 0.0 },
+            // A role takes the place of lobes, and of veils.
+            lobes: None,
+            alpha_mode: match material.alpha_mode {
+                AlphaMode::Blend => AlphaMode::Mask(0.5),
+                other => other,
+            },
             mirror_roughness: if self.role == material.role { material.mirror_roughness } else { 0.0 },
             ..material.clone()
         }

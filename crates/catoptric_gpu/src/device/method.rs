@@ -183,6 +183,10 @@ impl DeviceMethod {
         if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_) | Way::Project(..)) {
             return Err(self.refuse("on the GPU it uses no baked files"));
         }
+        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
+        if matches!(self.way, Way::Follow) && (0..scene.objects.len() as u32).any(has_lobes) {
+            return Err(self.refuse("surfaces whose reflections depend on textures or are partly clear need the CPU"));
+        }
         let Loaded { resident, fields, layers, mut report } =
             self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {

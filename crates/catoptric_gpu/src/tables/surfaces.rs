@@ -124,6 +124,7 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, programs: &mut P
         alpha_cutoff: match material.alpha_mode {
             AlphaMode::Opaque => -1.0,
             AlphaMode::Mask(cutoff) => cutoff,
+            AlphaMode::Blend => 0.5,
         },
         metallic: facets.metallic,
         roughness: facets.roughness,

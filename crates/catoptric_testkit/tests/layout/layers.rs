@@ -9,7 +9,7 @@ const LAYERS: [&[&str]; 9] = [
     &["error", "parallel"],
     &["math"],
     &["framebuffer", "output"],
-    &["picture", "surface"],
+    &["picture", "surface", "tone"],
     &["scene"],
     &["optics"],
     &["light", "metrics", "raster"],

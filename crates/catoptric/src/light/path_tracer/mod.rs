@@ -1,6 +1,7 @@
 //! Specular paths, from the eye to the diffuse surfaces that they end on.
 
 mod bounces;
+mod lobes;
 mod rough;
 mod waves;
 
@@ -45,6 +46,8 @@ struct Segment {
     split: bool,
     /// It is one of several rays that left a rough mirror: it stands for a cone.
     is_cone: bool,
+    /// Surfaces that it has passed straight on.
+    passages: u8,
     /// Light of the mirror that it left, whose share depends on the ray's length.
     deferred: Option<Deferred>,
 }
@@ -62,6 +65,7 @@ impl Segment {
             absorption: Vec3::ZERO,
             split: false,
             is_cone: false,
+            passages: 0,
             deferred: None,
         }
     }
@@ -198,8 +202,11 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         let (scene, ray) = (self.scene, &segment.ray);
         let material = scene.material_of(encounter.point.object);
         let outside = ray.direction.dot(encounter.point.geometric_normal) <= 0.0;
-        let absorption = crossed_medium(material.role == Role::Lens, outside, material.absorption, segment.absorption);
+        let absorption = crossed_medium(material.has_inside(), outside, material.absorption, segment.absorption);
         let throughput = throughput * transmittance(absorption, distance);
+        if let Some(lobes) = material.lobes() {
+            return self.spread(segment, throughput, absorption, encounter, (material, lobes));
+        }
         match material.role {
             Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
             _ => self.scatter(segment, throughput, absorption, encounter, material),
@@ -301,6 +308,15 @@ impl NearPlane {
 
 /// For every pixel whether the first surface at its centre is a reflector or lens; rows from the top.
 pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
+    mask(scene, view, |object| scene.role_of(object).is_specular())
+}
+
+/// For every pixel whether there is a surface at its centre; rows from the top.
+pub fn surface_mask(scene: &Scene, view: &View) -> Vec<bool> {
+    mask(scene, view, |_| true)
+}
+
+fn mask(scene: &Scene, view: &View, is_wanted: impl Fn(u32) -> bool + Sync) -> Vec<bool> {
     let tracer = Tracer::build(scene, |_| true);
     let (rays, near) = (view.rays(), NearPlane::new(view));
     let mut mask = vec![false; view.width as usize * view.height as usize];
@@ -310,7 +326,7 @@ pub fn specular_mask(scene: &Scene, view: &View) -> Vec<bool> {
             let hit = tracer.first_hit(scene, &ray, near.distance(&ray));
             *pixel = hit.is_some_and(|hit| {
                 let encounter = tracer.encounter(scene, &ray, &hit, None);
-                scene.role_of(encounter.point.object).is_specular()
+                is_wanted(encounter.point.object)
             });
         }
     });

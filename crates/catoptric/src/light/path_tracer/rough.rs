@@ -15,11 +15,11 @@ use glam::{Vec2, Vec3};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RoughRays {
     /// Rays where a path first meets a rough mirror; further ones get one each.
-    count: u32,
+    pub(super) count: u32,
     /// Of the numbers that choose them.
-    seed: u64,
+    pub(super) seed: u64,
     /// The share of a pixel's side that a path stands for.
-    footprint_scale: f32,
+    pub(super) footprint_scale: f32,
 }
 
 impl Default for RoughRays {
@@ -80,7 +80,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
     }
 
     /// Adds one of so many children of a path, if it carries enough light.
-    fn push_cone(
+    pub(super) fn push_cone(
         &mut self,
         segment: &Segment,
         ray: Ray,
@@ -138,7 +138,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
 }
 
 /// How far a path's numbers are moved: by its direction and where it is.
-fn turn(seed: u64, incoming: Vec3, at: Vec3) -> Vec2 {
+pub(super) fn turn(seed: u64, incoming: Vec3, at: Vec3) -> Vec2 {
     let bits = |a: f32, b: f32| u64::from(a.to_bits()) << 32 | u64::from(b.to_bits());
     let key = [bits(incoming.x, incoming.y), bits(incoming.z, at.x), bits(at.y, at.z)];
     let turn = |axis: u64| random::unit(seed ^ axis, random::mix(key[0] ^ random::mix(key[1])), key[2]);

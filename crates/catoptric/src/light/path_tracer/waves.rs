@@ -147,7 +147,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         if let Some(Hit::Triangle { distance, triangle, barycentrics }) = hit {
             let material = scene.material_of(scene.triangle_objects[*triangle as usize]);
-            if material.role == Role::Diffuse {
+            if material.role == Role::Diffuse && material.lobes().is_none() {
                 let mut at = Barycentrics { value: *barycentrics, ..Barycentrics::default() };
                 if let Some(change) = segment.change.as_ref().filter(|_| scene.has_footprints(material)) {
                     [at.dx, at.dy] = self.tracer.barycentric_changes(scene, ray, *triangle, *distance, change);

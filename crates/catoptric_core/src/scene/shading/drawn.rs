@@ -3,6 +3,7 @@
 use super::super::{AlphaMode, Ray, RayDifferential, Scene};
 use super::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
 use crate::surface::SurfaceHit;
+use glam::Vec3;
 
 impl Scene {
     /// The point on a ray that a drawn triangle shows.
@@ -52,6 +53,22 @@ impl Scene {
     /// [`Self::triangle_parts`]. `None` for meshes.
     pub fn patch_of_object(&self, object: u32) -> Option<u32> {
         self.objects[object as usize].surface.as_ref().map(|_| u32::MAX - object)
+    }
+
+    /// Returns true if an object of triangles is seen from its outer side alone.
+    #[inline(always)]
+    pub fn is_one_sided(&self, object: u32) -> bool {
+        self.material_of(object).is_one_sided() && self.objects[object as usize].surface.is_none()
+    }
+
+    /// Returns true if a ray of this direction meets a triangle from behind: its outer side is that of its corners'
+    /// normals.
+    #[inline]
+    pub fn is_met_from_behind(&self, triangle: u32, direction: Vec3) -> bool {
+        let [a, b, c] = self.triangles[triangle as usize].map(|vertex| vertex as usize);
+        let face = (self.positions[b] - self.positions[a]).cross(self.positions[c] - self.positions[a]);
+        let outer = self.normals[a] + self.normals[b] + self.normals[c];
+        face.dot(direction) * face.dot(outer) > 0.0
     }
 
     /// Returns true if an object's material has holes where its alpha is low.

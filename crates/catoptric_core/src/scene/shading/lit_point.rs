@@ -36,7 +36,7 @@ impl Scene {
     pub(super) fn lit(&self, material: &Material, base: Vec3, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         if material.is_glossy(self) {
-            return self.lit_glossy(material, base, point, towards_viewer, side);
+            return self.lit_glossy(material, base, point, towards_viewer, [1.0; 2]);
         }
         let (normals, viewers) = (Vec3Lanes::one(point.normal * side), Vec3Lanes::one(towards_viewer));
         if self.has_headlight() {
@@ -117,23 +117,27 @@ impl Scene {
     }
 
     /// Where light that shines on a point is sought from.
-    fn shadow_start(&self, point: &SurfacePoint, side: f32) -> ShadowStart {
+    pub(super) fn shadow_start(&self, point: &SurfacePoint, side: f32) -> ShadowStart {
         match point.triangle {
             u32::MAX => ShadowStart::on_surface(point.position, point.geometric_normal * side, point.coordinate_size),
             triangle => ShadowStart::on_triangle(self, triangle, point.barycentrics, side),
         }
     }
 
+    /// The light of a point by facets: so much of what enters is scattered, and so much of the environment's
+    /// reflection added.
     #[inline(never)] // as much as all else together
-    fn lit_glossy(
+    pub(super) fn lit_glossy(
         &self,
         material: &Material,
         base: Vec3,
         point: &SurfacePoint,
         towards_viewer: Vec3,
-        side: f32,
+        [scattering, mirrored]: [f32; 2],
     ) -> Vec3 {
+        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         let mut points = LitPoints::<1>::ZERO;
+        (points.scattering, points.mirrored) = (scattering, mirrored);
         points.position = Vec3Lanes::one(point.position);
         points.smooth_normal = Vec3Lanes::one(point.normal * side);
         points.towards_viewer = Vec3Lanes::one(towards_viewer);

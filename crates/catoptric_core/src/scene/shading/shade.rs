@@ -53,6 +53,15 @@ pub struct Barycentrics {
     pub samples: u32,
 }
 
+impl Barycentrics {
+    /// The same with a footprint that is so many times as wide.
+    #[inline(always)]
+    #[must_use]
+    pub fn widened(&self, factor: f32) -> Self {
+        Self { dx: self.dx * factor, dy: self.dy * factor, ..*self }
+    }
+}
+
 /// A point of a surface and how it changes from pixel to pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SurfaceInteraction {
@@ -259,6 +268,7 @@ impl Scene {
         match material.alpha_mode {
             AlphaMode::Opaque => true,
             AlphaMode::Mask(cutoff) => self.base_color(material, point).w >= cutoff,
+            AlphaMode::Blend => self.base_color(material, point).w > 0.0,
         }
     }
 
@@ -288,11 +298,18 @@ impl Scene {
             return finite(base);
         }
         let mut radiance = self.lit(material, base, point, towards_viewer);
-        if material.emissive != Vec3::ZERO {
-            let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |t| self.sample(t, point).xyz());
-            radiance += material.emissive * texture;
-        }
+        radiance += self.emitted(material, point);
         finite(radiance)
+    }
+
+    /// The radiance that a point emits.
+    #[inline(always)]
+    pub(super) fn emitted(&self, material: &Material, point: &SurfacePoint) -> Vec3 {
+        if material.emissive == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
+        let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |t| self.sample(t, point).xyz());
+        material.emissive * texture
     }
 
     /// Returns true if a material's look depends on how much of it a pixel shows.
@@ -320,6 +337,7 @@ impl Material {
             || self.coat_texture.is_some()
             || self.occlusion_map.is_some()
             || self.microfacets.as_ref().is_some_and(|microfacets| microfacets.texture.is_some())
+            || self.lobes.is_some()
     }
 }
 
@@ -330,7 +348,7 @@ fn unit_or(vector: Vec3, otherwise: Vec3) -> Vec3 {
 }
 
 #[inline]
-fn finite(radiance: Vec3) -> Vec3 {
+pub(super) fn finite(radiance: Vec3) -> Vec3 {
     if radiance.is_finite() { radiance.max(Vec3::ZERO) } else { Vec3::ZERO }
 }
 

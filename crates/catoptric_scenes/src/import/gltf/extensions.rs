@@ -4,7 +4,7 @@ use super::source::Source;
 use catoptric_core::error::SceneError;
 
 /// Understood in full, as far as the methods can draw them.
-const SUPPORTED: [&str; 16] = [
+const SUPPORTED: [&str; 19] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -13,24 +13,25 @@ const SUPPORTED: [&str; 16] = [
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
 
 /// These change the look of highlights and diffuse surfaces alone: the file is drawn without them.
-const WITHOUT_EFFECT: [&str; 6] = [
+const WITHOUT_EFFECT: [&str; 4] = [
     "KHR_materials_anisotropy",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
     "KHR_materials_iridescence",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
 ];
 
 /// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions.

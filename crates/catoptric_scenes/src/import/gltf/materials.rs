@@ -6,32 +6,22 @@ use super::source::Source;
 use super::textures::{Content, DecodedTexture, TextureSet, TextureUse};
 use catoptric_core::error::SceneError;
 use catoptric_core::math::portable::PortableMath;
-use catoptric_core::scene::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
+use catoptric_core::scene::{AlphaMode, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, TextureBinding};
 use glam::{Affine2, Vec3, Vec4};
 
-/// Metals at least this metallic are mirrors.
-const MIN_METALLIC: f32 = 0.95;
-/// Rougher metals are no mirrors: of what they reflect hardly more than its light is left.
-const MAX_MIRROR_ROUGHNESS: f32 = 0.5;
-/// Rougher glass is not clear.
-const MAX_GLASS_ROUGHNESS: f32 = 0.08;
-const MIN_TRANSMISSION: f32 = 0.5;
-const MIN_CLEARCOAT: f32 = 0.5;
-/// The index of refraction that KHR_materials_clearcoat gives to every coat.
-const COAT_IOR: f32 = 1.5;
+/// Perceptual roughness up to which metal is a plain mirror, and glass is clear.
+const MAX_SHARP_ROUGHNESS: f32 = 0.02;
+/// Opaque dielectrics that are rougher all over reflect the environment alone, as wide as half of the sky.
+const MAX_FOLLOWED_ROUGHNESS: f32 = 0.75;
 /// The index of refraction of materials that name none.
 const DEFAULT_IOR: f32 = 1.5;
 
-/// Extensions that change a metal's reflection, so that it is no plain mirror.
-const NOT_PLAIN: [&str; 8] = [
+/// Extensions that change reflections in ways that are not drawn.
+const NOT_DRAWN: [&str; 4] = [
     "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
     "KHR_materials_dispersion",
-    "KHR_materials_ior",
     "KHR_materials_iridescence",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
 ];
 
 /// The textures of a material; base colours first.
@@ -44,12 +34,33 @@ struct TextureUses {
     emissive: Option<TextureUse>,
     coat: Option<TextureUse>,
     coat_normals: Option<TextureUse>,
+    transmission: Option<TextureUse>,
+    coat_roughness: Option<TextureUse>,
+    specular: Option<TextureUse>,
+    specular_color: Option<TextureUse>,
+    sheen: Option<TextureUse>,
+    sheen_roughness: Option<TextureUse>,
 }
 
 impl TextureUses {
-    fn all_mut(&mut self) -> [&mut Option<TextureUse>; 7] {
-        let Self { base, microfacets, normals, occlusion, emissive, coat, coat_normals } = self;
-        [base, microfacets, normals, occlusion, emissive, coat, coat_normals]
+    fn all_mut(&mut self) -> [&mut Option<TextureUse>; 13] {
+        let Self { base, microfacets, normals, occlusion, emissive, coat, coat_normals, .. } = self;
+        let Self { transmission, coat_roughness, specular, specular_color, sheen, sheen_roughness, .. } = self;
+        [
+            base,
+            microfacets,
+            normals,
+            occlusion,
+            emissive,
+            coat,
+            coat_normals,
+            transmission,
+            coat_roughness,
+            specular,
+            specular_color,
+            sheen,
+            sheen_roughness,
+        ]
     }
 }
 
@@ -59,7 +70,6 @@ pub(super) struct PlannedMaterial {
     textures: TextureUses,
     /// The sets of texture coordinates that its textures read.
     sets: TextureSets,
-    blends: bool,
 }
 
 impl PlannedMaterial {
@@ -90,7 +100,7 @@ impl PlannedMaterial {
     }
 
     /// The material, now that its textures are there.
-    pub(super) fn finish(mut self, source: &Source<'_>, index: usize, textures: &[DecodedTexture]) -> Material {
+    pub(super) fn finish(mut self, textures: &[DecodedTexture]) -> Material {
         let binding = |texture: &Option<TextureUse>| {
             let texture = texture.as_ref()?;
             Some(texture.binding(self.channel(texture)? as u8))
@@ -99,18 +109,23 @@ impl PlannedMaterial {
         let [base, microfacets, normals] = [&uses.base, &uses.microfacets, &uses.normals].map(binding);
         let [occlusion, emissive] = [&uses.occlusion, &uses.emissive].map(binding);
         let [coat, coat_normals] = [&uses.coat, &uses.coat_normals].map(binding);
+        let [transmission, coat_roughness] = [&uses.transmission, &uses.coat_roughness].map(binding);
+        let [specular, specular_color] = [&uses.specular, &uses.specular_color].map(binding);
+        let [sheen, sheen_roughness] = [&uses.sheen, &uses.sheen_roughness].map(binding);
         let material = &mut self.material;
-        let translucent_texture = base
-            .as_ref()
-            .and_then(|binding| textures.get(binding.texture as usize))
-            .is_some_and(|texture| texture.is_translucent);
-        if self.blends && (translucent_texture || material.base_color.w < 1.0) {
-            source.warn(format!("materials[{index}] `{}`: alpha BLEND is drawn as a mask at 0.5", material.name));
-            material.alpha_mode = AlphaMode::Mask(0.5);
+        let texture = base.as_ref().and_then(|binding| textures.get(binding.texture as usize));
+        let is_translucent = material.base_color.w < 1.0 || texture.is_some_and(|texture| texture.is_translucent);
+        if material.alpha_mode == AlphaMode::Blend && !is_translucent {
+            material.alpha_mode = AlphaMode::Opaque;
         }
         (material.base_texture, material.emissive_texture) = (base, emissive);
         if let Some(of_material) = &mut material.microfacets {
             of_material.texture = microfacets;
+        }
+        if let Some(lobes) = &mut material.lobes {
+            (lobes.transmission_texture, lobes.coat_roughness_texture) = (transmission, coat_roughness);
+            (lobes.specular_texture, lobes.specular_color_texture) = (specular, specular_color);
+            (lobes.sheen_texture, lobes.sheen_roughness_texture) = (sheen, sheen_roughness);
         }
         // Made for the entry's textures; here are those that have pictures.
         let bound = |map: Option<NormalMap>, binding: Option<TextureBinding>| {
@@ -147,25 +162,25 @@ pub(super) fn plan(
         double_sided: entry.double_sided,
         ..Material::default()
     };
-    if !unlit {
-        material.microfacets = Some(microfacets(source, entry, &owner)?);
-        give_role(source, entry, &owner, &mut material)?;
-    }
-    let blends = match entry.alpha_mode.as_deref().unwrap_or("OPAQUE") {
-        "OPAQUE" => false,
-        "MASK" => {
-            material.alpha_mode = AlphaMode::Mask(entry.alpha_cutoff.unwrap_or(0.5));
-            false
-        }
-        // Glass is no veil: its transparency is that of a lens.
-        "BLEND" => material.role != Role::Lens,
+    material.alpha_mode = match entry.alpha_mode.as_deref().unwrap_or("OPAQUE") {
+        "OPAQUE" => AlphaMode::Opaque,
+        "MASK" => AlphaMode::Mask(entry.alpha_cutoff.unwrap_or(0.5)),
+        "BLEND" => AlphaMode::Blend,
         other => {
             let problem = format!("`{other}`; allowed are OPAQUE, MASK and BLEND");
             return Err(source.invalid(format!("{}.alphaMode", owner()), problem));
         }
     };
-    let mut planned =
-        PlannedMaterial { material, textures: TextureUses::default(), sets: TextureSets::default(), blends };
+    if !unlit {
+        material.microfacets = Some(microfacets(source, entry, &owner)?);
+        let not_drawn: Vec<&str> = NOT_DRAWN.into_iter().filter(|key| entry.extensions.contains_key(*key)).collect();
+        if !not_drawn.is_empty() {
+            let (name, not_drawn) = (&entry.name, not_drawn.join(", "));
+            source.warn(format!("{} `{name}` is drawn without {not_drawn}", owner()));
+        }
+    }
+    give_lobes(source, entry, &owner, &mut material)?;
+    let mut planned = PlannedMaterial { material, textures: TextureUses::default(), sets: TextureSets::default() };
     if let Some(textures) = textures {
         planned.add_textures(source, entry, textures, &owner)?;
         planned.choose_sets(source, &owner);
@@ -185,12 +200,18 @@ impl PlannedMaterial {
         let pbr = &entry.pbr_metallic_roughness;
         let is_lit = !self.material.unlit;
         let glows = self.material.emissive != Vec3::ZERO;
-        let is_coated = self.material.role == Role::Coated;
+        let lobes = self.material.lobes.as_deref();
+        let (is_coated, passes) = (self.material.coat > 0.0, lobes.is_some_and(|lobes| lobes.transmission > 0.0));
+        let has_lobes = lobes.is_some();
+        let transmission: Option<schema::Transmission> =
+            source.extension(owner, &entry.extensions, "KHR_materials_transmission")?;
+        let specular: Option<schema::Specular> =
+            source.extension(owner, &entry.extensions, "KHR_materials_specular")?;
+        let sheen: Option<schema::Sheen> = source.extension(owner, &entry.extensions, "KHR_materials_sheen")?;
+        let (transmission, specular) = (transmission.unwrap_or_default(), specular.unwrap_or_default());
+        let sheen = sheen.unwrap_or_default();
         let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
         let coat = coat.unwrap_or_default();
-        if is_lit && coat.clearcoat_roughness_texture.is_some() {
-            source.warn(format!("{}: clearcoatRoughnessTexture is not read, only the factor", owner()));
-        }
         let wanted = [
             ("pbrMetallicRoughness.baseColorTexture", &pbr.base_color_texture, Content::Color, true),
             ("pbrMetallicRoughness.metallicRoughnessTexture", &pbr.metallic_roughness_texture, Content::Data, is_lit),
@@ -204,12 +225,54 @@ impl PlannedMaterial {
                 Content::Normals,
                 is_coated,
             ),
+            (
+                "extensions.KHR_materials_transmission.transmissionTexture",
+                &transmission.transmission_texture,
+                Content::Data,
+                passes,
+            ),
+            (
+                "extensions.KHR_materials_clearcoat.clearcoatRoughnessTexture",
+                &coat.clearcoat_roughness_texture,
+                Content::Data,
+                is_coated,
+            ),
+            (
+                "extensions.KHR_materials_specular.specularTexture",
+                &specular.specular_texture,
+                Content::Data,
+                has_lobes && is_lit,
+            ),
+            (
+                "extensions.KHR_materials_specular.specularColorTexture",
+                &specular.specular_color_texture,
+                Content::Color,
+                has_lobes && is_lit,
+            ),
+            (
+                "extensions.KHR_materials_sheen.sheenColorTexture",
+                &sheen.sheen_color_texture,
+                Content::Color,
+                has_lobes && is_lit,
+            ),
+            (
+                "extensions.KHR_materials_sheen.sheenRoughnessTexture",
+                &sheen.sheen_roughness_texture,
+                Content::Color,
+                has_lobes && is_lit,
+            ),
         ];
         for ((field, info, content, is_used), texture) in wanted.into_iter().zip(self.textures.all_mut()) {
             if let Some(info) = info.as_ref().filter(|_| is_used) {
                 *texture = textures.add(source, info, content, &|| format!("{}.{field}", owner()))?;
             }
         }
+        self.set_maps(entry, &coat);
+        Ok(())
+    }
+
+    /// The maps of normals and occlusion whose textures are used.
+    fn set_maps(&mut self, entry: &MaterialEntry, coat: &schema::Clearcoat) {
         let number = |value: Option<f32>| value.filter(|value| value.is_finite()).unwrap_or(1.0);
         let binding = || TextureBinding { texture: 0, uv_channel: 0, texture_from_uv: Affine2::IDENTITY };
         let info = entry.normal_texture.as_ref().filter(|_| self.textures.normals.is_some());
@@ -220,7 +283,6 @@ impl PlannedMaterial {
         let info = entry.occlusion_texture.as_ref().filter(|_| self.textures.occlusion.is_some());
         self.material.occlusion_map =
             info.map(|info| OcclusionMap { binding: binding(), strength: number(info.strength).clamp(0.0, 1.0) });
-        Ok(())
     }
 }
 
@@ -236,9 +298,6 @@ fn microfacets(
     let specular: Option<schema::Specular> = source.extension(owner, &entry.extensions, "KHR_materials_specular")?;
     let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
     let (specular, coat) = (specular.unwrap_or_default(), coat.unwrap_or_default());
-    if specular.specular_texture.is_some() || specular.specular_color_texture.is_some() {
-        source.warn(format!("{}: the textures of KHR_materials_specular are not read, only its factors", owner()));
-    }
     let ior = match ior.and_then(|extension| extension.ior).unwrap_or(DEFAULT_IOR) {
         // The extension's value for materials of another model: all reflects like a metal.
         0.0 => f32::INFINITY,
@@ -248,58 +307,74 @@ fn microfacets(
     let at_normal = if ior.is_finite() { ((ior - 1.0) / (ior + 1.0)).powi(2) } else { 1.0 };
     let factor = share(specular.specular_factor, 1.0);
     let color = finite3(Vec3::from(specular.specular_color_factor.unwrap_or([1.0; 3])));
-    let is_coat_drawn_as_mirror = coat.clearcoat_factor >= MIN_CLEARCOAT;
     Ok(Microfacets {
         metallic: share(pbr.metallic_factor, 1.0),
         roughness: share(pbr.roughness_factor, 1.0),
         texture: None,
         specular: (color * at_normal).min(Vec3::ONE) * factor,
         specular_at_grazing: factor,
-        coat: if is_coat_drawn_as_mirror { 0.0 } else { share(Some(coat.clearcoat_factor), 0.0) },
+        coat: share(Some(coat.clearcoat_factor), 0.0),
         coat_roughness: share(Some(coat.clearcoat_roughness_factor), 0.0),
     })
 }
 
-/// The role, by the first of these that holds: mirror, lens, coat, diffuse.
-fn give_role(
+/// Plain mirrors and plain glass have roles; what else reflects or lets light pass has lobes.
+fn give_lobes(
     source: &Source<'_>,
     entry: &MaterialEntry,
     owner: &dyn Fn() -> String,
     material: &mut Material,
 ) -> Result<(), SceneError> {
-    let pbr = &entry.pbr_metallic_roughness;
-    let (metallic, roughness) = (pbr.metallic_factor.unwrap_or(1.0), pbr.roughness_factor.unwrap_or(1.0));
+    let blends = material.alpha_mode == AlphaMode::Blend;
     let transmission: Option<schema::Transmission> =
         source.extension(owner, &entry.extensions, "KHR_materials_transmission")?;
     let ior: Option<schema::Ior> = source.extension(owner, &entry.extensions, "KHR_materials_ior")?;
     let volume: Option<schema::Volume> = source.extension(owner, &entry.extensions, "KHR_materials_volume")?;
-    let coat: Option<schema::Clearcoat> = source.extension(owner, &entry.extensions, "KHR_materials_clearcoat")?;
-    let transmission_factor = transmission.map_or(0.0, |extension| extension.transmission_factor);
-    let coat = coat.unwrap_or_default();
-    let is_mirror = metallic >= MIN_METALLIC && roughness <= MAX_MIRROR_ROUGHNESS;
-    if is_mirror && pbr.metallic_roughness_texture.is_none() {
-        material.role = Role::Reflector;
-        material.mirror_roughness = roughness.max(0.0);
-        material.schlick = metallic < 1.0 || NOT_PLAIN.iter().any(|key| entry.extensions.contains_key(*key));
-    } else if transmission_factor >= MIN_TRANSMISSION && roughness <= MAX_GLASS_ROUGHNESS {
-        material.role = Role::Lens;
+    let transmission = transmission.unwrap_or_default();
+    let is_thin = volume.as_ref().is_none_or(|volume| volume.thickness_factor <= 0.0);
+    let mut lobes = Lobes { is_thin, ..Lobes::default() };
+    if let Some(facets) = &material.microfacets {
         material.ior = match ior.and_then(|extension| extension.ior).unwrap_or(DEFAULT_IOR) {
+            0.0 => DEFAULT_IOR,
             ior if (1.0..=10.0).contains(&ior) => ior,
             ior => {
                 source.warn(format!("{}: ior {ior} is outside 1 to 10; {DEFAULT_IOR} is used", owner()));
                 DEFAULT_IOR
             }
         };
-        material.absorption = volume.map_or(Vec3::ZERO, |volume| absorption(&volume));
-    } else if coat.clearcoat_factor >= MIN_CLEARCOAT {
-        if coat.clearcoat_roughness_factor > MAX_MIRROR_ROUGHNESS {
-            source.warn(format!("{}: its clear coat is rougher than {MAX_MIRROR_ROUGHNESS}: that is drawn", owner()));
+        material.absorption = volume.filter(|_| !is_thin).map_or(Vec3::ZERO, |volume| absorption(&volume));
+        let factor = transmission.transmission_factor;
+        lobes.transmission = if factor.is_finite() { factor.clamp(0.0, 1.0) } else { 0.0 };
+        material.coat = facets.coat;
+        let sheen: Option<schema::Sheen> = source.extension(owner, &entry.extensions, "KHR_materials_sheen")?;
+        if let Some(sheen) = sheen {
+            lobes.sheen = finite3(Vec3::from(sheen.sheen_color_factor.unwrap_or_default())).min(Vec3::ONE);
+            lobes.sheen_roughness = sheen.sheen_roughness_factor.clamp(0.0, 1.0);
         }
-        material.role = Role::Coated;
-        material.mirror_roughness = coat.clearcoat_roughness_factor.clamp(0.0, MAX_MIRROR_ROUGHNESS);
-        material.coat = coat.clearcoat_factor.min(1.0);
-        material.ior = COAT_IOR;
+        let has_texture = entry.pbr_metallic_roughness.metallic_roughness_texture.is_some();
+        let has_sheen = lobes.sheen != Vec3::ZERO;
+        let is_plain =
+            !(has_texture || blends || has_sheen) && facets.coat == 0.0 && facets.roughness <= MAX_SHARP_ROUGHNESS;
+        if is_plain && facets.metallic == 1.0 {
+            material.role = Role::Reflector;
+            material.mirror_roughness = facets.roughness;
+            material.schlick = true;
+            return Ok(());
+        }
+        let lets_all_pass = lobes.transmission == 1.0 && transmission.transmission_texture.is_none() && !is_thin;
+        let is_usual = !entry.extensions.contains_key("KHR_materials_specular") && facets.metallic == 0.0;
+        if is_plain && lets_all_pass && is_usual {
+            material.role = Role::Lens;
+            return Ok(());
+        }
+        let reflects = facets.metallic > 0.0 || has_texture || facets.roughness < MAX_FOLLOWED_ROUGHNESS;
+        if !(reflects || has_sheen || facets.coat > 0.0 || lobes.transmission > 0.0 || blends) {
+            return Ok(());
+        }
+    } else if !blends {
+        return Ok(());
     }
+    material.lobes = Some(Box::new(lobes));
     Ok(())
 }
 

@@ -175,13 +175,12 @@ impl<'r, 's> Importer<'r, 's> {
             self.model.meshes.push(asset);
         }
         let decoded = textures.decode(source)?;
-        let finish =
-            materials.into_iter().enumerate().map(|(index, material)| material.finish(source, index, &decoded));
-        self.model.materials = finish.collect();
+        self.model.materials = materials.into_iter().map(|material| material.finish(&decoded)).collect();
         if self.default_material.is_some() {
             // As the format has it: a white, rough metal.
             let microfacets = Microfacets { metallic: 1.0, ..Microfacets::default() };
-            self.model.materials.push(Material { microfacets: Some(microfacets), ..Material::default() });
+            let lobes = Some(Box::default());
+            self.model.materials.push(Material { microfacets: Some(microfacets), lobes, ..Material::default() });
         }
         self.model.textures = decoded.into_iter().map(|decoded| Arc::clone(&decoded.texture)).collect();
         Ok(())

@@ -82,21 +82,31 @@ fn reject_cycles(source: &Source<'_>, nodes: &[Node]) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// The nodes of the default scene: the named one, else the first, else all.
+/// The nodes of the default scene (the named one, else the first, else all) but for those that are hidden, with all
+/// that is below them (KHR_node_visibility).
 fn shown(source: &Source<'_>, nodes: &[Node]) -> Result<Vec<bool>, SceneError> {
     let document = source.document;
     let scene = match document.scene {
         Some(scene) => Some(source.entry(&document.scenes, scene, &|| "scene".into(), "scenes")?),
         None => document.scenes.first(),
     };
-    let Some(scene) = scene else { return Ok(vec![true; nodes.len()]) };
     let mut shown = vec![false; nodes.len()];
     let mut open = Vec::new();
-    for &root in &scene.nodes {
-        source.entry(nodes, root, &|| format!("scenes[{}].nodes", document.scene.unwrap_or(0)), "nodes")?;
-        open.push(root);
+    match scene {
+        Some(scene) => {
+            for &root in &scene.nodes {
+                source.entry(nodes, root, &|| format!("scenes[{}].nodes", document.scene.unwrap_or(0)), "nodes")?;
+                open.push(root);
+            }
+        }
+        None => open.extend((0..nodes.len()).filter(|node| nodes[*node].parent.is_none())),
     }
     while let Some(node) = open.pop() {
+        let visibility: Option<schema::Visibility> =
+            source.extension(&|| format!("nodes[{node}]"), &document.nodes[node].extensions, "KHR_node_visibility")?;
+        if visibility.and_then(|visibility| visibility.visible) == Some(false) {
+            continue;
+        }
         if !std::mem::replace(&mut shown[node], true) {
             open.extend(&document.nodes[node].children);
         }

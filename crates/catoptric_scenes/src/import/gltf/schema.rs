@@ -151,10 +151,11 @@ schema! {
     Lights { lights: Vec<Light>, }
     LightReference { light: Option<usize>, }
     TextureTransform { offset: [f32; 2], rotation: f32, scale: Option<[f32; 2]>, tex_coord: Option<u32>, }
+    Visibility { visible: Option<bool>, }
     Ior { ior: Option<f32>, }
     EmissiveStrength { emissive_strength: Option<f32>, }
     Transmission { transmission_factor: f32, transmission_texture: Option<TextureInfo>, }
-    Volume { attenuation_distance: Option<f32>, attenuation_color: Option<[f32; 3]>, }
+    Volume { thickness_factor: f32, attenuation_distance: Option<f32>, attenuation_color: Option<[f32; 3]>, }
     Clearcoat {
         clearcoat_factor: f32,
         clearcoat_roughness_factor: f32,
@@ -167,6 +168,12 @@ schema! {
         specular_color_factor: Option<[f32; 3]>,
         specular_texture: Option<TextureInfo>,
         specular_color_texture: Option<TextureInfo>,
+    }
+    Sheen {
+        sheen_color_factor: Option<[f32; 3]>,
+        sheen_roughness_factor: f32,
+        sheen_color_texture: Option<TextureInfo>,
+        sheen_roughness_texture: Option<TextureInfo>,
     }
     TextureSource { source: Option<usize>, }
     Draco { buffer_view: Option<usize>, attributes: BTreeMap<String, u32>, }

@@ -3,7 +3,9 @@
 use super::MapsInView;
 use super::mesh_neighbours::MeshNeighbours;
 use super::rough::RoughReflections;
+use crate::light::path_tracer::{PathModel, PathTracer};
 use crate::light::reflector_shader::ReflectorShader;
+use crate::light::tracer::Tracer;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
@@ -32,6 +34,9 @@ const EVEN_CHANGE: f32 = 0.1;
 /// What glass lets out changes quickly where refracted rays make a smaller cosine with the normal: there a fragment is
 /// looked at in several places. Chosen, not measured.
 const STEEP_COSINE: f32 = 0.1;
+
+/// Rays that follow a rough lobe of a fragment. Chosen between noise and time.
+const LOBE_RAYS: u32 = 16;
 
 /// Where colours of a fragment's quarters differ by less, more places would say no more.
 const EVEN_COLOR: f32 = 0.02;
@@ -136,6 +141,9 @@ pub(in crate::methods::projection) struct PathShader<'a> {
     turns_normals: bool,
     /// What rough mirrors reflect; without it they are drawn as smooth ones.
     rough: Option<&'a RoughReflections<'a>>,
+    /// For rays that follow the lobes of surfaces at the ends of paths, and the order of the picture; without it these
+    /// are drawn by their facets alone.
+    lobes: Option<(&'a Tracer, u32)>,
 }
 
 impl<'a> PathShader<'a> {
@@ -150,6 +158,7 @@ impl<'a> PathShader<'a> {
             neighbours: None,
             turns_normals: false,
             rough: None,
+            lobes: None,
         }
     }
 
@@ -171,6 +180,68 @@ impl<'a> PathShader<'a> {
     /// The same with the light of rough mirrors.
     pub(super) fn with_rough(self, rough: Option<&'a RoughReflections<'a>>) -> Self {
         Self { rough, ..self }
+    }
+
+    /// The same with rays that follow lobes, for pictures of an order.
+    pub(super) fn with_lobes(self, tracer: Option<&'a Tracer>, order: u32) -> Self {
+        Self { lobes: tracer.map(|tracer| (tracer, order)), ..self }
+    }
+
+    /// The appearance of a fragment whose path ends on a diffuse surface after some bounces: the sum so far, and the
+    /// factor of what the surface shows.
+    #[inline(always)] // for the instructions of its caller
+    fn end(
+        &self,
+        fragment: &Fragment<'_>,
+        (surface, bounce): (&LayerSurface, usize),
+        (ray, part): (&Ray, Part),
+        (sum, throughput): (Vec3, Vec3),
+    ) -> ShadingRequest {
+        let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
+        match self.lobes.filter(|_| material.lobes().is_some()) {
+            Some(lobes) => {
+                let light = self.followed(lobes, fragment, (surface, bounce), (ray, part));
+                ShadingRequest::Color(sum + throughput * light)
+            }
+            None => ShadingRequest::of_diffuse(self.scene, surface, ray, throughput, sum),
+        }
+    }
+
+    /// Colour of a surface with lobes that is met after some bounces: the mean of some places in the fragment's part of
+    /// the pixel.
+    #[inline(never)] // as long as a path
+    fn followed(
+        &self,
+        (tracer, order): (&Tracer, u32),
+        fragment: &Fragment<'_>,
+        (surface, bounce): (&LayerSurface, usize),
+        (ray, part): (&Ray, Part),
+    ) -> Vec3 {
+        let order = order.saturating_sub(bounce as u32);
+        let of = |ray: &Ray, change: RayDifferential, surface: &LayerSurface, rays: u32| {
+            let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
+            PathTracer::new(self.scene, tracer, PathModel::Tree, order).with_rough_rays(rays, 0, 1.0).radiance_from(
+                *ray,
+                Some(change),
+                &encounter,
+            )
+        };
+        if bounce > 0 {
+            // How rays differ from pixel to pixel is not known here.
+            return of(ray, RayDifferential::default(), surface, LOBE_RAYS);
+        }
+        let samples = surface.barycentrics.samples.clamp(1, 4);
+        let parts = if samples == 4 { part.quarters() } else { [part; 4] };
+        let count = if samples == 4 { 4 } else { 1 };
+        let mut sum = Vec3::ZERO;
+        for part in &parts[..count] {
+            let at = fragment.position + part.offset;
+            let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+            let (mut ray, mut surface) = (ray, *surface);
+            meet_near(self.scene, &mut ray, &mut surface, HARDLY_BESIDE);
+            sum += of(&ray, change.scaled(part.side), &surface, LOBE_RAYS / count as u32);
+        }
+        sum / count as f32
     }
 
     /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.
@@ -304,9 +375,8 @@ impl<'a> PathShader<'a> {
                 throughput *= transmittance(absorption, self.distance(&ray, surface));
             }
             if material.role == Role::Diffuse {
-                let at = &mut surface.barycentrics;
-                (at.dx, at.dy) = (at.dx * widening, at.dy * widening);
-                return ShadingRequest::of_diffuse(scene, surface, &ray, throughput, sum);
+                surface.barycentrics = surface.barycentrics.widened(widening);
+                return self.end(fragment, (surface, bounce), (&ray, part), (sum, throughput));
             }
             if let Some(maps) = maps {
                 return ShadingRequest::Color(sum + throughput * self.mapped(maps, fragment, surface, &ray, bounce));

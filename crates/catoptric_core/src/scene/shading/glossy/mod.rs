@@ -32,6 +32,10 @@ pub(super) struct LitPoints<const N: usize> {
     pub(super) smooth_variance: Lanes<N>,
     /// The share of light from the environment that arrives.
     pub(super) occlusion: Lanes<N>,
+    /// The share of the light that enters which is scattered: the rest passes the surface.
+    pub(super) scattering: f32,
+    /// The share of the environment's reflection that is added: the rest is followed by rays.
+    pub(super) mirrored: f32,
     /// Where light is sought from, if anything casts shadows.
     pub(super) shadow_starts: [ShadowStart; N],
 }
@@ -48,6 +52,8 @@ impl<const N: usize> LitPoints<N> {
         variance: Lanes::ZERO,
         smooth_variance: Lanes::ZERO,
         occlusion: Lanes::ZERO,
+        scattering: 1.0,
+        mirrored: 1.0,
         shadow_starts: [ShadowStart::NONE; N],
     };
 }
@@ -107,7 +113,7 @@ pub(super) fn radiance<const N: usize>(
     }
     if let Some(environment) = &scene.environment {
         add_environment(environment, microfacets, &facets, points, count, sum);
-        if microfacets.coat > 0.0 {
+        if microfacets.coat > 0.0 && points.mirrored > 0.0 {
             add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
         }
     }
@@ -142,7 +148,7 @@ impl<const N: usize> Facets<N> {
             for channel in 0..3 {
                 let (base, specular) = (points.base[channel][i], microfacets.specular[channel]);
                 facets.reflectance[channel][i] = specular + (base - specular) * metallic;
-                facets.albedo[channel][i] = base * (1.0 - metallic);
+                facets.albedo[channel][i] = base * (1.0 - metallic) * points.scattering;
             }
         }
         facets
@@ -274,7 +280,10 @@ fn add_environment<const N: usize>(
         let entering = 1.0 - (at_normal * of_normal + at_grazing * of_grazing);
         let scattered =
             environment.irradiance_at(Vec2::new(of_normals[0][i], of_normals[1][i])) * (FRAC_1_PI * entering);
-        let reflected = environment.glossy_at(Vec2::new(of_middles[0][i], of_middles[1][i]), alphas[i]);
+        let reflected = match points.mirrored {
+            0.0 => Vec3::ZERO,
+            share => environment.glossy_at(Vec2::new(of_middles[0][i], of_middles[1][i]), alphas[i]) * share,
+        };
         let occlusion = points.occlusion[i];
         for channel in 0..3 {
             let reflectance = facets.reflectance[channel][i] * of_normal + facets.at_grazing[i] * of_grazing;
@@ -319,6 +328,7 @@ impl Material {
     pub(super) fn is_glossy(&self, scene: &Scene) -> bool {
         !self.unlit
             && (self.normal_map.is_some()
+                || self.lobes.is_some()
                 || (self.microfacets.is_some() || self.occlusion_map.is_some()) && !scene.has_headlight())
     }
 }

@@ -10,8 +10,8 @@ fn unknown_required_extensions_are_named() {
     assert_eq!(file.scene().objects.len(), 1);
     file.json["extensionsRequired"] = json!(["VENDOR_magic"]);
     file.assert_error("the glTF extension VENDOR_magic");
-    file.json["extensionsRequired"] = json!(["KHR_materials_sheen"]);
-    assert!(file.model().warnings[0].contains("KHR_materials_sheen"));
+    file.json["extensionsRequired"] = json!(["KHR_materials_iridescence"]);
+    assert!(file.model().warnings[0].contains("KHR_materials_iridescence"));
 }
 
 #[test]

@@ -28,90 +28,94 @@ fn with_material(entry: Value) -> File {
 }
 
 #[test]
-fn metals_are_mirrors_sharp_or_rough() {
+fn plain_metals_are_mirrors_and_others_have_lobes() {
     let metal = |metallic: f32, roughness: f32| {
         json!({ "pbrMetallicRoughness": {
             "metallicFactor": metallic, "roughnessFactor": roughness, "baseColorFactor": [0.9, 0.8, 0.7, 1]
         } })
     };
     let mirror = material(metal(1.0, 0.0));
-    assert_eq!((mirror.role, mirror.schlick), (Role::Reflector, false));
+    assert_eq!((mirror.role, mirror.schlick), (Role::Reflector, true));
     assert_eq!(mirror.base_color, Vec4::new(0.9, 0.8, 0.7, 1.0));
-    let nearly = material(metal(0.96, 0.08));
-    assert_eq!((nearly.role, nearly.schlick), (Role::Reflector, true));
-    assert_eq!(material(metal(0.94, 0.0)).role, Role::Diffuse);
-    assert_eq!((nearly.reflection_roughness(), nearly.highlight_roughness()), (0.0, Some(0.08)));
     assert_eq!(mirror.highlight_roughness(), None);
-    let brushed = material(metal(1.0, 0.5));
-    assert_eq!((brushed.role, brushed.schlick), (Role::Reflector, false));
-    assert_eq!((brushed.reflection_roughness(), brushed.highlight_roughness()), (0.5, Some(0.5)));
-    assert_eq!(material(metal(1.0, 0.51)).role, Role::Diffuse);
-    assert_eq!(material(json!({})).role, Role::Diffuse);
-    let mut special = metal(1.0, 0.0);
-    special["extensions"] = json!({ "KHR_materials_iridescence": {} });
-    assert_eq!((material(special.clone()).role, material(special).schlick), (Role::Reflector, true));
+    for (metallic, roughness) in [(0.99, 0.0), (0.5, 0.0), (1.0, 0.3), (1.0, 1.0), (0.0, 0.0), (0.0, 0.5)] {
+        let found = material(metal(metallic, roughness));
+        assert_eq!(found.role, Role::Diffuse);
+        assert!(found.lobes().is_some(), "{metallic} {roughness}");
+        let facets = found.microfacets.unwrap();
+        assert_eq!((facets.metallic, facets.roughness), (metallic, roughness));
+    }
+    // What a rough dielectric reflects is the environment, as wide as half of the sky.
+    assert!(material(metal(0.0, 0.9)).lobes().is_none());
+    // By the format's defaults: white, rough metal.
+    assert!(material(json!({})).lobes().is_some());
     let mut unlit = metal(1.0, 0.0);
     unlit["extensions"] = json!({ "KHR_materials_unlit": {} });
-    assert_eq!((material(unlit.clone()).role, material(unlit).unlit), (Role::Diffuse, true));
+    let unlit = material(unlit);
+    assert!(unlit.unlit && unlit.role == Role::Diffuse && unlit.lobes().is_none());
+    let mut special = metal(1.0, 0.5);
+    special["extensions"] = json!({ "KHR_materials_iridescence": {} });
+    let warnings = with_material(special).model().warnings;
+    assert!(warnings[0].contains("drawn without KHR_materials_iridescence"), "{warnings:?}");
 }
 
 #[test]
-fn a_metallic_roughness_texture_makes_no_mirror() {
+fn a_metallic_roughness_texture_is_evaluated_at_each_point() {
     let mut file = with_material(json!({ "pbrMetallicRoughness": {
         "metallicFactor": 1, "roughnessFactor": 0, "metallicRoughnessTexture": { "index": 0 }
     } }));
     file.push("textures", json!({}));
-    assert_eq!(file.model().materials[0].role, Role::Diffuse);
+    let model = file.model();
+    assert_eq!(model.materials[0].role, Role::Diffuse);
+    assert!(model.materials[0].lobes().is_some());
 }
 
 #[test]
-fn glass_is_a_lens() {
-    let glass = |transmission: f32, roughness: f32| {
+fn clear_glass_is_a_lens_and_other_glass_has_lobes() {
+    let glass = |transmission: f32, roughness: f32, thickness: f32| {
         json!({
             "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": roughness },
             "extensions": {
                 "KHR_materials_transmission": { "transmissionFactor": transmission },
                 "KHR_materials_ior": { "ior": 1.7 },
-                "KHR_materials_volume": { "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2 },
+                "KHR_materials_volume": {
+                    "thicknessFactor": thickness, "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2
+                },
             },
         })
     };
-    let lens = material(glass(1.0, 0.0));
+    let lens = material(glass(1.0, 0.0, 0.1));
     assert_eq!((lens.role, lens.ior), (Role::Lens, 1.7));
     let expected = Vec3::new(0.5f32.ln() * -0.5, 0.0, 1e-6f32.ln() * -0.5);
     assert!((lens.absorption - expected).length() < 1e-5, "{}", lens.absorption);
-    assert_eq!(material(glass(0.4, 0.0)).role, Role::Diffuse);
-    assert_eq!(material(glass(1.0, 0.2)).role, Role::Diffuse);
-    let mut plain = glass(0.5, 0.08);
-    plain["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
-    let lens = material(plain);
-    assert_eq!((lens.role, lens.ior, lens.absorption), (Role::Lens, 1.5, Vec3::ZERO));
-    let mut odd = glass(1.0, 0.0);
-    odd["extensions"]["KHR_materials_ior"] = json!({ "ior": 0 });
+    for (transmission, roughness) in [(0.4, 0.0), (1.0, 0.2)] {
+        let found = material(glass(transmission, roughness, 0.1));
+        let lobes = found.lobes().unwrap();
+        assert_eq!((lobes.transmission, lobes.is_thin, found.ior), (transmission, false, 1.7));
+        assert!((found.absorption - expected).length() < 1e-5);
+    }
+    // Without a thickness it is a wall, and absorbs nothing.
+    let wall = material(glass(1.0, 0.0, 0.0));
+    assert!(wall.lobes().unwrap().is_thin && wall.absorption == Vec3::ZERO);
+    let mut wall = glass(1.0, 0.0, 0.0);
+    wall["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
+    assert!(material(wall).lobes().unwrap().is_thin);
+    let mut odd = glass(1.0, 0.0, 0.1);
+    odd["extensions"]["KHR_materials_ior"] = json!({ "ior": 20 });
     assert_eq!(material(odd.clone()).ior, 1.5);
-    assert!(with_material(odd).model().warnings[0].contains("ior 0"));
+    assert!(with_material(odd).model().warnings[0].contains("ior 20"));
 }
 
 #[test]
-fn clear_coats_reflect() {
-    let coat = |factor: f32, roughness: f32| {
-        with_material(json!({ "extensions": { "KHR_materials_clearcoat": {
-            "clearcoatFactor": factor, "clearcoatRoughnessFactor": roughness
-        } } }))
-    };
-    let smooth = coat(0.75, 0.03).model();
-    let coated = &smooth.materials[0];
-    assert_eq!((coated.role, coated.coat, coated.ior), (Role::Coated, 0.75, 1.5));
-    assert!(smooth.warnings.is_empty());
-    assert_eq!(coat(0.4, 0.0).model().materials[0].role, Role::Diffuse);
-    assert_eq!((coated.reflection_roughness(), coated.highlight_roughness()), (0.0, Some(0.03)));
-    let rough = coat(1.0, 0.3).model();
-    assert_eq!((rough.materials[0].role, rough.materials[0].reflection_roughness()), (Role::Coated, 0.3));
-    assert!(rough.warnings.is_empty());
-    // Still rougher coats are drawn as the roughest, with a warning.
-    let rougher = coat(1.0, 0.8).model();
-    assert_eq!((rougher.materials[0].role, rougher.materials[0].reflection_roughness()), (Role::Coated, 0.5));
-    assert!(rougher.warnings[0].contains("rougher than 0.5"), "{:?}", rougher.warnings);
+fn coats_and_sheen_are_lobes() {
+    let found = material(json!({ "extensions": {
+        "KHR_materials_clearcoat": { "clearcoatFactor": 0.4, "clearcoatRoughnessFactor": 0.3 },
+        "KHR_materials_sheen": { "sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.6 },
+    } }));
+    let facets = found.microfacets.clone().unwrap();
+    assert_eq!((found.coat, facets.coat, facets.coat_roughness), (0.4, 0.4, 0.3));
+    let lobes = found.lobes().unwrap();
+    assert_eq!((lobes.sheen, lobes.sheen_roughness), (Vec3::new(0.1, 0.2, 0.3), 0.6));
 }
 
 #[test]
@@ -133,8 +137,8 @@ fn alpha_modes() {
     assert_eq!(alpha("OPAQUE", 0.2).model().materials[0].alpha_mode, AlphaMode::Opaque);
     assert_eq!(alpha("MASK", 0.2).model().materials[0].alpha_mode, AlphaMode::Mask(0.3));
     let blended = alpha("BLEND", 0.2).model();
-    assert_eq!(blended.materials[0].alpha_mode, AlphaMode::Mask(0.5));
-    assert!(blended.warnings[0].contains("BLEND"));
+    assert_eq!((blended.materials[0].alpha_mode, blended.warnings.len()), (AlphaMode::Blend, 0));
+    assert!(blended.materials[0].lobes().is_some());
     let opaque = alpha("BLEND", 1.0).model();
     assert_eq!((opaque.materials[0].alpha_mode, opaque.warnings.len()), (AlphaMode::Opaque, 0));
     alpha("HAZE", 1.0).assert_error("materials[0].alphaMode: `HAZE`");
@@ -172,7 +176,7 @@ fn pictures_of_every_format() {
         assert_eq!(file.model().materials[0].alpha_mode, AlphaMode::Opaque);
     }
     let translucent = textured(&png([255, 255, 255, 100]), false).model();
-    assert_eq!(translucent.materials[0].alpha_mode, AlphaMode::Mask(0.5));
+    assert_eq!(translucent.materials[0].alpha_mode, AlphaMode::Blend);
 }
 
 #[test]

@@ -90,22 +90,31 @@ fn coats_have_maps_of_their_own() {
     };
     let model = coated(json!({ "clearcoatFactor": 1 }));
     let plain = &model.materials[0];
-    assert_eq!(plain.role, Role::Coated);
-    assert!(plain.normal_map.is_some() && plain.turning_map().is_none(), "what lies beneath is bumpy, the coat smooth");
+    assert!(
+        plain.normal_map.is_some() && plain.coat_normal_map.is_none(),
+        "what lies beneath is bumpy, the coat smooth"
+    );
     let model = coated(json!({
         "clearcoatFactor": 0.8, "clearcoatTexture": { "index": 1 },
         "clearcoatNormalTexture": { "index": 0, "scale": 0.5 },
     }));
     let mapped = &model.materials[0];
-    assert_eq!(mapped.turning_map().map(|map| map.scale), Some(0.5));
+    assert_eq!(mapped.coat_normal_map.as_ref().map(|map| map.scale), Some(0.5));
     assert!(model.warnings.is_empty(), "{:?}", model.warnings);
     let scene = model.pose(&PoseOptions::default()).unwrap();
     let at = Barycentrics { value: Vec2::splat(0.3), ..Barycentrics::default() };
     let point = scene.encounter(0, &at).point;
-    assert!((scene.coat(mapped, &point) - 0.8 * 128.0 / 255.0).abs() < 1e-3);
-    assert!(scene.turned_normal(mapped, &point).x > 0.2, "the coat's map leans to the right");
-    let model = coated(json!({ "clearcoatFactor": 1, "clearcoatRoughnessTexture": { "index": 1 } }));
-    assert!(model.warnings[0].contains("clearcoatRoughnessTexture"), "{:?}", model.warnings);
+    let found = scene.lobes_at(mapped, mapped.lobes().unwrap(), &point);
+    assert!((found.coat - 0.8 * 128.0 / 255.0).abs() < 1e-3);
+    assert!(found.coat_normal.x > 0.2, "the coat's map leans to the right");
+    let rough = json!({
+        "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.5, "clearcoatRoughnessTexture": { "index": 1 }
+    });
+    let model = coated(rough);
+    let material = &model.materials[0];
+    let scene = model.pose(&PoseOptions::default()).unwrap();
+    let found = scene.lobes_at(material, material.lobes().unwrap(), &scene.encounter(0, &at).point);
+    assert!((found.coat_alpha - (0.5f32 * 128.0 / 255.0).powi(2)).abs() < 1e-3, "the green channel: {found:?}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ pub(in crate::methods::projection) use paths::{MirrorPath, visible_paths};
 pub(in crate::methods::projection) use planes::{MirrorPlane, Mirrors};
 
 use crate::parallel;
-use crate::raster::{DrawList, DrawTriangle, Stencil, patch_of_triangle};
+use crate::raster::{DrawList, DrawTriangle, Stencil, is_seen_from_behind, patch_of_triangle};
 use crate::scene::{Scene, View};
 
 /// What becomes of reflectors that are not flat, and of lenses.
@@ -44,11 +44,16 @@ impl MirroredScenes<'_> {
             }
             None => Vec::new(),
         };
+        // The eye where the mirrors show it.
+        let world_from_view = path.scene_from_world.as_affine3a() * self.view.world_from_view;
+        let from_mirror = View { world_from_view, ..self.view.clone() };
         let own = path.mirror.map_or(0, |mirror| mirror + 1);
         let visible = |triangle: &u32| {
             let corners = scene.triangles[*triangle as usize];
             let in_front = path.mirror.is_none() || corners.iter().any(|&vertex| clip_distances[vertex as usize] > 0.0);
-            in_front && (own == 0 || mirrors.mirror_of_triangle[*triangle as usize] != own)
+            let is_hidden = scene.is_one_sided(scene.triangle_objects[*triangle as usize])
+                && is_seen_from_behind(scene, *triangle, &from_mirror);
+            !is_hidden && in_front && (own == 0 || mirrors.mirror_of_triangle[*triangle as usize] != own)
         };
         let first_other = mirrors.planes.len() as u32 + 1;
         let triangles = (0..scene.triangles.len() as u32).filter(visible).map(|triangle| {

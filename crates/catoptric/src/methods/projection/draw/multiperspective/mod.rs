@@ -17,6 +17,7 @@ use super::{MapsInView, PathShader};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::light::tracer::Tracer;
 use crate::light::wide_hierarchy::WideHierarchy;
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::{Job, Quality, Report};
@@ -50,6 +51,8 @@ pub(in crate::methods::projection) struct TiledScene {
     shapes: SceneShapes,
     /// If there are any.
     rough: Option<RoughMirrors>,
+    /// For rays that follow lobes, if there are any.
+    lobes: Option<Tracer>,
 }
 
 impl TiledScene {
@@ -72,14 +75,20 @@ impl TiledScene {
         });
         let hierarchy = refitted.unwrap_or_else(|| WideHierarchy::build(scene, |_| true));
         let rough = RoughMirrors::new(scene, old.and_then(|old| old.rough.as_ref()));
+        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
+        let lobes = (0..scene.objects.len() as u32).any(has_lobes).then(|| {
+            let refitted = old.and_then(|old| old.lobes.as_ref()).and_then(|old| old.refitted(scene));
+            refitted.unwrap_or_else(|| Tracer::build(scene, |_| true))
+        });
         stage.advance(1)?;
         report.stages_ms.push(("bvh", watch.lap_ms()));
         let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
         report.stages_ms.push(("topology", watch.lap_ms()));
         let of_rough = rough.as_ref().map_or(0, RoughMirrors::byte_count);
-        report.bytes.insert("bvh", hierarchy.byte_count() + of_rough);
+        let of_lobes = lobes.as_ref().map_or(0, Tracer::byte_count);
+        report.bytes.insert("bvh", hierarchy.byte_count() + of_rough + of_lobes);
         stage.advance(1)?;
-        Ok(Self { scene: scene.clone(), hierarchy, shapes, rough })
+        Ok(Self { scene: scene.clone(), hierarchy, shapes, rough, lobes })
     }
 
     /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
@@ -107,6 +116,7 @@ impl TiledScene {
             .with_rough(rough.as_ref())
             .with_turned_normals(model.turns_normals)
             .with_maps(maps, quality.order)
+            .with_lobes(self.lobes.as_ref(), quality.order)
             .with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         report.add_raster(&drawn);

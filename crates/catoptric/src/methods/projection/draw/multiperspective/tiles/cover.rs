@@ -156,7 +156,7 @@ impl Reflections<'_> {
                     let margin = match object == own.object {
                         true if from[index] > 0.0 => from[index].max(own_margin),
                         true => own_margin,
-                        false => 0.0,
+                        false => from[index],
                     };
                     let [earliest, latest] = [earliest_start + margin, latest_start + margin];
                     if !(0..blocks * blocks).any(is_met) || depths.iter().all(|depth| *depth < earliest) {

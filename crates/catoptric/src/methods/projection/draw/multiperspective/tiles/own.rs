@@ -50,8 +50,13 @@ impl OwnRule {
     /// The distances from which on a triangle counts: met along its winding's normal, and against it. Infinite: never.
     #[inline(always)]
     pub(in super::super) fn distances(&self, scene: &Scene, shapes: &SceneShapes, triangle: u32) -> [f32; 2] {
-        if scene.triangle_objects[triangle as usize] != self.object {
-            return [0.0; 2];
+        let object = scene.triangle_objects[triangle as usize];
+        if object != self.object {
+            return match (scene.is_one_sided(object), shapes.is_turned(triangle)) {
+                (false, _) => [0.0; 2],
+                (true, false) => [f32::INFINITY, 0.0],
+                (true, true) => [0.0, f32::INFINITY],
+            };
         }
         if self.none {
             return [f32::INFINITY; 2];

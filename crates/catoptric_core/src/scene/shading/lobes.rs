@@ -1,0 +1,152 @@
+//! Lobes of surfaces that rays follow, at a point.
+
+use super::super::{AlphaMode, Lobes, Material, NormalMap, Scene, TextureBinding};
+use super::microfacets::widened_alpha;
+use super::shade::{SurfacePoint, finite};
+use super::sheen;
+use glam::{Vec3, Vec4Swizzles};
+use std::f32::consts::FRAC_1_PI;
+
+/// The lobes of a surface at a point, from factors, textures and vertex colours.
+#[derive(Clone, Copy, Debug)]
+pub struct LobesAt {
+    /// The share of the surface that is there.
+    pub coverage: f32,
+    /// Linear.
+    pub base: Vec3,
+    /// 0 for dielectrics to 1 for metals.
+    pub metallic: f32,
+    /// Width of the facets' distribution (alpha of Trowbridge and Reitz), widened by what the normal map hides within a
+    /// footprint.
+    pub alpha: f32,
+    /// The dielectric's reflectance at normal incidence.
+    pub specular: Vec3,
+    /// The same at grazing angles.
+    pub specular_at_grazing: f32,
+    /// The share of light that enters which passes the surface.
+    pub transmission: f32,
+    /// Unit normal on the outer side, turned by the normal map.
+    pub normal: Vec3,
+    /// The share of the surface that the coat covers.
+    pub coat: f32,
+    /// Width of the coat's facets.
+    pub coat_alpha: f32,
+    /// Unit normal of the coat, on the outer side.
+    pub coat_normal: Vec3,
+    /// The colour of light that fibres scatter, and their perceptual roughness.
+    pub sheen: Vec3,
+    /// Perceptual roughness of the fibres.
+    pub sheen_roughness: f32,
+}
+
+impl LobesAt {
+    /// The same where nothing passes: what would is scattered.
+    #[must_use]
+    pub fn opaque(&self) -> Self {
+        Self { transmission: 0.0, ..*self }
+    }
+
+    /// The share of light that fibres leave to what is beneath them, by the cosine towards the viewer.
+    pub fn below_sheen(&self, cosine: f32) -> f32 {
+        match self.sheen.max_element() {
+            0.0 => 1.0,
+            most => 1.0 - (most * sheen::albedo(self.sheen_roughness, cosine)).min(1.0),
+        }
+    }
+}
+
+impl Scene {
+    /// The lobes of a material at a point of it.
+    pub fn lobes_at(&self, material: &Material, lobes: &Lobes, point: &SurfacePoint) -> LobesAt {
+        let base = self.base_color(material, point);
+        let of_map = |map: &Option<NormalMap>| {
+            let mut found = [(point.normal, 0.0)];
+            if let Some(map) = map.as_ref().filter(|_| !self.tangents.is_empty()) {
+                self.normals_of_map(map, std::slice::from_ref(point), &mut found);
+            }
+            found[0]
+        };
+        let ((normal, variance), (coat_normal, coat_variance)) =
+            (of_map(&material.normal_map), of_map(&material.coat_normal_map));
+        let texel = |binding: &Option<TextureBinding>| binding.as_ref().map(|b| self.sample(b, point));
+        let of_coat = texel(&lobes.coat_roughness_texture).map_or(1.0, |texel| texel.y);
+        let mut at = LobesAt {
+            coverage: if material.alpha_mode == AlphaMode::Blend { base.w.clamp(0.0, 1.0) } else { 1.0 },
+            base: base.xyz(),
+            metallic: 0.0,
+            alpha: 1.0,
+            specular: Vec3::ZERO,
+            specular_at_grazing: 0.0,
+            transmission: lobes.transmission * texel(&lobes.transmission_texture).map_or(1.0, |texel| texel.x),
+            normal,
+            coat: self.coat(material, point),
+            coat_alpha: 0.0,
+            coat_normal,
+            sheen: lobes.sheen * texel(&lobes.sheen_texture).map_or(Vec3::ONE, |texel| texel.xyz()),
+            sheen_roughness: lobes.sheen_roughness * texel(&lobes.sheen_roughness_texture).map_or(1.0, |texel| texel.w),
+        };
+        if let Some(facets) = &material.microfacets {
+            let texture = texel(&facets.texture).map_or([1.0; 2], |texel| [texel.y, texel.z]);
+            at.metallic = facets.metallic * texture[1];
+            at.alpha = widened_alpha((facets.roughness * texture[0]).powi(2), variance);
+            at.coat_alpha = widened_alpha((facets.coat_roughness * of_coat).powi(2), coat_variance);
+            let share = texel(&lobes.specular_texture).map_or(1.0, |texel| texel.w);
+            let color = texel(&lobes.specular_color_texture).map_or(Vec3::ONE, |texel| texel.xyz());
+            at.specular = facets.specular * color * share;
+            at.specular_at_grazing = facets.specular_at_grazing * share;
+        }
+        at
+    }
+
+    /// The radiance that a point of a surface with lobes scatters and emits towards its viewer, and the highlights of
+    /// lights on it, beside what its lobes show: `mirrored` is the share of the environment's reflection that is
+    /// added, as it is not followed.
+    pub fn radiance_beside_lobes(
+        &self,
+        material: &Material,
+        point: &SurfacePoint,
+        at: &LobesAt,
+        towards_viewer: Vec3,
+        mirrored: f32,
+    ) -> Vec3 {
+        if material.unlit {
+            return finite(at.base);
+        }
+        // A headlight shows what scatters it.
+        let headlit = if self.has_headlight() { (1.0 - at.metallic) * (1.0 - at.transmission) } else { 1.0 };
+        let light = [1.0 - at.transmission, mirrored];
+        let lit = self.lit_glossy(material, at.base * headlit, point, towards_viewer, light);
+        if at.sheen == Vec3::ZERO || self.has_headlight() {
+            return finite(lit + self.emitted(material, point));
+        }
+        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
+        let cosine = (at.normal * side).dot(towards_viewer).clamp(0.02, 1.0);
+        let below = at.below_sheen(cosine);
+        finite(lit * below + self.sheen(material, point, at, towards_viewer, side) + self.emitted(material, point))
+    }
+
+    /// The light that fibres scatter towards the viewer: of lights by their lobe, of the environment as if all of it
+    /// were as bright as what a diffuse surface sees.
+    fn sheen(&self, material: &Material, point: &SurfacePoint, at: &LobesAt, towards_viewer: Vec3, side: f32) -> Vec3 {
+        let normal = at.normal * side;
+        let n_v = normal.dot(towards_viewer).clamp(0.02, 1.0);
+        let mut sum = Vec3::ZERO;
+        for light in &self.lights {
+            let (towards, irradiance) = light.arriving(point.position);
+            let n_l = normal.dot(towards);
+            if n_l > 0.0 && self.shadow_start(point, side).sees(self, light) {
+                let half = (towards + towards_viewer).normalize_or(normal);
+                sum += irradiance * (n_l * sheen::lobe(at.sheen_roughness, normal.dot(half), n_l, n_v));
+            }
+        }
+        if let Some(environment) = &self.environment {
+            let occlusion = material
+                .occlusion_map
+                .as_ref()
+                .map_or(1.0, |map| 1.0 + (self.sample(&map.binding, point).x - 1.0) * map.strength);
+            let mean = environment.irradiance(normal) * (FRAC_1_PI * occlusion);
+            sum += mean * sheen::albedo(at.sheen_roughness, n_v);
+        }
+        at.sheen * sum
+    }
+}

@@ -1,0 +1,189 @@
+//! Exposure and tone curves: what makes radiance of any range a picture for a screen.
+
+use crate::framebuffer::{Framebuffer, linear_from_srgb};
+use crate::math::portable::PortableMath;
+use crate::parallel;
+use glam::{Mat3, Vec3};
+
+/// How bright radiance becomes display light between 0 and 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// As it is; brighter than 1 is white.
+    #[default]
+    None,
+    /// Khronos PBR Neutral (Khronos 2024): colours up to 0.76 stay as they are.
+    Neutral,
+    /// AgX (Sobotka), in the polynomial form of Wrensch 2023, its base look.
+    Agx,
+    /// The Academy's reference transforms, fitted by Hill 2016.
+    Aces,
+}
+
+/// The grey that automatic exposure makes of a picture's mean.
+pub const MIDDLE_GREY: f32 = 0.18;
+
+/// Automatic exposure changes a picture by no more than this, in stops.
+const MOST_STOPS: f32 = 8.0;
+
+impl ToneCurve {
+    /// The display light of a linear colour, linear as well.
+    pub fn of(self, color: Vec3) -> Vec3 {
+        match self {
+            Self::None => color,
+            Self::Neutral => neutral(color),
+            Self::Agx => agx(color),
+            Self::Aces => aces(color),
+        }
+    }
+}
+
+fn neutral(color: Vec3) -> Vec3 {
+    const DESATURATION: f32 = 0.15;
+    const START: f32 = 0.8 - 0.04;
+    let least = color.min_element();
+    let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let color = color - offset;
+    let peak = color.max_element();
+    if peak < START {
+        return color;
+    }
+    let rest = 1.0 - START;
+    let new_peak = 1.0 - rest * rest / (peak + rest - START);
+    let grey = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
+    (color * (new_peak / peak)).lerp(Vec3::splat(new_peak), grey)
+}
+
+fn agx(color: Vec3) -> Vec3 {
+    const INSET: Mat3 = Mat3::from_cols_array(&[
+        0.842_479_06,
+        0.042_328_242,
+        0.042_375_655,
+        0.078_433_6,
+        0.878_468_6,
+        0.078_433_6,
+        0.079_223_745,
+        0.079_166_13,
+        0.879_143,
+    ]);
+    const OUTSET: Mat3 = Mat3::from_cols_array(&[
+        1.196_879,
+        -0.052_896_85,
+        -0.052_971_636,
+        -0.098_020_88,
+        1.151_903,
+        -0.098_043_45,
+        -0.099_029_74,
+        -0.098_961_18,
+        1.151_073_7,
+    ]);
+    /// Stops of the least and the brightest light.
+    const STOPS: [f32; 2] = [-12.473_93, 4.026_069];
+    let contrast = |value: f32| {
+        let stops = value.max(1e-10).logarithm2().clamp(STOPS[0], STOPS[1]);
+        let x = (stops - STOPS[0]) / (STOPS[1] - STOPS[0]);
+        ((((((15.5 * x - 40.14) * x + 31.96) * x - 6.868) * x + 0.4298) * x + 0.1191) * x - 0.002_32).max(0.0)
+    };
+    let encoded = OUTSET * (INSET * color).map(contrast);
+    encoded.map(|value| value.clamp(0.0, 1.0).power(2.2))
+}
+
+fn aces(color: Vec3) -> Vec3 {
+    const INPUT: Mat3 = Mat3::from_cols_array(&[
+        0.597_19, 0.076_0, 0.028_4, 0.354_58, 0.908_34, 0.133_83, 0.048_23, 0.015_66, 0.837_77,
+    ]);
+    const OUTPUT: Mat3 = Mat3::from_cols_array(&[
+        1.604_75, -0.102_08, -0.003_27, -0.531_08, 1.108_13, -0.072_76, -0.073_67, -0.006_05, 1.076_02,
+    ]);
+    let curve = |v: f32| (v * (v + 0.024_578_6) - 0.000_090_537) / (v * (0.983_729 * v + 0.432_951) + 0.238_081);
+    (OUTPUT * (INPUT * color).map(curve)).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// A picture for a screen: radiance times two to the power of the exposure (in stops), through a tone curve; linear.
+#[must_use]
+pub fn displayed(picture: &Framebuffer, exposure_stops: f32, curve: ToneCurve) -> Framebuffer {
+    let (mut shown, scale) = (picture.clone(), 2f32.power(exposure_stops));
+    parallel::for_each_chunk_mut(&mut shown.pixels, 4096, |_, pixels| {
+        for pixel in pixels {
+            let [r, g, b, coverage] = *pixel;
+            *pixel = curve.of(Vec3::new(r, g, b) * scale).extend(coverage).to_array();
+        }
+    });
+    shown
+}
+
+/// Luminance of linear sRGB (IEC 61966-2-1).
+fn luminance([r, g, b, _]: [f32; 4]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// The exposure, in stops, that brings the mean of the logarithm of the luminance of pixels to [`MIDDLE_GREY`], eight
+/// at most; 0 without pixels.
+pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
+    // Black must not decide: below a step of eight bits after the brightest exposure all is the same.
+    const BLACK: f32 = 1e-5;
+    let (mut sum, mut count) = (0.0f64, 0u32);
+    for pixel in pixels {
+        sum += f64::from(luminance(pixel).max(BLACK).logarithm2());
+        count += 1;
+    }
+    match count {
+        0 => 0.0,
+        count => {
+            let mean = (sum / f64::from(count)) as f32;
+            (MIDDLE_GREY.logarithm2() - mean).clamp(-MOST_STOPS, MOST_STOPS)
+        }
+    }
+}
+
+/// Whether pixels are so dark or so bright as they stand that a screen shows little of them: their mean below a
+/// fiftieth, or a tenth of them beyond white.
+pub fn is_out_of_range(pixels: impl Iterator<Item = [f32; 4]>) -> bool {
+    let (mut sum, mut clipped, mut count) = (0.0f64, 0u32, 0u32);
+    for pixel in pixels {
+        sum += f64::from(luminance(pixel).min(1.0));
+        clipped += u32::from(pixel[..3].iter().all(|channel| *channel > 1.0));
+        count += 1;
+    }
+    count > 0 && (sum < f64::from(linear_from_srgb(0.15)) * f64::from(count) || clipped * 10 > count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_keep_grey_grey_and_rise() {
+        for curve in [ToneCurve::None, ToneCurve::Neutral, ToneCurve::Agx, ToneCurve::Aces] {
+            let mut last = -1.0;
+            for step in 0..400 {
+                let value = 1e-4 * 1.04f32.powi(step);
+                let shown = curve.of(Vec3::splat(value));
+                assert!(
+                    shown.max_element() - shown.min_element() < 2e-3 * shown.x.max(1.0),
+                    "{curve:?} {value}: {shown}"
+                );
+                assert!(shown.x >= last - 1e-4, "{curve:?} {value}");
+                assert!(curve == ToneCurve::None || shown.x <= 1.0 + 1e-4, "{curve:?} {value}: {shown}");
+                last = shown.x;
+            }
+        }
+    }
+
+    /// The published code, by hand: 0.5 grey less 0.04, and white of 2 compressed towards 1.
+    #[test]
+    fn neutral_has_its_published_values() {
+        let grey = ToneCurve::Neutral.of(Vec3::splat(0.5));
+        assert!((grey.x - 0.46).abs() < 1e-6);
+        let white = ToneCurve::Neutral.of(Vec3::splat(2.0));
+        assert!((white.x - (1.0 - 0.24 * 0.24 / (1.96 + 0.24 - 0.76))).abs() < 1e-6);
+    }
+
+    #[test]
+    fn exposure_brings_the_mean_to_middle_grey() {
+        let pixels = |value: f32| std::iter::repeat_n([value, value, value, 1.0], 10);
+        assert!((automatic_exposure(pixels(0.045)) - 2.0).abs() < 1e-4);
+        assert_eq!(automatic_exposure(pixels(1e9)), -MOST_STOPS);
+        assert_eq!(automatic_exposure(std::iter::empty()), 0.0);
+        assert!(is_out_of_range(pixels(5.0)) && is_out_of_range(pixels(0.001)) && !is_out_of_range(pixels(0.3)));
+    }
+}
