@@ -95,8 +95,12 @@ impl PreparedChoice {
         // Those with normal maps are as good as curved.
         let mirrors = Mirrors::find_among(scene, |object| scene.material_of(object).turning_map().is_none());
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
-        let tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
-        report.choices = choices(scene, &mirrors);
+        let mut tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
+        let follows_lenses = follows_lenses(scene, quality);
+        if follows_lenses {
+            tiled.follow_lenses();
+        }
+        report.choices = choices(scene, &mirrors, follows_lenses);
         Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, mirrors, tiled, report })
     }
 }
@@ -106,14 +110,24 @@ fn max_copies(scene: &Scene) -> usize {
     MAX_COPIED_TRIANGLES / scene.triangles.len().max(1)
 }
 
+/// Tiles of longer paths through glass take longer than rays.
+const MOST_TILED_ORDER: u32 = 4;
+
+/// Whether rays follow the lenses that are seen directly, or in flat mirrors.
+fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
+    let is_lens = |object: u32| scene.role_of(object) == Role::Lens;
+    quality.order > MOST_TILED_ORDER && (0..scene.objects.len() as u32).any(is_lens)
+}
+
 /// What is chosen for every reflector and lens, and why.
-fn choices(scene: &Scene, mirrors: &Mirrors) -> Vec<Choice> {
+fn choices(scene: &Scene, mirrors: &Mirrors, follows_lenses: bool) -> Vec<Choice> {
     let mut planes = vec![0u32; scene.objects.len()];
     for plane in &mirrors.planes {
         planes[plane.object as usize] += 1;
     }
     let choose = |object: u32| {
         let (method, reason) = match (scene.role_of(object), planes[object as usize]) {
+            (Role::Lens, _) if follows_lenses => ("reference", "glass, and long paths: rays are quicker".to_owned()),
             (Role::Lens, _) => ("multiperspective", "glass".to_owned()),
             (_, 0) if scene.material_of(object).turning_map().is_some() => ("multiperspective", "bumpy".to_owned()),
             (_, 0) => ("multiperspective", "curved".to_owned()),
@@ -174,7 +188,8 @@ impl ChoiceFrame<'_> {
         // Paths that have no copy are drawn by tiles.
         let (paths, _) = visible_paths(scene, mirrors, &self.view, quality.order, 1 + max_copies(scene));
         let (order, others) = (quality.order, OtherReflectors::GoOn);
-        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
+        let follows_lenses = follows_lenses(scene, *quality);
+        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others, follows_lenses };
         parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))
     }
 

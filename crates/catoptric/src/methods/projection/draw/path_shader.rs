@@ -187,8 +187,15 @@ impl<'a> PathShader<'a> {
         Self { lobes: tracer.map(|tracer| (tracer, order)), ..self }
     }
 
-    /// The appearance of a fragment whose path ends on a diffuse surface after some bounces: the sum so far, and the
-    /// factor of what the surface shows.
+    /// Whether rays follow a lens that is met after some bounces: no list or tile goes on from it, but the order does.
+    #[inline(always)] // for the instructions of its caller
+    fn follows_lens(&self, material: &Material, surface: &LayerSurface, bounce: usize) -> bool {
+        let goes_on = || self.lobes.is_some_and(|(_, order)| order > bounce as u32);
+        material.role == Role::Lens && surface.group == 0 && goes_on()
+    }
+
+    /// The appearance of a fragment whose path ends on a diffuse surface, or on a lens that rays follow, after some
+    /// bounces: the sum so far, and the factor of what the surface shows.
     #[inline(always)] // for the instructions of its caller
     fn end(
         &self,
@@ -198,7 +205,7 @@ impl<'a> PathShader<'a> {
         (sum, throughput): (Vec3, Vec3),
     ) -> ShadingRequest {
         let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
-        match self.lobes.filter(|_| material.lobes().is_some()) {
+        match self.lobes.filter(|_| material.lobes().is_some() || material.role == Role::Lens) {
             Some(lobes) => {
                 let light = self.followed(lobes, fragment, (surface, bounce), (ray, part));
                 ShadingRequest::Color(sum + throughput * light)
@@ -374,7 +381,7 @@ impl<'a> PathShader<'a> {
             if absorption != Vec3::ZERO && (material.role == Role::Diffuse || maps.is_some()) {
                 throughput *= transmittance(absorption, self.distance(&ray, surface));
             }
-            if material.role == Role::Diffuse {
+            if material.role == Role::Diffuse || self.follows_lens(material, surface, bounce) {
                 surface.barycentrics = surface.barycentrics.widened(widening);
                 return self.end(fragment, (surface, bounce), (&ray, part), (sum, throughput));
             }

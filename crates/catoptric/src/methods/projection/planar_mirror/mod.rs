@@ -189,7 +189,7 @@ impl MirrorFrame<'_> {
         let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
         let (paths, left_out) = self.visible_paths(quality.order);
         let (order, others) = (quality.order, OtherReflectors::Black);
-        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others };
+        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others, follows_lenses: false };
         let lists = parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))?;
         Ok((lists, left_out))
     }

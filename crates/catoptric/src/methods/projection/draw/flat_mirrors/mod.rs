@@ -8,7 +8,7 @@ pub(in crate::methods::projection) use planes::{MirrorPlane, Mirrors};
 
 use crate::parallel;
 use crate::raster::{DrawList, DrawTriangle, Stencil, is_seen_from_behind, patch_of_triangle};
-use crate::scene::{Scene, View};
+use crate::scene::{Role, Scene, View};
 
 /// What becomes of reflectors that are not flat, and of lenses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,8 @@ pub(in crate::methods::projection) struct MirroredScenes<'a> {
     /// Highest number of bounces.
     pub(in crate::methods::projection) order: u32,
     pub(in crate::methods::projection) others: OtherReflectors,
+    /// Rays follow lenses: nothing is drawn behind them.
+    pub(in crate::methods::projection) follows_lenses: bool,
 }
 
 impl MirroredScenes<'_> {
@@ -61,6 +63,7 @@ impl MirroredScenes<'_> {
             // Group 0 of a reflector is black: those of the last order, for instance.
             let group = match (goes_on, mirrors.mirror_of_triangle[triangle as usize]) {
                 (false, _) => 0,
+                (true, 0) if self.follows_lenses && scene.role_of(object) == Role::Lens => 0,
                 (true, 0) if others == OtherReflectors::GoOn && scene.role_of(object).is_specular() => {
                     first_other + object
                 }

@@ -91,6 +91,13 @@ impl TiledScene {
         Ok(Self { scene: scene.clone(), hierarchy, shapes, rough, lobes })
     }
 
+    /// Has rays follow lenses that no list or tile goes on from, as those of the lobes of other surfaces.
+    pub(in crate::methods::projection) fn follow_lenses(&mut self) {
+        if self.lobes.is_none() {
+            self.lobes = Some(Tracer::build(&self.scene, |_| true));
+        }
+    }
+
     /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
     /// environment maps show these.
     ///
