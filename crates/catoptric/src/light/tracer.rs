@@ -267,7 +267,8 @@ impl Walk<'_> {
         self.is_blocked_in::<Portable>(distance)
     }
 
-    /// Whether what a ray meets is there for it; rays to lights meet both sides of all surfaces.
+    /// Returns true if a ray is stopped where it meets a triangle. Rays of sight pass holes and the backs of one-sided
+    /// surfaces, rays to lights pass holes alone.
     #[inline(always)]
     fn passes<const OF_SIGHT: bool>(&self, hit: &TriangleHit) -> bool {
         let Self { scene, objects, ray, .. } = *self;

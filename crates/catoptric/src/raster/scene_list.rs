@@ -54,7 +54,7 @@ pub fn scene_draw_list(scene: &Scene, view: &View, group: impl Fn(u32) -> Option
     DrawList { vertices, triangles, ..DrawList::default() }
 }
 
-/// Whether a view sees a triangle from behind.
+/// Returns true if a view sees a triangle from behind.
 pub(crate) fn is_seen_from_behind(scene: &Scene, triangle: u32, view: &View) -> bool {
     let corner = scene.positions[scene.triangles[triangle as usize][0] as usize];
     let direction = match view.projection {

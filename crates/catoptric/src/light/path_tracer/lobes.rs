@@ -39,9 +39,10 @@ struct Lobe {
     /// Width of the facets' distribution.
     alpha: f32,
     eta: f32,
-    /// What passes goes straight on.
+    /// A refracted ray goes straight on, as through a wall without thickness; the medium stays the same.
     is_thin: bool,
-    /// Light passes the surface: what meets several facets leaves it on one side or the other, and nothing is lost.
+    /// The surface lets light pass: a ray that meets several facets leaves it on one side or the other, and no light is
+    /// lost.
     is_clear: bool,
     reflectance: Reflectance,
     /// The factor on what the reflectance leaves, of refracted light, or on it, of reflected light.
@@ -153,7 +154,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         let last = segment.order >= self.max_order;
         if last || material.unlit {
-            // What is not followed is the environment's.
+            // The path ends: the environment stands for all that rays would have found.
             return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, 1.0);
         }
         let (mut lobes, mirrored) = self.lobes_of(&at, material, lobes, encounter, direction);

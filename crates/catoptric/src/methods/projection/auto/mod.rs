@@ -113,7 +113,7 @@ fn max_copies(scene: &Scene) -> usize {
 /// Tiles of longer paths through glass take longer than rays.
 const MOST_TILED_ORDER: u32 = 4;
 
-/// Whether rays follow the lenses that are seen directly, or in flat mirrors.
+/// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors.
 fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
     let is_lens = |object: u32| scene.role_of(object) == Role::Lens;
     quality.order > MOST_TILED_ORDER && (0..scene.objects.len() as u32).any(is_lens)

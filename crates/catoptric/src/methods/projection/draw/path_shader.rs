@@ -187,7 +187,8 @@ impl<'a> PathShader<'a> {
         Self { lobes: tracer.map(|tracer| (tracer, order)), ..self }
     }
 
-    /// Whether rays follow a lens that is met after some bounces: no list or tile goes on from it, but the order does.
+    /// Returns true if rays follow a lens that is met after some bounces: no list or tile goes on from it, though the
+    /// order allows for more bounces.
     #[inline(always)] // for the instructions of its caller
     fn follows_lens(&self, material: &Material, surface: &LayerSurface, bounce: usize) -> bool {
         let goes_on = || self.lobes.is_some_and(|(_, order)| order > bounce as u32);
