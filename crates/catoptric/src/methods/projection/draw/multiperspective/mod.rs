@@ -51,8 +51,10 @@ pub(in crate::methods::projection) struct TiledScene {
     shapes: SceneShapes,
     /// If there are any.
     rough: Option<RoughMirrors>,
-    /// For rays that follow lobes, if there are any.
-    lobes: Option<Tracer>,
+    /// Rays follow lobes of surfaces, or lenses.
+    follows_rays: bool,
+    /// For these rays, unless rough mirrors have one.
+    tracer: Option<Tracer>,
 }
 
 impl TiledScene {
@@ -76,8 +78,9 @@ impl TiledScene {
         let hierarchy = refitted.unwrap_or_else(|| WideHierarchy::build(scene, |_| true));
         let rough = RoughMirrors::new(scene, old.and_then(|old| old.rough.as_ref()));
         let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
-        let lobes = (0..scene.objects.len() as u32).any(has_lobes).then(|| {
-            let refitted = old.and_then(|old| old.lobes.as_ref()).and_then(|old| old.refitted(scene));
+        let follows_rays = (0..scene.objects.len() as u32).any(has_lobes);
+        let tracer = (follows_rays && rough.is_none()).then(|| {
+            let refitted = old.and_then(|old| old.tracer.as_ref()).and_then(|old| old.refitted(scene));
             refitted.unwrap_or_else(|| Tracer::build(scene, |_| true))
         });
         stage.advance(1)?;
@@ -85,17 +88,24 @@ impl TiledScene {
         let shapes = SceneShapes::new(scene, &MeshTopologies::of(scene));
         report.stages_ms.push(("topology", watch.lap_ms()));
         let of_rough = rough.as_ref().map_or(0, RoughMirrors::byte_count);
-        let of_lobes = lobes.as_ref().map_or(0, Tracer::byte_count);
-        report.bytes.insert("bvh", hierarchy.byte_count() + of_rough + of_lobes);
+        let of_tracer = tracer.as_ref().map_or(0, Tracer::byte_count);
+        report.bytes.insert("bvh", hierarchy.byte_count() + of_rough + of_tracer);
         stage.advance(1)?;
-        Ok(Self { scene: scene.clone(), hierarchy, shapes, rough, lobes })
+        Ok(Self { scene: scene.clone(), hierarchy, shapes, rough, follows_rays, tracer })
     }
 
     /// Has rays follow lenses that no list or tile goes on from, as those of the lobes of other surfaces.
     pub(in crate::methods::projection) fn follow_lenses(&mut self) {
-        if self.lobes.is_none() {
-            self.lobes = Some(Tracer::build(&self.scene, |_| true));
+        self.follows_rays = true;
+        if self.rough.is_none() && self.tracer.is_none() {
+            self.tracer = Some(Tracer::build(&self.scene, |_| true));
         }
+    }
+
+    /// What follows rays, if any are followed.
+    fn tracer(&self) -> Option<&Tracer> {
+        let of_rough = self.rough.as_ref().map(RoughMirrors::tracer);
+        of_rough.or(self.tracer.as_ref()).filter(|_| self.follows_rays)
     }
 
     /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
@@ -123,7 +133,7 @@ impl TiledScene {
             .with_rough(rough.as_ref())
             .with_turned_normals(model.turns_normals)
             .with_maps(maps, quality.order)
-            .with_lobes(self.lobes.as_ref(), quality.order)
+            .with_lobes(self.tracer(), quality.order)
             .with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         report.add_raster(&drawn);

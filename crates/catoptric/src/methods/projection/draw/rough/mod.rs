@@ -76,6 +76,11 @@ impl RoughMirrors {
         Some(Self { tracer, is_rough, boxes })
     }
 
+    /// What follows rays in the whole scene.
+    pub(in crate::methods::projection) fn tracer(&self) -> &Tracer {
+        &self.tracer
+    }
+
     /// Memory of the hierarchy.
     pub(in crate::methods::projection) fn byte_count(&self) -> u64 {
         self.tracer.byte_count()
