@@ -40,7 +40,7 @@ fn posed() -> Result<Scene> {
 
 /// The first camera, turned about the pot and lifted.
 fn view(scene: &Scene, [width, height]: [u32; 2], turn_deg: f32, lift: f32) -> Result<View> {
-    let first = scene.camera(None)?;
+    let first = scene.camera(None, 1.0)?;
     let pot = scene.specular_objects().into_iter().map(|object| &scene.objects[object as usize]);
     let center = pot.clone().find(|object| object.name == "pot").context("the scene has a pot")?.bounds.center();
     let arm = Vec3::from(first.world_from_camera.translation) - center;

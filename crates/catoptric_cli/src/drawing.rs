@@ -366,8 +366,9 @@ pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> 
         let up = args.up.unwrap_or(Vec3::Y);
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
     }
+    let [width, height] = args.size;
     let mut camera = scene
-        .camera(args.camera.as_deref())
+        .camera(args.camera.as_deref(), width as f32 / height as f32)
         .map_err(|error| Failure::input(format!("{}: --camera: {error}", scene.name)))?;
     if let Some(degrees) = args.fov {
         match &mut camera.projection {

@@ -54,7 +54,7 @@ impl RadianceField for SceneBackground {
 
     fn radiance_of_cone(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let over =
-            |sky: &Arc<Environment>| sky.radiance_over(ray.direction, [change.direction_dx, change.direction_dy]);
+            |sky: &Arc<Environment>| sky.radiance_of_cone(ray.direction, [change.direction_dx, change.direction_dy]);
         scene.environment.as_ref().map_or(Vec3::ZERO, over)
     }
 }

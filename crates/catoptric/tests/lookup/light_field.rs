@@ -354,7 +354,7 @@ fn make_views(manifest: &toml::Table, empty: &Scene, folder: &Path, fov_deg: f32
         let camera = Camera {
             world_from_camera: Affine3A::from_mat3_translation(axes, eye),
             projection: Projection::Perspective { fov_y: fov_deg.to_radians() },
-            ..Camera::framing(&empty.bounds)
+            ..empty.framing(1.0)
         };
         let view = empty.view(&camera, side, side);
         let shown = reference.draw(&view).unwrap().picture;

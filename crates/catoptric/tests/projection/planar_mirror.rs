@@ -25,7 +25,7 @@ fn planar_mirrors_are_exact_with_antialiasing_and_parallel_rays() {
     let quality = Quality { samples: 8, order: 3 };
     let over = error_without_fallbacks("planar_mirror", "", &scene, &view, quality).over_0_1;
     assert!(over <= 1e-4, "{over}");
-    let mut camera = scene.camera(None).expect("the test's input is valid");
+    let mut camera = scene.camera(None, 1.0).expect("the test's input is valid");
     camera.projection = Projection::Orthographic { half_height: 1.2 };
     let view = scene.view(&camera, 300, 200);
     let over = error_without_fallbacks("planar_mirror", "", &scene, &view, quality).over_0_1;

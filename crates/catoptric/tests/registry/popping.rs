@@ -23,7 +23,7 @@ fn changes(pictures: &[Framebuffer], masks: &[Vec<bool>]) -> Vec<f64> {
 /// explosion maps' within a limit of their own.
 fn assert_steady(spec: &str, limit: f64, limit_of_explosion_map: f64) {
     let scene = scene(spec);
-    let first = scene.camera(None).expect("it has a camera");
+    let first = scene.camera(None, 1.0).expect("it has a camera");
     let eye = Vec3::from(first.world_from_camera.translation);
     let target = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
     let at = |step: u8| -> View {

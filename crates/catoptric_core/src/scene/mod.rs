@@ -122,10 +122,11 @@ impl Scene {
         (0..self.objects.len() as u32).filter(|&object| self.role_of(object).is_specular()).collect()
     }
 
-    /// The camera of that name or index; the first, or one that frames the scene, if no name is given.
-    pub fn camera(&self, wanted: Option<&str>) -> Result<Camera, SceneError> {
+    /// The camera of that name or index; if no name is given the first, or one that [frames](Self::framing) the scene in
+    /// a picture of this shape (width by height).
+    pub fn camera(&self, wanted: Option<&str>, aspect_ratio: f32) -> Result<Camera, SceneError> {
         let Some(wanted) = wanted else {
-            return Ok(self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds)));
+            return Ok(self.cameras.first().cloned().unwrap_or_else(|| self.framing(aspect_ratio)));
         };
         let by_name = |camera: &&Camera| camera.name == wanted;
         let by_other_name = |camera: &&Camera| camera.other_name == wanted;
@@ -148,7 +149,8 @@ impl Scene {
 
     /// The view of the default camera.
     pub fn default_view(&self, width: u32, height: u32) -> View {
-        let camera = self.cameras.first().cloned().unwrap_or_else(|| Camera::framing(&self.bounds));
+        let aspect_ratio = width as f32 / height.max(1) as f32;
+        let camera = self.cameras.first().cloned().unwrap_or_else(|| self.framing(aspect_ratio));
         self.view(&camera, width, height)
     }
 

@@ -105,7 +105,7 @@ impl Stage {
         };
         let mut cameras = scene.cameras.clone();
         if cameras.is_empty() {
-            cameras.push(Camera::framing(&scene.bounds));
+            cameras.push(scene.framing(4.0 / 3.0));
         }
         SceneSummary {
             number: self.number,

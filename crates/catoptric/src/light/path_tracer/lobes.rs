@@ -1,17 +1,18 @@
 //! Surfaces whose lobes are followed: what facets, coats and what passes a surface show, at each point of it (glTF 2.0,
 //! appendix B).
 
+use super::rough::RoughRays;
 use super::{MIN_THROUGHPUT, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{
-    Facing, HIDDEN_LOBE, LightStep, cone_width, fresnel_dielectric, lobe_width, medium_after, reflect, refract,
+    Facing, HIDDEN_LOBE, LightStep, fresnel_dielectric, lobe_width, medium_after, reflect, refract,
     relative_index,
 };
-use crate::scene::microfacets::{ReflectanceTable, unshadowed_share, visible_facet};
+use crate::scene::microfacets::{ReflectanceTable, extent_of_sample, unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Lobes, LobesAt, Material, Ray};
+use crate::scene::{Lobes, LobesAt, Material, Ray, RayDifferential};
 use glam::{Vec2, Vec3};
 
 /// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
@@ -27,6 +28,16 @@ const WIDE_ROUGHNESS: [f32; 2] = [0.5, 0.75];
 
 /// The numbers that choose lobes are others than those that choose facets.
 const CHOICE: u64 = 0x5bd1_e995_9e37_79b9;
+
+/// Cones that stand for a lobe together are wider by this factor than what there is to each of them: so they show no gaps
+/// between them.
+const OVERLAP: f32 = 1.8;
+
+/// Cones that gather the light from infinity over a lobe, at all places of a pixel together, and at one of them at least.
+const MOST_CONES: u32 = 64;
+const LEAST_CONES: u32 = 16;
+/// Where rays of a lobe end, each has one of so many parts of those cones.
+const PARTS: u32 = 8;
 
 /// Surfaces that a path passes straight on, at most.
 const MOST_PASSAGES: u8 = 64;
@@ -49,6 +60,16 @@ struct Lobe {
     factor: Vec3,
     /// The share of light that goes this way, at the normal's angle.
     share: Vec3,
+}
+
+/// A part of a lobe.
+#[derive(Clone, Copy, Default)]
+struct GatheredCone {
+    /// The numbers of the facet in its middle.
+    number: Vec2,
+    weight: Vec3,
+    /// The light from infinity that the lobe shows in it.
+    light: Vec3,
 }
 
 /// Reflectance by the angle: of a dielectric, of metal, or of a mixture.
@@ -101,6 +122,15 @@ impl Lobe {
         x * facet.x + y * facet.y + normal * facet.z
     }
 
+    /// The share of a facet's light that is not shadowed by others.
+    fn unshadowed_share(&self, incoming: Vec3, direction: Vec3) -> f32 {
+        if self.is_clear {
+            return 1.0;
+        }
+        let normal = self.facing.normal;
+        unshadowed_share(self.alpha, direction.dot(normal), -incoming.dot(normal))
+    }
+
     /// The direction after an event at a facet, on the side where it belongs.
     fn outgoing(&self, incoming: Vec3, facet: Vec3) -> Option<Vec3> {
         let Facing { geometric, normal, .. } = self.facing;
@@ -144,7 +174,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             if passing.max_element() >= MIN_THROUGHPUT {
                 let ray = Ray { origin: self.tracer.departure(point, direction), direction };
                 let (near, passages) = (0.0, segment.passages + 1);
-                let passing = Segment { ray, near, throughput: passing, passages, deferred: None, ..*segment };
+                let passing = Segment { ray, near, throughput: passing, passages, deferred: None, counted: None, ..*segment };
                 self.waiting.push(passing);
             }
         }
@@ -158,7 +188,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, 1.0);
         }
         let (mut lobes, mirrored) = self.lobes_of(&at, material, lobes, encounter, direction);
-        let segment = Segment { absorption, deferred: None, ..*segment };
+        let segment = Segment { absorption, deferred: None, counted: None, ..*segment };
         if segment.is_cone {
             // The one facet that such a ray meets says how much it reflects and how much passes it.
             let number = self.number(0, 1, direction, point.position);
@@ -173,6 +203,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         // A ray that stands for a part of a lobe goes on by one lobe alone, chosen by its share.
         let number = || super::rough::turn(self.rough.seed ^ CHOICE, direction, point.position).x;
         let mut choice = segment.is_cone.then(|| number() * total);
+        let mut sum = Vec3::ZERO;
         for lobe in lobes.iter().flatten().filter(|lobe| visible(lobe)) {
             let share = lobe.share.max_element();
             let mut throughput = throughput;
@@ -183,12 +214,12 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 }
                 throughput *= total / share;
             }
-            self.push_lobe(&segment, throughput, encounter, lobe, material);
+            sum += self.push_lobe(&segment, throughput, encounter, lobe, material);
             if choice.is_some() {
                 break;
             }
         }
-        throughput * scene.radiance_beside_lobes(material, point, &at, -direction, mirrored)
+        sum + throughput * scene.radiance_beside_lobes(material, point, &at, -direction, mirrored)
     }
 
     /// The lobes of a point: coat, reflection, what passes; and the share of its reflection that is not among them.
@@ -251,7 +282,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         (found, mirrored)
     }
 
-    /// Adds the children of a path by a lobe.
+    /// Adds the children of a path by a lobe; the light from infinity that it shows where nothing stands before it.
     fn push_lobe(
         &mut self,
         segment: &Segment,
@@ -259,7 +290,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         encounter: &SurfaceInteraction,
         lobe: &Lobe,
         material: &Material,
-    ) {
+    ) -> Vec3 {
         let incoming = segment.ray.direction;
         let Facing { outside, normal, .. } = lobe.facing;
         let absorption = match lobe.is_thin {
@@ -286,38 +317,110 @@ impl<F: RadianceField> PathTracer<'_, F> {
             false => change_of(&step).map_or(0.0, |change| change.solid_angle().sqrt()),
         };
         if lobe_width(lobe.alpha) <= (HIDDEN_LOBE * across).max(1e-4) {
-            let Some(direction) = step.outgoing(lobe.kind, incoming) else { return };
+            let Some(direction) = step.outgoing(lobe.kind, incoming) else { return Vec3::ZERO };
             let throughput = throughput * lobe.weight(-incoming.dot(normal));
             if throughput.max_element() >= MIN_THROUGHPUT {
                 let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
                 let (change, near, order) = (change_of(&step), 0.0, segment.order + 1);
                 self.waiting.push(Segment { ray, change, near, throughput, order, ..*segment });
             }
-            return;
+            return Vec3::ZERO;
         }
         let share = (throughput * lobe.share).max_element().min(1.0);
         let count = match segment.is_cone {
             true => 1,
             false => ((self.rough.count as f32 * share.sqrt()).ceil() as u32).clamp(1, self.rough.count),
         };
-        let width = match lobe.kind {
-            BounceKind::Transmit if !lobe.is_thin => step.cone_width(lobe.kind, incoming, lobe.alpha),
-            _ => cone_width(lobe.alpha),
-        };
-        let width = width / (count as f32).sqrt() * self.rough.footprint_scale;
+        // Its one facet has chosen already whether such a ray is reflected.
+        let is_chosen = segment.is_cone && lobe.is_clear;
+        if !is_chosen && (lobe.kind == BounceKind::Reflect || lobe.is_thin) {
+            return self.push_gathered(segment, throughput, encounter, lobe, &step, [share, count as f32]);
+        }
+        let width = step.cone_width(lobe.kind, incoming, lobe.alpha) / (self.rough.count as f32).sqrt();
         for index in 0..count {
             let facet = lobe.facet(incoming, self.number(index, count, incoming, encounter.point.position));
             let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
-            let share = match lobe.is_clear {
-                true => 1.0,
-                false => unshadowed_share(lobe.alpha, direction.dot(normal), -incoming.dot(normal)),
-            };
-            let weight = lobe.weight(-incoming.dot(facet)) * share;
+            let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
             let step = LightStep { facing: step.facing.with_normal(facet), ..step };
-            let change = change_of(&step).map(|change| change.widened(direction, width));
+            let change = change_of(&step).map(|change| change.widened(direction, width * self.rough.footprint_scale));
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(segment, ray, change, throughput * weight, count);
         }
+        Vec3::ZERO
+    }
+
+    /// The light from infinity over a lobe, as if nothing stood before it, and children of the path that tell what does:
+    /// so there is no noise where nothing does.
+    ///
+    /// The lobe is divided into cones. Half of the children go to each of them alike, half where their light comes from:
+    /// so none counts for more than twice its share of the lobe, nor of its light.
+    fn push_gathered(
+        &mut self,
+        segment: &Segment,
+        throughput: Vec3,
+        encounter: &SurfaceInteraction,
+        lobe: &Lobe,
+        step: &LightStep,
+        [share, count]: [f32; 2],
+    ) -> Vec3 {
+        let (incoming, normal, origin) = (segment.ray.direction, lobe.facing.normal, encounter.point.position);
+        let RoughRays { part, parts, seed, footprint_scale, .. } = self.rough;
+        let turn = super::rough::turn(seed ^ CHOICE, incoming, origin);
+        // Many paths, each with its part of the cones, meet in what a lobe shows.
+        let (part, parts) = if segment.is_cone { ((turn.y * PARTS as f32) as u32, PARTS) } else { (part, parts) };
+        let least = if segment.is_cone { LEAST_CONES / 2 } else { LEAST_CONES };
+        let cone_count = ((MOST_CONES as f32 * share.sqrt()) as u32 / parts).max(least).min(MOST_CONES);
+        let cosine = -incoming.dot(normal);
+        let width_of = |facet: Vec3, count: u32| extent_of_sample(lobe.alpha, facet.dot(normal), cosine, count).sqrt();
+        let mut cones = [GatheredCone::default(); MOST_CONES as usize];
+        let cones = &mut cones[..cone_count as usize];
+        let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
+        for (index, cone) in (0..).zip(&mut *cones) {
+            cone.number = random::hammersley(index * parts + part, cone_count * parts);
+            let facet = lobe.facet(incoming, cone.number);
+            let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
+            cone.weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
+            let width = OVERLAP * width_of(facet, cone_count * parts);
+            let change = RayDifferential::default().widened(direction, width);
+            let ray = Ray { origin, direction };
+            cone.light = cone.weight * self.field.radiance_of_cone(self.scene, &ray, &change);
+            light += cone.light;
+            brightness += cone.light.element_sum();
+            shown += cone.weight.element_sum();
+        }
+        // Cones in their order, each as long as it is likely, and as many marks at equal distances along them.
+        let (mut passed, mut next) = (0.0, turn.x);
+        let per_cone = 1.0 / cone_count as f32;
+        for (index, cone) in (0..).zip(&*cones) {
+            let [of_lobe, of_light] = [(cone.weight, shown), (cone.light, brightness)]
+                .map(|(part, all)| if all > 0.0 { part.element_sum() / all } else { 0.0 });
+            let likely = if brightness > 0.0 { 0.5 * (of_lobe + of_light) } else { of_lobe };
+            passed += likely * count;
+            let marks = (passed - next).ceil().max(0.0);
+            if marks == 0.0 || likely == 0.0 {
+                continue;
+            }
+            next += marks;
+            // Somewhere in the cone's part of the lobe.
+            let within = super::rough::turn(seed ^ index, incoming, origin);
+            let number = (cone.number + (within - 0.5) / (cone_count as f32).sqrt()).rem_euclid(Vec2::ONE);
+            let leaving = |number: Vec2| {
+                let facet = lobe.facet(incoming, number);
+                lobe.outgoing(incoming, facet).map(|direction| (facet, direction))
+            };
+            let Some((facet, direction)) = leaving(number).or_else(|| leaving(cone.number)) else { continue };
+            let scale = throughput * (marks * per_cone / (likely * count));
+            let counted = Some(cone.light * scale);
+            let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
+            let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
+            let width = width_of(facet, self.rough.count) * footprint_scale;
+            let change = segment.change.as_ref().map(|change| {
+                step.outgoing_change(lobe.kind, incoming, change, encounter).widened(direction, width)
+            });
+            let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
+            self.push_cone(&Segment { counted, ..*segment }, ray, change, weight * scale, 1);
+        }
+        throughput * light * per_cone
     }
 
     /// The numbers that choose a facet for one of so many rays.

@@ -46,6 +46,9 @@ struct Segment {
     split: bool,
     /// It is one of several rays that left a rough mirror: it stands for a cone.
     is_cone: bool,
+    /// The light from infinity that was counted where it started, and is taken away if it meets something; `None`: it
+    /// brings that light itself.
+    counted: Option<Vec3>,
     /// Surfaces that it has passed straight on.
     passages: u8,
     /// Light of the mirror that it left, whose share depends on the ray's length.
@@ -65,6 +68,7 @@ impl Segment {
             absorption: Vec3::ZERO,
             split: false,
             is_cone: false,
+            counted: None,
             passages: 0,
             deferred: None,
         }
@@ -185,15 +189,15 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     #[inline(always)]
     fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
         let (scene, ray) = (self.scene, &segment.ray);
+        let background = || match &segment.change {
+            Some(change) if segment.is_cone => self.field.radiance_of_cone(scene, ray, change),
+            change => self.field.radiance(scene, ray, change.as_ref()),
+        };
         let Some(hit) = hit else {
-            return throughput
-                * match &segment.change {
-                    Some(change) if segment.is_cone => self.field.radiance_of_cone(scene, ray, change),
-                    change => self.field.radiance(scene, ray, change.as_ref()),
-                };
+            return if segment.counted.is_some() { Vec3::ZERO } else { throughput * background() };
         };
         let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
-        self.meet(segment, throughput, &encounter, hit.distance())
+        self.meet(segment, throughput, &encounter, hit.distance()) - segment.counted.unwrap_or_default()
     }
 
     /// Goes on at a point of a surface, which a ray meets at a distance.
@@ -230,7 +234,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         let TurnedEncounter { encounter: turned, variance } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
         let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
-        let mut segment = Segment { absorption, deferred: None, ..*segment };
+        let mut segment = Segment { absorption, deferred: None, counted: None, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
                 reflects = step.prefers_reflection();

@@ -5,8 +5,8 @@ use crate::light::bumps::{BumpyMeeting, LeavingPart};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{HIDDEN_LOBE, LightStep, cone_width, lobe_width, medium_after, reflect};
-use crate::scene::microfacets::{unshadowed_share, visible_facet};
+use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width, medium_after, reflect};
+use crate::scene::microfacets::{extent_of_sample, unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential};
 use glam::{Vec2, Vec3};
@@ -20,11 +20,14 @@ pub(super) struct RoughRays {
     pub(super) seed: u64,
     /// The share of a pixel's side that a path stands for.
     pub(super) footprint_scale: f32,
+    /// Which of so many paths of a pixel is followed.
+    pub(super) part: u32,
+    pub(super) parts: u32,
 }
 
 impl Default for RoughRays {
     fn default() -> Self {
-        Self { count: 16, seed: 0, footprint_scale: 1.0 }
+        Self { count: 16, seed: 0, footprint_scale: 1.0, part: 0, parts: 1 }
     }
 }
 
@@ -32,8 +35,14 @@ impl<F> PathTracer<'_, F> {
     /// The same with so many rays where a path first meets a rough mirror, chosen by numbers of this seed, for paths
     /// that stand for a pixel's part of this side.
     #[must_use]
-    pub fn with_rough_rays(self, count: u32, seed: u64, footprint_scale: f32) -> Self {
-        Self { rough: RoughRays { count: count.max(1), seed, footprint_scale }, ..self }
+    pub(crate) fn with_rough_rays(self, count: u32, seed: u64, footprint_scale: f32) -> Self {
+        Self { rough: RoughRays { count: count.max(1), seed, footprint_scale, ..self.rough }, ..self }
+    }
+
+    /// The same for one of so many paths of a pixel, or for all of them, one after the other.
+    #[must_use]
+    pub(crate) fn with_part(self, part: u32, parts: u32) -> Self {
+        Self { rough: RoughRays { part, parts: parts.max(1), ..self.rough }, ..self }
     }
 }
 
@@ -109,13 +118,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
         alpha: f32,
     ) {
         let (incoming, normal) = (segment.ray.direction, step.facing.normal);
-        let RoughRays { count, seed, footprint_scale } = self.rough;
+        let RoughRays { count, seed, footprint_scale, .. } = self.rough;
         let count = if segment.is_cone { 1 } else { count };
         let (across, along) = normal.any_orthonormal_pair();
         let towards_viewer = -Vec3::new(incoming.dot(across), incoming.dot(along), incoming.dot(normal));
         let turn = turn(seed, incoming, encounter.point.position);
-        // A cone for every ray: together they cover the lobe, which is about so wide to each side.
-        let width = cone_width(alpha) / (count as f32).sqrt() * footprint_scale;
         for index in 0..count {
             let number = (random::hammersley(index, count) + turn).fract();
             let facet = visible_facet(alpha, towards_viewer, number);
@@ -127,9 +134,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 continue;
             }
             let reflected = LightStep::reflected_by_facet(material, step.reflected, normal, facet, incoming);
+            // A ray of several stands for so much of the lobe as there is to each of them.
+            let width = extent_of_sample(alpha, facet.dot(normal), towards_viewer.z, self.rough.count).sqrt();
             let change = segment.change.as_ref().map(|change| {
                 let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
-                step.outgoing_change(BounceKind::Reflect, incoming, change, encounter).widened(direction, width)
+                step.outgoing_change(BounceKind::Reflect, incoming, change, encounter).widened(direction, width * footprint_scale)
             });
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(segment, ray, change, throughput * reflected * share, count);

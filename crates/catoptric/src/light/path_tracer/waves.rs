@@ -138,6 +138,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         sums: &mut [Vec3],
     ) {
         self.ray_count += 1;
+        self.rough.part = owner % self.rough.parts;
         let (scene, ray) = (self.scene, &segment.ray);
         let mut throughput = segment.throughput;
         if let Some(deferred) = &segment.deferred {
@@ -153,6 +154,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
                     [at.dx, at.dy] = self.tracer.barycentric_changes(scene, ray, *triangle, *distance, change);
                 }
                 let query = SurfaceQuery { triangle: *triangle, barycentrics: at, towards_viewer: -ray.direction };
+                sums[owner as usize] -= segment.counted.unwrap_or_default();
                 let throughput = throughput * transmittance(segment.absorption, *distance);
                 waves.points.push(scene, query, owner, throughput, sums);
                 return;

@@ -183,6 +183,7 @@ fn draw(
             settings.seed,
             footprint_scale,
         )
+        .with_part(0, job.quality.samples)
     };
     let pictures = parallel::map_init_stage(job.progress, "tracing", tiles, init, |paths, tile| {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);

@@ -80,7 +80,7 @@ fn the_part_in_the_middle_is_shaded() {
 fn smooth_meshes_of_scenes_are_shaded_once_a_pixel_and_look_as_they_are() {
     let scene = builtin::parse("colonnade?tess=24").unwrap().pose(&PoseOptions::default()).unwrap();
     let scene = Arc::new(scene);
-    let view = scene.view(&scene.camera(None).unwrap(), 240, 135);
+    let view = scene.view(&scene.camera(None, 1.0).unwrap(), 240, 135);
     let list = scene_draw_list(&scene, &view, |_| Some(0));
     let shown = |list: DrawList| {
         let mut target = Framebuffer::new(view.width, view.height);

@@ -242,7 +242,7 @@ fn eyes_within_and_parallel_rays_are_drawn() {
     let scene = sphere_in_room(false);
     let center = Vec3::new(0.0, 1.0, -0.5);
     let within = Camera::look_at("", center + Vec3::Z * 0.3, center - Vec3::Z, Vec3::Y, 60.0);
-    let mut parallel = scene.camera(None).expect("the scene has a camera");
+    let mut parallel = scene.camera(None, 1.0).expect("the scene has a camera");
     parallel.projection = catoptric::scene::Projection::Orthographic { half_height: 1.0 };
     for (name, camera, limit) in [("within", within, 0.05), ("parallel", parallel, 0.01)] {
         let view = scene.view(&camera, 160, 120);

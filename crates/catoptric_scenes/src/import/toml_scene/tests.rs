@@ -275,7 +275,7 @@ fn a_scene_can_change_another_one() {
     let plain = crate::builtin::parse("sphere_room").unwrap();
     let [scene, before] = [&model, &plain].map(|model| model.pose(&PoseOptions::default()).unwrap());
     assert_eq!(scene.positions.len(), before.positions.len());
-    assert_eq!(scene.camera(None).unwrap().world_from_camera.translation, glam::Vec3A::new(0.0, 1.0, 3.0));
+    assert_eq!(scene.camera(None, 1.0).unwrap().world_from_camera.translation, glam::Vec3A::new(0.0, 1.0, 3.0));
     let ball = before.objects.iter().position(|object| object.name == "sphere").unwrap();
     let by = scene.objects[ball].bounds.min - before.objects[ball].bounds.min;
     assert!((by - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-6, "{by}");

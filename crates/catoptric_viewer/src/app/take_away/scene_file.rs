@@ -114,7 +114,7 @@ mod tests {
         assert_ne!(scene.positions, before.positions);
         let ball = scene.objects.iter().position(|object| object.name == "sphere").unwrap() as u32;
         assert_eq!(scene.material_of(ball), shown.material_of(ball));
-        let place = scene.camera(None).unwrap().world_from_camera;
+        let place = scene.camera(None, 1.0).unwrap().world_from_camera;
         assert!(place.abs_diff_eq(wish.camera.world_from_camera, 1e-5));
         assert_eq!(loaded.method_settings["environment_map"]["parallax"].as_str(), Some("box"));
     }

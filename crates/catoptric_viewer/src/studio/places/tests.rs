@@ -24,7 +24,7 @@ fn room(spec: &str) -> Room {
         scene: 1,
         time: 0.0,
         changes: Changes::default(),
-        camera: scene.camera(None).unwrap(),
+        camera: scene.camera(None, 1.0).unwrap(),
         size: [640, 480],
         sides: vec![Drawn { method: "auto".into(), settings: toml::Table::new(), quality }],
         compares: false,

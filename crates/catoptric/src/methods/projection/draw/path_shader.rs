@@ -226,28 +226,27 @@ impl<'a> PathShader<'a> {
         (ray, part): (&Ray, Part),
     ) -> Vec3 {
         let order = order.saturating_sub(bounce as u32);
-        let of = |ray: &Ray, change: RayDifferential, surface: &LayerSurface, rays: u32| {
+        let of = |ray: &Ray, change: RayDifferential, surface: &LayerSurface, [index, count]: [u32; 2]| {
             let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
-            PathTracer::new(self.scene, tracer, PathModel::Tree, order).with_rough_rays(rays, 0, 1.0).radiance_from(
-                *ray,
-                Some(change),
-                &encounter,
-            )
+            PathTracer::new(self.scene, tracer, PathModel::Tree, order)
+                .with_rough_rays(LOBE_RAYS / count, 0, 1.0)
+                .with_part(index, count)
+                .radiance_from(*ray, Some(change), &encounter)
         };
         if bounce > 0 {
             // How rays differ from pixel to pixel is not known here.
-            return of(ray, RayDifferential::default(), surface, LOBE_RAYS);
+            return of(ray, RayDifferential::default(), surface, [0, 1]);
         }
         let samples = surface.barycentrics.samples.clamp(1, 4);
         let parts = if samples == 4 { part.quarters() } else { [part; 4] };
         let count = if samples == 4 { 4 } else { 1 };
         let mut sum = Vec3::ZERO;
-        for part in &parts[..count] {
+        for (index, part) in parts[..count].iter().enumerate() {
             let at = fragment.position + part.offset;
             let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
             let (mut ray, mut surface) = (ray, *surface);
             meet_near(self.scene, &mut ray, &mut surface, HARDLY_BESIDE);
-            sum += of(&ray, change.scaled(part.side), &surface, LOBE_RAYS / count as u32);
+            sum += of(&ray, change.scaled(part.side), &surface, [index as u32, count as u32]);
         }
         sum / count as f32
     }

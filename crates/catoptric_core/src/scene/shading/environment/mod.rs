@@ -101,6 +101,10 @@ const MOST_PLACES: f32 = 16.0;
 /// The largest change of a direction from pixel to pixel that is taken as it is. Chosen, not measured.
 const LARGEST_CHANGE: f32 = 0.25;
 
+/// The largest cone, across, over which radiance is averaged: wider ones reach behind the surface that they leave.
+/// Chosen, not measured.
+const LARGEST_CONE: f32 = 1.2;
+
 /// Maps are halved down to this height.
 const LEAST_HEIGHT: usize = 4;
 
@@ -191,7 +195,27 @@ impl Environment {
     #[inline]
     pub fn radiance_over(&self, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
         // Larger changes say little of what lies half a pixel away.
-        let change = change.map(|change| change.clamp_length_max(LARGEST_CHANGE));
+        self.mean_radiance(direction, change.map(|change| change.clamp_length_max(LARGEST_CHANGE)))
+    }
+
+    /// The mean radiance over a cone about a direction (unit length), by the angles across it.
+    #[inline]
+    pub fn radiance_of_cone(&self, direction: Vec3, across: [Vec3; 2]) -> Vec3 {
+        let [wide, narrow] = across.map(|across| across.length_squared());
+        let (narrow, wide) = (narrow.min(wide), narrow.max(wide));
+        if narrow > 0.5 * wide && wide.is_finite() {
+            // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
+            const SMOOTHING: f32 = 1.732;
+            let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
+            let texels = (narrow * wide).sqrt().sqrt().min(LARGEST_CONE) * (texels_per_radian / SMOOTHING);
+            let level = texels.max(1.0).logarithm2().min(self.reduced.len() as f32);
+            return self.at_level(Self::position(direction), level);
+        }
+        self.mean_radiance(direction, across.map(|across| across.clamp_length_max(LARGEST_CONE)))
+    }
+
+    #[inline(always)]
+    fn mean_radiance(&self, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
         let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
         let [dx, dy] = change.map(|change| change.length() * texels_per_radian);
         let across = if dx >= dy { 0 } else { 1 };

@@ -91,7 +91,7 @@ fn cameras_are_named_like_their_nodes() {
     let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
     assert_eq!(names, ["front", "flat"]);
     // A camera can also be chosen by its own name, if the node has another.
-    assert_eq!(scene.camera(Some("lens")).unwrap().name, "front");
+    assert_eq!(scene.camera(Some("lens"), 1.0).unwrap().name, "front");
     assert_eq!(scene.cameras[0].projection, Projection::Perspective { fov_y: 0.8 });
     assert_eq!(scene.cameras[1].projection, Projection::Orthographic { half_height: 2.0 });
     assert_eq!(scene.cameras[0].world_from_camera.translation, Vec3::new(0.0, 0.0, 3.0).into());

@@ -1,5 +1,7 @@
 //! Cameras and views: rays through pixels, and pixels of points.
 
+mod framing;
+
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;
 use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
@@ -43,16 +45,6 @@ impl Camera {
             world_from_camera: placement(eye, target - eye, up),
             projection: Projection::Perspective { fov_y: fov_deg.clamp(0.01, 179.0).to_radians() },
         }
-    }
-
-    /// A camera whose picture holds all of `bounds`.
-    pub fn framing(bounds: &Aabb) -> Self {
-        let radius = (bounds.diagonal() * 0.5).max(1e-3);
-        let fov_deg = 40.0f32;
-        let distance = radius / (fov_deg.to_radians() * 0.5).sine();
-        let direction = Vec3::new(0.45, 0.3, 0.85).normalize();
-        let center = bounds.center();
-        Self::look_at("framing", center + direction * distance, center, Vec3::Y, fov_deg)
     }
 
     /// The point on its axis at the depth of a box's centre; where that is not in front, the box's size ahead.

@@ -1,0 +1,267 @@
+//! A camera for scenes that bring none.
+
+use super::super::Scene;
+use super::Camera;
+use crate::math::Aabb;
+use crate::math::portable::PortableMath;
+use crate::parallel;
+use glam::{Mat3A, Vec3, Vec3A};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+
+/// The vertical field of view from outside, and from within what surrounds the eye.
+const FOV_DEG: f32 = 40.0;
+const FOV_WITHIN_DEG: f32 = 65.0;
+/// The share of the picture's width or height that the silhouette fills.
+const FILLED: f32 = 0.8;
+/// The share of all directions in which a scene shows its front around an eye that it surrounds.
+const SURROUNDING_SHARE: f32 = 0.9;
+/// Directions along each edge of a cube around the eye.
+const RESOLUTION: usize = 12;
+
+impl Scene {
+    /// A camera that shows the whole scene: its silhouette, from a little above, fills four fifths of the width or
+    /// height of a picture of this shape (width by height). A scene that surrounds its middle is seen from within.
+    pub fn framing(&self, aspect_ratio: f32) -> Camera {
+        let aspect_ratio = if aspect_ratio.is_finite() { aspect_ratio.clamp(1e-3, 1e3) } else { 1.0 };
+        self.within().unwrap_or_else(|| self.from_outside(aspect_ratio))
+    }
+
+    fn from_outside(&self, aspect_ratio: f32) -> Camera {
+        let center = self.bounds.center();
+        let size = match self.bounds.diagonal() {
+            size if size > 0.0 && size.is_finite() => size,
+            _ => 1.0,
+        };
+        let towards_eye = Vec3::new(0.45, 0.3, 0.85).normalize();
+        let mut camera = Camera::look_at("framing", center + towards_eye * size, center, Vec3::Y, FOV_DEG);
+        // In units of the scene's size, so that all sizes are framed alike.
+        let axes = camera.world_from_camera.matrix3.transpose();
+        let tangent = (FOV_DEG.to_radians() * 0.5).tangent() * FILLED;
+        let tangents = [tangent * aspect_ratio, tangent];
+        // Planes through the picture's four edges, pushed to the outermost point: the frustum's tip is where they meet.
+        let mut outermost = [f32::NEG_INFINITY; 4];
+        let mut nearest = f32::NEG_INFINITY;
+        for corner in self.triangles.iter().flatten() {
+            let at = axes * Vec3A::from((self.positions[*corner as usize] - center) / size);
+            nearest = nearest.max(at.z);
+            for (axis, tangent) in tangents.into_iter().enumerate() {
+                for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                    let plane = &mut outermost[2 * axis + side];
+                    *plane = plane.max(sign * at[axis] + tangent * at.z);
+                }
+            }
+        }
+        let [right, left, up, down] = outermost;
+        let distance = ((right + left) / (2.0 * tangents[0])).max((up + down) / (2.0 * tangents[1]));
+        // What is flat and seen along itself would touch the eye.
+        let distance = distance.max(nearest + 1e-3);
+        if distance.is_finite() {
+            let eye = Vec3A::new((right - left) * 0.5, (up - down) * 0.5, distance);
+            camera.world_from_camera.translation = Vec3A::from(center) + axes.transpose() * eye * size;
+        }
+        camera
+    }
+
+    /// A camera within, if the scene surrounds a place in it: at the back of the widest view there.
+    fn within(&self) -> Option<Camera> {
+        let places: Vec<Vec3> = (0..9)
+            .map(|index| Vec3::new(0.25 + 0.25 * (index % 3) as f32, 0.5, 0.25 + 0.25 * (index / 3) as f32))
+            .map(|share| self.bounds.min + self.bounds.size() * share)
+            .collect();
+        let around = parallel::map_collect(places.len(), |index| {
+            let place = places[index];
+            self.may_surround(place).then(|| Surroundings::of(self, place)).flatten()
+        });
+        let widest = |surroundings: &Surroundings| surroundings.mean_distance(Vec3::ZERO, -1.0);
+        let surroundings = around.into_iter().flatten().max_by(|a, b| widest(a).total_cmp(&widest(b)))?;
+        let ahead = (0..16).map(|index| (index as f32 * (TAU / 16.0)).sine_cosine());
+        let ahead = ahead.map(|(sine, cosine)| Vec3::new(sine, 0.0, cosine));
+        let width = |direction: &Vec3| surroundings.mean_distance(*direction, (PI / 6.0).cosine());
+        let ahead = ahead.max_by(|a, b| width(a).total_cmp(&width(b)))?;
+        let eye = surroundings.place - ahead * (0.75 * surroundings.least_distance(-ahead, (PI / 9.0).cosine()));
+        Some(Camera::look_at("framing", eye, eye + ahead, Vec3::Y, FOV_WITHIN_DEG))
+    }
+
+    /// Whether the triangles that show their front to a place could cover most directions from it.
+    fn may_surround(&self, place: Vec3) -> bool {
+        let mut covered = 0.0;
+        for corners in &self.triangles {
+            let [a, b, c] = corners.map(|vertex| self.positions[vertex as usize] - place);
+            // Van Oosterom and Strackee 1983; negative where the front is seen.
+            let lengths = [a, b, c].map(Vec3::length);
+            let volume = a.dot(b.cross(c));
+            if volume < 0.0 {
+                let [la, lb, lc] = lengths;
+                let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+                covered += if below > 0.0 { 2.0 * (-volume / below).min(FRAC_PI_2) } else { PI };
+                if covered > SURROUNDING_SHARE * 4.0 * PI {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+}
+
+/// How far it is to what surrounds a place, in directions all around.
+struct Surroundings {
+    place: Vec3,
+    /// Unit directions and distances.
+    distances: Vec<(Vec3, f32)>,
+}
+
+impl Surroundings {
+    /// What surrounds a place, if nearly everywhere the scene's front is seen from it.
+    fn of(scene: &Scene, place: Vec3) -> Option<Self> {
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+        let mut distances = Vec::with_capacity(6 * RESOLUTION * RESOLUTION);
+        let (mut in_front, size) = (0, scene.bounds.diagonal());
+        for side in 0..6 {
+            let forward = axes[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
+            let axes = Mat3A::from_cols(axes[(side / 2 + 1) % 3].into(), axes[(side / 2 + 2) % 3].into(), forward.into());
+            let mut seen = [(f32::INFINITY, false); RESOLUTION * RESOLUTION];
+            for corners in &scene.triangles {
+                let corners = corners.map(|vertex| {
+                    axes.transpose() * Vec3A::from((scene.positions[vertex as usize] - place) / size)
+                });
+                look_at_triangle(corners.map(Vec3::from), &mut seen);
+            }
+            for (index, (distance, is_front)) in seen.into_iter().enumerate() {
+                in_front += usize::from(is_front);
+                let direction = (axes * Vec3A::from(direction(index))).normalize();
+                distances.push((direction.into(), distance.min(1.0) * size));
+            }
+        }
+        (in_front as f32 >= SURROUNDING_SHARE * distances.len() as f32).then_some(Self { place, distances })
+    }
+
+    fn towards(&self, direction: Vec3, least_cosine: f32) -> impl Iterator<Item = f32> {
+        let within = move |(other, _): &&(Vec3, f32)| other.dot(direction) >= least_cosine;
+        self.distances.iter().filter(within).map(|(_, distance)| *distance)
+    }
+
+    fn mean_distance(&self, direction: Vec3, least_cosine: f32) -> f32 {
+        let (sum, count) = self.towards(direction, least_cosine).fold((0.0, 0), |(sum, n), d| (sum + d, n + 1));
+        sum / count.max(1) as f32
+    }
+
+    fn least_distance(&self, direction: Vec3, least_cosine: f32) -> f32 {
+        self.towards(direction, least_cosine).fold(f32::INFINITY, f32::min).min(self.mean_distance(Vec3::ZERO, -1.0))
+    }
+}
+
+/// A direction on a side of the cube; its third coordinate is 1.
+fn direction(index: usize) -> Vec3 {
+    let at = |cell: usize| (cell as f32 + 0.5) * (2.0 / RESOLUTION as f32) - 1.0;
+    Vec3::new(at(index % RESOLUTION), at(index / RESOLUTION), 1.0)
+}
+
+/// Keeps the distance to a triangle, and whether its front is seen, where it is nearer than what was seen before.
+fn look_at_triangle(corners: [Vec3; 3], seen: &mut [(f32, bool)]) {
+    let [a, b, c] = corners;
+    if corners.iter().all(|corner| corner.z <= 0.0) {
+        return;
+    }
+    let cells = match corners.iter().all(|corner| corner.z > 1e-6) {
+        true => Aabb::around(corners.map(|corner| corner / corner.z)),
+        false => Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE },
+    };
+    let cell = |at: f32| ((at + 1.0) * (0.5 * RESOLUTION as f32) - 0.5).clamp(-1.0, RESOLUTION as f32);
+    let range = |min: f32, max: f32| (cell(min).ceil().max(0.0) as usize)..(cell(max).floor() + 1.0).max(0.0) as usize;
+    let normal = (b - a).cross(c - a);
+    for row in range(cells.min.y, cells.max.y) {
+        for column in range(cells.min.x, cells.max.x) {
+            if row >= RESOLUTION || column >= RESOLUTION {
+                continue;
+            }
+            let index = row * RESOLUTION + column;
+            let direction = direction(index);
+            let volumes = [(b, c), (c, a), (a, b)].map(|(from, to)| direction.dot(from.cross(to)));
+            let is_met = volumes.iter().all(|volume| *volume >= 0.0) || volumes.iter().all(|volume| *volume <= 0.0);
+            let (along, ahead) = (normal.dot(direction), normal.dot(a));
+            let depth = ahead / along;
+            if is_met && depth.is_finite() && depth > 0.0 {
+                let distance = depth * direction.length();
+                if distance < seen[index].0 {
+                    seen[index] = (distance, along < 0.0);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::View;
+
+    /// A scene of triangles alone, its fronts outwards.
+    fn boxes(boxes: &[Aabb], is_room: bool) -> Scene {
+        let mut scene = Scene::default();
+        for one in boxes {
+            let first = scene.positions.len() as u32;
+            scene.positions.extend(one.corners());
+            // Corners count x, y, z up by bits.
+            let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            for [a, b, c, d] in quads {
+                for [a, b, c] in [[a, b, c], [a, c, d]] {
+                    let corners = if is_room { [a, c, b] } else { [a, b, c] };
+                    scene.triangles.push(corners.map(|corner| first + corner));
+                }
+            }
+        }
+        scene.bounds = Aabb::around(scene.positions.iter().copied());
+        scene
+    }
+
+    fn silhouette(scene: &Scene, [width, height]: [u32; 2]) -> [f32; 4] {
+        let view = View::new(&scene.framing(width as f32 / height as f32), width, height, 0.0);
+        let pixels = Aabb::around(scene.positions.iter().map(|at| view.pixel_of(*at).unwrap().extend(0.0)));
+        let size = Vec3::new(width as f32, height as f32, 1.0);
+        let (min, max) = (pixels.min / size, pixels.max / size);
+        [min.x, min.y, max.x, max.y]
+    }
+
+    #[test]
+    fn the_silhouette_fills_four_fifths_of_one_side_at_any_size_and_place() {
+        for (size, place) in [(1.0, 0.0), (1e-6, 0.0), (1e7, 0.0), (3.0, 500.0)] {
+            for extent in [Vec3::ONE, Vec3::new(9.0, 0.1, 0.2), Vec3::new(0.1, 7.0, 0.1), Vec3::new(1.0, 0.0, 1.0)] {
+                let min = Vec3::splat(place) - extent * 0.3 * size;
+                let scene = boxes(&[Aabb { min, max: min + extent * size }], false);
+                for picture in [[640, 480], [1920, 1080], [300, 900]] {
+                    let [left, top, right, bottom] = silhouette(&scene, picture);
+                    let filled = (right - left).max(bottom - top);
+                    assert!((filled - FILLED).abs() < 2e-3, "{extent} {size} {picture:?}: {filled}");
+                    assert!(left > 0.05 && top > 0.05 && right < 0.95 && bottom < 0.95, "{extent} {size} {picture:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_surrounds_the_eye_is_seen_from_within() {
+        let room = Aabb { min: Vec3::new(-4.0, 0.0, -2.0), max: Vec3::new(4.0, 3.0, 2.0) };
+        let scene = boxes(&[room], true);
+        let camera = scene.framing(1.5);
+        let (eye, back) = (camera.world_from_camera.translation, camera.world_from_camera.matrix3.z_axis);
+        assert!(room.contains(eye.into()), "{eye}");
+        assert!(back.x.abs() > 0.9, "along the room: {back}");
+        assert!(eye.x * back.x > 1.0, "from one end of it: {eye}");
+        // The same walls seen from behind are a box.
+        let eye = boxes(&[room], false).framing(1.5).world_from_camera.translation;
+        assert!(!room.contains(eye.into()), "{eye}");
+        // A room of thick walls: a box with another box's inside in it.
+        let mut walls = boxes(&[Aabb { min: room.min - 0.2, max: room.max + 0.2 }], false);
+        let first = walls.positions.len() as u32;
+        walls.positions.extend(&scene.positions);
+        walls.triangles.extend(scene.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
+        assert!(room.contains(walls.framing(1.0).world_from_camera.translation.into()));
+    }
+
+    #[test]
+    fn nothing_to_be_seen_is_framed_too() {
+        for scene in [Scene::default(), boxes(&[Aabb { min: Vec3::ONE, max: Vec3::ONE }], false)] {
+            assert!(scene.framing(f32::NAN).world_from_camera.is_finite());
+        }
+    }
+}
