@@ -1,7 +1,7 @@
 //! The appearance of a surface: its role, colours and textures.
 
-use super::Blend;
 use super::microfacets::widened_alpha;
+use super::{Blend, Lobes};
 use glam::{Affine2, Vec3, Vec4};
 
 /// The role of a surface for the methods.
@@ -79,37 +79,6 @@ impl Default for Microfacets {
             coat_roughness: 0.0,
         }
     }
-}
-
-/// Lobes of a surface that are followed by rays, evaluated at each point from factors and textures: what its facets
-/// and its coat reflect, and what passes it (glTF 2.0, appendix B; KHR_materials_transmission, volume, specular,
-/// clearcoat, sheen).
-///
-/// Reflectances, roughness and the coat's share are those of [`Microfacets`] and [`Material::coat`], what is within
-/// is [`Material::ior`] and [`Material::absorption`]. Methods that follow no lobes draw such a surface by its facets
-/// alone.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Lobes {
-    /// The share of the light that enters a dielectric which passes the surface, 0 to 1.
-    pub transmission: f32,
-    /// Its red channel multiplies `transmission`.
-    pub transmission_texture: Option<TextureBinding>,
-    /// A wall that has no thickness: what passes goes straight on.
-    pub is_thin: bool,
-    /// Its green channel multiplies the coat's roughness.
-    pub coat_roughness_texture: Option<TextureBinding>,
-    /// Its alpha channel multiplies a dielectric's reflectance.
-    pub specular_texture: Option<TextureBinding>,
-    /// Its colour multiplies a dielectric's reflectance at normal incidence.
-    pub specular_color_texture: Option<TextureBinding>,
-    /// The colour of light that fibres scatter (KHR_materials_sheen); black: none.
-    pub sheen: Vec3,
-    /// Multiplies `sheen`.
-    pub sheen_texture: Option<TextureBinding>,
-    /// Perceptual roughness of fibres.
-    pub sheen_roughness: f32,
-    /// Its alpha channel multiplies `sheen_roughness`.
-    pub sheen_roughness_texture: Option<TextureBinding>,
 }
 
 /// A texture of a surface's normals in its tangent frame.
@@ -310,15 +279,7 @@ impl Material {
         let of_coat = self.coat_normal_map.as_ref().map(|map| &map.binding);
         let occlusion = self.occlusion_map.as_ref().map(|map| &map.binding);
         let colors = [self.base_texture.as_ref(), self.emissive_texture.as_ref(), self.coat_texture.as_ref()];
-        let of_lobes = self.lobes.as_deref().into_iter().flat_map(|lobes| {
-            let Lobes { transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture, .. } =
-                lobes;
-            let of_specular = [&lobes.specular_texture, &lobes.specular_color_texture];
-            [transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture]
-                .into_iter()
-                .chain(of_specular)
-        });
-        let others = of_lobes.filter_map(Option::as_ref);
+        let others = self.lobes.as_deref().into_iter().flat_map(Lobes::bindings);
         colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten().chain(others)
     }
 
@@ -329,15 +290,7 @@ impl Material {
         let of_coat = self.coat_normal_map.as_mut().map(|map| &mut map.binding);
         let occlusion = self.occlusion_map.as_mut().map(|map| &mut map.binding);
         let colors = [self.base_texture.as_mut(), self.emissive_texture.as_mut(), self.coat_texture.as_mut()];
-        let of_lobes = self.lobes.as_deref_mut().into_iter().flat_map(|lobes| {
-            let Lobes { transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture, .. } =
-                lobes;
-            let of_specular = [&mut lobes.specular_texture, &mut lobes.specular_color_texture];
-            [transmission_texture, coat_roughness_texture, sheen_texture, sheen_roughness_texture]
-                .into_iter()
-                .chain(of_specular)
-        });
-        let others = of_lobes.filter_map(Option::as_mut);
+        let others = self.lobes.as_deref_mut().into_iter().flat_map(Lobes::bindings_mut);
         colors.into_iter().chain([microfacets, normals, occlusion, of_coat]).flatten().chain(others)
     }
 

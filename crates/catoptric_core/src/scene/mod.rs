@@ -7,6 +7,7 @@ pub mod hit;
 mod identity;
 mod light;
 mod light_visibility;
+mod lobes;
 mod material;
 pub mod model;
 mod pose;
@@ -17,9 +18,8 @@ mod view;
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
 pub use light_visibility::LightVisibility;
-pub use material::{
-    AlphaMode, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding,
-};
+pub use lobes::{Film, LobeTexture, Lobes};
+pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
@@ -30,6 +30,7 @@ pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
 pub use shading::texture::{MipFilter, MipLevel, Sampler, Texture, UvFootprint, Wrap};
+pub use shading::thin_film::{FilmAt, FilmReflectance};
 pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
 
 use crate::error::SceneError;

@@ -49,6 +49,8 @@ struct Segment {
     /// The light from infinity that was counted where it started, and is taken away if it meets something; `None`: it
     /// brings that light itself.
     counted: Option<Vec3>,
+    /// The primary colour of its light, 0 to 2, if it has only one.
+    color: Option<u8>,
     /// Surfaces that it has passed straight on.
     passages: u8,
     /// Light of the mirror that it left, whose share depends on the ray's length.
@@ -69,6 +71,7 @@ impl Segment {
             split: false,
             is_cone: false,
             counted: None,
+            color: None,
             passages: 0,
             deferred: None,
         }

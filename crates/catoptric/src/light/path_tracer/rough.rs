@@ -138,7 +138,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let width = extent_of_sample(alpha, facet.dot(normal), towards_viewer.z, self.rough.count).sqrt();
             let change = segment.change.as_ref().map(|change| {
                 let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
-                step.outgoing_change(BounceKind::Reflect, incoming, change, encounter).widened(direction, width * footprint_scale)
+                step.outgoing_change(BounceKind::Reflect, incoming, change, encounter)
+                    .widened(direction, width * footprint_scale)
             });
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(segment, ray, change, throughput * reflected * share, count);

@@ -1,7 +1,7 @@
 //! The light of points that are worked out alone, and what textures say of points of glossy surfaces.
 
 use super::super::light_visibility::ShadowStart;
-use super::super::{Material, Role, Scene, Texture, TextureBinding};
+use super::super::{Material, Microfacets, Role, Scene, Texture, TextureBinding};
 use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
 use super::glossy::{self, COAT_REFLECTANCE, LitPoints};
@@ -36,7 +36,8 @@ impl Scene {
     pub(super) fn lit(&self, material: &Material, base: Vec3, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
         let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         if material.is_glossy(self) {
-            return self.lit_glossy(material, base, point, towards_viewer, [1.0; 2]);
+            let facets = material.microfacets.as_ref();
+            return self.lit_glossy((material, facets), base, point, towards_viewer, [1.0; 2]);
         }
         let (normals, viewers) = (Vec3Lanes::one(point.normal * side), Vec3Lanes::one(towards_viewer));
         if self.has_headlight() {
@@ -129,7 +130,7 @@ impl Scene {
     #[inline(never)] // as much as all else together
     pub(super) fn lit_glossy(
         &self,
-        material: &Material,
+        (material, facets): (&Material, Option<&Microfacets>),
         base: Vec3,
         point: &SurfacePoint,
         towards_viewer: Vec3,
@@ -149,7 +150,7 @@ impl Scene {
             points.shadow_starts = [self.shadow_start(point, side)];
         }
         let mut sum = Vec3Lanes::ZERO;
-        glossy::radiance(self, material, &points, 1, &mut sum);
+        glossy::radiance(self, facets, &points, 1, &mut sum);
         sum.vector(0)
     }
 }

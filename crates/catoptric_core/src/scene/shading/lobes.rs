@@ -1,10 +1,12 @@
 //! Lobes of surfaces that rays follow, at a point.
 
-use super::super::{AlphaMode, Lobes, Material, NormalMap, Scene, TextureBinding};
+use super::super::{AlphaMode, LobeTexture, Lobes, Material, Microfacets, NormalMap, Scene};
 use super::microfacets::widened_alpha;
 use super::shade::{SurfacePoint, finite};
 use super::sheen;
-use glam::{Vec3, Vec4Swizzles};
+use super::thin_film::FilmAt;
+use crate::math::portable::PortableMath;
+use glam::{Vec2, Vec3, Vec3Swizzles, Vec4Swizzles};
 use std::f32::consts::FRAC_1_PI;
 
 /// The lobes of a surface at a point, from factors, textures and vertex colours.
@@ -19,12 +21,20 @@ pub struct LobesAt {
     /// Width of the facets' distribution (alpha of Trowbridge and Reitz), widened by what the normal map hides within a
     /// footprint.
     pub alpha: f32,
+    /// The unit direction along which highlights are wider, at right angles to the normal, and the width there.
+    pub stretch: Option<(Vec3, f32)>,
     /// The dielectric's reflectance at normal incidence.
     pub specular: Vec3,
     /// The same at grazing angles.
     pub specular_at_grazing: f32,
+    /// A thin film over facets.
+    pub film: Option<FilmAt>,
     /// The share of light that enters which passes the surface.
     pub transmission: f32,
+    /// The share of scattered light that leaves on the other side, and its colour.
+    pub diffuse_transmission: f32,
+    /// Linear.
+    pub diffuse_transmission_color: Vec3,
     /// Unit normal on the outer side, turned by the normal map.
     pub normal: Vec3,
     /// The share of the surface that the coat covers.
@@ -68,8 +78,9 @@ impl Scene {
         };
         let ((normal, variance), (coat_normal, coat_variance)) =
             (of_map(&material.normal_map), of_map(&material.coat_normal_map));
-        let texel = |binding: &Option<TextureBinding>| binding.as_ref().map(|b| self.sample(b, point));
-        let of_coat = texel(&lobes.coat_roughness_texture).map_or(1.0, |texel| texel.y);
+        let texel = |texture| lobes.texture(texture).map(|binding| self.sample(binding, point));
+        let color = |texture| texel(texture).map_or(Vec3::ONE, |texel| texel.xyz());
+        let of_coat = texel(LobeTexture::CoatRoughness).map_or(1.0, |texel| texel.y);
         let mut at = LobesAt {
             coverage: if material.alpha_mode == AlphaMode::Blend { base.w.clamp(0.0, 1.0) } else { 1.0 },
             base: base.xyz(),
@@ -77,23 +88,42 @@ impl Scene {
             alpha: 1.0,
             specular: Vec3::ZERO,
             specular_at_grazing: 0.0,
-            transmission: lobes.transmission * texel(&lobes.transmission_texture).map_or(1.0, |texel| texel.x),
+            stretch: None,
+            film: None,
+            transmission: lobes.transmission * texel(LobeTexture::Transmission).map_or(1.0, |texel| texel.x),
+            diffuse_transmission: 0.0,
+            diffuse_transmission_color: Vec3::ZERO,
             normal,
             coat: self.coat(material, point),
             coat_alpha: 0.0,
             coat_normal,
-            sheen: lobes.sheen * texel(&lobes.sheen_texture).map_or(Vec3::ONE, |texel| texel.xyz()),
-            sheen_roughness: lobes.sheen_roughness * texel(&lobes.sheen_roughness_texture).map_or(1.0, |texel| texel.w),
+            sheen: lobes.sheen * color(LobeTexture::SheenColor),
+            sheen_roughness: lobes.sheen_roughness * texel(LobeTexture::SheenRoughness).map_or(1.0, |texel| texel.w),
         };
         if let Some(facets) = &material.microfacets {
-            let texture = texel(&facets.texture).map_or([1.0; 2], |texel| [texel.y, texel.z]);
+            let texture = facets.texture.as_ref().map(|binding| self.sample(binding, point));
+            let texture = texture.map_or([1.0; 2], |texel| [texel.y, texel.z]);
             at.metallic = facets.metallic * texture[1];
             at.alpha = widened_alpha((facets.roughness * texture[0]).powi(2), variance);
             at.coat_alpha = widened_alpha((facets.coat_roughness * of_coat).powi(2), coat_variance);
-            let share = texel(&lobes.specular_texture).map_or(1.0, |texel| texel.w);
-            let color = texel(&lobes.specular_color_texture).map_or(Vec3::ONE, |texel| texel.xyz());
-            at.specular = facets.specular * color * share;
+            let share = texel(LobeTexture::Specular).map_or(1.0, |texel| texel.w);
+            at.specular = facets.specular * color(LobeTexture::SpecularColor) * share;
             at.specular_at_grazing = facets.specular_at_grazing * share;
+        }
+        if lobes.diffuse_transmission > 0.0 {
+            let share = texel(LobeTexture::DiffuseTransmission).map_or(1.0, |texel| texel.w);
+            at.diffuse_transmission = lobes.diffuse_transmission * share;
+            at.diffuse_transmission_color =
+                lobes.diffuse_transmission_color * color(LobeTexture::DiffuseTransmissionColor);
+        }
+        at.film = lobes.film.and_then(|film| {
+            let share = film.share * texel(LobeTexture::FilmShare).map_or(1.0, |texel| texel.x);
+            let [least, most] = film.thickness_nm;
+            let thickness_nm = least + (most - least) * texel(LobeTexture::FilmThickness).map_or(1.0, |texel| texel.y);
+            (share > 0.0).then_some(FilmAt { share, ior: film.ior, thickness_nm })
+        });
+        if lobes.anisotropy > 0.0 {
+            at.stretch = stretch(&at, lobes, point, texel(LobeTexture::Anisotropy).map(|texel| texel.xyz()));
         }
         at
     }
@@ -114,8 +144,19 @@ impl Scene {
         }
         // A headlight shows what scatters it.
         let headlit = if self.has_headlight() { (1.0 - at.metallic) * (1.0 - at.transmission) } else { 1.0 };
-        let light = [1.0 - at.transmission, mirrored];
-        let lit = self.lit_glossy(material, at.base * headlit, point, towards_viewer, light);
+        let light = [(1.0 - at.transmission) * (1.0 - at.diffuse_transmission), mirrored];
+        let facets = material.microfacets.as_ref().map(|facets| {
+            let cosine = at.normal.dot(towards_viewer).abs();
+            let specular = match &at.film {
+                Some(film) => at.specular.lerp(film.reflectance(cosine, at.specular), film.share),
+                None => at.specular,
+            };
+            Microfacets { specular, specular_at_grazing: at.specular_at_grazing, ..facets.clone() }
+        });
+        let mut lit = self.lit_glossy((material, facets.as_ref()), at.base * headlit, point, towards_viewer, light);
+        if at.diffuse_transmission > 0.0 {
+            lit += self.lit_behind(material, at, point, towards_viewer);
+        }
         if at.sheen == Vec3::ZERO || self.has_headlight() {
             return finite(lit + self.emitted(material, point));
         }
@@ -123,6 +164,16 @@ impl Scene {
         let cosine = (at.normal * side).dot(towards_viewer).clamp(0.02, 1.0);
         let below = at.below_sheen(cosine);
         finite(lit * below + self.sheen(material, point, at, towards_viewer, side) + self.emitted(material, point))
+    }
+
+    /// The light that arrives at the other side, and is scattered through the surface.
+    fn lit_behind(&self, material: &Material, at: &LobesAt, point: &SurfacePoint, towards_viewer: Vec3) -> Vec3 {
+        // Light that enters there, leaves here.
+        let passing = at.diffuse_transmission * (1.0 - at.transmission) * (1.0 - at.specular.max_element());
+        let normal = point.geometric_normal;
+        let from_behind = towards_viewer - normal * (2.0 * towards_viewer.dot(normal));
+        let color = at.diffuse_transmission_color * passing;
+        self.lit_glossy((material, None), color, point, from_behind, [1.0, 0.0])
     }
 
     /// The light that fibres scatter towards the viewer: of lights by their lobe, of the environment as if all of it
@@ -149,4 +200,20 @@ impl Scene {
         }
         at.sheen * sum
     }
+}
+
+/// The direction along which highlights are wider, and the width there: by the direction and strength of the texture
+/// (KHR_materials_anisotropy).
+fn stretch(at: &LobesAt, lobes: &Lobes, point: &SurfacePoint, texel: Option<Vec3>) -> Option<(Vec3, f32)> {
+    let tangent = point.tangent.truncate().reject_from_normalized(at.normal).try_normalize()?;
+    let bitangent = at.normal.cross(tangent) * if point.tangent.w < 0.0 { -1.0 } else { 1.0 };
+    let (direction, strength) = match texel {
+        Some(texel) => ((texel.xy() * 2.0 - 1.0).normalize_or(Vec2::X), texel.z),
+        None => (Vec2::X, 1.0),
+    };
+    let (sine, cosine) = lobes.anisotropy_rotation.sine_cosine();
+    let direction = Vec2::new(cosine, sine).rotate(direction);
+    let strength = (lobes.anisotropy * strength).clamp(0.0, 1.0);
+    let along = tangent * direction.x + bitangent * direction.y;
+    (strength > 0.0).then(|| (along, at.alpha + (1.0 - at.alpha) * strength * strength))
 }

@@ -14,3 +14,4 @@ pub(super) mod sample_patterns;
 pub mod shade;
 mod sheen;
 pub(super) mod texture;
+pub(super) mod thin_film;

@@ -206,7 +206,7 @@ impl Scene {
             coordinate_size,
             ..SurfacePoint::default()
         };
-        if (material.normal_map.is_some() || material.coat_normal_map.is_some()) && !self.tangents.is_empty() {
+        if material.reads_tangents() && !self.tangents.is_empty() {
             let [ta, tb, tc] = [self.tangents[a], self.tangents[b], self.tangents[c]];
             point.tangent = (ta * wa + tb * wb + tc * wc).truncate().extend(ta.w);
         }
@@ -327,6 +327,13 @@ impl Scene {
 }
 
 impl Material {
+    /// Whether its look depends on the direction of its textures.
+    #[inline(always)]
+    fn reads_tangents(&self) -> bool {
+        let is_anisotropic = || self.lobes.as_ref().is_some_and(|lobes| lobes.anisotropy > 0.0);
+        self.normal_map.is_some() || self.coat_normal_map.is_some() || is_anisotropic()
+    }
+
     /// Returns true if anything is read from a texture.
     #[inline(always)]
     pub fn textured(&self) -> bool {

@@ -118,12 +118,12 @@ impl Surroundings {
         let (mut in_front, size) = (0, scene.bounds.diagonal());
         for side in 0..6 {
             let forward = axes[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
-            let axes = Mat3A::from_cols(axes[(side / 2 + 1) % 3].into(), axes[(side / 2 + 2) % 3].into(), forward.into());
+            let axes =
+                Mat3A::from_cols(axes[(side / 2 + 1) % 3].into(), axes[(side / 2 + 2) % 3].into(), forward.into());
             let mut seen = [(f32::INFINITY, false); RESOLUTION * RESOLUTION];
             for corners in &scene.triangles {
-                let corners = corners.map(|vertex| {
-                    axes.transpose() * Vec3A::from((scene.positions[vertex as usize] - place) / size)
-                });
+                let corners = corners
+                    .map(|vertex| axes.transpose() * Vec3A::from((scene.positions[vertex as usize] - place) / size));
                 look_at_triangle(corners.map(Vec3::from), &mut seen);
             }
             for (index, (distance, is_front)) in seen.into_iter().enumerate() {

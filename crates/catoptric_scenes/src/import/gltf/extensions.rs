@@ -4,15 +4,20 @@ use super::source::Source;
 use catoptric_core::error::SceneError;
 
 /// Understood in full, as far as the methods can draw them.
-const SUPPORTED: [&str; 19] = [
+const SUPPORTED: [&str; 24] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",
@@ -26,23 +31,13 @@ const SUPPORTED: [&str; 19] = [
     "KHR_xmp_json_ld",
 ];
 
-/// These change the look of highlights and diffuse surfaces alone: the file is drawn without them.
-const WITHOUT_EFFECT: [&str; 4] = [
-    "KHR_materials_anisotropy",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion",
-    "KHR_materials_iridescence",
-];
-
 /// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions.
 pub(super) fn check_required(source: &Source<'_>) -> Result<(), SceneError> {
     if let Some(version) = source.document.asset.min_version.as_ref().filter(|version| *version != "2.0") {
         source.warn(format!("asset.minVersion is {version}: what is newer than glTF 2.0 in the file is not drawn"));
     }
     for required in &source.document.extensions_required {
-        if WITHOUT_EFFECT.contains(&required.as_str()) {
-            source.warn(format!("{required} is drawn without its effect"));
-        } else if !SUPPORTED.contains(&required.as_str()) {
+        if !SUPPORTED.contains(&required.as_str()) {
             return Err(SceneError::Unsupported {
                 file: source.name.into(),
                 feature: format!("the glTF extension {required}"),

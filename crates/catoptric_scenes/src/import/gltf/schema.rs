@@ -154,26 +154,31 @@ schema! {
     Visibility { visible: Option<bool>, }
     Ior { ior: Option<f32>, }
     EmissiveStrength { emissive_strength: Option<f32>, }
-    Transmission { transmission_factor: f32, transmission_texture: Option<TextureInfo>, }
+    Transmission { transmission_factor: f32, }
     Volume { thickness_factor: f32, attenuation_distance: Option<f32>, attenuation_color: Option<[f32; 3]>, }
     Clearcoat {
         clearcoat_factor: f32,
         clearcoat_roughness_factor: f32,
         clearcoat_texture: Option<TextureInfo>,
-        clearcoat_roughness_texture: Option<TextureInfo>,
         clearcoat_normal_texture: Option<TextureInfo>,
     }
-    Specular {
-        specular_factor: Option<f32>,
-        specular_color_factor: Option<[f32; 3]>,
-        specular_texture: Option<TextureInfo>,
-        specular_color_texture: Option<TextureInfo>,
+    Specular { specular_factor: Option<f32>, specular_color_factor: Option<[f32; 3]>, }
+    Sheen { sheen_color_factor: Option<[f32; 3]>, sheen_roughness_factor: f32, }
+    Anisotropy { anisotropy_strength: f32, anisotropy_rotation: f32, }
+    Dispersion { dispersion: f32, }
+    DiffuseTransmission { diffuse_transmission_factor: f32, diffuse_transmission_color_factor: Option<[f32; 3]>, }
+    Iridescence {
+        iridescence_factor: f32,
+        iridescence_ior: Option<f32>,
+        iridescence_thickness_minimum: Option<f32>,
+        iridescence_thickness_maximum: Option<f32>,
     }
-    Sheen {
-        sheen_color_factor: Option<[f32; 3]>,
-        sheen_roughness_factor: f32,
-        sheen_color_texture: Option<TextureInfo>,
-        sheen_roughness_texture: Option<TextureInfo>,
+    SpecularGlossiness {
+        diffuse_factor: Option<[f32; 4]>,
+        diffuse_texture: Option<TextureInfo>,
+        specular_factor: Option<[f32; 3]>,
+        glossiness_factor: Option<f32>,
+        specular_glossiness_texture: Option<TextureInfo>,
     }
     TextureSource { source: Option<usize>, }
     Draco { buffer_view: Option<usize>, attributes: BTreeMap<String, u32>, }
@@ -226,7 +231,7 @@ pub(super) fn extension<T: DeserializeOwned>(
 }
 
 /// A value as a struct; the error is the path of the field and its fault.
-fn typed<T: DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
+pub(super) fn typed<T: DeserializeOwned>(value: Value) -> Result<T, (String, String)> {
     serde_path_to_error::deserialize(value)
         .map_err(|error| (error.path().to_string(), in_words(&error.inner().to_string())))
 }

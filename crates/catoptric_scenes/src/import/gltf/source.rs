@@ -99,6 +99,20 @@ impl<'a> Source<'a> {
         schema::extension(self.name, owner, extensions, key)
     }
 
+    /// A texture of an extension, if it is there.
+    pub(super) fn texture_of_extension(
+        &self,
+        owner: &dyn Fn() -> String,
+        extensions: &Extensions,
+        key: &str,
+        field: &str,
+    ) -> Result<Option<schema::TextureInfo>, SceneError> {
+        let Some(info) = extensions.get(key).and_then(|extension| extension.get(field)) else { return Ok(None) };
+        schema::typed(info.clone())
+            .map(Some)
+            .map_err(|(rest, problem)| self.invalid(format!("{}.extensions.{key}.{field}.{rest}", owner()), problem))
+    }
+
     /// Accounts for memory that is about to be filled with decoded data.
     pub(super) fn spend(&self, bytes: u64, field: &dyn Fn() -> String) -> Result<(), SceneError> {
         let total = self.decoded_bytes.get().saturating_add(bytes);

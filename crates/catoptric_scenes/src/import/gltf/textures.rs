@@ -37,6 +37,8 @@ pub(super) enum Content {
     Data,
     /// Normals in a tangent frame.
     Normals,
+    /// In alpha glossiness, over this factor (in units of 1/65535): it becomes the roughness in green, and no metal.
+    Glossiness(u16),
 }
 
 /// A decoded texture, and whether it has texels that are not opaque.
@@ -128,14 +130,24 @@ impl TextureSet {
             let picture = &pictures[places[&picture]];
             let make = match content {
                 Content::Color => Texture::from_srgb8,
-                Content::Data => Texture::from_linear8,
+                Content::Data | Content::Glossiness(_) => Texture::from_linear8,
                 Content::Normals => Texture::from_normals8,
             };
-            let texture = make(&name, picture.width, picture.height, &picture.texels, sampler);
+            let texels = match content {
+                Content::Glossiness(factor) => Cow::Owned(roughness_of_glossiness(&picture.texels, factor)),
+                _ => Cow::Borrowed(picture.texels.as_slice()),
+            };
+            let texture = make(&name, picture.width, picture.height, &texels, sampler);
             DecodedTexture { texture: Arc::new(texture), is_translucent: picture.is_translucent() }
         });
         Ok(textures)
     }
+}
+
+/// Texels whose green is the roughness that belongs to the glossiness in alpha.
+fn roughness_of_glossiness(texels: &[[u8; 4]], factor: u16) -> Vec<[u8; 4]> {
+    let factor = f32::from(factor) / 65535.0;
+    texels.iter().map(|texel| [0, (255.0 - f32::from(texel[3]) * factor).round() as u8, 0, 255]).collect()
 }
 
 /// The picture of a texture: one in a format of an extension, else the plain one.

@@ -226,8 +226,15 @@ impl<'a> PathShader<'a> {
         (ray, part): (&Ray, Part),
     ) -> Vec3 {
         let order = order.saturating_sub(bounce as u32);
+        let object = self.scene.triangle_objects[surface.source as usize];
         let of = |ray: &Ray, change: RayDifferential, surface: &LayerSurface, [index, count]: [u32; 2]| {
-            let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
+            // The fragment's position may lie beyond the edge of the triangle that a sample shows: rays would start
+            // outside the body.
+            let seen = || tracer.first_hit(self.scene, ray, 0.0).filter(|hit| hit.object(self.scene) == object);
+            let encounter = match if bounce == 0 { seen() } else { None } {
+                Some(hit) => tracer.encounter(self.scene, ray, &hit, Some(&change)),
+                None => self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change),
+            };
             PathTracer::new(self.scene, tracer, PathModel::Tree, order)
                 .with_rough_rays(LOBE_RAYS / count, 0, 1.0)
                 .with_part(index, count)

@@ -138,7 +138,7 @@ fn shade<const N: usize>(
         }
     }
     let mut sum = Vec3Lanes::ZERO;
-    glossy::radiance(scene, material, &lit, order.len(), &mut sum);
+    glossy::radiance(scene, material.microfacets.as_ref(), &lit, order.len(), &mut sum);
     let emitted = emitted::<N>(scene, material, order.len(), &look_ups);
     for (i, &index) in order.iter().enumerate().take(N) {
         let color = sum.vector(i) + emitted[i];

@@ -87,7 +87,7 @@ const NO_FACETS: Microfacets = Microfacets {
 #[cfg_attr(not(debug_assertions), inline(always))]
 pub(super) fn radiance<const N: usize>(
     scene: &Scene,
-    material: &Material,
+    microfacets: Option<&Microfacets>,
     points: &LitPoints<N>,
     count: usize,
     sum: &mut Vec3Lanes<N>,
@@ -97,7 +97,7 @@ pub(super) fn radiance<const N: usize>(
         return;
     }
     *sum = Vec3Lanes::ZERO;
-    let microfacets = material.microfacets.as_ref().unwrap_or(&NO_FACETS);
+    let microfacets = microfacets.unwrap_or(&NO_FACETS);
     let facets = Facets::new(microfacets, points);
     let mut coat = Vec3Lanes::<N>::ZERO;
     let mut arriving = ArrivingLight::NONE;

@@ -59,7 +59,7 @@ pub fn disc_point(number: Vec2) -> Vec2 {
 /// The facets that a viewer sees (Heitz 2018, Sampling the GGX distribution of visible normals).
 #[derive(Clone, Copy, Debug)]
 pub struct VisibleFacets {
-    alpha: f32,
+    alpha: Vec2,
     /// The hemisphere that the stretched view sees.
     view: Vec3,
     across: Vec3,
@@ -70,7 +70,13 @@ impl VisibleFacets {
     /// The facets seen from a direction, in a frame whose z axis is the surface's normal; the direction is above it.
     #[inline(always)] // for the instructions of its caller
     pub fn new(alpha: f32, towards_viewer: Vec3) -> Self {
-        let view = Vec3::new(alpha * towards_viewer.x, alpha * towards_viewer.y, towards_viewer.z);
+        Self::stretched(Vec2::splat(alpha), towards_viewer)
+    }
+
+    /// The same of facets whose slopes differ along the frame's x and y axes.
+    #[inline(always)] // for the instructions of its caller
+    pub fn stretched(alpha: Vec2, towards_viewer: Vec3) -> Self {
+        let view = Vec3::new(alpha.x * towards_viewer.x, alpha.y * towards_viewer.y, towards_viewer.z);
         let view = view.normalize_or(Vec3::Z);
         let length2 = view.x * view.x + view.y * view.y;
         let across = if length2 > 1e-14 { Vec3::new(-view.y, view.x, 0.0) / length2.sqrt() } else { Vec3::X };
@@ -85,7 +91,7 @@ impl VisibleFacets {
         let share = 0.5 * (1.0 + view.z);
         let y = (1.0 - share) * (1.0 - x * x).max(0.0).sqrt() + share * y;
         let facet = across * x + along * y + view * (1.0 - x * x - y * y).max(0.0).sqrt();
-        let facet = Vec3::new(alpha * facet.x, alpha * facet.y, facet.z.max(1e-6));
+        let facet = Vec3::new(alpha.x * facet.x, alpha.y * facet.y, facet.z.max(1e-6));
         facet * (1.0 / facet.length())
     }
 }
@@ -100,6 +106,21 @@ pub fn unshadowed_share(alpha: f32, n_l: f32, n_v: f32) -> f32 {
     let (of_light, of_viewer) = (n_v * slope(n_l), n_l * slope(n_v));
     // G2 / G1 with both in Smith's form.
     n_l * (n_v + slope(n_v)) / (of_light + of_viewer).max(1e-12)
+}
+
+/// [`unshadowed_share`] of facets whose slopes differ along two axes: directions in the frame of these axes and the
+/// normal.
+pub fn unshadowed_share_stretched(alpha: Vec2, light: Vec3, viewer: Vec3) -> f32 {
+    let slope = |to: Vec3| Vec3::new(alpha.x * to.x, alpha.y * to.y, to.z).length();
+    let (n_l, n_v) = (light.z.max(0.0), viewer.z);
+    n_l * (n_v + slope(viewer)) / (n_v * slope(light) + n_l * slope(viewer)).max(1e-12)
+}
+
+/// [`extent_of_sample`] of facets whose slopes differ along two axes: the facet in the frame of these axes and the normal.
+pub fn extent_of_stretched_sample(alpha: Vec2, facet: Vec3, n_v: f32, count: u32) -> f32 {
+    let spread = (facet / alpha.extend(1.0)).length_squared();
+    let density = 1.0 / (PI * alpha.x * alpha.y * spread * spread) / (4.0 * n_v);
+    1.0 / (count as f32 * density.max(1e-9))
 }
 
 /// The solid angle that the light of one of `count` facets stands for, chosen by [`visible_facet`], by the cosines of
