@@ -144,7 +144,8 @@ pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", display_order = 0)]
     pub(crate) scene: String,
-    /// Light from infinity, an equirectangular picture (.hdr or .exr)
+    /// Light from infinity: an equirectangular picture (.hdr or .exr), or `studio` [default: the scene's; a studio for
+    /// glTF and OBJ files without light that have mirrors or glass]
     #[arg(long, value_name = "FILE", value_parser = parse::file(), display_order = 1)]
     pub(crate) environment: Option<PathBuf>,
     /// Make objects of this node or material name mirrors (repeat; later roles win)

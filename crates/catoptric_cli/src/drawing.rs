@@ -133,7 +133,8 @@ impl<'a> Shot<'a> {
         let bake_open_ms = milliseconds(start);
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
-        let model = scene_source::load(&args.scene, args.environment.as_deref())?;
+        let mut model = scene_source::load(&args.scene, args.environment.as_deref(), !roles.is_empty())?;
+        model.ends_in_environment = draw.order == Order::Auto;
         let load_ms = milliseconds(start);
         let start = Instant::now();
         let moment = (roles, args.shadows, args.pose.time);

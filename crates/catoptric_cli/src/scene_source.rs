@@ -7,19 +7,29 @@ use catoptric::error::SceneError;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, PoseMemory, PoseOptions, Role, Scene};
-use catoptric_scenes::{builtin, import};
+use catoptric_scenes::{builtin, import, light_if_dark, studio};
 use clap::ArgMatches;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The model that SCENE names, with the environment of `--environment`.
-pub(crate) fn load(scene: &str, environment: Option<&Path>) -> Result<Model, Failure> {
+/// The environment that needs no file.
+pub(crate) const STUDIO: &str = "studio";
+
+/// The model that SCENE names, with the environment of `--environment`. Files from other programs that bring no light are
+/// lit by a studio if they have mirrors or glass, or roles are given.
+pub(crate) fn load(scene: &str, environment: Option<&Path>, has_roles: bool) -> Result<Model, Failure> {
     let mut model = match scene.strip_prefix("builtin:") {
         Some(spec) => builtin::parse(spec)?,
         None => import::load(Path::new(scene))?,
     };
     if let Some(path) = environment {
-        model.environment = Some(Arc::new(import::load_environment(path)?));
+        let is_studio = path.as_os_str() == STUDIO;
+        let environment = if is_studio { studio() } else { import::load_environment(path)? };
+        model.environment = Some(Arc::new(environment));
+    }
+    let is_own = scene.starts_with("builtin:") || Path::new(scene).extension().is_some_and(|kind| kind == "toml");
+    if !is_own {
+        light_if_dark(&mut model, has_roles);
     }
     settings::check(&model)?;
     Ok(model)

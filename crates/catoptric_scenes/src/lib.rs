@@ -11,4 +11,7 @@
 pub mod builtin;
 #[cfg(feature = "files")]
 pub mod import;
+mod studio;
 mod tangents;
+
+pub use studio::{light_if_dark, studio};

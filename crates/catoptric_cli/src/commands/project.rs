@@ -70,7 +70,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let roles = scene_source::pose_roles(&args.pose, options)?;
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
-    let model = scene_source::load(&args.scene, None)?;
+    let model = scene_source::load(&args.scene, None, false)?;
     let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;

@@ -78,6 +78,9 @@ pub struct Scene {
     pub light_visibility: Option<Arc<dyn LightVisibility>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
+    /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
+    /// before it; otherwise nothing. Look-ups and devices show nothing.
+    pub ends_in_environment: bool,
     /// Cameras; the first is the default.
     pub cameras: Vec<Camera>,
     /// The box around everything.

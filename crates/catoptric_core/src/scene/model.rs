@@ -32,6 +32,8 @@ pub struct Model {
     pub textures: Vec<Arc<Texture>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
+    /// What [`Scene::ends_in_environment`](super::Scene::ends_in_environment) is to be.
+    pub ends_in_environment: bool,
     /// Cameras; the first is the default.
     pub cameras: Vec<CameraAsset>,
     /// The region in which reflectors or views may move (for baking).

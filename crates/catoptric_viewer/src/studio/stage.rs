@@ -8,7 +8,7 @@ use catoptric::light::tracer::Tracer;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Material, Model, PoseMemory, Role, Scene};
-use catoptric_scenes::{builtin, import};
+use catoptric_scenes::{builtin, import, light_if_dark};
 use std::sync::Arc;
 
 /// The roughness that a [`Look`] of this material changes.
@@ -35,11 +35,15 @@ impl Stage {
     /// Loads a scene and poses it for the first time.
     pub(super) fn load(number: u64, source: &Source) -> Result<(Self, SceneSummary), SceneError> {
         let watch = Stopwatch::new();
-        let model = match source {
+        let mut model = match source {
             Source::Builtin(spec) => builtin::parse(spec)?,
             Source::File(path) => import::load(path)?,
             Source::Bytes { name, bytes, beside } => import::load_bytes(name, bytes, beside)?,
         };
+        let is_own = model.name.ends_with(".toml") || matches!(source, Source::Builtin(_));
+        if !is_own {
+            light_if_dark(&mut model, false);
+        }
         let mut stage = Self { number, model, memory: PoseMemory::default(), posed: None, tracer: None };
         let scene = stage.scene(0.0, &Changes::default())?;
         let summary = stage.summary(&scene, watch.elapsed_ms());

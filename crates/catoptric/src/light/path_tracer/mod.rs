@@ -231,12 +231,12 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     ) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let last = segment.order >= self.max_order;
-        if last && !material.has_own_light() {
+        if last && !material.has_own_light() && !scene.ends_in_environment {
             return Vec3::ZERO;
         }
         let TurnedEncounter { encounter: turned, variance } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
-        let (mut reflects, mut refracts) = (!last, material.role == Role::Lens && step.reflectance < 1.0);
+        let (mut reflects, mut refracts) = (!last, !last && material.role == Role::Lens && step.reflectance < 1.0);
         let mut segment = Segment { absorption, deferred: None, counted: None, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
@@ -266,8 +266,11 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
                 self.push(&segment, kind, throughput, turned, &step, material);
             }
         }
-        let highlights = throughput * scene.highlights(point, -direction);
-        if is_deferred { highlights } else { highlights + own(step.scattered) }
+        let mut sum = throughput * scene.highlights(point, -direction);
+        if last && scene.ends_in_environment {
+            sum += throughput * step.background(scene, direction, material.facets_alpha(*variance));
+        }
+        if is_deferred { sum } else { sum + own(step.scattered) }
     }
 
     /// Adds the child of a path by an event.

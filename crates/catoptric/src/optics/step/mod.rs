@@ -373,6 +373,17 @@ impl LightStep {
         self.facing.outgoing(kind, incoming, self.eta)
     }
 
+    /// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this
+    /// width.
+    pub fn background(&self, scene: &Scene, incoming: Vec3, alpha: f32) -> Vec3 {
+        let Some(environment) = &scene.environment else { return Vec3::ZERO };
+        let by = |kind: BounceKind| match self.weight(kind) {
+            Vec3::ZERO => Vec3::ZERO,
+            weight => self.outgoing(kind, incoming).map_or(Vec3::ZERO, |to| weight * environment.glossy(to, alpha)),
+        };
+        by(BounceKind::Reflect) + by(BounceKind::Transmit)
+    }
+
     /// The angle across a cone of light after an event, from bumps or facets whose slopes are so wide to each side, as
     /// [`cone_width`]; refracted directions turn less far than mirrored ones.
     pub fn cone_width(&self, kind: BounceKind, incoming: Vec3, alpha: f32) -> f32 {

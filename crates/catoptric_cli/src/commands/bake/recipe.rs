@@ -55,7 +55,10 @@ impl Recipe {
         };
         Ok(Self {
             scene,
-            environment: args.scene.environment.as_deref().map(whole),
+            environment: args.scene.environment.as_deref().map(|path| match path.as_os_str() == scene_source::STUDIO {
+                true => path.into(),
+                false => whole(path),
+            }),
             roles: scene_source::role_words(&args.scene, options),
             time: args.scene.pose.time,
             shadows: args.scene.shadows == Shadows::On,
@@ -68,7 +71,7 @@ impl Recipe {
     /// Loads the model, with what it is posed by.
     pub(super) fn model(&self) -> Result<(Model, Moment), Failure> {
         let roles = scene_source::rules(&self.roles)?;
-        let model = scene_source::load(&self.scene, self.environment.as_deref())?;
+        let model = scene_source::load(&self.scene, self.environment.as_deref(), !roles.is_empty())?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
         Ok((model, (roles, shadows, self.time)))
     }

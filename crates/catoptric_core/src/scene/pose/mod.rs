@@ -88,6 +88,7 @@ impl Model {
                 textures: self.textures.clone(),
                 environment: self.environment.clone(),
                 region: self.region,
+                ends_in_environment: self.ends_in_environment,
                 bounds: Aabb::EMPTY,
                 ..Scene::default()
             },

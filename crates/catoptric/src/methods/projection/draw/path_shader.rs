@@ -396,7 +396,7 @@ impl<'a> PathShader<'a> {
                 return ShadingRequest::Color(sum + throughput * self.mapped(maps, fragment, surface, &ray, bounce));
             }
             let ends = surface.group == 0;
-            if ends && !material.has_own_light() {
+            if ends && !material.has_own_light() && !scene.ends_in_environment {
                 return ShadingRequest::Color(sum);
             }
             let point = self.point(bounce, surface, material, &ray, (position, part.side));
@@ -418,6 +418,9 @@ impl<'a> PathShader<'a> {
                 deferred = step.deferred(share * scene.own_radiance(&point, -ray.direction));
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
+            }
+            if ends && is_first_way && scene.ends_in_environment {
+                sum += throughput * step.background(scene, ray.direction, material.facets_alpha(0.0));
             }
             let kind = BounceKind::at(bounce, fragment.second_branches);
             // What bumps within a pixel blur is known of mirrors and lenses that are seen directly.
