@@ -154,6 +154,9 @@ pub(crate) struct SceneArgs {
     /// Shadows of the file's lights
     #[arg(long, value_enum, default_value = "on")]
     pub(crate) shadows: Shadows,
+    /// Fail where something would not be drawn as the file says, instead of warning
+    #[arg(long)]
+    pub(crate) strict: bool,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,
 }

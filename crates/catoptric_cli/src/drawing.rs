@@ -76,6 +76,8 @@ pub(crate) struct Drawing {
     pub(crate) choices: Vec<Choice>,
     /// The largest error of accepted approximations of the last frame, in pixels.
     pub(crate) error_px: Option<f64>,
+    /// The standard error of a pixel of the last frame by sampling.
+    pub(crate) noise: Option<f64>,
 }
 
 /// The processor that has drawn.
@@ -134,6 +136,7 @@ impl<'a> Shot<'a> {
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
         let mut model = scene_source::load(&args.scene, args.environment.as_deref(), !roles.is_empty())?;
+        scene_source::check_strictly(args, &model)?;
         model.ends_in_environment = draw.order == Order::Auto;
         let load_ms = milliseconds(start);
         let start = Instant::now();
@@ -265,6 +268,7 @@ impl<'a> Shot<'a> {
             warnings: Vec::new(),
             choices: Vec::new(),
             error_px: None,
+            noise: None,
         };
         drawing.note(&drawing.prepared.report().clone());
         let mut memory = PoseMemory::default();
@@ -334,6 +338,7 @@ impl Drawing {
             self.choices.clone_from(&report.choices);
         }
         self.error_px = report.error_px.or(self.error_px);
+        self.noise = report.noise.or(self.noise);
         for warning in &report.warnings {
             if !self.warnings.contains(warning) {
                 self.warnings.push(warning.clone());

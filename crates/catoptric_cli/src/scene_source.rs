@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// The environment that needs no file.
 pub(crate) const STUDIO: &str = "studio";
 
-/// The model that SCENE names, with the environment of `--environment`. Files from other programs that bring no light are
-/// lit by a studio if they have mirrors or glass, or roles are given.
+/// The model that SCENE names, with the environment of `--environment`. Files from other programs that bring no light
+/// are lit by a studio if they have mirrors or glass, or roles are given.
 pub(crate) fn load(scene: &str, environment: Option<&Path>, has_roles: bool) -> Result<Model, Failure> {
     let mut model = match scene.strip_prefix("builtin:") {
         Some(spec) => builtin::parse(spec)?,
@@ -33,6 +33,17 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>, has_roles: bool) -> 
     }
     settings::check(&model)?;
     Ok(model)
+}
+
+/// Refuses a model of which something would not be drawn as its file says, if that is wanted.
+pub(crate) fn check_strictly(args: &SceneArgs, model: &Model) -> Result<(), Failure> {
+    match model.warnings.as_slice() {
+        [first, rest @ ..] if args.strict => {
+            let more = if rest.is_empty() { String::new() } else { format!(" (and {} more)", rest.len()) };
+            Err(Failure::input(format!("{}: {first}{more}; --strict refuses such files", model.name)))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The scene at one moment, with shadows of its lights if wanted. Of another moment, if that is given with what its

@@ -88,6 +88,9 @@ pub(crate) struct Stats {
     /// The largest error of accepted approximations in pixels, of methods that measure it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) error_px: Option<f64>,
+    /// The standard error of a pixel by sampling, linear, of methods that estimate it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) noise: Option<f64>,
 }
 
 /// The way to draw a reflector.
@@ -140,6 +143,7 @@ impl Stats {
             warnings: shot.model.warnings.iter().chain(&drawing.warnings).cloned().collect(),
             choices: drawing.choices.iter().map(ChosenWay::new).collect(),
             error_px: drawing.error_px,
+            noise: drawing.noise,
         }
     }
 

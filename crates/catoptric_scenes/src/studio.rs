@@ -19,7 +19,7 @@ struct SoftBox {
 /// white surface that faces up is about white.
 pub fn studio() -> Environment {
     let boxes = [
-        SoftBox { towards: Vec3::new(-0.25, 1.0, 0.35), half_extent: [0.55, 0.4], radiance: 3.2 },
+        SoftBox { towards: Vec3::new(-0.25, 1.0, 0.35), half_extent: [0.55, 0.4], radiance: 2.2 },
         SoftBox { towards: Vec3::new(-1.0, 0.35, 0.45), half_extent: [0.16, 0.5], radiance: 2.4 },
         SoftBox { towards: Vec3::new(0.9, 0.4, 0.1), half_extent: [0.28, 0.42], radiance: 1.2 },
         SoftBox { towards: Vec3::new(0.2, 0.25, -1.0), half_extent: [0.5, 0.08], radiance: 1.6 },

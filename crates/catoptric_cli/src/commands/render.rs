@@ -118,6 +118,9 @@ fn summary(args: &RenderArgs, stats: &Stats, verbose: bool) -> String {
     if stats.frames > 1 {
         text += &format!(" a frame ({:.1} to {:.1} over {} frames)", time.min, time.max, stats.frames);
     }
+    if let Some(noise) = stats.noise {
+        text += &format!(", noise {noise:.4}");
+    }
     text += "\n";
     if let Some(chosen) = stats.chosen() {
         text += &format!("reflectors: {chosen}\n");

@@ -171,6 +171,7 @@ mod tests {
             warnings: vec!["something is <odd>".into()],
             choices: Vec::new(),
             error_px: None,
+            noise: None,
         }
     }
 

@@ -196,6 +196,9 @@ fn card(index: usize, entry: &Entry) -> Markup {
                         @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
                     }
                     @if let Some(chosen) = measured.stats.chosen() { p.note { "reflectors: " (chosen) } }
+                    @if let Some(noise) = measured.stats.noise {
+                        p.note { "standard error of a pixel by sampling: " (format!("{noise:.4}")) }
+                    }
                     @for warning in &measured.stats.warnings { p.note { (warning) } }
                     @for (name, count) in measured.stats.counts.fallbacks.iter().filter(|(_, count)| **count > 0) {
                         p.note { "Could not be done as it should: " (name.replace('_', " ")) ", " (grouped(*count)) " \

@@ -7,7 +7,6 @@ pub mod hit;
 mod identity;
 mod light;
 mod light_visibility;
-mod lobes;
 mod material;
 pub mod model;
 mod pose;
@@ -18,8 +17,10 @@ mod view;
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
 pub use light_visibility::LightVisibility;
-pub use lobes::{Film, LobeTexture, Lobes};
-pub use material::{AlphaMode, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS, TextureBinding};
+pub use material::{
+    AlphaMode, Film, LobeTexture, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS,
+    TextureBinding,
+};
 pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
@@ -126,8 +127,8 @@ impl Scene {
         (0..self.objects.len() as u32).filter(|&object| self.role_of(object).is_specular()).collect()
     }
 
-    /// The camera of that name or index; if no name is given the first, or one that [frames](Self::framing) the scene in
-    /// a picture of this shape (width by height).
+    /// The camera of that name or index; if no name is given the first, or one that [frames](Self::framing) the scene
+    /// in a picture of this shape (width by height).
     pub fn camera(&self, wanted: Option<&str>, aspect_ratio: f32) -> Result<Camera, SceneError> {
         let Some(wanted) = wanted else {
             return Ok(self.cameras.first().cloned().unwrap_or_else(|| self.framing(aspect_ratio)));

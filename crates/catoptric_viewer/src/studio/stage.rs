@@ -7,7 +7,7 @@ use catoptric::error::SceneError;
 use catoptric::light::tracer::Tracer;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::edits::Look;
-use catoptric::scene::{Camera, Material, Model, PoseMemory, Role, Scene};
+use catoptric::scene::{Material, Model, PoseMemory, Role, Scene};
 use catoptric_scenes::{builtin, import, light_if_dark};
 use std::sync::Arc;
 

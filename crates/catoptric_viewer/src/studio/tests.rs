@@ -323,7 +323,7 @@ fn what_goes_over_the_wire_arrives() {
         if let News::Drawn(picture) = &mut news {
             picture.linear = picture.linear.take().filter(|_| picture.is_whole);
             (picture.report.bytes, picture.report.choices) = (Default::default(), Vec::new());
-            picture.report.error_px = None;
+            (picture.report.error_px, picture.report.noise) = (None, None);
         }
         let printed = format!("{news:?}");
         let arrived = format!("{:?}", wire::read_news(wire::news(news).unwrap()).unwrap());

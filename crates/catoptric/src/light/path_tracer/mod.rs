@@ -171,8 +171,8 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         while let Some(segment) = self.waiting.pop() {
             sum += self.follow(&segment);
         }
-        // A sum of finite terms can still overflow.
-        if sum.is_finite() { sum } else { Vec3::ZERO }
+        // A sum of finite terms can still overflow; what hides light from infinity may take away more than there was.
+        if sum.is_finite() { sum.max(Vec3::ZERO) } else { Vec3::ZERO }
     }
 
     /// Traces one ray: the light that ends the path here; children wait.

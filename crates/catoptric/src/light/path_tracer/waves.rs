@@ -34,8 +34,9 @@ pub(crate) struct Cone {
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
-    /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding.
-    /// `sums` is as long as `positions`.
+    /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding,
+    /// but below zero where what hides light from infinity takes away more than there was, as much as elsewhere less:
+    /// the mean over a pixel is nearer to the truth. `sums` is as long as `positions`.
     #[inline(always)] // for the instructions of its caller
     pub fn radiances(
         &mut self,
@@ -81,6 +82,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
             Segment { is_cone: true, absorption: *absorption, ..first }
         });
         self.radiances_from(starts, sums, |_, _| ());
+        // What hides light from infinity may take away more than there was.
+        sums.iter_mut().for_each(|sum| *sum = sum.max(Vec3::ZERO));
     }
 
     /// Sets the radiance that arrives along first segments of paths, and tells what each meets.

@@ -137,9 +137,10 @@ impl Frame for ReferenceFrame<'_> {
         let mut watch = Stopwatch::new();
         let tests_before = tracer.test_count();
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let rays = draw(settings, tracer, &job, target)?;
+        let (rays, noise) = draw(settings, tracer, &job, target)?;
         let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
         report.counts.insert("rays_traced", rays);
+        report.noise = noise;
         if let (Some(before), Some(after)) = (tests_before, tracer.test_count()) {
             report.counts.insert("triangle_tests", after - before);
         }
@@ -164,13 +165,13 @@ impl Frame for ReferenceFrame<'_> {
     }
 }
 
-/// Draws the view and returns the number of rays traced.
+/// Draws the view: the number of rays traced, and the noise ([`Report::noise`]) if there are samples to tell it.
 fn draw(
     settings: &ReferenceSettings,
     tracer: &Tracer,
     job: &Job<'_>,
     target: &mut Framebuffer,
-) -> Result<u64, RenderError> {
+) -> Result<(u64, Option<f64>), RenderError> {
     let (width, height) = (job.view.width, job.view.height);
     let columns = width.div_ceil(TILE);
     let tiles = columns as usize * height.div_ceil(TILE) as usize;
@@ -184,11 +185,13 @@ fn draw(
     };
     let pictures = parallel::map_init_stage(job.progress, "tracing", tiles, init, |paths, tile| {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
-        let pixels = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);
+        let tile = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);
         rays.fetch_add(paths.take_ray_count(), Ordering::Relaxed);
-        pixels
+        tile
     })?;
-    for (tile, pixels) in pictures.iter().enumerate() {
+    let mut squares = 0.0;
+    for (tile, (pixels, of_tile)) in pictures.iter().enumerate() {
+        squares += of_tile;
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let tile_width = TILE.min(width - x0) as usize;
         for (row, pixels) in pixels.chunks(tile_width).enumerate() {
@@ -196,7 +199,9 @@ fn draw(
             target.pixels[start..start + tile_width].copy_from_slice(pixels);
         }
     }
-    Ok(rays.into_inner())
+    let count = 3.0 * f64::from(width) * f64::from(height);
+    let noise = (job.quality.samples > 1 && count > 0.0).then(|| (squares / count).sqrt());
+    Ok((rays.into_inner(), noise))
 }
 
 /// Compiled with most of the shading for the instructions that the machine has.
@@ -207,7 +212,7 @@ fn draw_tile(
     job: &Job<'_>,
     [x0, y0]: [u32; 2],
     [x1, y1]: [u32; 2],
-) -> Vec<[f32; 4]> {
+) -> (Vec<[f32; 4]>, f64) {
     let samples = job.quality.samples.max(1);
     let pattern = match settings.samples {
         SamplePlacement::Pattern => sample_positions(samples).ok(),
@@ -218,6 +223,8 @@ fn draw_tile(
     let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
     let (columns, rows) = (x1 - x0, y1 - y0);
     let mut pixels = vec![[0.0; 4]; (columns * rows) as usize];
+    // Of half the difference between even and odd samples.
+    let mut squares = 0.0;
     // Rays side by side share the first steps of their ways.
     let side = ((RAYS_AT_ONCE / samples as f32).sqrt() as u32).clamp(1, TILE);
     let mut positions = Vec::with_capacity((side * side * samples) as usize);
@@ -241,11 +248,18 @@ fn draw_tile(
             paths.radiances(&rays, &near, &positions, footprint_scale, sums);
             for ((column, row), sums) in places().zip(sums.chunks_exact(samples as usize)) {
                 let mean = sums.iter().sum::<Vec3>() / samples as f32;
-                pixels[(row * columns + column) as usize] = mean.extend(1.0).to_array();
+                let odd = samples / 2;
+                if odd > 0 {
+                    let half = |first: usize| sums.iter().skip(first).step_by(2).sum::<Vec3>();
+                    let [even_mean, odd_mean] = [half(0) / (samples - odd) as f32, half(1) / odd as f32];
+                    let apart = (even_mean.min(Vec3::ONE) - odd_mean.min(Vec3::ONE)) * 0.5;
+                    squares += f64::from(apart.length_squared());
+                }
+                pixels[(row * columns + column) as usize] = mean.max(Vec3::ZERO).extend(1.0).to_array();
             }
         }
     }
-    pixels
+    (pixels, squares)
 }
 
 /// A jittered position in the pixel: one sample in each cell of a grid with as many cells as samples, or a few more.

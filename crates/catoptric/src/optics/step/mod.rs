@@ -373,8 +373,8 @@ impl LightStep {
         self.facing.outgoing(kind, incoming, self.eta)
     }
 
-    /// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this
-    /// width.
+    /// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of
+    /// this width.
     pub fn background(&self, scene: &Scene, incoming: Vec3, alpha: f32) -> Vec3 {
         let Some(environment) = &scene.environment else { return Vec3::ZERO };
         let by = |kind: BounceKind| match self.weight(kind) {

@@ -5,7 +5,7 @@ use super::sample_patterns::SAMPLE_PATTERNS;
 use super::shade::{SurfaceInteraction, SurfacePoint};
 use crate::math::lanes::LANES;
 use crate::math::portable::PortableMath;
-use crate::scene::{Material, NormalMap, Scene, UvFootprint};
+use crate::scene::{Material, NormalMap, Role, Scene, UvFootprint};
 use glam::{Vec2, Vec3, Vec4};
 use std::borrow::Cow;
 
@@ -23,6 +23,19 @@ pub struct TurnedEncounter<'a> {
     /// How much normals differ within the footprint, as for
     /// [`widened_alpha`](super::microfacets::widened_alpha): what the mean does not show.
     pub variance: f32,
+}
+
+impl Material {
+    /// The width of the facets' distribution (alpha of Trowbridge and Reitz) with which a mirror, coat or lens shows
+    /// surfaces: that of its roughness, widened by what its normal map hides within a footprint, as
+    /// [`TurnedEncounter::variance`] says.
+    #[inline]
+    pub fn facets_alpha(&self, variance: f32) -> f32 {
+        match self.role {
+            Role::Diffuse => 0.0,
+            Role::Reflector | Role::Coated | Role::Lens => widened_alpha(self.reflection_roughness().powi(2), variance),
+        }
+    }
 }
 
 impl NormalMap {

@@ -69,7 +69,7 @@ impl FilmAt {
         let inner = base_ior.map(|base_ior| schlick(at_normal(ior, base_ior), cosine_within));
         let turn = base_ior.map(|base_ior| PI - outer_turn + if base_ior < ior { PI } else { 0.0 });
         let path_nm = 2.0 * ior * self.thickness_nm * cosine_within;
-        let both = (inner * outer).clamp(Vec3::splat(1e-5), Vec3::splat(0.9999));
+        let both = (inner * outer).min(Vec3::splat(0.9999));
         let once = passing * inner / (Vec3::ONE - both);
         let mut sum = outer + once;
         let mut strength = once - passing;
@@ -81,8 +81,8 @@ impl FilmAt {
     }
 }
 
-/// What eyes make of a cosine of the phase, as a linear colour: the transform of their sensitivities, fitted by Gaussians
-/// (section 4 and the supplement of the paper).
+/// What eyes make of a cosine of the phase, as a linear colour: the transform of their sensitivities, fitted by
+/// Gaussians (section 4 and the supplement of the paper).
 fn sensitivity(path_nm: f32, turn: Vec3) -> Vec3 {
     let phase = TAU * path_nm * 1e-9;
     let gaussian = |value: f32, position: f32, variance: f32, turn: f32| {

@@ -118,8 +118,9 @@ impl Surroundings {
         let (mut in_front, size) = (0, scene.bounds.diagonal());
         for side in 0..6 {
             let forward = axes[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
-            let axes =
-                Mat3A::from_cols(axes[(side / 2 + 1) % 3].into(), axes[(side / 2 + 2) % 3].into(), forward.into());
+            let turned = if side % 2 == 0 { [1, 2] } else { [2, 1] };
+            let [across, down] = turned.map(|step| Vec3A::from(axes[(side / 2 + step) % 3]));
+            let axes = Mat3A::from_cols(across, down, forward.into());
             let mut seen = [(f32::INFINITY, false); RESOLUTION * RESOLUTION];
             for corners in &scene.triangles {
                 let corners = corners

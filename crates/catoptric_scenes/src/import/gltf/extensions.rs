@@ -31,19 +31,31 @@ const SUPPORTED: [&str; 24] = [
     "KHR_xmp_json_ld",
 ];
 
-/// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions.
+/// Whether an extension is understood.
+pub(super) fn is_supported(extension: &str) -> bool {
+    SUPPORTED.contains(&extension)
+}
+
+/// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions and of
+/// what else is not drawn.
 pub(super) fn check_required(source: &Source<'_>) -> Result<(), SceneError> {
     if let Some(version) = source.document.asset.min_version.as_ref().filter(|version| *version != "2.0") {
         source.warn(format!("asset.minVersion is {version}: what is newer than glTF 2.0 in the file is not drawn"));
     }
     for required in &source.document.extensions_required {
-        if !SUPPORTED.contains(&required.as_str()) {
+        if !is_supported(required) {
             return Err(SceneError::Unsupported {
                 file: source.name.into(),
                 feature: format!("the glTF extension {required}"),
                 remedy: format!("save it without; these can be read: {}", SUPPORTED.join(", ")),
             });
         }
+    }
+    // What a material lacks is said where it is read.
+    let others = |name: &&String| !is_supported(name) && !name.contains("_materials_");
+    let others: Vec<&str> = source.document.extensions_used.iter().filter(others).map(String::as_str).collect();
+    if !others.is_empty() {
+        source.warn(format!("extensionsUsed: what {} adds is not drawn", others.join(", ")));
     }
     Ok(())
 }

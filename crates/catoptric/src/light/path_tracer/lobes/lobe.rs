@@ -9,6 +9,7 @@ use crate::scene::microfacets::{
 use crate::scene::shade::SurfacePoint;
 use crate::scene::{FilmReflectance, Lobes, LobesAt, Material};
 use glam::{Vec2, Vec3};
+use std::f32::consts::FRAC_1_SQRT_2;
 
 /// The index of refraction of coats (KHR_materials_clearcoat).
 const COAT_IOR: f32 = 1.5;
@@ -189,7 +190,8 @@ impl<'s> SurfaceLobes<'s> {
         if self.material.has_inside() { relative_index(ior, outside) } else { 1.0 / ior }
     }
 
-    /// Coat, reflection, and what passes, for a ray's direction; and the share of the reflection that is not among them.
+    /// Coat, reflection, and what passes, for a ray's direction; and the share of the reflection that is not among
+    /// them.
     pub(super) fn met(&self, point: &SurfacePoint, direction: Vec3) -> ([Option<Lobe<'s>>; 3], f32) {
         let at = self.at;
         let facing = Facing::new(direction, point.geometric_normal, at.normal);
@@ -203,8 +205,9 @@ impl<'s> SurfaceLobes<'s> {
             below *= 1.0 - coat.share.x;
         }
         let (alpha, stretch) = widths(at, facing.normal);
-        // Light that facets send to each other leaves the surface in the end (Turquin 2019).
-        let roughness = stretch.map_or(alpha, |stretch| (stretch.alpha.x * stretch.alpha.y).sqrt()).sqrt();
+        // Light that facets send to each other leaves the surface in the end (Turquin 2019): as much as of facets that
+        // are as steep in the mean square.
+        let roughness = stretch.map_or(alpha, |stretch| stretch.alpha.length() * FRAC_1_SQRT_2).sqrt();
         let surroundings = ReflectanceTable::get().reflected(roughness, cosine);
         let kept = (surroundings.at_normal + surroundings.at_grazing).clamp(0.05, 1.0);
         let [narrow, wide] = WIDE_ROUGHNESS;

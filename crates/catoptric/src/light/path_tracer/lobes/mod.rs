@@ -21,11 +21,12 @@ const LEAST_SHARE: f32 = 1.0 / 1024.0;
 /// The numbers that choose lobes are others than those that choose facets.
 const CHOICE: u64 = 0x5bd1_e995_9e37_79b9;
 
-/// Cones that stand for a lobe together are wider by this factor than what there is to each of them: so they show no gaps
-/// between them.
+/// Cones that stand for a lobe together are wider by this factor than what there is to each of them: so they show no
+/// gaps between them.
 const OVERLAP: f32 = 1.8;
 
-/// Cones that gather the light from infinity over a lobe, at all places of a pixel together, and at one of them at least.
+/// Cones that gather the light from infinity over a lobe, at all places of a pixel together, and at one of them at
+/// least.
 const MOST_CONES: u32 = 64;
 const LEAST_CONES: u32 = 16;
 /// Where rays of a lobe end, each has one of so many parts of those cones.
@@ -185,11 +186,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
         Vec3::ZERO
     }
 
-    /// The light from infinity over a lobe, as if nothing stood before it, and children of the path that tell what does:
-    /// so there is no noise where nothing does.
+    /// The light from infinity over a lobe, as if nothing stood before it, and children of the path that tell what
+    /// does: so there is no noise where nothing does.
     ///
-    /// The lobe is divided into cones. Half of the children go to each of them alike, half where their light comes from:
-    /// so none counts for more than twice its share of the lobe, nor of its light.
+    /// The lobe is divided into cones. Half of the children go to each of them alike, half where their light comes
+    /// from: so none counts for more than twice its share of the lobe, nor of its light.
     fn push_gathered(
         &mut self,
         segment: &Segment,

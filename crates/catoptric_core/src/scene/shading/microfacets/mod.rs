@@ -116,7 +116,8 @@ pub fn unshadowed_share_stretched(alpha: Vec2, light: Vec3, viewer: Vec3) -> f32
     n_l * (n_v + slope(viewer)) / (n_v * slope(light) + n_l * slope(viewer)).max(1e-12)
 }
 
-/// [`extent_of_sample`] of facets whose slopes differ along two axes: the facet in the frame of these axes and the normal.
+/// [`extent_of_sample`] of facets whose slopes differ along two axes: the facet in the frame of these axes and the
+/// normal.
 pub fn extent_of_stretched_sample(alpha: Vec2, facet: Vec3, n_v: f32, count: u32) -> f32 {
     let spread = (facet / alpha.extend(1.0)).length_squared();
     let density = 1.0 / (PI * alpha.x * alpha.y * spread * spread) / (4.0 * n_v);

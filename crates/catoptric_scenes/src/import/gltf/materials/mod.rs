@@ -2,6 +2,7 @@
 
 mod factors;
 
+use super::extensions;
 use super::meshes::{TextureSets, VertexNeeds};
 use super::schema::{self, Material as MaterialEntry};
 use super::source::Source;
@@ -174,6 +175,11 @@ pub(super) fn plan(
     };
     if !unlit {
         material.microfacets = Some(factors::microfacets(source, entry, &owner)?);
+    }
+    let not_drawn = entry.extensions.keys().map(String::as_str).filter(|key| !extensions::is_supported(key));
+    let not_drawn: Vec<&str> = not_drawn.collect();
+    if !not_drawn.is_empty() {
+        source.warn(format!("{} `{}` is drawn without {}", owner(), entry.name, not_drawn.join(", ")));
     }
     factors::give_lobes(source, entry, &owner, &mut material)?;
     let mut planned = PlannedMaterial { material, textures: TextureUses::default(), sets: TextureSets::default() };

@@ -54,9 +54,63 @@ fn plain_metals_are_mirrors_and_others_have_lobes() {
     let unlit = material(unlit);
     assert!(unlit.unlit && unlit.role == Role::Diffuse && unlit.lobes().is_none());
     let mut special = metal(1.0, 0.5);
-    special["extensions"] = json!({ "KHR_materials_iridescence": {} });
+    special["extensions"] = json!({ "VENDOR_materials_glitter": {} });
     let warnings = with_material(special).model().warnings;
-    assert!(warnings[0].contains("drawn without KHR_materials_iridescence"), "{warnings:?}");
+    assert!(warnings[0].contains("drawn without VENDOR_materials_glitter"), "{warnings:?}");
+}
+
+#[test]
+fn modifiers_of_lobes_are_read() {
+    let smooth = |extensions: Value| {
+        material(json!({
+            "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 }, "extensions": extensions
+        }))
+    };
+    let clear = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 },
+        "KHR_materials_volume": { "thicknessFactor": 1 } });
+    assert_eq!(smooth(clear.clone()).role, Role::Lens);
+    let mut prism = clear;
+    prism["KHR_materials_dispersion"] = json!({ "dispersion": 5 });
+    assert_eq!(smooth(prism).lobes().unwrap().dispersion, 5.0);
+    let brushed = smooth(json!({ "KHR_materials_anisotropy": { "anisotropyStrength": 0.6, "anisotropyRotation": 1 } }));
+    let brushed = brushed.lobes().unwrap().clone();
+    assert_eq!((brushed.anisotropy, brushed.anisotropy_rotation), (0.6, 1.0));
+    let film = smooth(json!({ "KHR_materials_iridescence": { "iridescenceFactor": 1 } })).lobes().unwrap().film;
+    let film = film.unwrap();
+    assert_eq!((film.share, film.ior, film.thickness_nm), (1.0, 1.3, [100.0, 400.0]));
+    let leaf = smooth(json!({ "KHR_materials_diffuse_transmission": {
+        "diffuseTransmissionFactor": 0.5, "diffuseTransmissionColorFactor": [0.1, 0.2, 0.3] } }));
+    let leaf = leaf.lobes().unwrap().clone();
+    assert_eq!((leaf.diffuse_transmission, leaf.diffuse_transmission_color), (0.5, Vec3::new(0.1, 0.2, 0.3)));
+}
+
+#[test]
+fn specular_glossiness_becomes_a_reflectance_and_a_roughness() {
+    let entry = |more: Value| {
+        let mut given = json!({ "diffuseFactor": [0.5, 0.4, 0.3, 1], "specularFactor": [0.9, 0.6, 0.2],
+            "glossinessFactor": 0.75 });
+        if let Some(texture) = more.get("specularGlossinessTexture") {
+            given["specularGlossinessTexture"] = texture.clone();
+        }
+        json!({ "extensions": { "KHR_materials_pbrSpecularGlossiness": given } })
+    };
+    let gilded = material(entry(json!({})));
+    let facets = gilded.microfacets.as_ref().unwrap();
+    assert_eq!((facets.metallic, facets.roughness), (0.0, 0.25));
+    assert!((facets.specular - Vec3::new(0.9, 0.6, 0.2)).length() < 1e-5, "{}", facets.specular);
+    assert_eq!(gilded.base_color, Vec4::new(0.5, 0.4, 0.3, 1.0));
+    // Roughness is one minus the factor times alpha.
+    let mut file = with_material(entry(json!({ "specularGlossinessTexture": { "index": 0 } })));
+    let view = file.view(&png([255, 0, 255, 102]));
+    let image = file.push("images", json!({ "bufferView": view }));
+    file.push("textures", json!({ "source": image }));
+    let uvs = file.accessor(F32, "VEC2", 3, &[0.0f32, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    file.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(uvs);
+    let model = file.model();
+    let facets = model.materials[0].microfacets.as_ref().unwrap();
+    let texture = &model.textures[facets.texture.as_ref().unwrap().texture as usize];
+    let texel = texture.sample(Vec2::splat(0.5), &UvFootprint::default());
+    assert!((texel.y - (1.0 - 0.75 * 0.4)).abs() < 0.005 && texel.z == 0.0, "{texel}");
 }
 
 #[test]

@@ -1,8 +1,13 @@
 //! The appearance of a surface: its role, colours and textures.
 
-use super::microfacets::widened_alpha;
-use super::{Blend, Lobes};
-use glam::{Affine2, Vec3, Vec4};
+mod binding;
+mod lobes;
+
+pub use binding::TextureBinding;
+pub use lobes::{Film, LobeTexture, Lobes};
+
+use super::Blend;
+use glam::{Vec3, Vec4};
 
 /// The role of a surface for the methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -33,17 +38,6 @@ impl Role {
             Self::Coated => "coated",
         }
     }
-}
-
-/// The binding of a texture to a material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TextureBinding {
-    /// Index into the scene's textures.
-    pub texture: u32,
-    /// The index of one of a vertex's two sets of texture coordinates.
-    pub uv_channel: u8,
-    /// Maps the vertex's texture coordinates to the texture's (KHR_texture_transform).
-    pub texture_from_uv: Affine2,
 }
 
 /// The scattering of light by a rough surface's microscopic facets, beside the light that enters it: glTF's
@@ -207,17 +201,6 @@ impl Material {
     pub fn reflection_roughness(&self) -> f32 {
         let is_rough = matches!(self.role, Role::Reflector | Role::Coated) && self.mirror_roughness > SHARP_ROUGHNESS;
         if is_rough { self.mirror_roughness } else { 0.0 }
-    }
-
-    /// The width of the facets' distribution (alpha of Trowbridge and Reitz) with which a mirror, coat or lens shows
-    /// surfaces: that of its roughness, widened by what its normal map hides within a footprint, as
-    /// [`TurnedEncounter::variance`](super::TurnedEncounter) says.
-    #[inline]
-    pub fn facets_alpha(&self, variance: f32) -> f32 {
-        match self.role {
-            Role::Diffuse => 0.0,
-            Role::Reflector | Role::Coated | Role::Lens => widened_alpha(self.reflection_roughness().powi(2), variance),
-        }
     }
 
     /// Whether [`Self::facets_alpha`] may be above zero somewhere.

@@ -1,6 +1,6 @@
 //! What rays follow at a surface that is neither a plain mirror nor plain glass.
 
-use super::TextureBinding;
+use super::binding::TextureBinding;
 use glam::Vec3;
 
 /// Lobes of a surface that are followed by rays, evaluated at each point from factors and textures: what its facets
@@ -9,8 +9,8 @@ use glam::Vec3;
 ///
 /// Reflectances, roughness and the coat's share are those of [`Microfacets`](super::Microfacets) and
 /// [`Material::coat`](super::Material::coat), what is within is [`Material::ior`](super::Material::ior) and
-/// [`Material::absorption`](super::Material::absorption). Methods that follow no lobes draw such a surface by its facets
-/// alone.
+/// [`Material::absorption`](super::Material::absorption). Methods that follow no lobes draw such a surface by its
+/// facets alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobes {
     /// The share of the light that enters a dielectric which passes the surface, 0 to 1.
