@@ -215,5 +215,5 @@ fn stretch(at: &LobesAt, lobes: &Lobes, point: &SurfacePoint, texel: Option<Vec3
     let direction = Vec2::new(cosine, sine).rotate(direction);
     let strength = (lobes.anisotropy * strength).clamp(0.0, 1.0);
     let along = tangent * direction.x + bitangent * direction.y;
-    (strength > 0.0).then(|| (along, at.alpha + (1.0 - at.alpha) * strength * strength))
+    (strength > 0.0).then_some((along, at.alpha + (1.0 - at.alpha) * strength * strength))
 }

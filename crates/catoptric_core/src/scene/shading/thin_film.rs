@@ -118,7 +118,7 @@ mod tests {
         // Films thinner than a wavelength: the sum hardly changes over a primary's band.
         for (ior, base_ior) in [(1.3, 1.5), (1.33, 2.0), (1.8, 1.5)] {
             for thickness_nm in [60.0, 100.0, 140.0] {
-                let base = Vec3::splat(((base_ior - 1.0) / (base_ior + 1.0) as f32).powi(2));
+                let base = Vec3::splat(((base_ior - 1.0f32) / (base_ior + 1.0)).powi(2));
                 let found = FilmAt { share: 1.0, ior, thickness_nm }.reflectance(1.0, base);
                 let green = airy(ior.into(), base_ior.into(), thickness_nm.into(), 545.0) as f32;
                 assert!((found.y - green).abs() < 0.012, "{ior} {base_ior} {thickness_nm}: {found}, {green}");

@@ -23,10 +23,10 @@ impl Scene {
     /// height of a picture of this shape (width by height). A scene that surrounds its middle is seen from within.
     pub fn framing(&self, aspect_ratio: f32) -> Camera {
         let aspect_ratio = if aspect_ratio.is_finite() { aspect_ratio.clamp(1e-3, 1e3) } else { 1.0 };
-        self.within().unwrap_or_else(|| self.from_outside(aspect_ratio))
+        self.within().unwrap_or_else(|| self.outside(aspect_ratio))
     }
 
-    fn from_outside(&self, aspect_ratio: f32) -> Camera {
+    fn outside(&self, aspect_ratio: f32) -> Camera {
         let center = self.bounds.center();
         let size = match self.bounds.diagonal() {
             size if size > 0.0 && size.is_finite() => size,

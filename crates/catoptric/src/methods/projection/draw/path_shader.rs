@@ -410,17 +410,14 @@ impl<'a> PathShader<'a> {
             // What is scattered before the last second branch belongs to the fragment that takes the first one there.
             let is_first_way = fragment.second_branches >> bounce == 0;
             let scatters = step.scattered > 0.0 && is_first_way;
-            if is_first_way && material.has_own_light() {
-                sum += throughput * scene.highlights(&point, -ray.direction);
+            if is_first_way {
+                sum += throughput * self.far_light(material, &step, &point, ray.direction, ends);
             }
             if step.attenuation.is_some() && !ends {
                 let share = if scatters { throughput } else { Vec3::ZERO };
                 deferred = step.deferred(share * scene.own_radiance(&point, -ray.direction));
             } else if scatters {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
-            }
-            if ends && is_first_way && scene.ends_in_environment {
-                sum += throughput * step.background(scene, ray.direction, material.facets_alpha(0.0));
             }
             let kind = BounceKind::at(bounce, fragment.second_branches);
             // What bumps within a pixel blur is known of mirrors and lenses that are seen directly.
@@ -451,6 +448,25 @@ impl<'a> PathShader<'a> {
             throughput *= weight;
         }
         ShadingRequest::Color(sum + throughput * self.behind(fragment, ray.direction, part))
+    }
+
+    /// What a reflector or lens shows of light that is not followed: highlights of lights, and where a path ends the
+    /// light from infinity.
+    #[inline(always)] // for the instructions of its caller
+    fn far_light(
+        &self,
+        material: &Material,
+        step: &LightStep,
+        point: &SurfacePoint,
+        incoming: Vec3,
+        ends: bool,
+    ) -> Vec3 {
+        let scene = self.scene;
+        let highlights = if material.has_own_light() { scene.highlights(point, -incoming) } else { Vec3::ZERO };
+        match ends && scene.ends_in_environment {
+            true => highlights + step.background(scene, incoming, material.facets_alpha(0.0)),
+            false => highlights,
+        }
     }
 
     /// The point of a reflector or lens that is met after some bounces, by a part of a pixel at a position.
