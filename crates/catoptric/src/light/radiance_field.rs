@@ -18,6 +18,11 @@ pub trait RadianceField {
         self.radiance(scene, ray, Some(change))
     }
 
+    /// The same from all around the ray, within an angle across.
+    fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
+        self.radiance_of_cone(scene, ray, &RayDifferential::default().widened(ray.direction, across))
+    }
+
     /// The distance along a ray of unit direction of what it looks up; infinite where unknown.
     fn distance(&self, ray: &Ray) -> f32 {
         let _ = ray;
@@ -34,6 +39,11 @@ impl<F: RadianceField + ?Sized> RadianceField for &F {
     #[inline(always)]
     fn radiance_of_cone(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
         (**self).radiance_of_cone(scene, ray, change)
+    }
+
+    #[inline(always)]
+    fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
+        (**self).radiance_within(scene, ray, across)
     }
 
     #[inline(always)]
@@ -56,5 +66,10 @@ impl RadianceField for SceneBackground {
         let over =
             |sky: &Arc<Environment>| sky.radiance_of_cone(ray.direction, [change.direction_dx, change.direction_dy]);
         scene.environment.as_ref().map_or(Vec3::ZERO, over)
+    }
+
+    #[inline(always)]
+    fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
+        scene.environment.as_ref().map_or(Vec3::ZERO, |sky| sky.radiance_within(ray.direction, across))
     }
 }

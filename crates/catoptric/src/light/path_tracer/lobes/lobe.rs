@@ -103,12 +103,16 @@ impl Lobe<'_> {
 
     /// The facet that two numbers choose, of those that a ray meets.
     pub(super) fn facet(&self, incoming: Vec3, number: Vec2) -> Vec3 {
+        self.facets(incoming).facet(disc_point(number))
+    }
+
+    /// The facets that a ray meets.
+    pub(super) fn facets(&self, incoming: Vec3) -> MetFacets {
         let normal = self.facing.normal;
         let (x, y) = self.stretch.map_or_else(|| normal.any_orthonormal_pair(), |Stretch { axes: [x, y], .. }| (x, y));
         let towards_viewer = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
         let alpha = self.stretch.map_or(Vec2::splat(self.alpha), |stretch| stretch.alpha);
-        let facet = VisibleFacets::stretched(alpha, towards_viewer).facet(disc_point(number));
-        x * facet.x + y * facet.y + normal * facet.z
+        MetFacets { axes: [x, y, normal], visible: VisibleFacets::stretched(alpha, towards_viewer) }
     }
 
     /// The angle across the part of a reflected lobe that one of so many facets stands for.
@@ -159,6 +163,22 @@ impl Lobe<'_> {
         let side = geometric * side;
         let depth = direction.dot(side);
         Some(if depth < 0.0 { direction - side * (2.0 * depth) } else { direction })
+    }
+}
+
+/// The facets of a lobe that a ray meets.
+pub(super) struct MetFacets {
+    axes: [Vec3; 3],
+    visible: VisibleFacets,
+}
+
+impl MetFacets {
+    /// The one that belongs to a point of the unit disc.
+    #[inline(always)]
+    pub(super) fn facet(&self, disc: Vec2) -> Vec3 {
+        let [x, y, normal] = self.axes;
+        let facet = self.visible.facet(disc);
+        x * facet.x + y * facet.y + normal * facet.z
     }
 }
 

@@ -9,10 +9,12 @@ use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Facing, HIDDEN_LOBE, LightStep, lobe_width, medium_after};
+use crate::scene::microfacets::disc_point;
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{FilmReflectance, Lobes, Material, Ray, RayDifferential};
+use crate::scene::{FilmReflectance, Lobes, Material, Ray};
 use glam::{Vec2, Vec3};
 use lobe::{Lobe, SurfaceLobes};
+use std::sync::LazyLock;
 
 /// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
 /// half of the brightest.
@@ -29,8 +31,10 @@ const OVERLAP: f32 = 1.8;
 /// least.
 const MOST_CONES: u32 = 64;
 const LEAST_CONES: u32 = 16;
+/// The same of a ray that stands for a part of another lobe.
+const LEAST_CONES_OF_RAY: u32 = 4;
 /// Where rays of a lobe end, each has one of so many parts of those cones.
-const PARTS: u32 = 8;
+const PARTS: u32 = 16;
 
 /// Surfaces that a path passes straight on, at most.
 const MOST_PASSAGES: u8 = 64;
@@ -205,20 +209,22 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let start = turn(seed ^ CHOICE, incoming, origin);
         // Many paths, each with its part of the cones, meet in what a lobe shows.
         let (part, parts) = if segment.is_cone { ((start.y * PARTS as f32) as u32, PARTS) } else { (part, parts) };
-        let least = if segment.is_cone { LEAST_CONES / 2 } else { LEAST_CONES };
-        let cone_count = ((MOST_CONES as f32 * share.sqrt()) as u32 / parts).max(least).min(MOST_CONES);
+        let least = if segment.is_cone { LEAST_CONES_OF_RAY } else { LEAST_CONES };
+        let wanted = ((MOST_CONES as f32 * share.sqrt()) as u32 / parts).clamp(least, MOST_CONES);
+        // A power of two.
+        let cone_count = 1 << wanted.ilog2();
         let mut cones = [GatheredCone::default(); MOST_CONES as usize];
         let cones = &mut cones[..cone_count as usize];
         let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
-        for (index, cone) in (0..).zip(&mut *cones) {
-            cone.number = random::hammersley(index * parts + part, cone_count * parts);
-            let facet = lobe.facet(incoming, cone.number);
+        let facets = lobe.facets(incoming);
+        for (cone, (number, disc)) in cones.iter_mut().zip(cone_middles(cone_count, [part, parts])) {
+            cone.number = number;
+            let facet = facets.facet(disc);
             let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
             cone.weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
             let width = OVERLAP * lobe.width_of_part(incoming, facet, cone_count * parts);
-            let change = RayDifferential::default().widened(direction, width);
             let ray = Ray { origin, direction };
-            cone.light = cone.weight * self.field.radiance_of_cone(self.scene, &ray, &change);
+            cone.light = cone.weight * self.field.radiance_within(self.scene, &ray, width);
             light += cone.light;
             brightness += cone.light.element_sum();
             shown += cone.weight.element_sum();
@@ -263,4 +269,25 @@ impl<F: RadianceField> PathTracer<'_, F> {
     fn number(&self, index: u32, count: u32, incoming: Vec3, at: Vec3) -> Vec2 {
         (random::hammersley(index, count) + turn(self.rough.seed, incoming, at)).fract()
     }
+}
+
+/// Numbers, and points of the unit disc, in the middles of parts of a lobe: every so many-th of a set, from one on. Counts
+/// are powers of two, or as they are where samples of a pixel are none.
+fn cone_middles(count: u32, [part, parts]: [u32; 2]) -> impl Iterator<Item = (Vec2, Vec2)> {
+    const LARGEST: u32 = 12;
+    static MIDDLES: LazyLock<Vec<Vec<(Vec2, Vec2)>>> = LazyLock::new(|| {
+        let middles = |level: u32| (0..1 << level).map(move |index| middle(index, 1 << level)).collect();
+        (0..=LARGEST).map(middles).collect()
+    });
+    let all = count * parts;
+    let known = (all.is_power_of_two() && all.ilog2() <= LARGEST).then(|| &MIDDLES[all.ilog2() as usize]);
+    (0..count).map(move |index| {
+        let index = index * parts + part;
+        known.map_or_else(|| middle(index, all), |known| known[index as usize])
+    })
+}
+
+fn middle(index: u32, count: u32) -> (Vec2, Vec2) {
+    let number = random::hammersley(index, count);
+    (number, disc_point(number))
 }

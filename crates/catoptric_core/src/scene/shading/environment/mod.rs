@@ -204,14 +204,24 @@ impl Environment {
         let [wide, narrow] = across.map(|across| across.length_squared());
         let (narrow, wide) = (narrow.min(wide), narrow.max(wide));
         if narrow > 0.5 * wide && wide.is_finite() {
-            // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
-            const SMOOTHING: f32 = 1.732;
-            let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
-            let texels = (narrow * wide).sqrt().sqrt().min(LARGEST_CONE) * (texels_per_radian / SMOOTHING);
-            let level = texels.max(1.0).logarithm2().min(self.reduced.len() as f32);
-            return self.at_level(Self::position(direction), level);
+            return self.radiance_within(direction, (narrow * wide).sqrt().sqrt());
         }
         self.mean_radiance(direction, across.map(|across| across.clamp_length_max(LARGEST_CONE)))
+    }
+
+    /// The same within an angle across, on all sides of the direction.
+    #[inline]
+    pub fn radiance_within(&self, direction: Vec3, across: f32) -> Vec3 {
+        // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
+        const SMOOTHING: f32 = 1.732;
+        let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
+        let texels = across.min(LARGEST_CONE) * (texels_per_radian / SMOOTHING);
+        let texels = if texels > 1.0 { texels } else { 1.0 };
+        // The logarithm's whole part and, nearly linear between powers of two, the rest.
+        let bits = texels.to_bits();
+        let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
+        let level = ((bits >> 23) as i32 - 127) as f32 + (mantissa - 1.0);
+        self.at_level(Self::position(direction), level.min(self.reduced.len() as f32))
     }
 
     #[inline(always)]
