@@ -154,11 +154,17 @@ pub(crate) struct SceneArgs {
     /// Shadows of the file's lights
     #[arg(long, value_enum, default_value = "on")]
     pub(crate) shadows: Shadows,
-    /// Fail where something would not be drawn as the file says, instead of warning
-    #[arg(long)]
-    pub(crate) strict: bool,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,
+}
+
+/// Bodies of glass without a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ThinGlass {
+    /// Walls without thickness
+    Thin,
+    /// Glass all through
+    Solid,
 }
 
 /// Roles of the scene's parts, and its moment.
@@ -210,6 +216,12 @@ pub(crate) struct ViewArgs {
 #[derive(Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct DrawArgs {
+    /// What lets light pass and has no volume in the file [default: thin, as the format says]
+    #[arg(long, value_enum, help_heading = "Scene")]
+    pub(crate) thin_glass: Option<ThinGlass>,
+    /// Fail where something would not be drawn as the file says, instead of warning
+    #[arg(long, help_heading = "Scene")]
+    pub(crate) strict: bool,
     /// Antialiasing samples a pixel
     #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,

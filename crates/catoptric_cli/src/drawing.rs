@@ -136,7 +136,10 @@ impl<'a> Shot<'a> {
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
         let mut model = scene_source::load(&args.scene, args.environment.as_deref(), !roles.is_empty())?;
-        scene_source::check_strictly(args, &model)?;
+        scene_source::check_strictly(draw, &model)?;
+        let remark = scene_source::remark_on_glass(draw, &mut model);
+        model.warnings.extend(remark);
+        scene_source::choose_glass(draw, &mut model);
         model.ends_in_environment = draw.order == Order::Auto;
         let load_ms = milliseconds(start);
         let start = Instant::now();

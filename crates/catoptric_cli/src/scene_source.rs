@@ -1,12 +1,12 @@
 //! From the word SCENE and the options about it to a model.
 
-use crate::args::{PoseArgs, SceneArgs, Shadows};
+use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::SceneError;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Model, PoseMemory, PoseOptions, Role, Scene};
+use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
 use catoptric_scenes::{builtin, import, light_if_dark, studio};
 use clap::ArgMatches;
 use std::path::Path;
@@ -35,8 +35,33 @@ pub(crate) fn load(scene: &str, environment: Option<&Path>, has_roles: bool) -> 
     Ok(model)
 }
 
+/// Makes what lets light pass without a volume solid, if that is wanted.
+pub(crate) fn choose_glass(args: &DrawArgs, model: &mut Model) {
+    if args.thin_glass == Some(ThinGlass::Solid) {
+        thin_glass(model).for_each(|lobes| lobes.is_thin = false);
+    }
+}
+
+/// How glass without a volume is drawn, if there is any and the user has not chosen.
+pub(crate) fn remark_on_glass(args: &DrawArgs, model: &mut Model) -> Option<String> {
+    let count = thin_glass(model).count();
+    (count > 0 && args.thin_glass.is_none()).then(|| {
+        let (materials, are) = if count == 1 { ("material has", "is") } else { ("materials have", "are") };
+        format!(
+            "{}: {count} transmitting {materials} no volume and {are} drawn as thin walls (--thin-glass solid draws \
+             solid bodies, --thin-glass thin leaves this out)",
+            model.name
+        )
+    })
+}
+
+fn thin_glass(model: &mut Model) -> impl Iterator<Item = &mut Lobes> {
+    let lobes = model.materials.iter_mut().filter_map(|material| material.lobes.as_deref_mut());
+    lobes.filter(|lobes| lobes.is_thin && lobes.transmission > 0.0)
+}
+
 /// Refuses a model of which something would not be drawn as its file says, if that is wanted.
-pub(crate) fn check_strictly(args: &SceneArgs, model: &Model) -> Result<(), Failure> {
+pub(crate) fn check_strictly(args: &DrawArgs, model: &Model) -> Result<(), Failure> {
     match model.warnings.as_slice() {
         [first, rest @ ..] if args.strict => {
             let more = if rest.is_empty() { String::new() } else { format!(" (and {} more)", rest.len()) };

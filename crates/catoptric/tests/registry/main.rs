@@ -6,6 +6,7 @@ mod budget;
 mod cancelling;
 mod degenerate;
 mod highlights;
+mod lobes;
 mod matrix;
 mod overlays;
 mod popping;

@@ -13,7 +13,6 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
     let model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref(), !roles.is_empty())?;
-    scene_source::check_strictly(&args.scene, &model)?;
     let scene = scene_source::pose(&model, args.scene.pose.time, &roles, Shadows::Off, None)?;
     if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
