@@ -172,9 +172,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
             true => 1,
             false => ((self.rough.count as f32 * share.sqrt()).ceil() as u32).clamp(1, self.rough.count),
         };
-        // Its one facet has chosen already whether such a ray is reflected.
+        // Its one facet has chosen already whether such a ray is reflected; within a body no light arrives from
+        // infinity.
         let is_chosen = segment.is_cone && lobe.is_clear;
-        if !is_chosen && (lobe.kind == BounceKind::Reflect || lobe.is_thin) {
+        let is_within = material.has_inside() && !outside;
+        if !(is_chosen || is_within) && (lobe.kind == BounceKind::Reflect || lobe.is_thin) {
             return self.push_gathered(segment, throughput, encounter, lobe, &step, [share, count as f32]);
         }
         let width = step.cone_width(lobe.kind, incoming, lobe.alpha) / (self.rough.count as f32).sqrt();
@@ -271,8 +273,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
     }
 }
 
-/// Numbers, and points of the unit disc, in the middles of parts of a lobe: every so many-th of a set, from one on. Counts
-/// are powers of two, or as they are where samples of a pixel are none.
+/// Numbers, and points of the unit disc, in the middles of parts of a lobe: every so many-th of a set, from one on.
+/// Counts are powers of two, or as they are where samples of a pixel are none.
 fn cone_middles(count: u32, [part, parts]: [u32; 2]) -> impl Iterator<Item = (Vec2, Vec2)> {
     const LARGEST: u32 = 12;
     static MIDDLES: LazyLock<Vec<Vec<(Vec2, Vec2)>>> = LazyLock::new(|| {
