@@ -223,7 +223,6 @@ fn draw_tile(
     let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
     let (columns, rows) = (x1 - x0, y1 - y0);
     let mut pixels = vec![[0.0; 4]; (columns * rows) as usize];
-    // Of half the difference between even and odd samples.
     let mut squares = 0.0;
     // Rays side by side share the first steps of their ways.
     let side = ((RAYS_AT_ONCE / samples as f32).sqrt() as u32).clamp(1, TILE);
@@ -248,18 +247,26 @@ fn draw_tile(
             paths.radiances(&rays, &near, &positions, footprint_scale, sums);
             for ((column, row), sums) in places().zip(sums.chunks_exact(samples as usize)) {
                 let mean = sums.iter().sum::<Vec3>() / samples as f32;
-                let odd = samples / 2;
-                if odd > 0 {
-                    let half = |first: usize| sums.iter().skip(first).step_by(2).sum::<Vec3>();
-                    let [even_mean, odd_mean] = [half(0) / (samples - odd) as f32, half(1) / odd as f32];
-                    let apart = (even_mean.min(Vec3::ONE) - odd_mean.min(Vec3::ONE)) * 0.5;
-                    squares += f64::from(apart.length_squared());
-                }
+                squares += f64::from(between_halves(sums).length_squared());
                 pixels[(row * columns + column) as usize] = mean.max(Vec3::ZERO).extend(1.0).to_array();
             }
         }
     }
     (pixels, squares)
+}
+
+/// Half the difference of the means of two halves of a pixel's samples, up to 1 each: its standard error, about.
+///
+/// The halves are those of the Thue-Morse sequence, which no pattern of positions or directions knows.
+fn between_halves(samples: &[Vec3]) -> Vec3 {
+    let mut halves = [(Vec3::ZERO, 0u32); 2];
+    for (index, sample) in samples.iter().enumerate() {
+        let (sum, count) = &mut halves[(index.count_ones() % 2) as usize];
+        *sum += *sample;
+        *count += 1;
+    }
+    let [a, b] = halves.map(|(sum, count)| (sum / count.max(1) as f32).min(Vec3::ONE));
+    if samples.len() > 1 { (a - b) * 0.5 } else { Vec3::ZERO }
 }
 
 /// A jittered position in the pixel: one sample in each cell of a grid with as many cells as samples, or a few more.

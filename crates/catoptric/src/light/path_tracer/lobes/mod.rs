@@ -215,6 +215,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let wanted = ((MOST_CONES as f32 * share.sqrt()) as u32 / parts).clamp(least, MOST_CONES);
         // A power of two.
         let cone_count = 1 << wanted.ilog2();
+        // The few cones of a ray are so wide that they cover most of the lobe: a sun is never in one of them alone.
+        let covering = cone_count * if segment.is_cone { PARTS.min(4) } else { parts };
         let mut cones = [GatheredCone::default(); MOST_CONES as usize];
         let cones = &mut cones[..cone_count as usize];
         let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
@@ -224,7 +226,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let facet = facets.facet(disc);
             let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
             cone.weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
-            let width = OVERLAP * lobe.width_of_part(incoming, facet, cone_count * parts);
+            let width = OVERLAP * lobe.width_of_part(incoming, facet, covering);
             let ray = Ray { origin, direction };
             cone.light = cone.weight * self.field.radiance_within(self.scene, &ray, width);
             light += cone.light;
