@@ -168,3 +168,33 @@ fn light_from_behind_shines_through_a_leaf() {
         assert!((found - color * 0.5).abs().max_element() < 0.01, "{method}: {found}");
     }
 }
+
+#[test]
+fn what_lies_beyond_the_order_is_the_environment_where_the_scene_says_so() {
+    let mut builder = SceneBuilder::new();
+    let tint = Vec3::new(0.9, 0.8, 0.7);
+    let mirror = builder.material(Material::mirror("mirror", tint));
+    // It turns the view from -z to +x.
+    builder.quad("mirror", Vec3::new(-1.0, -2.0, -1.0), Vec3::new(2.0, 0.0, 2.0), Vec3::Y * 4.0, mirror);
+    builder.camera(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 4.0);
+    let mut scene = builder.build();
+    let sky = (0..64 * 32).map(|texel| {
+        let direction = Environment::direction(((texel % 64) as f32 + 0.5) / 64.0, ((texel / 64) as f32 + 0.5) / 32.0);
+        [1.5 + direction.x, 1.5 + direction.y, 1.5 + direction.z]
+    });
+    scene.environment = Some(Arc::new(Environment::new("sky", 64, 32, sky.collect())));
+    let view = scene.default_view(9, 9);
+    for method in ["reference", "auto"] {
+        let mut seen = [Vec3::ZERO; 2];
+        for (ends, seen) in [false, true].into_iter().zip(&mut seen) {
+            scene.ends_in_environment = ends;
+            let pixel = picture(method, "", &scene, &view, Quality { samples: 1, order: 0 }).pixel(4, 4);
+            *seen = Vec4::from(pixel).truncate();
+        }
+        let side = seen[1].x / tint.x - 1.5;
+        assert_eq!(seen[0], Vec3::ZERO, "{method}");
+        assert!((side.abs() - 1.0).abs() < 0.02, "{method}: {seen:?}");
+        let expected = tint * Vec3::new(1.5 + side.signum(), 1.5, 1.5);
+        assert!((seen[1] - expected).abs().max_element() < 0.03, "{method}: {} against {expected}", seen[1]);
+    }
+}

@@ -77,7 +77,6 @@ fn every_lobe_is_drawn_as_the_reference_draws_it() {
         let mask = surface_mask(&scene, &view);
         let error = Comparison::new(&drawn, &truth).and_then(|comparison| comparison.masked(&mask));
         let error = error.expect("pictures of one size").expect("the scene is seen");
-        println!("{name}: {:.4}, FLIP {:.4}", error.over_0_1, error.flip_mean);
         assert!(error.over_0_1 <= limit, "{name}: {:.4} over {limit}", error.over_0_1);
     }
 }

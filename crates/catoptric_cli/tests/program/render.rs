@@ -392,3 +392,42 @@ fn compare_refuses_before_it_writes() {
     let message = place.fails(1, &["compare", "scene.toml", "--report", "scene.toml"]);
     assert!(message.contains("--report scene.toml"), "{message}");
 }
+
+/// A file as other programs write them, without light and camera: a triangle of one material.
+fn triangle(material: &str) -> String {
+    let positions = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"material":0}}]}}],"materials":[{material}],
+        "buffers":[{{"byteLength":36,"uri":"{positions}"}}],"bufferViews":[{{"buffer":0,"byteLength":36}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}}]}}"#
+    )
+}
+
+#[test]
+fn a_bare_file_is_framed_and_lit_and_what_it_leaves_open_is_said() {
+    let place = Workplace::new();
+    let render = |material: &str, more: &[&str]| {
+        place.write("bare.gltf", triangle(material));
+        place.run(&[&["render", "bare.gltf", "-o", "out.png"], &SMALL[..], more].concat())
+    };
+    let metal = r#"{"pbrMetallicRoughness":{"roughnessFactor":0.5},"doubleSided":true}"#;
+    let drawn = render(metal, &["--mask", "mask.png"]);
+    assert!(drawn.status.success() && drawn.stderr.is_empty(), "{drawn:?}");
+    let picture = catoptric::picture::read(&place.path("out.png")).unwrap();
+    // The studio is behind the metal and in it.
+    assert!(picture.pixels.iter().all(|pixel| pixel[0] > 0.02));
+
+    let pane = r#"{"extensions":{"KHR_materials_transmission":{"transmissionFactor":1}}}"#;
+    let said = |output: std::process::Output| String::from_utf8(output.stderr).unwrap();
+    assert!(said(render(pane, &[])).contains("1 transmitting material has no volume and is drawn as thin walls"));
+    assert_eq!(said(render(pane, &["--thin-glass", "solid"])), "");
+
+    let glitter = r#"{"name":"tinsel","extensions":{"VENDOR_materials_glitter":{}}}"#;
+    let without = "materials[0] `tinsel` is drawn without VENDOR_materials_glitter";
+    let output = render(glitter, &[]);
+    assert!(output.status.success() && said(output).contains(without));
+    let output = render(glitter, &["--strict"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said(output).contains(without));
+}
