@@ -98,7 +98,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
         count: u32,
     ) {
         let throughput = throughput / count as f32;
-        if throughput.max_element() < MIN_THROUGHPUT && segment.deferred.is_none() {
+        let is_faint = throughput.max_element() < MIN_THROUGHPUT;
+        let takes_away = segment.counted.is_some_and(|light| light.max_element() >= MIN_THROUGHPUT);
+        if is_faint && segment.deferred.is_none() && !takes_away {
             return;
         }
         let (order, deferred) = (segment.order + 1, segment.deferred.map(|deferred| deferred.shared_by(count)));

@@ -62,7 +62,7 @@ impl Scene {
         camera
     }
 
-    /// A camera within, if the scene surrounds a place in it: at the back of the widest view there.
+    /// A camera within, if the scene surrounds most places in it: at the back of the widest view of one.
     fn within(&self) -> Option<Camera> {
         let places: Vec<Vec3> = (0..9)
             .map(|index| Vec3::new(0.25 + 0.25 * (index % 3) as f32, 0.5, 0.25 + 0.25 * (index / 3) as f32))
@@ -72,6 +72,10 @@ impl Scene {
             let place = places[index];
             self.may_surround(place).then(|| Surroundings::of(self, place)).flatten()
         });
+        // A box with an open side surrounds some places at its back.
+        if 2 * around.iter().flatten().count() <= places.len() {
+            return None;
+        }
         let widest = |surroundings: &Surroundings| surroundings.mean_distance(Vec3::ZERO, -1.0);
         let surroundings = around.into_iter().flatten().max_by(|a, b| widest(a).total_cmp(&widest(b)))?;
         let ahead = (0..16).map(|index| (index as f32 * (TAU / 16.0)).sine_cosine());
@@ -130,7 +134,8 @@ impl Surroundings {
             for (index, (distance, is_front)) in seen.into_iter().enumerate() {
                 in_front += usize::from(is_front);
                 let direction = (axes * Vec3A::from(direction(index))).normalize();
-                distances.push((direction.into(), distance.min(1.0) * size));
+                // Nothing is to be seen through an opening.
+                distances.push((direction.into(), if distance.is_finite() { distance * size } else { 0.0 }));
             }
         }
         (in_front as f32 >= SURROUNDING_SHARE * distances.len() as f32).then_some(Self { place, distances })

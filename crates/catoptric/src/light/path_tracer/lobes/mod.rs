@@ -47,6 +47,26 @@ struct GatheredCone {
     weight: Vec3,
     /// The light from infinity that the lobe shows in it.
     light: Vec3,
+    /// How many cones a ray in it stands for; 0: there is none.
+    factor: f32,
+}
+
+/// Chooses cones for so many rays: half of them by their share of the lobe, half by that of its light. Both sums are
+/// given.
+fn choose(cones: &mut [GatheredCone], [shown, brightness]: [f32; 2], count: f32, start: f32) {
+    // Cones in their order, each as long as it is likely, and as many marks at equal distances along them.
+    let (mut passed, mut next) = (0.0, start);
+    for cone in cones {
+        let share = |part: Vec3, all: f32| if all > 0.0 { part.element_sum() / all } else { 0.0 };
+        let [of_lobe, of_light] = [share(cone.weight, shown), share(cone.light, brightness)];
+        let likely = if brightness > 0.0 { 0.5 * (of_lobe + of_light) } else { of_lobe };
+        passed += likely * count;
+        let marks = (passed - next).ceil().max(0.0);
+        if marks > 0.0 && likely > 0.0 {
+            next += marks;
+            cone.factor = marks / (likely * count);
+        }
+    }
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
@@ -196,7 +216,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
     /// does: so there is no noise where nothing does.
     ///
     /// The lobe is divided into cones. Half of the children go to each of them alike, half where their light comes
-    /// from: so none counts for more than twice its share of the lobe, nor of its light.
+    /// from: so none counts for more than twice its share of the lobe. Together they take away just what was counted
+    /// where all of it is hidden, as in a room.
     fn push_gathered(
         &mut self,
         segment: &Segment,
@@ -233,19 +254,13 @@ impl<F: RadianceField> PathTracer<'_, F> {
             brightness += cone.light.element_sum();
             shown += cone.weight.element_sum();
         }
-        // Cones in their order, each as long as it is likely, and as many marks at equal distances along them.
-        let (mut passed, mut next) = (0.0, start.x);
         let per_cone = 1.0 / cone_count as f32;
-        for (index, cone) in (0..).zip(&*cones) {
-            let [of_lobe, of_light] = [(cone.weight, shown), (cone.light, brightness)]
-                .map(|(part, all)| if all > 0.0 { part.element_sum() / all } else { 0.0 });
-            let likely = if brightness > 0.0 { 0.5 * (of_lobe + of_light) } else { of_lobe };
-            passed += likely * count;
-            let marks = (passed - next).ceil().max(0.0);
-            if marks == 0.0 || likely == 0.0 {
-                continue;
-            }
-            next += marks;
+        light *= per_cone;
+        choose(cones, [shown, brightness], count, start.x);
+        // All children together take away all the light that was counted, if nothing of it arrives.
+        let taken = cones.iter().map(|cone| cone.light * (cone.factor * per_cone)).sum::<Vec3>();
+        let taken = (light / taken.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX));
+        for (index, cone) in (0..).zip(&*cones).filter(|(_, cone)| cone.factor > 0.0) {
             // Somewhere in the cone's part of the lobe.
             let within = turn(seed ^ index, incoming, origin);
             let number = (cone.number + (within - 0.5) / (cone_count as f32).sqrt()).rem_euclid(Vec2::ONE);
@@ -254,8 +269,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 lobe.outgoing(incoming, facet).map(|direction| (facet, direction))
             };
             let Some((facet, direction)) = leaving(number).or_else(|| leaving(cone.number)) else { continue };
-            let scale = throughput * (marks * per_cone / (likely * count));
-            let counted = Some(cone.light * scale);
+            let scale = throughput * (cone.factor * per_cone);
+            let counted = Some(cone.light * taken * scale);
             let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
             let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
             let width = lobe.width_of_part(incoming, facet, self.rough.count) * footprint_scale;
@@ -266,7 +281,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(&Segment { counted, ..*segment }, ray, change, weight * scale, 1);
         }
-        throughput * light * per_cone
+        throughput * light
     }
 
     /// The numbers that choose a facet for one of so many rays.
