@@ -192,12 +192,12 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     #[inline(always)]
     fn arrive(&mut self, segment: &Segment, throughput: Vec3, hit: Option<&Hit>) -> Vec3 {
         let (scene, ray) = (self.scene, &segment.ray);
-        let background = || match &segment.change {
-            Some(change) if segment.is_cone => self.field.radiance_of_cone(scene, ray, change),
-            change => self.field.radiance(scene, ray, change.as_ref()),
-        };
         let Some(hit) = hit else {
-            return if segment.counted.is_some() { Vec3::ZERO } else { throughput * background() };
+            return match &segment.change {
+                _ if segment.counted.is_some() => Vec3::ZERO,
+                Some(change) if segment.is_cone => throughput * self.field.radiance_of_cone(scene, ray, change),
+                change => throughput * self.field.radiance(scene, ray, change.as_ref()),
+            };
         };
         let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
         self.meet(segment, throughput, &encounter, hit.distance()) - segment.counted.unwrap_or_default()

@@ -182,7 +182,7 @@ impl MetFacets {
     }
 }
 
-/// What decides on the lobes of a point.
+/// A material at a point, with all that its lobes depend on.
 pub(super) struct SurfaceLobes<'s> {
     pub(super) at: &'s LobesAt,
     pub(super) material: &'s Material,

@@ -20,8 +20,9 @@ use std::sync::LazyLock;
 /// half of the brightest.
 const LEAST_SHARE: f32 = 1.0 / 1024.0;
 
-/// The numbers that choose lobes are others than those that choose facets.
+/// The numbers that choose lobes, those that choose cones of a lobe, and those that choose facets differ.
 const CHOICE: u64 = 0x5bd1_e995_9e37_79b9;
+const CONES: u64 = 0x2545_f491_4f6c_dd1d;
 
 /// Cones that stand for a lobe together are wider by this factor than what there is to each of them: so they show no
 /// gaps between them.
@@ -33,8 +34,9 @@ const MOST_CONES: u32 = 64;
 const LEAST_CONES: u32 = 16;
 /// The same of a ray that stands for a part of another lobe.
 const LEAST_CONES_OF_RAY: u32 = 4;
-/// Where rays of a lobe end, each has one of so many parts of those cones.
+/// Where rays of a lobe end, each has one of so many parts of those cones, which are as wide as those of so many parts.
 const PARTS: u32 = 16;
+const COVERING_PARTS: u32 = 4;
 
 /// Surfaces that a path passes straight on, at most.
 const MOST_PASSAGES: u8 = 64;
@@ -229,7 +231,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
     ) -> Vec3 {
         let (incoming, origin) = (segment.ray.direction, encounter.point.position);
         let RoughRays { part, parts, seed, footprint_scale, .. } = self.rough;
-        let start = turn(seed ^ CHOICE, incoming, origin);
+        let start = turn(seed ^ CONES, incoming, origin);
         // Many paths, each with its part of the cones, meet in what a lobe shows.
         let (part, parts) = if segment.is_cone { ((start.y * PARTS as f32) as u32, PARTS) } else { (part, parts) };
         let least = if segment.is_cone { LEAST_CONES_OF_RAY } else { LEAST_CONES };
@@ -237,7 +239,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         // A power of two.
         let cone_count = 1 << wanted.ilog2();
         // The few cones of a ray are so wide that they cover most of the lobe: a sun is never in one of them alone.
-        let covering = cone_count * if segment.is_cone { PARTS.min(4) } else { parts };
+        let covering = cone_count * if segment.is_cone { COVERING_PARTS } else { parts };
         let mut cones = [GatheredCone::default(); MOST_CONES as usize];
         let cones = &mut cones[..cone_count as usize];
         let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
@@ -265,7 +267,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let within = turn(seed ^ index, incoming, origin);
             let number = (cone.number + (within - 0.5) / (cone_count as f32).sqrt()).rem_euclid(Vec2::ONE);
             let leaving = |number: Vec2| {
-                let facet = lobe.facet(incoming, number);
+                let facet = facets.facet(disc_point(number));
                 lobe.outgoing(incoming, facet).map(|direction| (facet, direction))
             };
             let Some((facet, direction)) = leaving(number).or_else(|| leaving(cone.number)) else { continue };
