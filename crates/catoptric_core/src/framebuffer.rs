@@ -2,6 +2,7 @@
 
 use crate::math::portable::PortableMath;
 use crate::parallel;
+use glam::Vec3;
 use std::sync::LazyLock;
 
 /// A picture of linear RGBA radiance, rows from the top, pixels from the left.
@@ -13,12 +14,57 @@ pub struct Framebuffer {
     pub height: u32,
     /// `width * height` pixels: linear red, green, blue (unbounded, never negative), and coverage (0 to 1).
     pub pixels: Vec<[f32; 4]>,
+    /// The samples of pixels at edges, as far as they are known.
+    pub edges: EdgeSamples,
+}
+
+/// Samples of those pixels whose samples differ, each pixel once: a screen limits each of them before they are
+/// averaged, as it shows no more than white. So edges before bright grounds stay smooth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EdgeSamples {
+    /// Index of each pixel in the picture.
+    pixels: Vec<u32>,
+    /// All samples of the first pixel, then those of the next; linear.
+    samples: Vec<Vec3>,
+}
+
+impl EdgeSamples {
+    /// Samples that differ by less than this share of the brightest are none of an edge.
+    const LEAST_DIFFERENCE: f32 = 0.125;
+
+    /// Adds the samples of a pixel, as many as those of all others, if they differ.
+    pub fn add(&mut self, pixel: u32, samples: &[Vec3]) {
+        let (least, most) = samples
+            .iter()
+            .fold((Vec3::MAX, Vec3::ZERO), |(least, most), sample| (least.min(*sample), most.max(*sample)));
+        if (most - least).cmpgt(most * Self::LEAST_DIFFERENCE).any() {
+            self.pixels.push(pixel);
+            self.samples.extend_from_slice(samples);
+        }
+    }
+
+    /// Adds the pixels of a part of the picture, of which none is here.
+    pub fn append(&mut self, mut other: Self) {
+        self.pixels.append(&mut other.pixels);
+        self.samples.append(&mut other.samples);
+    }
+
+    /// The pixels, by their index in the picture, and their samples.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, &[Vec3])> {
+        let count = self.samples.len().checked_div(self.pixels.len()).unwrap_or(0).max(1);
+        self.pixels.iter().copied().zip(self.samples.chunks_exact(count))
+    }
 }
 
 impl Framebuffer {
     /// A black, fully covered picture.
     pub fn new(width: u32, height: u32) -> Self {
-        Self { width, height, pixels: vec![[0.0, 0.0, 0.0, 1.0]; width as usize * height as usize] }
+        Self::of_pixels(width, height, vec![[0.0, 0.0, 0.0, 1.0]; width as usize * height as usize])
+    }
+
+    /// A picture of so many pixels, nothing of whose samples is known.
+    pub fn of_pixels(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Self {
+        Self { width, height, pixels, edges: EdgeSamples::default() }
     }
 
     /// The pixel in column `x` of row `y`.

@@ -208,7 +208,7 @@ fn read_with_image(bytes: &[u8]) -> Result<Framebuffer, String> {
     let (width, height) = rgba.dimensions();
     let curve = |value: f32| if linear { value } else { linear_from_srgb(value) };
     let pixels = rgba.pixels().map(|p| [curve(p.0[0]), curve(p.0[1]), curve(p.0[2]), p.0[3]]).collect();
-    Ok(Framebuffer { width, height, pixels })
+    Ok(Framebuffer::of_pixels(width, height, pixels))
 }
 
 #[cfg(test)]

@@ -99,15 +99,22 @@ fn aces(color: Vec3) -> Vec3 {
 }
 
 /// A picture for a screen: radiance times two to the power of the exposure (in stops), through a tone curve; linear.
+/// Where the samples of a pixel are known, that is done with each of them.
 #[must_use]
 pub fn displayed(picture: &Framebuffer, exposure_stops: f32, curve: ToneCurve) -> Framebuffer {
-    let (mut shown, scale) = (picture.clone(), 2f32.power(exposure_stops));
+    let mut shown = Framebuffer::of_pixels(picture.width, picture.height, picture.pixels.clone());
+    let scale = 2f32.power(exposure_stops);
     parallel::for_each_chunk_mut(&mut shown.pixels, 4096, |_, pixels| {
         for pixel in pixels {
             let [r, g, b, coverage] = *pixel;
             *pixel = curve.of(Vec3::new(r, g, b) * scale).extend(coverage).to_array();
         }
     });
+    for (pixel, samples) in picture.edges.iter() {
+        let sum: Vec3 = samples.iter().map(|sample| curve.of(*sample * scale).clamp(Vec3::ZERO, Vec3::ONE)).sum();
+        let pixel = &mut shown.pixels[pixel as usize];
+        *pixel = (sum / samples.len() as f32).extend(pixel[3]).to_array();
+    }
     shown
 }
 
@@ -166,6 +173,19 @@ mod tests {
                 assert!(curve == ToneCurve::None || shown.x <= 1.0 + 1e-4, "{curve:?} {value}: {shown}");
                 last = shown.x;
             }
+        }
+    }
+
+    /// A pixel half before a light and half before nothing is half as bright as white, however bright the light is.
+    #[test]
+    fn samples_are_limited_before_they_are_averaged() {
+        let mut picture = Framebuffer::of_pixels(2, 1, vec![[500.0, 500.0, 500.0, 1.0]; 2]);
+        picture.edges.add(1, &[Vec3::ZERO, Vec3::splat(1000.0)]);
+        picture.edges.add(0, &[Vec3::splat(500.0), Vec3::splat(501.0)]);
+        for (curve, white) in [(ToneCurve::None, 1.0), (ToneCurve::Aces, 1.0), (ToneCurve::Agx, 0.99)] {
+            let shown = displayed(&picture, 1.0, curve);
+            assert!((shown.pixels[1][0] - 0.5 * white).abs() < 0.01, "{curve:?}: {:?}", shown.pixels);
+            assert!(shown.pixels[0][0] >= white, "{curve:?}: {:?}", shown.pixels);
         }
     }
 

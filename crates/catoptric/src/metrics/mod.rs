@@ -118,7 +118,7 @@ mod tests {
     use crate::framebuffer::linear_from_srgb;
 
     fn flat(width: u32, height: u32, value: f32) -> Framebuffer {
-        Framebuffer { width, height, pixels: vec![[value, value, value, 1.0]; (width * height) as usize] }
+        Framebuffer::of_pixels(width, height, vec![[value, value, value, 1.0]; (width * height) as usize])
     }
 
     #[test]
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(comparison.masked(&[false; 6]).unwrap(), None);
         let empty = flat(0, 0, 0.0);
         assert_eq!(Comparison::new(&empty, &empty).unwrap().whole(), None);
-        let short = Framebuffer { width: 2, height: 2, pixels: vec![[0.0; 4]] };
+        let short = Framebuffer::of_pixels(2, 2, vec![[0.0; 4]]);
         assert!(Comparison::new(&short, &short).is_err());
     }
 

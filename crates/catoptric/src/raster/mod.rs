@@ -26,7 +26,7 @@ pub(crate) use scene_list::{is_seen_from_behind, patch_of_triangle, shade_looks}
 
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
-use crate::framebuffer::Framebuffer;
+use crate::framebuffer::{EdgeSamples, Framebuffer};
 use crate::parallel;
 use crate::progress::{Cancelled, Progress, Silent};
 use crate::scene::{PicturePoint, View};
@@ -173,11 +173,14 @@ pub(crate) fn draw_with<S: FragmentShader + ?Sized, L: LayerSource>(
     let mut tiles = split_into_tiles(target, &sorted.grid);
     sorted.for_each_tile(progress, &mut tiles, source, shader, |work, scratch, tile| {
         tile.done = work.draw(scratch, &mut tile.rows);
+        tile.edges = work.edges(scratch, &tile.rows);
     })?;
-    let mut done = TileReport::default();
-    for tile in &tiles {
+    let (mut done, mut edges) = (TileReport::default(), EdgeSamples::default());
+    for tile in tiles {
         done.add(tile.done);
+        edges.append(tile.edges);
     }
+    target.edges = edges;
     report.fragments = done.fragments;
     let of_threads = done.raster_ms + done.shade_ms + done.resolve_ms;
     // Without a clock all of them are 0.
@@ -276,6 +279,7 @@ impl<'a> Sorted<'a> {
 /// The pixels of a tile in the picture.
 struct TileTarget<'a> {
     rows: Vec<&'a mut [[f32; 4]]>,
+    edges: EdgeSamples,
     done: TileReport,
 }
 
@@ -283,6 +287,7 @@ fn split_into_tiles<'a>(target: &'a mut Framebuffer, grid: &TileGrid) -> Vec<Til
     let mut tiles: Vec<TileTarget<'a>> = Vec::with_capacity(grid.columns * grid.rows);
     tiles.resize_with(grid.columns * grid.rows, || TileTarget {
         rows: Vec::with_capacity(TILE),
+        edges: EdgeSamples::default(),
         done: TileReport::default(),
     });
     for (row, pixels) in target.pixels.chunks_mut(target.width as usize).enumerate() {

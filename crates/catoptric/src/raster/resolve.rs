@@ -14,8 +14,15 @@ const SAME_DEPTH: f32 = 2e-3;
 pub(super) struct FragmentTarget {
     pub(super) column: u8,
     pub(super) row: u8,
+    /// The samples that show it, as bits.
+    pub(super) samples: u16,
+}
+
+impl FragmentTarget {
     /// The number of samples that show it.
-    pub(super) weight: u8,
+    pub(super) fn weight(&self) -> u8 {
+        self.samples.count_ones() as u8
+    }
 }
 
 /// The fragments of a tile, without their attributes.
@@ -92,7 +99,7 @@ pub(super) fn resolve<L: LayerSource>(
             for column in block_x..(block_x + BLOCK).min(extent[0]) {
                 let corner = Vec2::new((first_pixel[0] + column as i32) as f32, (first_pixel[1] + row as i32) as f32);
                 let first = (block * BLOCK * BLOCK + (row - block_y) * BLOCK + (column - block_x)) * samples;
-                let target = FragmentTarget { column: column as u8, row: row as u8, weight: samples as u8 };
+                let target = FragmentTarget { column: column as u8, row: row as u8, samples: all as u16 };
                 let mut splits = false;
                 let start = ids.len();
                 for layer in layers {
@@ -121,7 +128,7 @@ pub(super) fn resolve<L: LayerSource>(
                 let mut add = |mask: u32, chain: &[u32]| {
                     let mut push = |mask: u32| {
                         positions.push(corner + if mask == all { whole } else { centroid(pattern, mask) });
-                        targets.push(FragmentTarget { weight: mask.count_ones() as u8, ..target });
+                        targets.push(FragmentTarget { samples: mask as u16, ..target });
                         ids.extend_from_slice(chain);
                         ends.push(ids.len() as u32);
                     };
@@ -172,7 +179,8 @@ fn resolve_simple(layer: &[Ids], extent: [usize; 2], first_pixel: [i32; 2], chai
             let y = (first_pixel[1] + row as i32) as f32 + 0.5;
             let x = (first_pixel[0] + block_x as i32) as f32 + 0.5;
             chains.positions.extend((0..columns).map(|column| Vec2::new(x + column as f32, y)));
-            let target = |column: usize| FragmentTarget { column: (block_x + column) as u8, row: row as u8, weight: 1 };
+            let target =
+                |column: usize| FragmentTarget { column: (block_x + column) as u8, row: row as u8, samples: 1 };
             chains.targets.extend((0..columns).map(target));
             for &id in &pixels[..columns] {
                 if id != EMPTY {

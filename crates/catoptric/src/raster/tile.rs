@@ -9,11 +9,12 @@ use super::kernel::{
     groups_in_tile, overlap,
 };
 use super::plan::{LayerPlan, Plan};
-use super::resolve::{Chains, resolve};
+use super::resolve::{Chains, FragmentTarget, resolve};
 use super::samples::Pattern;
 use super::setup::{PictureSetup, SetupTriangle};
 use super::source::{FOUND, KnownSurfaces, LayerSource, ShownBySource, TileBelow, found_number};
 use crate::clock::Stopwatch;
+use crate::framebuffer::EdgeSamples;
 use crate::math::lanes::LANES;
 use crate::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3, Vec4};
@@ -30,6 +31,8 @@ pub(super) struct TileScratch<F> {
     chains: Chains,
     surfaces: Vec<LayerSurface>,
     colors: Vec<Vec3>,
+    /// Colours of fragments that not all samples of their pixel show.
+    parts: Vec<(FragmentTarget, Vec3)>,
     /// Places of surfaces of lists among all.
     listed: Vec<u32>,
     /// What the source has found.
@@ -82,7 +85,32 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
             }
         }
         self.source.begin(&mut scratch.found);
+        scratch.parts.clear();
         self.draw_branches(0, 0, scratch, rows)
+    }
+
+    /// The samples of pixels that parts of their samples show, after the tile was drawn.
+    pub(super) fn edges(&self, scratch: &mut TileScratch<L::Found>, rows: &[&mut [[f32; 4]]]) -> EdgeSamples {
+        let parts = &mut scratch.parts;
+        let pixel = |target: &FragmentTarget| (target.row, target.column);
+        parts.sort_by_key(|(target, _)| pixel(target));
+        let count = self.frame.pattern.samples;
+        let (mut edges, mut samples) = (EdgeSamples::default(), [Vec3::ZERO; 16]);
+        for parts in parts.chunk_by(|(one, _), (other, _)| pixel(one) == pixel(other)) {
+            let (row, column) = pixel(&parts[0].0);
+            let in_parts: Vec3 = parts.iter().map(|(target, color)| *color * f32::from(target.weight())).sum();
+            let mean = Vec4::from(rows[usize::from(row)][usize::from(column)]).truncate();
+            // What all samples show is no part.
+            samples.fill((mean - in_parts / count as f32).max(Vec3::ZERO));
+            for (index, sample) in samples.iter_mut().enumerate() {
+                let shown = parts.iter().filter(|(target, _)| target.samples >> index & 1 != 0);
+                *sample += shown.map(|(_, color)| *color).sum::<Vec3>();
+            }
+            let [x, y] = [column, row].map(u32::from);
+            let [left, top] = self.place.pixel.map(|pixel| pixel as u32);
+            edges.add((top + y) * self.frame.width + left + x, &samples[..count]);
+        }
+        edges
     }
 
     /// Calls `seen` with the pixel and the triangle for all triangles of a list in layer 0 that samples show.
@@ -153,7 +181,7 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
     ) -> TileReport {
         let mut watch = Stopwatch::new();
         let (plan, pattern) = (self.plan, &self.frame.pattern);
-        let TileScratch { layers: ids, chains, surfaces, colors, listed, found, .. } = scratch;
+        let TileScratch { layers: ids, chains, surfaces, colors, parts, listed, found, .. } = scratch;
         let extent = [rows.first().map_or(0, |row| row.len()), rows.len()];
         let known = KnownSurfaces { plan, source: self.source, found };
         resolve(&known, pattern, &ids[..layers], extent, self.place.pixel, chains);
@@ -180,9 +208,12 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
         } else {
             let unit = 1.0 / pattern.samples as f32;
             for (target, color) in chains.targets.iter().zip(colors.iter()) {
-                let pixel = &mut rows[target.row as usize][target.column as usize];
-                let sum = Vec4::from(*pixel) + (*color * (target.weight as f32 * unit)).extend(0.0);
+                let (pixel, weight) = (&mut rows[target.row as usize][target.column as usize], target.weight());
+                let sum = Vec4::from(*pixel) + (*color * (f32::from(weight) * unit)).extend(0.0);
                 *pixel = sum.to_array();
+                if usize::from(weight) < pattern.samples {
+                    parts.push((*target, *color));
+                }
             }
         }
         done.resolve_ms += watch.lap_ms();
@@ -425,7 +456,7 @@ fn fetch_surfaces<L: LayerSource>(
                 None => listed.push(index),
                 Some(number) => {
                     let mut surface = known.source.surface(known.found, number, chains.positions[fragment]);
-                    of_part(&mut surface.barycentrics, chains.targets[fragment].weight, samples);
+                    of_part(&mut surface.barycentrics, chains.targets[fragment].weight(), samples);
                     surfaces[index as usize] = surface;
                 }
             }
@@ -459,7 +490,7 @@ fn fetch_listed(plan: &Plan<'_>, chains: &Chains, samples: usize, listed: &[u32]
                 fragment += 1;
             }
             corners.set_position(lane, chains.positions[fragment]);
-            fragment_weights[lane] = chains.targets[fragment].weight;
+            fragment_weights[lane] = chains.targets[fragment].weight();
             ids[lane] = chains.ids[place as usize];
         }
         let ids = &ids[..places.len()];

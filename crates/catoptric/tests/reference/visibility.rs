@@ -5,10 +5,13 @@ use catoptric::methods::Quality;
 use catoptric::metrics::Comparison;
 use catoptric::progress::Silent;
 use catoptric::raster::{SceneShader, draw, scene_draw_list};
-use catoptric::scene::{Role, Scene, View};
+use catoptric::scene::{Environment, Role, Scene, View};
+use catoptric::tone::{ToneCurve, displayed};
 use catoptric_scenes::builtin;
 use catoptric_testkit::drawing::{picture, scene};
-use catoptric_testkit::scenes::sphere_in_room;
+use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
+use glam::Vec3;
+use std::sync::Arc;
 
 /// The share of pixels (sRGB channel off by more than 0.1) where the two disagree, everything being diffuse.
 fn disagreement(mut scene: Scene, view: &View, samples: u32) -> f64 {
@@ -47,6 +50,37 @@ fn antialiased_edges_and_exact_surfaces_look_alike_too() {
         for samples in [2, 4, 8] {
             let share = disagreement(scene.clone(), &view, samples);
             assert!(share <= 5e-4, "{analytic} {samples}: {share}");
+        }
+    }
+}
+
+/// A screen shows no more than white: samples are limited before they are averaged, by the rasteriser and by the tracer,
+/// whatever the number of samples.
+#[test]
+fn edges_before_a_bright_sky_are_smooth_on_a_screen() {
+    let mut builder = SceneBuilder::new();
+    let black = builder.flat("black", Vec3::ZERO);
+    builder.quad("leaf", Vec3::ZERO, Vec3::new(2.0, 0.3, 0.1), Vec3::new(0.4, 1.8, -0.2), black);
+    builder.camera(Vec3::new(1.2, 1.0, 4.0), Vec3::new(1.2, 1.0, 0.0), 40.0);
+    let mut scene = builder.build();
+    scene.environment = Some(Arc::new(Environment::new("sky", 4, 2, vec![[100.0; 3]; 8])));
+    let view = scene.default_view(120, 120);
+    let smooth = |method: &str, samples: u32| {
+        let drawn = picture(method, "", &scene, &view, Quality { samples, order: 1 });
+        let shown = displayed(&drawn, 0.0, ToneCurve::None);
+        let is_between = |pixel: &&[f32; 4]| pixel[0] > 0.05 && pixel[0] < 0.95;
+        (shown.pixels.iter().filter(is_between).count(), shown)
+    };
+    for (method, samples) in [("auto", 4), ("reference", 4), ("reference", 64)] {
+        let (count, shown) = smooth(method, samples);
+        assert!(count > 100, "{method}: {count} pixels of edges are smooth");
+        // The tracer's pattern of four samples is the rasteriser's.
+        if samples == 4 && method == "reference" {
+            let drawn = smooth("auto", samples).1;
+            let differ = |(a, b): &(&[f32; 4], &[f32; 4])| (a[0] - b[0]).abs() > 1e-3;
+            let count = shown.pixels.iter().zip(&drawn.pixels).filter(differ).count();
+            // Samples next to an edge may lie on either side of it, as above.
+            assert!(count as f64 <= 5e-4 * drawn.pixels.len() as f64, "{count} pixels differ");
         }
     }
 }

@@ -3,7 +3,7 @@
 use catoptric::light::path_tracer::surface_mask;
 use catoptric::methods::Quality;
 use catoptric::metrics::Comparison;
-use catoptric::scene::{AlphaMode, Film, Lobes, Material, Microfacets, Scene};
+use catoptric::scene::{AlphaMode, Environment, Film, Lobes, Material, Microfacets, Scene};
 use catoptric_scenes::studio;
 use catoptric_testkit::drawing::picture;
 use catoptric_testkit::scenes::SceneBuilder;
@@ -51,7 +51,7 @@ fn surfaces() -> Vec<(&'static str, Material, f64)> {
     ]
 }
 
-fn between_walls(material: Material) -> Scene {
+fn between_walls(material: Material, sky: &Arc<Environment>) -> Scene {
     let mut builder = SceneBuilder::new();
     let ball = builder.material(material);
     builder.sphere_mesh("ball", Vec3::ZERO, 1.0, 24, ball);
@@ -63,14 +63,15 @@ fn between_walls(material: Material) -> Scene {
     builder.camera(Vec3::new(0.0, 0.6, 5.0), Vec3::ZERO, 36.0);
     let mut scene = builder.build();
     scene.tangents = scene.normals.iter().map(|n| Vec3::Y.cross(*n).normalize_or(Vec3::X).extend(1.0)).collect();
-    scene.environment = Some(Arc::new(studio()));
+    scene.environment = Some(sky.clone());
     scene
 }
 
 #[test]
 fn every_lobe_is_drawn_as_the_reference_draws_it() {
+    let sky = Arc::new(studio());
     for (name, material, limit) in surfaces() {
-        let scene = between_walls(material);
+        let scene = between_walls(material, &sky);
         let view = scene.default_view(48, 36);
         let truth = picture("reference", "", &scene, &view, Quality { samples: 36, order: 4 });
         let drawn = picture("auto", "", &scene, &view, Quality { samples: 4, order: 4 });

@@ -36,7 +36,8 @@ pub(crate) struct Cone {
 impl<F: RadianceField> PathTracer<'_, F> {
     /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding,
     /// but below zero where what hides light from infinity takes away more than there was, as much as elsewhere less:
-    /// the mean over a pixel is nearer to the truth. `sums` is as long as `positions`.
+    /// the mean over a pixel is nearer to the truth. `sums` is as long as `positions`. Tells what is first met at each
+    /// of them, by its index.
     #[inline(always)] // for the instructions of its caller
     pub fn radiances(
         &mut self,
@@ -45,6 +46,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         positions: &[Vec2],
         footprint_scale: f32,
         sums: &mut [Vec3],
+        mut tell: impl FnMut(usize, Option<&Hit>),
     ) {
         sums.fill(Vec3::ZERO);
         let mut waves = std::mem::take(&mut self.waves);
@@ -55,6 +57,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         for (owner, at) in positions.iter().enumerate() {
             let start = self.start(view, near, at.x, at.y, footprint_scale);
             let hit = self.tracer.first_hit_among(self.scene, &start.ray, start.near, &treelet);
+            tell(owner, hit.as_ref());
             self.arrive_in_wave(&start, hit.as_ref(), owner as u32, &mut waves, sums);
         }
         waves.treelet = treelet;

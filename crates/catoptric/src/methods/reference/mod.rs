@@ -10,7 +10,7 @@ use super::bake::Baked;
 use super::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
-use crate::framebuffer::Framebuffer;
+use crate::framebuffer::{EdgeSamples, Framebuffer};
 use crate::light::path_tracer::{NearPlane, PathTracer};
 use crate::light::tracer::Tracer;
 use crate::math::random;
@@ -165,6 +165,17 @@ impl Frame for ReferenceFrame<'_> {
     }
 }
 
+/// Samples that tell how much of a pixel each object covers, at most.
+const EDGE_SAMPLES: usize = 16;
+
+/// A tile's pixels, and the sum of the squares of their standard errors.
+#[derive(Default)]
+struct DrawnTile {
+    pixels: Vec<[f32; 4]>,
+    edges: EdgeSamples,
+    squares: f64,
+}
+
 /// Draws the view: the number of rays traced, and the noise ([`Report::noise`]) if there are samples to tell it.
 fn draw(
     settings: &ReferenceSettings,
@@ -190,8 +201,10 @@ fn draw(
         tile
     })?;
     let mut squares = 0.0;
-    for (tile, (pixels, of_tile)) in pictures.iter().enumerate() {
+    target.edges = EdgeSamples::default();
+    for (tile, DrawnTile { pixels, edges, squares: of_tile }) in pictures.into_iter().enumerate() {
         squares += of_tile;
+        target.edges.append(edges);
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let tile_width = TILE.min(width - x0) as usize;
         for (row, pixels) in pixels.chunks(tile_width).enumerate() {
@@ -212,7 +225,7 @@ fn draw_tile(
     job: &Job<'_>,
     [x0, y0]: [u32; 2],
     [x1, y1]: [u32; 2],
-) -> (Vec<[f32; 4]>, f64) {
+) -> DrawnTile {
     let samples = job.quality.samples.max(1);
     let pattern = match settings.samples {
         SamplePlacement::Pattern => sample_positions(samples).ok(),
@@ -222,12 +235,13 @@ fn draw_tile(
     let footprint_scale = 1.0 / (samples as f32).sqrt();
     let (rays, near) = (job.view.rays(), NearPlane::new(job.view));
     let (columns, rows) = (x1 - x0, y1 - y0);
-    let mut pixels = vec![[0.0; 4]; (columns * rows) as usize];
-    let mut squares = 0.0;
+    let mut drawn = DrawnTile::default();
+    drawn.pixels.resize((columns * rows) as usize, [0.0; 4]);
     // Rays side by side share the first steps of their ways.
     let side = ((RAYS_AT_ONCE / samples as f32).sqrt() as u32).clamp(1, TILE);
     let mut positions = Vec::with_capacity((side * side * samples) as usize);
     let mut sums = vec![Vec3::ZERO; positions.capacity()];
+    let mut objects = vec![None; positions.capacity()];
     for top in (0..rows).step_by(side as usize) {
         for left in (0..columns).step_by(side as usize) {
             let (right, bottom) = ((left + side).min(columns), (top + side).min(rows));
@@ -244,15 +258,37 @@ fn draw_tile(
                 }
             }
             let sums = &mut sums[..positions.len()];
-            paths.radiances(&rays, &near, &positions, footprint_scale, sums);
-            for ((column, row), sums) in places().zip(sums.chunks_exact(samples as usize)) {
+            paths.radiances(&rays, &near, &positions, footprint_scale, sums, |index, hit| {
+                objects[index] = hit.map(|hit| hit.object(job.scene));
+            });
+            let of_pixels = sums.chunks_exact(samples as usize).zip(objects.chunks_exact(samples as usize));
+            for ((column, row), (sums, objects)) in places().zip(of_pixels) {
                 let mean = sums.iter().sum::<Vec3>() / samples as f32;
-                squares += f64::from(between_halves(sums).length_squared());
-                pixels[(row * columns + column) as usize] = mean.max(Vec3::ZERO).extend(1.0).to_array();
+                drawn.squares += f64::from(between_halves(sums).length_squared());
+                drawn.pixels[(row * columns + column) as usize] = mean.max(Vec3::ZERO).extend(1.0).to_array();
+                if objects.iter().any(|object| *object != objects[0]) {
+                    let pixel = (y0 + row) * job.view.width + x0 + column;
+                    drawn.edges.add(pixel, &means_by_object(sums, objects));
+                }
             }
         }
     }
-    (pixels, squares)
+    drawn
+}
+
+/// The samples of a pixel, at most [`EDGE_SAMPLES`] of them, each the mean of those that show its object: what differs
+/// among these is noise, and none of an edge.
+fn means_by_object(samples: &[Vec3], objects: &[Option<u32>]) -> Vec<Vec3> {
+    let mean = |wanted: Option<u32>| {
+        let of_object = || samples.iter().zip(objects).filter(|(_, object)| **object == wanted);
+        let sum: Vec3 = of_object().map(|(sample, _)| *sample).sum();
+        (sum / of_object().count() as f32).max(Vec3::ZERO)
+    };
+    let count = samples.len().min(EDGE_SAMPLES);
+    let mut shown: Vec<Option<u32>> = objects.to_vec();
+    // Objects in their order, so that a few of them at equal distances stand for their shares.
+    shown.sort_unstable();
+    (0..count).map(|index| mean(shown[(2 * index + 1) * samples.len() / (2 * count)])).collect()
 }
 
 /// Half the difference of the means of two halves of a pixel's samples, up to 1 each: its standard error, about.

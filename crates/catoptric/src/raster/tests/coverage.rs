@@ -9,6 +9,7 @@ use super::super::setup::{PictureSetup, SetupTriangle, set_up};
 use super::*;
 use crate::math::lanes::LANES;
 use crate::math::random::Stream;
+use crate::tone::{ToneCurve, displayed};
 
 const SIZE: u32 = TILE as u32;
 
@@ -141,6 +142,26 @@ fn rectangles_cover_their_area() {
     let drawn = picture(&view, 4, &[half], coverage);
     assert_eq!(drawn.pixel(3, 3)[0], 0.5);
     assert_eq!(drawn.pixels.iter().map(|pixel| pixel[0]).sum::<f32>(), 4.5 * 4.0);
+}
+
+/// A screen shows white at most: samples are limited to it one by one, or pixels at edges of what is brighter were
+/// white as a whole.
+#[test]
+fn edges_before_a_bright_ground_are_smooth_on_a_screen() {
+    let view = view(45, 39, true);
+    let sheet = [list([[at(3.2, 2.1, 4.0), at(31.7, 8.9, 4.0), at(12.4, 35.3, 4.0)]])];
+    for samples in SAMPLE_COUNTS {
+        let covered = picture(&view, samples, &sheet, coverage);
+        let bright = picture(&view, samples, &sheet, |fragment| Vec3::splat(100.0) - 100.0 * coverage(fragment));
+        let shown = displayed(&bright, 0.0, ToneCurve::None);
+        for (index, (shown, covered)) in shown.pixels.iter().zip(&covered.pixels).enumerate() {
+            assert!((shown[0].min(1.0) - (1.0 - covered[0])).abs() < 1e-4, "{samples} samples, pixel {index}");
+        }
+        let is_edge = |pixel: &&[f32; 4]| pixel[0] > 0.01 && pixel[0] < 0.99;
+        assert_eq!(shown.pixels.iter().filter(is_edge).count() > 20, samples > 1, "{samples} samples");
+        // Radiance itself is what it was.
+        assert!(bright.pixels.iter().zip(&covered.pixels).all(|(a, b)| (a[0] - 100.0 * (1.0 - b[0])).abs() < 1e-3));
+    }
 }
 
 #[test]

@@ -3,11 +3,10 @@
 use super::super::{AlphaMode, LobeTexture, Lobes, Material, Microfacets, NormalMap, Scene};
 use super::microfacets::widened_alpha;
 use super::shade::{SurfacePoint, finite};
-use super::sheen;
+use super::sheen::{self, SheenLobe};
 use super::thin_film::FilmAt;
 use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3, Vec3Swizzles, Vec4Swizzles};
-use std::f32::consts::FRAC_1_PI;
 
 /// The lobes of a surface at a point, from factors, textures and vertex colours.
 #[derive(Clone, Copy, Debug)]
@@ -176,18 +175,15 @@ impl Scene {
         self.lit_glossy((material, None), color, point, from_behind, [1.0, 0.0])
     }
 
-    /// The light that fibres scatter towards the viewer: of lights by their lobe, of the environment as if all of it
-    /// were as bright as what a diffuse surface sees.
+    /// The light that fibres scatter towards the viewer, of lights and of the environment.
     fn sheen(&self, material: &Material, point: &SurfacePoint, at: &LobesAt, towards_viewer: Vec3, side: f32) -> Vec3 {
-        let normal = at.normal * side;
-        let n_v = normal.dot(towards_viewer).clamp(0.02, 1.0);
+        let lobe = SheenLobe::new(at.sheen_roughness, at.normal * side, towards_viewer);
         let mut sum = Vec3::ZERO;
         for light in &self.lights {
             let (towards, irradiance) = light.arriving(point.position);
-            let n_l = normal.dot(towards);
-            if n_l > 0.0 && self.shadow_start(point, side).sees(self, light) {
-                let half = (towards + towards_viewer).normalize_or(normal);
-                sum += irradiance * (n_l * sheen::lobe(at.sheen_roughness, normal.dot(half), n_l, n_v));
+            let share = lobe.of(towards);
+            if share > 0.0 && self.shadow_start(point, side).sees(self, light) {
+                sum += irradiance * share;
             }
         }
         if let Some(environment) = &self.environment {
@@ -195,8 +191,7 @@ impl Scene {
                 .occlusion_map
                 .as_ref()
                 .map_or(1.0, |map| 1.0 + (self.sample(&map.binding, point).x - 1.0) * map.strength);
-            let mean = environment.irradiance(normal) * (FRAC_1_PI * occlusion);
-            sum += mean * sheen::albedo(at.sheen_roughness, n_v);
+            sum += occlusion * lobe.gather(|direction, across| environment.radiance_within(direction, across));
         }
         at.sheen * sum
     }

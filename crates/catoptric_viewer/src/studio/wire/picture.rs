@@ -64,7 +64,7 @@ impl WirePicture {
         if self.has_linear {
             let floats = rgba.split_off(width as usize * height as usize * 4);
             let pixels = bytemuck::pod_collect_to_vec(&floats);
-            linear = Some(Arc::new(Framebuffer { width, height, pixels }));
+            linear = Some(Arc::new(Framebuffer::of_pixels(width, height, pixels)));
         }
         let named = |(name, count): (String, u64)| (kept(name), count);
         let report = Report {
