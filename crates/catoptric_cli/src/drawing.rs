@@ -217,7 +217,15 @@ impl<'a> Shot<'a> {
             && let Some(method) = gpu.method(chosen)?
         {
             let on_gpu = Processor { backend: "gpu", device: gpu.name() };
-            match self.draw_with(&*method, on_gpu, chosen, progress) {
+            let drawn = self.draw_with(&*method, on_gpu, chosen, progress).map(|mut drawing| {
+                if self.scene.sky.is_some() {
+                    let warning =
+                        "on the GPU surfaces scatter all of the environment's light: its shadows are not drawn";
+                    drawing.warnings.push(warning.into());
+                }
+                drawing
+            });
+            match drawn {
                 // What only the CPU can draw.
                 Err(Failure::Input(problem)) if !gpu.is_wanted => {
                     let mut drawing = self.draw_on_cpu(chosen, progress)?;

@@ -4,7 +4,7 @@ use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::SceneError;
-use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
+use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
 use catoptric_scenes::{builtin, import, light_if_dark, studio};
@@ -96,6 +96,7 @@ pub(crate) fn pose(
             Some(before) => cast_shadows_as(before, &mut scene),
             None => cast_shadows(&mut scene),
         }
+        shadow_sky(&mut scene);
     }
     Ok(scene)
 }

@@ -1,6 +1,6 @@
 //! Radiance along rays.
 
-use crate::scene::{Environment, Ray, RayDifferential, Scene};
+use crate::scene::{Environment, Lamps, Ray, RayDifferential, Scene};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -21,6 +21,18 @@ pub trait RadianceField {
     /// The same from all around the ray, within an angle across.
     fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
         self.radiance_of_cone(scene, ray, &RayDifferential::default().widened(ray.direction, across))
+    }
+
+    /// Small bright parts of the light from infinity, which [`Self::radiance_beside_lamps`] can leave out.
+    fn lamps<'s>(&self, scene: &'s Scene) -> Option<&'s Lamps> {
+        let _ = scene;
+        None
+    }
+
+    /// [`Self::radiance_within`] of which lamps have a share between 0 and 1.
+    fn radiance_beside_lamps(&self, scene: &Scene, ray: &Ray, across: f32, share_of_lamps: f32) -> Vec3 {
+        let _ = share_of_lamps;
+        self.radiance_within(scene, ray, across)
     }
 
     /// The distance along a ray of unit direction of what it looks up; infinite where unknown.
@@ -44,6 +56,14 @@ impl<F: RadianceField + ?Sized> RadianceField for &F {
     #[inline(always)]
     fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
         (**self).radiance_within(scene, ray, across)
+    }
+
+    fn lamps<'s>(&self, scene: &'s Scene) -> Option<&'s Lamps> {
+        (**self).lamps(scene)
+    }
+
+    fn radiance_beside_lamps(&self, scene: &Scene, ray: &Ray, across: f32, share_of_lamps: f32) -> Vec3 {
+        (**self).radiance_beside_lamps(scene, ray, across, share_of_lamps)
     }
 
     #[inline(always)]
@@ -71,5 +91,18 @@ impl RadianceField for SceneBackground {
     #[inline(always)]
     fn radiance_within(&self, scene: &Scene, ray: &Ray, across: f32) -> Vec3 {
         scene.environment.as_ref().map_or(Vec3::ZERO, |sky| sky.radiance_within(ray.direction, across))
+    }
+
+    #[inline]
+    fn lamps<'s>(&self, scene: &'s Scene) -> Option<&'s Lamps> {
+        scene.environment.as_ref()?.lamps()
+    }
+
+    fn radiance_beside_lamps(&self, scene: &Scene, ray: &Ray, across: f32, share_of_lamps: f32) -> Vec3 {
+        let Some(sky) = &scene.environment else { return Vec3::ZERO };
+        match sky.lamps() {
+            Some(lamps) => sky.radiance_within_beside(lamps, ray.direction, across, share_of_lamps),
+            None => sky.radiance_within(ray.direction, across),
+        }
     }
 }

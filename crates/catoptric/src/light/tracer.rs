@@ -9,9 +9,12 @@ use super::wide_hierarchy::{
 };
 use crate::scene::hit::{Hit, PrimitiveHit};
 use crate::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
-use crate::scene::{AlphaMode, Light, Ray, RayDifferential, Scene, ViewRays};
+use crate::scene::{AlphaMode, Light, LightVisibility, Ray, RayDifferential, Scene, ViewRays};
 use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::{Vec2, Vec3};
+use std::any::Any;
+use std::cell::RefCell;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Fewer points ask for their ways to a light one by one.
@@ -20,33 +23,40 @@ const FEW_POINTS: usize = 6;
 /// The scene's hierarchy. It belongs to the scene that it was built from.
 #[derive(Debug)]
 pub struct Tracer {
-    hierarchy: WideHierarchy,
+    hierarchy: Arc<WideHierarchy>,
+    /// Which objects it has, and which of them are not met everywhere or from both sides.
+    objects: Vec<[bool; 2]>,
     has_footprints: bool,
     /// Primitives that rays were tested against, where that is counted.
     tests: Option<AtomicU64>,
 }
 
 impl Tracer {
-    /// The hierarchy over all objects of a scene for which `include` is true.
+    /// The hierarchy over all objects of a scene for which `include` is true: that of the scene's shadows, if it is the
+    /// same.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
-        let hierarchy = WideHierarchy::build_for_rays(scene, include, |object| {
-            is_alpha_tested(scene, object) || scene.is_one_sided(object)
+        let is_partial = |object: u32| is_alpha_tested(scene, object) || scene.is_one_sided(object);
+        let objects: Vec<[bool; 2]> =
+            (0..scene.objects.len() as u32).map(|object| [include(object), is_partial(object)]).collect();
+        let of_shadows = scene.light_visibility.as_ref().and_then(|means| {
+            let means: &dyn Any = &**means;
+            means.downcast_ref::<Self>().filter(|known| known.objects == objects)
         });
-        Self {
-            hierarchy,
-            has_footprints: scene.materials.iter().any(|material| scene.has_footprints(material)),
-            tests: None,
-        }
+        let hierarchy = match of_shadows {
+            Some(known) => known.hierarchy.clone(),
+            None => Arc::new(WideHierarchy::build_for_rays(scene, include, is_partial)),
+        };
+        let has_footprints = scene.materials.iter().any(|material| scene.has_footprints(material));
+        Self { hierarchy, objects, has_footprints, tests: None }
     }
 
     /// The same for another moment of the scene, with as many triangles; `None` if it has to be built anew. Where much
     /// has moved, rays take longer than through a new one.
     pub(crate) fn refitted(&self, scene: &Scene) -> Option<Self> {
-        let mut hierarchy = self.hierarchy.clone();
-        if !hierarchy.refit(scene) {
-            return None;
-        }
-        Some(Self { hierarchy, has_footprints: self.has_footprints, tests: None })
+        let mut hierarchy = WideHierarchy::clone(&self.hierarchy);
+        let has_moved = hierarchy.refit(scene);
+        let (hierarchy, objects) = (Arc::new(hierarchy), self.objects.clone());
+        has_moved.then_some(Self { hierarchy, objects, has_footprints: self.has_footprints, tests: None })
     }
 
     /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
@@ -219,6 +229,25 @@ impl Tracer {
         let offset = 16.0 * f32::EPSILON * point.coordinate_size.max(f32::MIN_POSITIVE);
         let side = if direction.dot(point.geometric_normal) < 0.0 { -offset } else { offset };
         point.position + point.geometric_normal * side
+    }
+}
+
+/// The means of a scene to tell what casts shadows: a hierarchy over all objects that do.
+impl LightVisibility for Tracer {
+    fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
+        Self::is_blocked(self, scene, ray, distance)
+    }
+
+    fn find_hidden(&self, scene: &Scene, light: &Light, points: &[Vec3], hidden: &mut [bool]) {
+        thread_local! {
+            /// Buffers of a thread.
+            static TREELET: RefCell<Treelet> = RefCell::default();
+        }
+        TREELET.with_borrow_mut(|treelet| self.find_blocked(scene, light, points, treelet, hidden));
+    }
+
+    fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        Some(Arc::new(self.refitted(scene)?))
     }
 }
 

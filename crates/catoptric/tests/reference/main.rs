@@ -7,4 +7,5 @@ mod lobes;
 mod path_derivatives;
 mod reflection_groups;
 mod shadows;
+mod sky;
 mod visibility;

@@ -54,8 +54,8 @@ fn antialiased_edges_and_exact_surfaces_look_alike_too() {
     }
 }
 
-/// A screen shows no more than white: samples are limited before they are averaged, by the rasteriser and by the tracer,
-/// whatever the number of samples.
+/// A screen shows no more than white: samples are limited before they are averaged, by the rasteriser and by the
+/// tracer, whatever the number of samples.
 #[test]
 fn edges_before_a_bright_sky_are_smooth_on_a_screen() {
     let mut builder = SceneBuilder::new();

@@ -5,7 +5,7 @@ use crate::args::{InfoArgs, Shadows};
 use crate::failure::Failure;
 use crate::scene_source;
 use catoptric::math::Aabb;
-use catoptric::scene::{AlphaMode, Camera, LightKind, Model, Projection, Role, Scene};
+use catoptric::scene::{AlphaMode, Camera, LightKind, Material, Model, Projection, Role, Scene};
 use clap::ArgMatches;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -139,6 +139,7 @@ fn as_text(model: &Model, scene: &Scene) -> String {
         if material.unlit {
             row.push("unlit".into());
         }
+        row.extend(lobes(material));
         if let Some(blend) = &material.blend {
             let weights = [("by angle", blend.fresnel.is_some()), ("by distance", blend.attenuation.is_some())];
             row.extend(weights.into_iter().filter(|(_, given)| *given).map(|(what, _)| format!("blended {what}")));
@@ -168,6 +169,28 @@ fn as_text(model: &Model, scene: &Scene) -> String {
     }
     section(&mut text, "Warnings", &model.warnings, |warning| vec![warning.clone()]);
     text
+}
+
+/// What is shown of a surface's lobes.
+fn lobes(material: &Material) -> Vec<String> {
+    let (Some(lobes), Some(facets)) = (material.lobes(), &material.microfacets) else { return Vec::new() };
+    let thin = if lobes.is_thin { "thin wall" } else { "transmission" };
+    let shares = [
+        ("metal", facets.metallic),
+        (thin, lobes.transmission),
+        ("light through", lobes.diffuse_transmission),
+        ("coat", material.coat),
+        ("sheen", lobes.sheen.max_element()),
+        ("film", lobes.film.as_ref().map_or(0.0, |film| film.share)),
+        ("anisotropy", lobes.anisotropy),
+        ("dispersion", lobes.dispersion),
+    ];
+    let mut shown = vec![format!("roughness {:.2}", facets.roughness)];
+    shown.extend(shares.iter().filter(|(_, share)| *share > 0.0).map(|(name, share)| format!("{name} {share:.2}")));
+    if material.alpha_mode == AlphaMode::Blend {
+        shown.push("blended".into());
+    }
+    shown
 }
 
 fn section<T>(text: &mut String, title: &str, items: &[T], row: impl Fn(&T) -> Vec<String>) {

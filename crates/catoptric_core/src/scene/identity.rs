@@ -47,7 +47,11 @@ impl Scene {
         for texture in &self.textures {
             texture.write_identity(sink);
         }
-        put_printed(sink, &(&self.lights, self.light_visibility.is_some()));
+        let has_shadows = self.light_visibility.is_some() && !self.lights.is_empty();
+        put_printed(sink, &(&self.lights, has_shadows));
+        if self.sky.is_some() {
+            put_printed(sink, &"shadows of the environment");
+        }
         match &self.environment {
             Some(environment) => environment.write_identity(sink),
             None => put_printed(sink, &"no environment"),

@@ -3,11 +3,12 @@
 use super::{Light, Ray, Scene};
 use crate::math::lanes::Lanes;
 use glam::{Vec2, Vec3};
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 /// The means of a scene to tell what stands between two points, for shadows of lights.
-pub trait LightVisibility: Debug + Send + Sync {
+pub trait LightVisibility: Any + Debug + Send + Sync {
     /// Returns true if a surface that casts shadows meets a ray nearer than a distance. The scene is the one that the
     /// means were made for.
     fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool;

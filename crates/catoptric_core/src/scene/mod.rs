@@ -25,11 +25,12 @@ pub use model::Model;
 pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::bumps::TurnedEncounter;
-pub use shading::environment::{Environment, LightMap};
+pub use shading::environment::{Environment, Lamp, Lamps, LightMap};
 pub use shading::lobes::LobesAt;
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
+pub use shading::sky::Sky;
 pub use shading::texture::{MipFilter, MipLevel, Sampler, Texture, UvFootprint, Wrap};
 pub use shading::thin_film::{FilmAt, FilmReflectance};
 pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};
@@ -79,6 +80,8 @@ pub struct Scene {
     pub light_visibility: Option<Arc<dyn LightVisibility>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
+    /// What surfaces see of it, for the light that they scatter; `None`: all of it.
+    pub sky: Option<Arc<Sky>>,
     /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
     /// before it; otherwise nothing. Look-ups and devices show nothing.
     pub ends_in_environment: bool,

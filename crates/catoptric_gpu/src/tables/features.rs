@@ -62,7 +62,7 @@ impl SceneFeatures {
             has: [
                 scene.environment.is_some(),
                 !scene.lights.is_empty(),
-                scene.light_visibility.is_some(),
+                scene.light_visibility.is_some() && !scene.lights.is_empty(),
                 any(flags::MICROFACETS),
                 uses(BindingPlace::Normals as usize) || uses(BindingPlace::CoatNormals as usize),
                 surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),

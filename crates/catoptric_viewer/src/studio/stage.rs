@@ -5,7 +5,7 @@ use super::order::{Changes, Source, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::SceneError;
 use catoptric::light::tracer::Tracer;
-use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
+use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky, shadow_sky_as};
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Material, Model, PoseMemory, Role, Scene};
 use catoptric_scenes::{builtin, import, light_if_dark};
@@ -64,8 +64,14 @@ impl Stage {
         let options = changes.pose_at(time)?;
         let mut scene = self.model.pose_again(&options, &mut self.memory)?;
         match &self.posed {
-            Some((.., before)) => cast_shadows_as(before, &mut scene),
-            None => cast_shadows(&mut scene),
+            Some((.., before)) => {
+                cast_shadows_as(before, &mut scene);
+                shadow_sky_as(before, &mut scene);
+            }
+            None => {
+                cast_shadows(&mut scene);
+                shadow_sky(&mut scene);
+            }
         }
         let scene = Arc::new(scene);
         self.posed = Some((time, changes.clone(), scene.clone()));

@@ -2,7 +2,7 @@
 
 use crate::painted::Painted;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::light::visibility::cast_shadows;
+use catoptric::light::visibility::{cast_shadows, shadow_sky};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::{PoseOptions, Scene};
@@ -103,6 +103,7 @@ pub(crate) fn settle(session: &mut Session, is_so: impl Fn(&Viewer) -> bool) {
 pub(crate) fn scene(spec: &str) -> Arc<Scene> {
     let mut scene = builtin::parse(spec).unwrap().pose(&PoseOptions::default()).unwrap();
     cast_shadows(&mut scene);
+    shadow_sky(&mut scene);
     Arc::new(scene)
 }
 

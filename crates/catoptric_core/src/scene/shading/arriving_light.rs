@@ -1,6 +1,7 @@
 //! Light that arrives at many points.
 
-use super::super::{Environment, Light, LightKind, Scene};
+use super::super::light_visibility::{ShadowStart, hide};
+use super::super::{Environment, Light, LightKind, Scene, Sky};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::Vec2;
 
@@ -82,20 +83,57 @@ pub(super) fn add_scattered<const N: usize>(
     }
 }
 
-/// Adds the environment's irradiance at the first `count` points.
+/// What points see of the sky: the share of its light that arrives, and where its suns are sought from.
+pub(super) struct SeenSky<'a, const N: usize> {
+    pub(super) shares: &'a Lanes<N>,
+    pub(super) starts: &'a [ShadowStart; N],
+}
+
+/// Adds the environment's irradiance at the first `count` points: of what they see, if that is known.
 #[inline(always)]
 pub(super) fn add_environment<const N: usize>(
     environment: &Environment,
     normals: &Vec3Lanes<N>,
     count: usize,
+    (scene, seen): (&Scene, Option<SeenSky<'_, N>>),
     sum: &mut Vec3Lanes<N>,
 ) {
     let positions = Environment::positions(normals);
+    if let (Some(sky), Some(seen)) = (&scene.sky, seen) {
+        for i in 0..count.min(N) {
+            let irradiance = sky.irradiance_at(Vec2::new(positions[0][i], positions[1][i])) * seen.shares[i];
+            for channel in 0..3 {
+                sum[channel][i] += irradiance[channel];
+            }
+        }
+        add_suns(scene, sky, normals, seen.starts, count, sum);
+        return;
+    }
     for i in 0..count.min(N) {
         let irradiance = environment.irradiance_at(Vec2::new(positions[0][i], positions[1][i]));
         for channel in 0..3 {
             sum[channel][i] += irradiance[channel];
         }
+    }
+}
+
+/// Adds the irradiance of a sky's suns where they are seen.
+#[inline(never)] // rays cost much more than a call
+pub(super) fn add_suns<const N: usize>(
+    scene: &Scene,
+    sky: &Sky,
+    normals: &Vec3Lanes<N>,
+    starts: &[ShadowStart; N],
+    count: usize,
+    sum: &mut Vec3Lanes<N>,
+) {
+    for sun in sky.suns() {
+        let mut arriving = ArrivingLight::NONE;
+        arriving.set(sun, &Vec3Lanes::ZERO);
+        let cosines = normals.dot(&arriving.towards);
+        let facing = (0..count.min(N)).filter(|lane| cosines[*lane] > 0.0).map(|lane| (lane, starts[lane]));
+        hide(scene, sun, facing, &mut arriving.strength);
+        add_scattered(sun, &arriving, normals, sum);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::light_visibility::ShadowStart;
 use super::super::{Material, Microfacets, Role, Scene, Texture, TextureBinding};
-use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
+use super::arriving_light::{ArrivingLight, SeenSky, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
 use super::glossy::{self, COAT_REFLECTANCE, LitPoints};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, grazing_share, lobe, variance_of_mean, variance_over_pixel};
@@ -53,7 +53,10 @@ impl Scene {
             }
         }
         if let Some(environment) = &self.environment {
-            add_environment(environment, &normals, 1, &mut sum);
+            let shares = Lanes::splat(self.sky_share(point, side));
+            let starts = start.map(|start| [start]);
+            let seen = starts.as_ref().map(|starts| SeenSky { shares: &shares, starts });
+            add_environment(environment, &normals, 1, (self, seen), &mut sum);
         }
         base * sum.vector(0) * FRAC_1_PI
     }
@@ -117,6 +120,14 @@ impl Scene {
         if sum.is_finite() { sum } else { Vec3::ZERO }
     }
 
+    /// The share of the sky's light that arrives at a point: 1 where nothing is known of it.
+    pub(super) fn sky_share(&self, point: &SurfacePoint, side: f32) -> f32 {
+        match &self.sky {
+            Some(sky) if point.triangle != u32::MAX => sky.share(point.triangle, point.barycentrics, side),
+            _ => 1.0,
+        }
+    }
+
     /// Where light that shines on a point is sought from.
     pub(super) fn shadow_start(&self, point: &SurfacePoint, side: f32) -> ShadowStart {
         match point.triangle {
@@ -149,6 +160,7 @@ impl Scene {
         if self.light_visibility.is_some() {
             points.shadow_starts = [self.shadow_start(point, side)];
         }
+        points.occlusion[0] = points.occlusion[0].min(self.sky_share(point, side));
         let mut sum = Vec3Lanes::ZERO;
         glossy::radiance(self, facets, &points, 1, &mut sum);
         sum.vector(0)

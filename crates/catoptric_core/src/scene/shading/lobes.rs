@@ -191,6 +191,7 @@ impl Scene {
                 .occlusion_map
                 .as_ref()
                 .map_or(1.0, |map| 1.0 + (self.sample(&map.binding, point).x - 1.0) * map.strength);
+            let occlusion = occlusion.min(self.sky_share(point, side));
             sum += occlusion * lobe.gather(|direction, across| environment.radiance_within(direction, across));
         }
         at.sheen * sum

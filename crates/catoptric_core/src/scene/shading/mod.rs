@@ -13,5 +13,6 @@ pub mod microfacets;
 pub(super) mod sample_patterns;
 pub mod shade;
 mod sheen;
+pub(super) mod sky;
 pub(super) mod texture;
 pub(super) mod thin_film;

@@ -9,9 +9,11 @@ use crate::studio::news::{News, Picture};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
+use catoptric::framebuffer::EdgeSamples;
 use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::Scene;
+use catoptric::tone::{ToneCurve, displayed};
 use catoptric_bake::{BakeChoice, Shelf};
 use catoptric_gpu::{Pixels, Reading};
 use std::sync::Arc;
@@ -215,7 +217,12 @@ impl Side {
             processor.clone_from(&prepared.processor);
         }
         let (rgba, linear, texture) = match canvas {
-            Canvas::Linear(linear) => (linear.to_srgba8(), Some(Arc::new(linear)), None),
+            Canvas::Linear(mut linear) => {
+                let rgba = displayed(&linear, 0.0, ToneCurve::None).to_srgba8();
+                // Known only for what is shown.
+                linear.edges = EdgeSamples::default();
+                (rgba, Some(Arc::new(linear)), None)
+            }
             Canvas::Srgba8(bytes) => (bytes, None, None),
             Canvas::Texture(texture) => (Vec::new(), None, Some(texture)),
         };

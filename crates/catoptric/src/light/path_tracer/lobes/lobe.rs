@@ -7,9 +7,9 @@ use crate::scene::microfacets::{
     unshadowed_share_stretched,
 };
 use crate::scene::shade::SurfacePoint;
-use crate::scene::{FilmReflectance, Lobes, LobesAt, Material};
+use crate::scene::{FilmReflectance, Lamp, Lobes, LobesAt, Material};
 use glam::{Vec2, Vec3};
-use std::f32::consts::FRAC_1_SQRT_2;
+use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
 /// The index of refraction of coats (KHR_materials_clearcoat).
 const COAT_IOR: f32 = 1.5;
@@ -126,6 +126,66 @@ impl Lobe<'_> {
             None => extent_of_sample(self.alpha, facet.dot(normal), cosine, count),
         };
         extent.sqrt()
+    }
+
+    /// The density of the directions that the facets a ray meets send it to, about one of them, a solid angle.
+    pub(super) fn density(&self, incoming: Vec3, facet: Vec3) -> f32 {
+        self.unmasked_share(incoming) / self.width_of_part(incoming, facet, 1).powi(2)
+    }
+
+    /// The share of facets that are not masked for a ray (Smith's), which the extent of a part leaves out.
+    fn unmasked_share(&self, incoming: Vec3) -> f32 {
+        let normal = self.facing.normal;
+        let slope = match &self.stretch {
+            Some(Stretch { axes: [x, y], alpha }) => {
+                Vec3::new(alpha.x * incoming.dot(*x), alpha.y * incoming.dot(*y), incoming.dot(normal)).length()
+            }
+            None => {
+                let (cosine2, alpha2) = (incoming.dot(normal).powi(2), self.alpha * self.alpha);
+                (alpha2 + (1.0 - alpha2) * cosine2).sqrt()
+            }
+        };
+        let cosine = -incoming.dot(normal);
+        2.0 * cosine / (cosine + slope)
+    }
+
+    /// Sets [`Self::density`] about the directions to lamps; 0 where no facet sends a ray there.
+    pub(super) fn densities(&self, incoming: Vec3, lamps: &[Lamp], densities: &mut [f32]) {
+        if self.stretch.is_some() {
+            for (density, lamp) in densities.iter_mut().zip(lamps) {
+                let facet = self.facet_towards(incoming, lamp.towards);
+                *density = facet.map_or(0.0, |facet| self.density(incoming, facet));
+            }
+            return;
+        }
+        // By cosines alone, for the vectoriser: a facet's is that of half way between viewer and light.
+        let side = if self.kind == BounceKind::Transmit { -1.0 } else { 1.0 };
+        let (normal, cosine) = (self.facing.normal, -incoming.dot(self.facing.normal));
+        // Seen from the side of arrival.
+        let from = if side < 0.0 { incoming + normal * (2.0 * cosine) } else { incoming };
+        let unmasked = self.unmasked_share(incoming);
+        for (density, lamp) in densities.iter_mut().zip(lamps) {
+            let towards = lamp.towards;
+            let height = (normal.x * towards.x + normal.y * towards.y + normal.z * towards.z) * side;
+            let along = from.x * towards.x + from.y * towards.y + from.z * towards.z;
+            let half2 = 2.0 * (1.0 - along);
+            let n_h2 = (height + cosine) * (height + cosine) / if half2 > 1e-12 { half2 } else { 1e-12 };
+            let spread = 1.0 - n_h2 * (1.0 - self.alpha * self.alpha);
+            let of_facets = self.alpha * self.alpha / (PI * spread * spread) / (4.0 * cosine);
+            *density = if height > 0.0 { unmasked * of_facets } else { 0.0 };
+        }
+    }
+
+    /// The facet that sends light from a direction to where a ray comes from, if any does.
+    pub(super) fn facet_towards(&self, incoming: Vec3, towards: Vec3) -> Option<Vec3> {
+        let Facing { geometric, normal, .. } = self.facing;
+        let side = if self.kind == BounceKind::Transmit { -1.0 } else { 1.0 };
+        let [height, depth] = [normal, geometric].map(|normal| towards.dot(normal) * side);
+        if height <= 0.0 || depth <= 0.0 {
+            return None;
+        }
+        let mirrored = if side < 0.0 { towards - normal * (2.0 * towards.dot(normal)) } else { towards };
+        (mirrored - incoming).try_normalize()
     }
 
     /// The share of a facet's light that is not shadowed by others.

@@ -11,7 +11,7 @@ use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Facing, HIDDEN_LOBE, LightStep, lobe_width, medium_after};
 use crate::scene::microfacets::disc_point;
 use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{FilmReflectance, Lobes, Material, Ray};
+use crate::scene::{FilmReflectance, Lamps, Lobes, Material, Ray};
 use glam::{Vec2, Vec3};
 use lobe::{Lobe, SurfaceLobes};
 use std::sync::LazyLock;
@@ -37,6 +37,16 @@ const LEAST_CONES_OF_RAY: u32 = 4;
 /// Where rays of a lobe end, each has one of so many parts of those cones, which are as wide as those of so many parts.
 const PARTS: u32 = 16;
 const COVERING_PARTS: u32 = 4;
+
+/// Rays that tell whether lamps at infinity are seen.
+const RAYS_TO_LAMPS: f32 = 4.0;
+
+/// The share of lamps' light that is looked at lamp by lamp, where cones of a lobe lie so densely, a solid angle: many
+/// cones find lamps themselves, few may not (the power heuristic of Veach, Guibas 1995, with one look at each lamp).
+fn share_by_lamps(density: f32) -> f32 {
+    let ratio = density * Lamps::SOLID_ANGLE;
+    1.0 / (1.0 + ratio * ratio)
+}
 
 /// Surfaces that a path passes straight on, at most.
 const MOST_PASSAGES: u8 = 64;
@@ -244,6 +254,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let cones = &mut cones[..cone_count as usize];
         let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
         let facets = lobe.facets(incoming);
+        let lamps = if segment.is_cone { None } else { self.field.lamps(self.scene) };
+        // The other cones of a pixel leave other places of the surface.
+        let together = covering.min(MOST_CONES);
         for (cone, (number, disc)) in cones.iter_mut().zip(cone_middles(cone_count, [part, parts])) {
             cone.number = number;
             let facet = facets.facet(disc);
@@ -251,7 +264,14 @@ impl<F: RadianceField> PathTracer<'_, F> {
             cone.weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
             let width = OVERLAP * lobe.width_of_part(incoming, facet, covering);
             let ray = Ray { origin, direction };
-            cone.light = cone.weight * self.field.radiance_within(self.scene, &ray, width);
+            let radiance = match lamps {
+                Some(_) => {
+                    let share_of_lamps = 1.0 - share_by_lamps(lobe.density(incoming, facet) * together as f32);
+                    self.field.radiance_beside_lamps(self.scene, &ray, width, share_of_lamps)
+                }
+                None => self.field.radiance_within(self.scene, &ray, width),
+            };
+            cone.light = cone.weight * radiance;
             light += cone.light;
             brightness += cone.light.element_sum();
             shown += cone.weight.element_sum();
@@ -283,7 +303,67 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(&Segment { counted, ..*segment }, ray, change, weight * scale, 1);
         }
+        if let Some(lamps) = lamps {
+            light += self.of_lamps(segment, encounter, lobe, lamps, (together, start.x));
+        }
         throughput * light
+    }
+
+    /// The light of lamps at infinity over a lobe that so many cones cover, as far as the cones leave it out: of those
+    /// lamps that are seen, as a few rays tell.
+    fn of_lamps(
+        &self,
+        segment: &Segment,
+        encounter: &SurfaceInteraction,
+        lobe: &Lobe,
+        lamps: &Lamps,
+        (cones, start): (u32, f32),
+    ) -> Vec3 {
+        let incoming = segment.ray.direction;
+        let mut lights = [0.0; Lamps::MOST];
+        let lights = &mut lights[..lamps.all().len()];
+        lobe.densities(incoming, lamps.all(), lights);
+        // How much of a lamp's light facets that reflect all would send.
+        for (light, lamp) in lights.iter_mut().zip(lamps.all()) {
+            *light *= share_by_lamps(*light * cones as f32) * lamp.brightness;
+        }
+        let least = lights.iter().sum::<f32>() * LEAST_SHARE / lights.len() as f32;
+        let mut sum = Vec3::ZERO;
+        for (light, lamp) in lights.iter_mut().zip(lamps.all()) {
+            let facet = if *light > least { lobe.facet_towards(incoming, lamp.towards) } else { None };
+            *light = facet.map_or(0.0, |facet| {
+                let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, lamp.towards);
+                let of_lamp = weight * lamp.light * (*light / lamp.brightness);
+                sum += of_lamp;
+                of_lamp.element_sum()
+            });
+        }
+        let all: f32 = lights.iter().sum();
+        if all * segment.throughput.max_element() < MIN_THROUGHPUT {
+            return sum;
+        }
+        // At equal distances along the lamps' light, each as long as it is bright.
+        let (mut passed, mut next, mut seen) = (0.0, start, 0.0);
+        for (light, lamp) in lights.iter().zip(lamps.all()) {
+            passed += light / all * RAYS_TO_LAMPS;
+            let marks = (passed - next).ceil().max(0.0);
+            if marks > 0.0 {
+                next += marks;
+                let origin = self.tracer.departure(&encounter.point, lamp.towards);
+                if !self.is_blocked(&Ray { origin, direction: lamp.towards }) {
+                    seen += marks;
+                }
+            }
+        }
+        sum * (seen / RAYS_TO_LAMPS).min(1.0)
+    }
+
+    /// Whether anything that casts shadows stands before light from infinity.
+    fn is_blocked(&self, ray: &Ray) -> bool {
+        match &self.scene.light_visibility {
+            Some(visibility) => visibility.is_blocked(self.scene, ray, f32::INFINITY),
+            None => self.tracer.is_blocked(self.scene, ray, f32::INFINITY),
+        }
     }
 
     /// The numbers that choose a facet for one of so many rays.

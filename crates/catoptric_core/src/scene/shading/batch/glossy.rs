@@ -137,6 +137,13 @@ fn shade<const N: usize>(
             lit.shadow_starts[i] = ShadowStart::on_triangle(scene, query.triangle, at, points.side[i]);
         }
     }
+    if let Some(sky) = &scene.sky {
+        for (i, &index) in order.iter().enumerate() {
+            let query = &queries[index as usize];
+            let share = sky.share(query.triangle, query.barycentrics.value, points.side[i]);
+            lit.occlusion[i] = lit.occlusion[i].min(share);
+        }
+    }
     let mut sum = Vec3Lanes::ZERO;
     glossy::radiance(scene, material.microfacets.as_ref(), &lit, order.len(), &mut sum);
     let emitted = emitted::<N>(scene, material, order.len(), &look_ups);

@@ -10,7 +10,7 @@ pub use queue::ShadingQueue;
 
 use super::super::light_visibility::{ShadowStart, hide};
 use super::super::{Light, Material, Scene};
-use super::arriving_light::{ArrivingLight, add_environment, add_scattered, headlight};
+use super::arriving_light::{ArrivingLight, SeenSky, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
 use super::shade::Barycentrics;
 use crate::math::lanes::{LANES, Lanes, MANY_LANES, Vec3Lanes};
@@ -201,9 +201,32 @@ fn irradiance_over_pi<const N: usize>(
         add_scattered(light, &arriving, &points.normal, sum);
     }
     if let Some(environment) = &scene.environment {
-        add_environment(environment, &points.normal, order.len(), sum);
+        let (mut shares, mut starts) = (Lanes::splat(1.0), [ShadowStart::NONE; N]);
+        let seen = scene.sky.is_some().then(|| {
+            seen_sky(scene, &points.side, order, queries, &mut shares, &mut starts);
+            SeenSky { shares: &shares, starts: &starts }
+        });
+        add_environment(environment, &points.normal, order.len(), (scene, seen), sum);
     }
     sum.iter_mut().for_each(|channel| *channel *= std::f32::consts::FRAC_1_PI);
+}
+
+/// Sets what the first points see of the sky, and where lights are sought from.
+#[inline(never)]
+fn seen_sky<const N: usize>(
+    scene: &Scene,
+    sides: &Lanes<N>,
+    order: &[u32],
+    queries: &[SurfaceQuery],
+    shares: &mut Lanes<N>,
+    starts: &mut [ShadowStart; N],
+) {
+    let Some(sky) = &scene.sky else { return };
+    for (lane, &index) in order.iter().enumerate().take(N) {
+        let SurfaceQuery { triangle, barycentrics, .. } = queries[index as usize];
+        shares[lane] = sky.share(triangle, barycentrics.value, sides[lane]);
+        starts[lane] = ShadowStart::on_triangle(scene, triangle, barycentrics.value, sides[lane]);
+    }
 }
 
 /// Takes the strength of a light away where something stands before it.

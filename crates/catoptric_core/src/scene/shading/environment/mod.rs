@@ -1,11 +1,15 @@
 //! Light from infinity: an equirectangular picture, its look-up, and the irradiance that it causes.
 
 mod glossy;
+mod lamps;
+pub(in crate::scene) mod map;
 
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use crate::math::portable::PortableMath;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 use glossy::GlossyMaps;
+pub use lamps::{Lamp, Lamps};
+use map::{EquirectangularMap, Irradiance, neighbours, reductions};
 use std::sync::OnceLock;
 
 /// Light that comes from infinitely far away.
@@ -22,19 +26,11 @@ pub struct Environment {
     pub(in super::super) radiance: Vec<[f32; 3]>,
     /// The same at half the width and height, at a quarter, and so on.
     reduced: Vec<EquirectangularMap>,
-    irradiance: EquirectangularMap,
+    irradiance: Irradiance,
     /// Made when a rough surface is first lit.
     glossy: OnceLock<GlossyMaps>,
-}
-
-/// Radiance by direction for fast look-ups: the fourth number is zero, so that one load reads all, and around the
-/// picture stands a border of its neighbours.
-#[derive(Clone, Debug, PartialEq)]
-struct EquirectangularMap {
-    width: usize,
-    height: usize,
-    /// Rows from the top, of two more than `width`; two more than `height` of them.
-    texels: Vec<[f32; 4]>,
+    /// Made when light is first gathered over a lobe; `None`: there are none.
+    lamps: OnceLock<Option<Lamps>>,
 }
 
 /// A map of light by direction, for other look-ups than [`Environment`]'s own: an equirectangular picture with a
@@ -49,50 +45,8 @@ pub struct LightMap<'a> {
     pub texels: &'a [[f32; 4]],
 }
 
-impl EquirectangularMap {
-    fn light_map(&self) -> LightMap<'_> {
-        LightMap { width: self.width, height: self.height, texels: &self.texels }
-    }
-
-    fn new(width: usize, height: usize, radiance: &[[f32; 4]]) -> Self {
-        let mut texels = Vec::with_capacity((width + 2) * (height + 2));
-        for row in -1..=height as i32 {
-            for column in -1..=width as i32 {
-                texels.push(neighbours(radiance, width, height, column, row)[0].to_array());
-            }
-        }
-        Self { width, height, texels }
-    }
-
-    /// The value at a position, between four texels. Without closures: they would not be compiled for the instructions
-    /// of the caller.
-    #[inline(always)]
-    fn at(&self, position: Vec2) -> Vec3 {
-        let (left, right_share) = from_border(position.x, self.width);
-        let (top, lower_share) = from_border(position.y, self.height);
-        let stride = self.width + 2;
-        let upper = self.between(top * stride + left, right_share);
-        let lower = self.between((top + 1) * stride + left, right_share);
-        (upper + (lower - upper) * lower_share).truncate()
-    }
-
-    /// The value between a texel and its right neighbour.
-    #[inline(always)]
-    fn between(&self, texel: usize, share: f32) -> Vec4 {
-        let (left, right) = (Vec4::from_array(self.texels[texel]), Vec4::from_array(self.texels[texel + 1]));
-        left + (right - left) * share
-    }
-}
-
-/// Where a position (0 to 1) of a picture of so many texels lies, from the middle of its border's first texel: whole
-/// texels, and the rest.
-#[inline(always)]
-fn from_border(position: f32, count: usize) -> (usize, f32) {
-    let (at, last) = (position * count as f32 + 0.5, count as f32);
-    let at = if at > 0.0 { at } else { 0.0 };
-    let at = if at < last { at } else { last };
-    let whole = at as i32;
-    (whole as usize, at - whole as f32)
+fn light_map(map: &EquirectangularMap) -> LightMap<'_> {
+    LightMap { width: map.width, height: map.height, texels: &map.texels }
 }
 
 /// The most places at which the picture is read for a pixel.
@@ -105,12 +59,6 @@ const LARGEST_CHANGE: f32 = 0.25;
 /// Chosen, not measured.
 const LARGEST_CONE: f32 = 1.2;
 
-/// Maps are halved down to this height.
-const LEAST_HEIGHT: usize = 4;
-
-const IRRADIANCE_WIDTH: usize = 64;
-const IRRADIANCE_HEIGHT: usize = 32;
-
 impl Environment {
     /// An environment from linear radiance, rows from the top. Values that are not finite or negative become black.
     ///
@@ -122,20 +70,16 @@ impl Environment {
             // Half floats end at 65504; brighter values are a broken file and would swamp every sum.
             *value = if value.is_finite() { value.clamp(0.0, 1e6) } else { 0.0 };
         }
-        let irradiance = irradiance_map(width, height, &radiance);
-        let (mut columns, mut rows) = (width as usize, height as usize);
-        let mut reduced = Vec::new();
-        let mut last: Option<Vec<[f32; 4]>> = None;
-        while rows >= 2 * LEAST_HEIGHT && columns >= 4 * LEAST_HEIGHT {
-            let next = match &last {
-                Some(last) => halved(last, columns, rows),
-                None => halved(&radiance, columns, rows),
-            };
-            (columns, rows) = (columns / 2, rows / 2);
-            reduced.push(EquirectangularMap::new(columns, rows, &next));
-            last = Some(next);
-        }
-        Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy: OnceLock::new() }
+        let irradiance = Irradiance::new(width, height, &radiance);
+        let reduced = reductions(width as usize, height as usize, &radiance);
+        let (glossy, lamps) = (OnceLock::new(), OnceLock::new());
+        Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy, lamps }
+    }
+
+    /// Its small bright parts, if they matter.
+    #[inline]
+    pub fn lamps(&self) -> Option<&Lamps> {
+        self.lamps.get_or_init(|| Lamps::new(self.width, self.height, &self.radiance)).as_ref()
     }
 
     /// Width, height and linear radiance of the picture, rows from the top.
@@ -147,20 +91,19 @@ impl Environment {
     /// alpha 1, 1/2, 1/4 to 1/64; these are made if they are not there yet.
     pub fn light_maps(&self) -> Vec<LightMap<'_>> {
         let glossy = self.glossy.get_or_init(|| GlossyMaps::new(self));
-        std::iter::once(&self.irradiance).chain(glossy.levels()).map(EquirectangularMap::light_map).collect()
+        std::iter::once(&self.irradiance.0).chain(glossy.levels()).map(light_map).collect()
     }
 
     /// The picture's radiance at half its width and height, at a quarter, and so on ([`Self::radiance_over`] reads
     /// these); none of small pictures.
     pub fn reductions(&self) -> impl ExactSizeIterator<Item = LightMap<'_>> {
-        self.reduced.iter().map(EquirectangularMap::light_map)
+        self.reduced.iter().map(light_map)
     }
 
     /// The direction (unit length) that a position in the picture (0..1, v down) stands for.
     #[inline]
     pub fn direction(u: f32, v: f32) -> Vec3 {
-        let (azimuth, polar) = ((u - 0.5) * std::f32::consts::TAU, v * std::f32::consts::PI);
-        Vec3::new(polar.sine() * azimuth.cosine(), polar.cosine(), polar.sine() * azimuth.sine())
+        map::direction(u, v)
     }
 
     /// The position in the picture (0..1, v down) of a direction of unit length.
@@ -212,6 +155,24 @@ impl Environment {
     /// The same within an angle across, on all sides of the direction.
     #[inline]
     pub fn radiance_within(&self, direction: Vec3, across: f32) -> Vec3 {
+        self.at_level(Self::position(direction), self.level_of(across).min(self.reduced.len() as f32))
+    }
+
+    /// [`Self::radiance_within`] of which lamps' light has this share, between 0 and 1.
+    #[inline]
+    pub fn radiance_within_beside(&self, lamps: &Lamps, direction: Vec3, across: f32, share_of_lamps: f32) -> Vec3 {
+        let (position, level) = (Self::position(direction), self.level_of(across).min(self.reduced.len() as f32));
+        let all = self.at_level(position, level);
+        if share_of_lamps >= 1.0 {
+            return all;
+        }
+        let rest = lamps.rest_at(position, level);
+        rest + (all - rest).max(Vec3::ZERO) * share_of_lamps
+    }
+
+    /// The reduction whose texels are as wide as an angle; 0: the picture itself.
+    #[inline(always)]
+    fn level_of(&self, across: f32) -> f32 {
         // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
         const SMOOTHING: f32 = 1.732;
         let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
@@ -220,8 +181,7 @@ impl Environment {
         // The logarithm's whole part and, nearly linear between powers of two, the rest.
         let bits = texels.to_bits();
         let mantissa = f32::from_bits(bits & 0x007f_ffff | 0x3f80_0000);
-        let level = ((bits >> 23) as i32 - 127) as f32 + (mantissa - 1.0);
-        self.at_level(Self::position(direction), level.min(self.reduced.len() as f32))
+        ((bits >> 23) as i32 - 127) as f32 + (mantissa - 1.0)
     }
 
     #[inline(always)]
@@ -335,86 +295,11 @@ fn bilinear(texels: &[[f32; 3]], width: usize, height: usize, position: Vec2) ->
     (upper * (1.0 - fy) + lower * fy).truncate()
 }
 
-/// A texel of a row and its right neighbour. Beyond a pole lies the same row, half way round.
-#[inline(always)]
-fn neighbours<const C: usize>(texels: &[[f32; C]], width: usize, height: usize, left: i32, row: i32) -> [Vec4; 2] {
-    let (columns, rows) = (width as i32, height as i32);
-    let is_beyond = row < 0 || row >= rows;
-    let left = wrapped(if is_beyond { left + columns / 2 } else { left }, columns);
-    let right = wrapped(left + 1, columns);
-    let start = row.clamp(0, rows - 1) as usize * width;
-    [padded(&texels[start + left as usize]), padded(&texels[start + right as usize])]
-}
-
-/// The first three numbers of a texel, and one that does not matter.
-#[inline(always)]
-fn padded<const C: usize>(texel: &[f32; C]) -> Vec4 {
-    Vec4::new(texel[0], texel[1], texel[2], texel[C - 1])
-}
-
-/// A column of a map that repeats. Positions are less than a turn beyond it, if at all: no division.
-#[inline(always)]
-fn wrapped(column: i32, columns: i32) -> i32 {
-    let column = if column < 0 { column + columns } else { column };
-    let column = if column >= columns { column - columns } else { column };
-    column.clamp(0, columns - 1)
-}
-
 /// The largest whole number that is not above: machines without an instruction for it call a function.
 #[inline(always)]
 fn floor(value: f32) -> i32 {
     let whole = value as i32;
     whole - i32::from(value < whole as f32)
-}
-
-/// A map of half the width and height; odd last columns and rows are left out.
-fn halved<const C: usize>(radiance: &[[f32; C]], width: usize, height: usize) -> Vec<[f32; 4]> {
-    let (columns, rows) = (width / 2, height / 2);
-    let mut halves = Vec::with_capacity(columns * rows);
-    for row in 0..rows {
-        for column in 0..columns {
-            let at = |x: usize, y: usize| padded(&radiance[(2 * row + y) * width + 2 * column + x]);
-            let mean = (at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1)) * 0.25;
-            halves.push(mean.truncate().extend(0.0).to_array());
-        }
-    }
-    halves
-}
-
-/// Irradiance for a grid of normals, by summing over the picture reduced to at most 128 x 64 cells.
-fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> EquirectangularMap {
-    let (columns, rows) = ((width as usize).min(128), (height as usize).min(64));
-    // Energy (radiance times solid angle) and mean direction, weighted by energy, of each cell.
-    let mut energy = vec![Vec3::ZERO; columns * rows];
-    let mut directions = vec![Vec3::ZERO; columns * rows];
-    for y in 0..height as usize {
-        let polar = |edge: usize| (edge as f32 / height as f32 * std::f32::consts::PI).cosine();
-        let solid_angle = std::f32::consts::TAU / width as f32 * (polar(y) - polar(y + 1));
-        let row = y * rows / height as usize;
-        for x in 0..width as usize {
-            let column = x * columns / width as usize;
-            let arriving = Vec3::from(radiance[y * width as usize + x]) * solid_angle;
-            let (u, v) = ((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-            energy[row * columns + column] += arriving;
-            directions[row * columns + column] += Environment::direction(u, v) * arriving.element_sum();
-        }
-    }
-    for direction in &mut directions {
-        *direction = direction.normalize_or_zero(); // without energy no direction matters
-    }
-    let radiance = crate::parallel::map_collect(IRRADIANCE_WIDTH * IRRADIANCE_HEIGHT, |texel| {
-        let (x, y) = (texel % IRRADIANCE_WIDTH, texel / IRRADIANCE_WIDTH);
-        let normal = Environment::direction(
-            (x as f32 + 0.5) / IRRADIANCE_WIDTH as f32,
-            (y as f32 + 0.5) / IRRADIANCE_HEIGHT as f32,
-        );
-        let mut sum = Vec3::ZERO;
-        for (energy, direction) in energy.iter().zip(&directions) {
-            sum += *energy * direction.dot(normal).max(0.0);
-        }
-        sum.extend(0.0).to_array()
-    });
-    EquirectangularMap::new(IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, &radiance)
 }
 
 #[cfg(test)]
@@ -506,5 +391,40 @@ mod tests {
     fn broken_values_become_black() {
         let sky = Environment::new("broken", 2, 1, vec![[f32::NAN, f32::INFINITY, -3.0]; 2]);
         assert_eq!(sky.radiance(Vec3::X), Vec3::ZERO);
+    }
+
+    /// What lamps have, the rest lacks: a surface is lit by both as by the whole.
+    #[test]
+    fn lamps_and_the_rest_are_all_light() {
+        let (width, height) = (128usize, 64usize);
+        let radiance: Vec<[f32; 3]> = (0..width * height)
+            .map(|index| {
+                if (30..34).contains(&(index % width)) && (10..14).contains(&(index / width)) {
+                    [300.0, 200.0, 100.0]
+                } else {
+                    [0.5; 3]
+                }
+            })
+            .collect();
+        let environment = Environment::new("lit", width as u32, height as u32, radiance);
+        let lamps = environment.lamps().expect("a lamp");
+        let towards = Environment::direction(32.0 / width as f32, 12.0 / height as f32);
+        assert!(lamps.all().iter().all(|lamp| lamp.towards.dot(towards) > 0.99));
+        let irradiance: Vec3 = lamps.all().iter().map(|lamp| lamp.light * lamp.towards.dot(towards)).sum();
+        let mut of_rest = Vec3::ZERO;
+        for row in 0..height {
+            for column in 0..width {
+                let [u, v] = [(column as f32 + 0.5) / width as f32, (row as f32 + 0.5) / height as f32];
+                let direction = Environment::direction(u, v);
+                let area = std::f32::consts::TAU / width as f32 * std::f32::consts::PI / height as f32;
+                let solid_angle = area * (v * std::f32::consts::PI).sine();
+                let rest = environment.radiance_within_beside(lamps, direction, 0.0, 0.0);
+                of_rest += rest * (direction.dot(towards).max(0.0) * solid_angle);
+            }
+        }
+        let all = environment.irradiance(towards);
+        assert!((irradiance + of_rest - all).length() < 0.02 * all.length(), "{irradiance} + {of_rest}, {all}");
+        assert!(irradiance.length() > 0.5 * all.length());
+        assert!(Environment::new("even", 64, 32, vec![[2.0; 3]; 64 * 32]).lamps().is_none());
     }
 }

@@ -3,7 +3,7 @@
 
 use super::super::light_visibility::{ShadowStart, hide};
 use super::super::{Environment, Light, Material, Microfacets, Scene};
-use super::arriving_light::{ArrivingLight, headlight};
+use super::arriving_light::{ArrivingLight, add_suns, headlight};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
@@ -112,7 +112,7 @@ pub(super) fn radiance<const N: usize>(
         }
     }
     if let Some(environment) = &scene.environment {
-        add_environment(environment, microfacets, &facets, points, count, sum);
+        add_environment((scene, environment), microfacets, &facets, points, count, sum);
         if microfacets.coat > 0.0 && points.mirrored > 0.0 {
             add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
         }
@@ -243,7 +243,7 @@ fn add_light_of_coat<const N: usize>(
 #[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 fn add_environment<const N: usize>(
-    environment: &Environment,
+    (scene, environment): (&Scene, &Environment),
     microfacets: &Microfacets,
     facets: &Facets<N>,
     points: &LitPoints<N>,
@@ -275,11 +275,19 @@ fn add_environment<const N: usize>(
         (middles[0][i], middles[1][i], middles[2][i]) = (x * inverse, y * inverse, z * inverse);
     }
     let [of_normals, of_middles] = [Environment::positions(&points.normal), Environment::positions(&middles)];
+    let mut suns = Vec3Lanes::<N>::ZERO;
+    if let Some(sky) = &scene.sky {
+        add_suns(scene, sky, &points.normal, &points.shadow_starts, count, &mut suns);
+    }
     for i in 0..count.min(N) {
         let [of_normal, of_grazing] = [shares[0][i], shares[1][i]];
         let entering = 1.0 - (at_normal * of_normal + at_grazing * of_grazing);
-        let scattered =
-            environment.irradiance_at(Vec2::new(of_normals[0][i], of_normals[1][i])) * (FRAC_1_PI * entering);
+        let of_normal_in_picture = Vec2::new(of_normals[0][i], of_normals[1][i]);
+        let irradiance = match &scene.sky {
+            Some(sky) => sky.irradiance_at(of_normal_in_picture),
+            None => environment.irradiance_at(of_normal_in_picture),
+        };
+        let scattered = irradiance * (FRAC_1_PI * entering);
         let reflected = match points.mirrored {
             0.0 => Vec3::ZERO,
             share => environment.glossy_at(Vec2::new(of_middles[0][i], of_middles[1][i]), alphas[i]) * share,
@@ -289,6 +297,8 @@ fn add_environment<const N: usize>(
             let reflectance = facets.reflectance[channel][i] * of_normal + facets.at_grazing[i] * of_grazing;
             sum[channel][i] +=
                 occlusion * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
+            // Their shadows are known, and no texture's matter.
+            sum[channel][i] += facets.albedo[channel][i] * suns[channel][i] * (FRAC_1_PI * entering);
         }
     }
 }

@@ -1,0 +1,113 @@
+//! What surfaces see of light from infinity, by closed forms.
+
+use catoptric::light::visibility::shadow_sky;
+use catoptric::scene::{Environment, Material, Scene};
+use catoptric_testkit::scenes::SceneBuilder;
+use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+const FLOOR_SIZE: f32 = 40.0;
+
+/// A white floor of two triangles in the plane y = 0 under what a builder is given, and a sky.
+fn on_a_floor(sky: Environment, add: impl Fn(&mut SceneBuilder)) -> Scene {
+    let mut builder = SceneBuilder::new();
+    let white = builder.material(Material::diffuse("white", Vec3::ONE));
+    let corner = Vec3::new(-0.5, 0.0, 0.5) * FLOOR_SIZE;
+    builder.quad("floor", corner, Vec3::X * FLOOR_SIZE, Vec3::Z * -FLOOR_SIZE, white);
+    add(&mut builder);
+    let mut scene = builder.build();
+    scene.environment = Some(Arc::new(sky));
+    shadow_sky(&mut scene);
+    scene
+}
+
+fn even_sky() -> Environment {
+    Environment::new("even", 64, 32, vec![[1.0; 3]; 64 * 32])
+}
+
+/// The radiance of the floor at a place of it, seen from above.
+fn floor_at(scene: &Scene, x: f32, z: f32) -> f32 {
+    for triangle in scene.objects[0].triangles.clone() {
+        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize]);
+        let (ab, ac, ap) = (b - a, c - a, Vec3::new(x, 0.0, z) - a);
+        let area = ab.cross(ac).y;
+        let at = Vec2::new(ap.cross(ac).y, ab.cross(ap).y) / area;
+        if at.min_element() >= 0.0 && at.element_sum() <= 1.0 {
+            let barycentrics = catoptric::scene::shade::Barycentrics { value: at, ..Default::default() };
+            return scene.radiance(&scene.surface_point(triangle, &barycentrics), Vec3::Y).x;
+        }
+    }
+    panic!("({x}, {z}) is beside the floor");
+}
+
+/// A ball hides the square of the sine of its half angle of an even sky from what is right below it; beside it, that
+/// times the cosine of its direction, where it is above the horizon as a whole.
+#[test]
+fn a_ball_takes_its_share_of_an_even_sky() {
+    let (radius, height) = (1.0, 2.0);
+    let scene = on_a_floor(even_sky(), |builder| {
+        let grey = builder.material(Material::diffuse("grey", Vec3::splat(0.5)));
+        builder.sphere_mesh("ball", Vec3::Y * height, radius, 48, grey);
+    });
+    for (x, z) in [(0.0, 0.0), (0.3, -0.2), (0.7, 0.7), (-1.5, 0.4), (2.0, 2.0), (-4.0, 1.0), (0.0, 9.0)] {
+        let distance2 = x * x + z * z + height * height;
+        let expected = 1.0 - radius * radius / distance2 * (height / distance2.sqrt());
+        let found = floor_at(&scene, x, z);
+        assert!((found - expected).abs() < 0.025, "({x}, {z}): {found}, {expected}");
+    }
+}
+
+/// Before a long wall the part of an even sky that is seen is half of one plus the cosine of the wall's elevation.
+#[test]
+fn a_wall_takes_its_share_of_an_even_sky() {
+    let height = 3.0;
+    let scene = on_a_floor(even_sky(), |builder| {
+        let grey = builder.material(Material::diffuse("grey", Vec3::splat(0.5)));
+        builder.quad("wall", Vec3::new(-1000.0, 0.0, 0.0), Vec3::X * 2000.0, Vec3::Y * height, grey);
+    });
+    for distance in [0.3, 1.0, 2.0, 4.0, 8.0] {
+        for z in [distance, -distance] {
+            let expected = 0.5 * (1.0 + distance / f32::hypot(distance, height));
+            let found = floor_at(&scene, 0.4, z);
+            assert!((found - expected).abs() < 0.035, "{z}: {found}, {expected}");
+        }
+    }
+}
+
+/// A small bright part of a sky lights as a lamp at infinity does, with shadows as sharp.
+#[test]
+fn suns_cast_sharp_shadows() {
+    let (width, height) = (256u32, 128u32);
+    let towards = Vec3::new(0.6, 0.64, 0.48);
+    let mut light = Vec3::ZERO;
+    let texels: Vec<[f32; 3]> = (0..width * height)
+        .map(|index| {
+            let [u, v] = [(index % width) as f32 + 0.5, (index / width) as f32 + 0.5];
+            let (u, v) = (u / width as f32, v / height as f32);
+            let direction = Environment::direction(u, v);
+            let is_sun = direction.dot(towards) > 2.5f32.to_radians().cos();
+            let radiance = if is_sun { Vec3::new(900.0, 700.0, 400.0) } else { Vec3::splat(0.2) };
+            let solid_angle = 2.0 * PI * PI / (width * height) as f32 * (v * PI).sin();
+            if is_sun {
+                light += radiance * solid_angle * direction.y;
+            }
+            radiance.to_array()
+        })
+        .collect();
+    let scene = on_a_floor(Environment::new("sunny", width, height, texels), |builder| {
+        let grey = builder.material(Material::diffuse("grey", Vec3::splat(0.5)));
+        builder.cuboid("box", Vec3::new(-0.5, 1.0, -0.5), Vec3::new(0.5, 2.0, 0.5), false, grey);
+    });
+    // The middle of the shadow, and one of its edges.
+    let shadow = Vec3::Y * 1.5 - towards * (1.5 / towards.y);
+    let edge = shadow.z - 0.5 - 0.5 * towards.z / towards.y;
+    let sunny = light.x / PI + 0.2;
+    for (x, z, has_sun) in
+        [(shadow.x, shadow.z, false), (shadow.x, edge + 0.05, false), (shadow.x, edge - 0.05, true), (8.0, 8.0, true)]
+    {
+        let found = floor_at(&scene, x, z);
+        let expected = if has_sun { sunny } else { 0.2 };
+        assert!((found - expected).abs() < 0.02 * sunny, "({x}, {z}): {found}, {expected}");
+    }
+}

@@ -1,0 +1,327 @@
+//! Finds what the surfaces of a scene see of its environment.
+
+use super::super::super::light_visibility::{LightVisibility, ShadowStart};
+use super::super::super::{Light, LightKind, Material, Scene};
+use super::super::environment::map::Irradiance;
+use super::Sky;
+use super::shares::{Node, Shares, SurfaceShares};
+use super::suns::{self, SkyPart};
+use crate::parallel;
+use glam::{IVec3, UVec2, Vec2, Vec3};
+use std::collections::HashMap;
+
+/// Parts into which the sky beside its suns is divided.
+const SKY_PARTS: u32 = 256;
+
+/// Points between corners at which shares are found, at most: those of large parts before those of small ones.
+const MOST_POINTS: usize = 25_000;
+
+/// Corners at which shares are found, at most; others have those of a near one.
+const MOST_CORNERS: usize = 20_000;
+
+/// Triangles are divided by halving their sides so often at most.
+const LEVELS: u32 = 12;
+
+/// A share between two points differs from their mean by no more than this, or the triangle is divided.
+const TOLERANCE: f32 = 0.03;
+
+/// A triangle is divided where its longest side is longer than this part of the scene's size, and never where it is
+/// shorter than the other.
+const LONGEST: f32 = 1.0 / 16.0;
+const SHORTEST: f32 = 1.0 / 512.0;
+
+/// The same beside a smaller object, in parts of that one's size.
+const LONGEST_BESIDE: f32 = 1.0 / 4.0;
+const SHORTEST_BESIDE: f32 = 1.0 / 64.0;
+
+/// Pairs of a triangle and an object that are looked at, at most.
+const MOST_PAIRS: usize = 20_000_000;
+
+/// Points lie so far within their triangle, as a share of the way to its middle.
+const WITHIN: f32 = 1e-3;
+
+/// Points that a thread takes at once. A size for threads; chosen, not measured.
+const AT_ONCE: usize = 64;
+
+/// A node that may be divided.
+#[derive(Clone, Copy)]
+struct Candidate {
+    node: u32,
+    triangle: u32,
+    /// Its corners: weights of the triangle's second and third corner, in units of 2^-[`LEVELS`].
+    corners: [UVec2; 3],
+}
+
+/// A place where shares are sought.
+#[derive(Clone, Copy)]
+struct Place {
+    triangle: u32,
+    at: Vec2,
+}
+
+const WHOLE: u32 = 1 << LEVELS;
+
+impl Scene {
+    /// What the surfaces see of the environment, by means that tell what stands before them; nothing without an
+    /// environment.
+    pub fn seen_sky(&self, visibility: &dyn LightVisibility) -> Option<Sky> {
+        let environment = self.environment.as_ref()?;
+        let (suns, rest) = suns::suns_and_rest(environment);
+        let (width, height, _) = environment.picture();
+        let parts = suns::parts(width, height, &rest, SKY_PARTS / 2);
+        let shares = shares(self, visibility, &parts);
+        Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares))
+    }
+}
+
+/// The shares of all places of a scene's triangles.
+fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) -> SurfaceShares {
+    let mut shares = of_corners(scene, visibility, parts);
+    let mut nodes: Vec<Node> = scene.triangles.iter().map(|corners| Node { corners: *corners, parts: 0 }).collect();
+    let near = Neighbours::new(scene);
+    let whole = [UVec2::ZERO, UVec2::new(WHOLE, 0), UVec2::new(0, WHOLE)];
+    let mut candidates: Vec<Candidate> = (0..scene.triangles.len() as u32)
+        .filter(|triangle| is_lit(scene.material_of(scene.triangle_objects[*triangle as usize])))
+        .map(|triangle| Candidate { node: triangle, triangle, corners: whole })
+        .collect();
+    let mut known: HashMap<(u32, UVec2), u32> = HashMap::new();
+    let mut points = 0;
+    for _ in 0..LEVELS {
+        let limits = parallel::map_collect(candidates.len(), |index| near.limits(scene, &candidates[index]));
+        // Those that are not too small already, and whether they are too large.
+        let divisible = candidates.iter().zip(limits).filter(|(_, (length, [_, least]))| length > least);
+        let (large, kept): (Vec<bool>, Vec<Candidate>) =
+            divisible.map(|(candidate, (length, [most, _]))| (length > most, *candidate)).unzip();
+        candidates = kept;
+        // The middles of sides, each of a triangle once.
+        let (mut places, first) = (Vec::new(), shares.len());
+        let middles: Vec<[u32; 3]> = candidates
+            .iter()
+            .map(|candidate| {
+                let [a, b, c] = candidate.corners;
+                [(a, b), (b, c), (c, a)].map(|(one, other)| {
+                    let at = (one + other) / 2;
+                    *known.entry((candidate.triangle, at)).or_insert_with(|| {
+                        places.push(Place { triangle: candidate.triangle, at: at.as_vec2() / WHOLE as f32 });
+                        (first + places.len() - 1) as u32
+                    })
+                })
+            })
+            .collect();
+        if places.is_empty() || points + places.len() > MOST_POINTS {
+            break;
+        }
+        points += places.len();
+        shares.extend(found(scene, visibility, parts, &places));
+        let mut next = Vec::new();
+        for ((candidate, middles), is_large) in candidates.iter().zip(&middles).zip(&large) {
+            let corners = nodes[candidate.node as usize].corners;
+            let differs = (0..3).any(|side| {
+                let [one, other, middle] =
+                    [corners[side], corners[(side + 1) % 3], middles[side]].map(|index| shares[index as usize]);
+                (0..2).any(|face| (0.5 * (one[face] + other[face]) - middle[face]).abs() > TOLERANCE)
+            });
+            if differs || *is_large {
+                divide(&mut nodes, candidate, middles, &mut next);
+            }
+        }
+        candidates = next;
+    }
+    SurfaceShares { shares, nodes }
+}
+
+/// Divides a node by the middles of its sides.
+fn divide(nodes: &mut Vec<Node>, candidate: &Candidate, middles: &[u32; 3], next: &mut Vec<Candidate>) {
+    let first = nodes.len() as u32;
+    let node = &mut nodes[candidate.node as usize];
+    node.parts = first;
+    let ([a, b, c], [ab, bc, ca]) = (node.corners, *middles);
+    let [at_a, at_b, at_c] = candidate.corners;
+    let [at_ab, at_bc, at_ca] = [(at_a, at_b), (at_b, at_c), (at_c, at_a)].map(|(one, other)| (one + other) / 2);
+    let parts = [
+        ([a, ab, ca], [at_a, at_ab, at_ca]),
+        ([ab, b, bc], [at_ab, at_b, at_bc]),
+        ([ca, bc, c], [at_ca, at_bc, at_c]),
+        ([bc, ca, ab], [at_bc, at_ca, at_ab]),
+    ];
+    for (corners, places) in parts {
+        next.push(Candidate { node: nodes.len() as u32, triangle: candidate.triangle, corners: places });
+        nodes.push(Node { corners, parts: 0 });
+    }
+}
+
+/// Whether light from infinity on a surface is seen.
+fn is_lit(material: &Material) -> bool {
+    !material.unlit
+}
+
+/// Whether the other side of a surface is seen, or lets light pass.
+fn has_two_sides(material: &Material) -> bool {
+    material.double_sided || material.lobes().is_some_and(|lobes| lobes.diffuse_transmission > 0.0)
+}
+
+/// The shares at all vertices.
+fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) -> Vec<Shares> {
+    let mut places: Vec<Option<Place>> = vec![None; scene.positions.len()];
+    for (triangle, corners) in (0..).zip(&scene.triangles) {
+        if is_lit(scene.material_of(scene.triangle_objects[triangle as usize])) {
+            for (vertex, at) in corners.iter().zip([Vec2::ZERO, Vec2::X, Vec2::Y]) {
+                places[*vertex as usize].get_or_insert(Place { triangle, at });
+            }
+        }
+    }
+    let mut cell = 0.0;
+    let mut groups = groups(scene, &places, cell);
+    while groups.1.len() > MOST_CORNERS {
+        cell = if cell > 0.0 { cell * 2.0 } else { scene.bounds.diagonal() / 512.0 };
+        groups = self::groups(scene, &places, cell);
+    }
+    let (group_of, firsts) = groups;
+    let of_groups = found(scene, visibility, parts, &firsts);
+    let mut shares: Vec<Shares> =
+        group_of.iter().map(|group| of_groups.get(*group as usize).copied().unwrap_or([1.0; 2])).collect();
+    if cell > 0.0 {
+        smooth(scene, &mut shares);
+        smooth(scene, &mut shares);
+    }
+    shares
+}
+
+/// The group of each vertex, and a place in each group: vertices of one object whose normals are alike, within cells of
+/// a grid.
+fn groups(scene: &Scene, places: &[Option<Place>], cell: f32) -> (Vec<u32>, Vec<Place>) {
+    let (mut group_of, mut firsts) = (vec![u32::MAX; places.len()], Vec::new());
+    let mut known: HashMap<(u32, IVec3, IVec3), u32> = HashMap::new();
+    for (vertex, place) in places.iter().enumerate() {
+        let Some(place) = place else { continue };
+        let mut add = || {
+            firsts.push(*place);
+            firsts.len() as u32 - 1
+        };
+        group_of[vertex] = if cell > 0.0 {
+            let at = ((scene.positions[vertex] - scene.bounds.min) / cell).floor().as_ivec3();
+            let faces = (scene.normals[vertex] * 1.5).round().as_ivec3();
+            let object = scene.triangle_objects[place.triangle as usize];
+            *known.entry((object, at, faces)).or_insert_with(add)
+        } else {
+            add()
+        };
+    }
+    (group_of, firsts)
+}
+
+/// Takes the mean of each vertex and its neighbours, as vertices of one group have the same share.
+fn smooth(scene: &Scene, shares: &mut [Shares]) {
+    let mut sums: Vec<[f32; 3]> = shares.iter().map(|[front, back]| [*front, *back, 1.0]).collect();
+    for corners in &scene.triangles {
+        for (one, other) in [(0, 1), (1, 2), (2, 0)].map(|(one, other)| (corners[one], corners[other])) {
+            for (to, from) in [(one, other), (other, one)] {
+                let [front, back] = shares[from as usize];
+                let sum = &mut sums[to as usize];
+                *sum = [sum[0] + front, sum[1] + back, sum[2] + 1.0];
+            }
+        }
+    }
+    for (shares, [front, back, count]) in shares.iter_mut().zip(sums) {
+        *shares = [front / count, back / count];
+    }
+}
+
+/// What lies near triangles, for how finely they are to be divided.
+struct Neighbours {
+    scene_size: f32,
+    /// The sizes of objects, small ones first, with their numbers; none where there are too many to ask for.
+    sizes: Vec<(f32, u32)>,
+}
+
+impl Neighbours {
+    fn new(scene: &Scene) -> Self {
+        let mut sizes: Vec<(f32, u32)> =
+            (0..).zip(&scene.objects).map(|(index, object)| (object.bounds.diagonal(), index)).collect();
+        sizes.sort_by(|one, other| one.0.total_cmp(&other.0));
+        if sizes.len() * scene.triangles.len() > MOST_PAIRS {
+            sizes.clear();
+        }
+        Self { scene_size: scene.bounds.diagonal(), sizes }
+    }
+
+    /// The longest side of a part of a triangle, and the lengths beyond and below which it is always and never divided.
+    fn limits(&self, scene: &Scene, candidate: &Candidate) -> (f32, [f32; 2]) {
+        let corners = scene.triangles[candidate.triangle as usize].map(|vertex| scene.positions[vertex as usize]);
+        let place = |at: UVec2| {
+            let at = at.as_vec2() / WHOLE as f32;
+            corners[0] + (corners[1] - corners[0]) * at.x + (corners[2] - corners[0]) * at.y
+        };
+        let [a, b, c] = candidate.corners.map(place);
+        let length = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let mut limits = [self.scene_size * LONGEST, self.scene_size * SHORTEST];
+        let (low, high) = (a.min(b).min(c) - length, a.max(b).max(c) + length);
+        let own = scene.triangle_objects[candidate.triangle as usize];
+        // Larger objects do not ask for smaller parts than these.
+        for (size, index) in self.sizes.iter().take_while(|(size, _)| size * SHORTEST_BESIDE < length) {
+            let bounds = &scene.objects[*index as usize].bounds;
+            if *index != own && bounds.min.cmple(high).all() && bounds.max.cmpge(low).all() {
+                limits = [limits[0].min(size * LONGEST_BESIDE), limits[1].min(size * SHORTEST_BESIDE)];
+            }
+        }
+        (length, limits)
+    }
+}
+
+/// The shares at places.
+fn found(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart], places: &[Place]) -> Vec<Shares> {
+    let chunks = parallel::map_collect(places.len().div_ceil(AT_ONCE), |chunk| {
+        let first = chunk * AT_ONCE;
+        of_places(scene, visibility, parts, &places[first..(first + AT_ONCE).min(places.len())])
+    });
+    chunks.into_iter().flatten().collect()
+}
+
+/// The same of a few places: for each part of the sky all of them together.
+fn of_places(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart], places: &[Place]) -> Vec<Shares> {
+    struct Seen {
+        normal: Vec3,
+        origins: [Vec3; 2],
+        has_two_sides: bool,
+        /// The light that would arrive on each side, and that which does.
+        light: [[f32; 2]; 2],
+    }
+    let start = |place: &Place| {
+        // A little within the triangle, as what touches its edge shades it on one side alone.
+        let (triangle, at) = (place.triangle, place.at.lerp(Vec2::splat(1.0 / 3.0), WITHIN));
+        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.normals[vertex as usize]);
+        let material = scene.material_of(scene.triangle_objects[triangle as usize]);
+        Seen {
+            normal: (a + (b - a) * at.x + (c - a) * at.y).normalize_or(a),
+            origins: [1.0, -1.0].map(|side| ShadowStart::on_triangle(scene, triangle, at, side).origin),
+            has_two_sides: has_two_sides(material),
+            light: [[0.0; 2]; 2],
+        }
+    };
+    let mut seen: Vec<Seen> = places.iter().map(start).collect();
+    let (mut asked, mut points, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
+    for part in parts {
+        asked.clear();
+        points.clear();
+        for (index, place) in seen.iter().enumerate() {
+            let cosine = place.normal.dot(part.towards);
+            let side = usize::from(cosine < 0.0);
+            if side == 0 || place.has_two_sides {
+                asked.push((index, side, cosine.abs() * part.brightness));
+                points.push(place.origins[side]);
+            }
+        }
+        hidden.clear();
+        hidden.resize(points.len(), false);
+        let kind = LightKind::Directional;
+        let light = Light { kind, intensity: Vec3::ONE, position: Vec3::ZERO, direction: -part.towards };
+        visibility.find_hidden(scene, &light, &points, &mut hidden);
+        for ((index, side, light), hidden) in asked.iter().zip(&hidden) {
+            let [all, arriving] = &mut seen[*index].light[*side];
+            *all += light;
+            *arriving += if *hidden { 0.0 } else { *light };
+        }
+    }
+    let share = |[all, arriving]: [f32; 2]| if all > 0.0 { arriving / all } else { 1.0 };
+    seen.into_iter().map(|place| place.light.map(share)).collect()
+}

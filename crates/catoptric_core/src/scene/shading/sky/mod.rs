@@ -1,0 +1,48 @@
+//! Light from infinity on surfaces before which other things stand.
+
+mod find;
+mod shares;
+mod suns;
+
+use super::environment::map::Irradiance;
+use crate::scene::Light;
+use glam::{Vec2, Vec3};
+use shares::SurfaceShares;
+
+/// The environment of a scene as its surfaces see it, for the light that they scatter.
+///
+/// Suns, which are small and bright, are seen or not from each point that is shaded, as lights are: their shadows have
+/// edges. Of the rest of the sky each surface sees a share, which is known at its corners and, where it changes, at
+/// points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel, Keyser, House 2010,
+/// Mesh colors); light that surfaces scatter onto each other is not there.
+#[derive(Debug)]
+pub struct Sky {
+    suns: Vec<Light>,
+    rest: Irradiance,
+    shares: SurfaceShares,
+}
+
+impl Sky {
+    fn new(suns: Vec<Light>, rest: Irradiance, shares: SurfaceShares) -> Self {
+        Self { suns, rest, shares }
+    }
+
+    /// The brightest parts of it, as lights without a place.
+    pub(in super::super) fn suns(&self) -> &[Light] {
+        &self.suns
+    }
+
+    /// The irradiance of a surface at a position of the environment's picture, without that of suns, if it saw all of
+    /// the sky.
+    #[inline(always)]
+    pub(in super::super) fn irradiance_at(&self, position: Vec2) -> Vec3 {
+        self.rest.at(position)
+    }
+
+    /// The share of the sky's light that arrives at a place of a triangle, on the side of its normals or, for -1, on
+    /// the other.
+    #[inline]
+    pub(in super::super) fn share(&self, triangle: u32, barycentrics: Vec2, side: f32) -> f32 {
+        self.shares.at(triangle, barycentrics)[usize::from(side < 0.0)]
+    }
+}
