@@ -3,7 +3,7 @@
 use super::news::{Compared, News, Picture, SceneSummary};
 use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::*;
-use catoptric::framebuffer::Framebuffer;
+use catoptric::framebuffer::{EdgeSamples, Framebuffer};
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
@@ -96,6 +96,8 @@ fn expected(wish: &Wish, side: usize, samples: u32, options: &PoseOptions) -> Fr
     let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
     let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
     prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
+    // What is shown is made of them; they are not kept.
+    picture.edges = EdgeSamples::default();
     picture
 }
 

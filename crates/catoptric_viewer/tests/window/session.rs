@@ -1,7 +1,7 @@
 //! A window under test.
 
 use crate::painted::Painted;
-use catoptric::framebuffer::Framebuffer;
+use catoptric::framebuffer::{EdgeSamples, Framebuffer};
 use catoptric::light::visibility::{cast_shadows, shadow_sky};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
@@ -115,6 +115,8 @@ pub(crate) fn expected(scene: &Arc<Scene>, wish: &Wish, side: usize) -> Framebuf
     let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
     let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
     prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
+    // What is shown is made of them; they are not kept.
+    picture.edges = EdgeSamples::default();
     picture
 }
 
