@@ -130,7 +130,9 @@ impl Lobe<'_> {
 
     /// The density of the directions that the facets a ray meets send it to, about one of them, a solid angle.
     pub(super) fn density(&self, incoming: Vec3, facet: Vec3) -> f32 {
-        self.unmasked_share(incoming) / self.width_of_part(incoming, facet, 1).powi(2)
+        let density = self.unmasked_share(incoming) / self.width_of_part(incoming, facet, 1).powi(2);
+        // Along the surface nothing is known.
+        if density.is_finite() { density } else { 0.0 }
     }
 
     /// The share of facets that are not masked for a ray (Smith's), which the extent of a part leaves out.
@@ -172,7 +174,8 @@ impl Lobe<'_> {
             let n_h2 = (height + cosine) * (height + cosine) / if half2 > 1e-12 { half2 } else { 1e-12 };
             let spread = 1.0 - n_h2 * (1.0 - self.alpha * self.alpha);
             let of_facets = self.alpha * self.alpha / (PI * spread * spread) / (4.0 * cosine);
-            *density = if height > 0.0 { unmasked * of_facets } else { 0.0 };
+            let found = unmasked * of_facets;
+            *density = if (height > 0.0) & (found < f32::INFINITY) { found } else { 0.0 };
         }
     }
 

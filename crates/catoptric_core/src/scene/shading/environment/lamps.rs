@@ -33,6 +33,8 @@ pub struct Lamps {
     lamps: Vec<Lamp>,
     /// The radiance without theirs, reduced.
     rest: Vec<EquirectangularMap>,
+    /// Which reduction of the picture the first of them is.
+    finest: usize,
 }
 
 impl Lamps {
@@ -50,16 +52,15 @@ impl Lamps {
 
     /// The radiance without theirs at a position, blended between two reductions; 0 is the picture itself.
     pub(super) fn rest_at(&self, position: Vec2, level: f32) -> Vec3 {
-        // The finest one has half of the picture's size.
-        let level = (level - 1.0).max(0.0);
+        let level = (level - self.finest as f32).max(0.0);
         let (whole, between) = (level as usize, level - (level as usize) as f32);
         let at = |level: usize| self.rest[level.min(self.rest.len() - 1)].at(position);
         let fine = at(whole);
         if between > 0.0 { fine + (at(whole + 1) - fine) * between } else { fine }
     }
 
-    /// Those of a picture of radiance, rows from the top.
-    pub(super) fn new(width: u32, height: u32, radiance: &[[f32; 3]]) -> Option<Self> {
+    /// Those of a reduction of a picture of radiance, rows from the top.
+    pub(super) fn new(level: usize, width: u32, height: u32, radiance: Vec<[f32; 3]>) -> Option<Self> {
         let (width, height) = (width as usize, height as usize);
         let (columns, rows) = (COLUMNS.min(width), (COLUMNS / 2).min(height));
         let cell_of = |index: usize| index / width * rows / height * columns + index % width * columns / width;
@@ -100,6 +101,7 @@ impl Lamps {
             towards.try_normalize().map(|towards| Lamp { towards, light, brightness: light.element_sum() })
         };
         // The picture itself is not kept twice: it needs a reduction.
-        (!rest.is_empty()).then(|| Self { lamps: chosen.into_iter().filter_map(lamp).collect(), rest })
+        let lamps = chosen.into_iter().filter_map(lamp).collect();
+        (!rest.is_empty()).then_some(Self { lamps, rest, finest: level + 1 })
     }
 }

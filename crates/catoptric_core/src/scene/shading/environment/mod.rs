@@ -45,6 +45,9 @@ pub struct LightMap<'a> {
     pub texels: &'a [[f32; 4]],
 }
 
+/// Columns of a picture that lamps are sought in, at most.
+const COLUMNS_FOR_LAMPS: u32 = 2048;
+
 fn light_map(map: &EquirectangularMap) -> LightMap<'_> {
     LightMap { width: map.width, height: map.height, texels: &map.texels }
 }
@@ -79,12 +82,30 @@ impl Environment {
     /// Its small bright parts, if they matter.
     #[inline]
     pub fn lamps(&self) -> Option<&Lamps> {
-        self.lamps.get_or_init(|| Lamps::new(self.width, self.height, &self.radiance)).as_ref()
+        let found = || {
+            let (level, (width, height, radiance)) = self.picture_within(COLUMNS_FOR_LAMPS);
+            Lamps::new(level, width, height, radiance)
+        };
+        self.lamps.get_or_init(found).as_ref()
     }
 
     /// Width, height and linear radiance of the picture, rows from the top.
     pub fn picture(&self) -> (u32, u32, &[[f32; 3]]) {
         (self.width, self.height, &self.radiance)
+    }
+
+    /// The picture, or the first of its reductions that is no wider than so many columns, and which of them: 0 is the
+    /// picture itself.
+    pub(in crate::scene) fn picture_within(&self, columns: u32) -> (usize, (u32, u32, Vec<[f32; 3]>)) {
+        let fits = |map: &EquirectangularMap| map.width <= columns as usize;
+        if self.width <= columns || self.reduced.is_empty() {
+            return (0, (self.width, self.height, self.radiance.clone()));
+        }
+        let index = self.reduced.iter().position(fits).unwrap_or(self.reduced.len() - 1);
+        let map = &self.reduced[index];
+        let rows = map.texels.chunks_exact(map.width + 2).skip(1).take(map.height);
+        let radiance = rows.flat_map(|row| row[1..=map.width].iter().map(|[r, g, b, _]| [*r, *g, *b]));
+        (index + 1, (map.width as u32, map.height as u32, radiance.collect()))
     }
 
     /// The maps of irradiance by normals ([`Self::irradiance`]) and of radiance over highlights ([`Self::glossy`]), for

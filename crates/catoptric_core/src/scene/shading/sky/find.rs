@@ -13,6 +13,9 @@ use std::collections::HashMap;
 /// Parts into which the sky beside its suns is divided.
 const SKY_PARTS: u32 = 256;
 
+/// Columns of a picture that suns are sought in, at most.
+const MOST_COLUMNS: u32 = 1024;
+
 /// Points between corners at which shares are found, at most: those of large parts before those of small ones.
 const MOST_POINTS: usize = 25_000;
 
@@ -65,9 +68,8 @@ impl Scene {
     /// What the surfaces see of the environment, by means that tell what stands before them; nothing without an
     /// environment.
     pub fn seen_sky(&self, visibility: &dyn LightVisibility) -> Option<Sky> {
-        let environment = self.environment.as_ref()?;
-        let (suns, rest) = suns::suns_and_rest(environment);
-        let (width, height, _) = environment.picture();
+        let (width, height, radiance) = self.environment.as_ref()?.picture_within(MOST_COLUMNS).1;
+        let (suns, rest) = suns::suns_and_rest(width, height, radiance);
         let parts = suns::parts(width, height, &rest, SKY_PARTS / 2);
         let shares = shares(self, visibility, &parts);
         Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares))
@@ -88,10 +90,21 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) ->
     let mut points = 0;
     for _ in 0..LEVELS {
         let limits = parallel::map_collect(candidates.len(), |index| near.limits(scene, &candidates[index]));
-        // Those that are not too small already, and whether they are too large.
-        let divisible = candidates.iter().zip(limits).filter(|(_, (length, [_, least]))| length > least);
-        let (large, kept): (Vec<bool>, Vec<Candidate>) =
-            divisible.map(|(candidate, (length, [most, _]))| (length > most, *candidate)).unzip();
+        // Those that are not too small already, and their lengths; large ones if they are too many.
+        let mut divisible: Vec<(Candidate, f32, bool)> = candidates
+            .iter()
+            .zip(limits)
+            .filter(|(_, (length, [_, least]))| length > least)
+            .map(|(candidate, (length, [most, _]))| (*candidate, length, length > most))
+            .collect();
+        // Each asks for three points at most; half of what is left is for later levels.
+        let most = (MOST_POINTS - points) / 6;
+        if divisible.len() > most {
+            divisible.sort_by(|(_, one, _), (_, other, _)| other.total_cmp(one));
+            divisible.truncate(most);
+        }
+        let (kept, large): (Vec<Candidate>, Vec<bool>) =
+            divisible.into_iter().map(|(candidate, _, is_large)| (candidate, is_large)).unzip();
         candidates = kept;
         // The middles of sides, each of a triangle once.
         let (mut places, first) = (Vec::new(), shares.len());
@@ -108,7 +121,7 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) ->
                 })
             })
             .collect();
-        if places.is_empty() || points + places.len() > MOST_POINTS {
+        if places.is_empty() {
             break;
         }
         points += places.len();
@@ -170,10 +183,12 @@ fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]
             }
         }
     }
-    let mut cell = 0.0;
+    let (size, mut cell) = (scene.bounds.diagonal(), 0.0);
     let mut groups = groups(scene, &places, cell);
     while groups.1.len() > MOST_CORNERS {
-        cell = if cell > 0.0 { cell * 2.0 } else { scene.bounds.diagonal() / 512.0 };
+        // In cells as large as all numbers there are no more groups than directions.
+        let least = if size > 0.0 && size.is_finite() { size / 512.0 } else { 1.0 };
+        cell = f32::max(cell * 2.0, least);
         groups = self::groups(scene, &places, cell);
     }
     let (group_of, firsts) = groups;
@@ -187,11 +202,10 @@ fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]
     shares
 }
 
-/// The group of each vertex, and a place in each group: vertices of one object whose normals are alike, within cells of
-/// a grid.
+/// The group of each vertex, and a place in each group: vertices whose normals are alike, within cells of a grid.
 fn groups(scene: &Scene, places: &[Option<Place>], cell: f32) -> (Vec<u32>, Vec<Place>) {
     let (mut group_of, mut firsts) = (vec![u32::MAX; places.len()], Vec::new());
-    let mut known: HashMap<(u32, IVec3, IVec3), u32> = HashMap::new();
+    let mut known: HashMap<(IVec3, IVec3), u32> = HashMap::new();
     for (vertex, place) in places.iter().enumerate() {
         let Some(place) = place else { continue };
         let mut add = || {
@@ -201,8 +215,7 @@ fn groups(scene: &Scene, places: &[Option<Place>], cell: f32) -> (Vec<u32>, Vec<
         group_of[vertex] = if cell > 0.0 {
             let at = ((scene.positions[vertex] - scene.bounds.min) / cell).floor().as_ivec3();
             let faces = (scene.normals[vertex] * 1.5).round().as_ivec3();
-            let object = scene.triangle_objects[place.triangle as usize];
-            *known.entry((object, at, faces)).or_insert_with(add)
+            *known.entry((at, faces)).or_insert_with(add)
         } else {
             add()
         };

@@ -33,13 +33,12 @@ fn texels(width: usize, height: usize) -> impl Iterator<Item = Texel> {
     })
 }
 
-/// The suns of an environment as lights, each with the irradiance of a surface that faces it; the rest of its radiance.
-pub(super) fn suns_and_rest(environment: &Environment) -> (Vec<Light>, Vec<[f32; 3]>) {
-    let (width, height, radiance) = environment.picture();
-    let mut rest = radiance.to_vec();
+/// The suns of a picture of radiance as lights, each with the irradiance of a surface that faces it; the rest of it.
+pub(super) fn suns_and_rest(width: u32, height: u32, radiance: Vec<[f32; 3]>) -> (Vec<Light>, Vec<[f32; 3]>) {
+    let mut rest = radiance;
     let texels: Vec<Texel> = texels(width as usize, height as usize).collect();
     let brightness = |radiance: &[f32; 3]| radiance.iter().sum::<f32>();
-    let all: f32 = texels.iter().zip(radiance).map(|(texel, radiance)| texel.solid_angle * brightness(radiance)).sum();
+    let all: f32 = texels.iter().zip(&rest).map(|(texel, radiance)| texel.solid_angle * brightness(radiance)).sum();
     let mut suns = Vec::new();
     while suns.len() < MOST_SUNS {
         let brighter = |(index, most): (usize, f32), (at, radiance): (usize, &[f32; 3])| {
