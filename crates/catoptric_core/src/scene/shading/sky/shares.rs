@@ -23,14 +23,14 @@ pub(super) struct SurfaceShares {
 }
 
 impl SurfaceShares {
-    /// The shares at a place of a triangle.
+    /// The shares at a place of a triangle; all light, where the triangle was not there.
     #[inline]
     pub(super) fn at(&self, triangle: u32, barycentrics: Vec2) -> Shares {
         // What a pixel shows may have its middle beside the triangle.
         let at = barycentrics.max(Vec2::ZERO);
         let at = at / (at.x + at.y).max(1.0);
         let (mut b, mut c) = (at.x, at.y);
-        let mut node = &self.nodes[triangle as usize];
+        let Some(mut node) = self.nodes.get(triangle as usize) else { return [1.0; 2] };
         while node.parts != 0 {
             let a = 1.0 - b - c;
             let part = if a >= 0.5 {
