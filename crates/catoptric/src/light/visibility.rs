@@ -25,7 +25,7 @@ fn means(scene: &Scene) -> Arc<dyn LightVisibility> {
 /// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it. Without an
 /// environment nothing changes.
 ///
-/// What casts shadows of lights does so here. It is made for one pose.
+/// The same surfaces cast shadows as of lights. It is made for one pose.
 pub fn shadow_sky(scene: &mut Scene) {
     scene.sky = None;
     if scene.environment.is_none() {
@@ -63,7 +63,7 @@ pub fn shadow_sky_as(before: &Scene, scene: &mut Scene) {
     }
 }
 
-/// Whether the same triangles cast shadows at two moments of a scene.
+/// Returns true if the same triangles cast shadows at two moments of a scene.
 fn casts_as(before: &Scene, scene: &Scene) -> bool {
     let casting = |scene: &Scene| -> Vec<bool> {
         (0..scene.objects.len() as u32).map(|object| casts_shadows(scene.material_of(object))).collect()
@@ -80,7 +80,7 @@ fn means_as(before: &Scene, scene: &Scene) -> Arc<dyn LightVisibility> {
 
 /// Returns true for the materials of objects that cast shadows.
 pub fn casts_shadows(material: &Material) -> bool {
-    // Of what lets half of the light pass or more, all of it does.
+    // A surface that lets half of the light pass or more lets all of it pass here.
     let blends = material.alpha_mode == AlphaMode::Blend && material.base_color.w <= 0.5;
     let passes = blends || material.lobes().is_some_and(|lobes| lobes.transmission >= 0.5);
     material.role != Role::Lens && !material.unlit && !passes

@@ -100,7 +100,7 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
             let (row, column) = pixel(&parts[0].0);
             let in_parts: Vec3 = parts.iter().map(|(target, color)| *color * f32::from(target.weight())).sum();
             let mean = Vec4::from(rows[usize::from(row)][usize::from(column)]).truncate();
-            // What all samples show is no part.
+            // Light that all samples show belongs to no part.
             samples.fill((mean - in_parts / count as f32).max(Vec3::ZERO));
             for (index, sample) in samples.iter_mut().enumerate() {
                 let shown = parts.iter().filter(|(target, _)| target.samples >> index & 1 != 0);

@@ -358,7 +358,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         sum * (seen / RAYS_TO_LAMPS).min(1.0)
     }
 
-    /// Whether anything that casts shadows stands before light from infinity.
+    /// Returns true if anything that casts shadows stands before light from infinity.
     fn is_blocked(&self, ray: &Ray) -> bool {
         match &self.scene.light_visibility {
             Some(visibility) => visibility.is_blocked(self.scene, ray, f32::INFINITY),
