@@ -128,6 +128,13 @@ impl Scene {
         }
     }
 
+    /// Returns true if rays tell which lights or suns a point sees.
+    #[inline]
+    pub(super) fn seeks_light(&self) -> bool {
+        let has_suns = || self.sky.as_ref().is_some_and(|sky| !sky.suns().is_empty());
+        self.light_visibility.is_some() && (!self.lights.is_empty() || has_suns())
+    }
+
     /// Where light that shines on a point is sought from.
     pub(super) fn shadow_start(&self, point: &SurfacePoint, side: f32) -> ShadowStart {
         match point.triangle {
@@ -157,7 +164,7 @@ impl Scene {
         points.variance = Lanes::splat(variance_over_pixel(point.normal_change2));
         points.set_surface(self, material, 1, point);
         points.turn_normals(self, material, 1, point, [point.tangent], &Lanes::splat(side));
-        if self.light_visibility.is_some() {
+        if self.seeks_light() {
             points.shadow_starts = [self.shadow_start(point, side)];
         }
         points.occlusion[0] = points.occlusion[0].min(self.sky_share(point, side));

@@ -130,7 +130,7 @@ fn shade<const N: usize>(
         }
     }
     lit.turn_normals(scene, material, order.len(), &look_ups, tangents, &points.side);
-    if scene.light_visibility.is_some() {
+    if scene.seeks_light() {
         for (i, &index) in order.iter().enumerate() {
             let query = &queries[index as usize];
             let at = query.barycentrics.value;

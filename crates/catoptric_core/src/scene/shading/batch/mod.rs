@@ -225,7 +225,10 @@ fn seen_sky<const N: usize>(
     for (lane, &index) in order.iter().enumerate().take(N) {
         let SurfaceQuery { triangle, barycentrics, .. } = queries[index as usize];
         shares[lane] = sky.share(triangle, barycentrics.value, sides[lane]);
-        starts[lane] = ShadowStart::on_triangle(scene, triangle, barycentrics.value, sides[lane]);
+        // Only suns are sought from there.
+        if !sky.suns().is_empty() {
+            starts[lane] = ShadowStart::on_triangle(scene, triangle, barycentrics.value, sides[lane]);
+        }
     }
 }
 
