@@ -151,7 +151,7 @@ pub(crate) struct SceneArgs {
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
     pub(crate) reflector: Vec<String>,
-    /// Shadows of the file's lights and of the environment
+    /// Shadows of the file's lights and of the environment, and the light of surfaces that emit it
     #[arg(long, value_enum, default_value = "on")]
     pub(crate) shadows: Shadows,
     #[command(flatten)]

@@ -219,8 +219,8 @@ impl<'a> Shot<'a> {
             let on_gpu = Processor { backend: "gpu", device: gpu.name() };
             let drawn = self.draw_with(&*method, on_gpu, chosen, progress).map(|mut drawing| {
                 if self.scene.sky.is_some() {
-                    let warning =
-                        "on the GPU surfaces scatter all of the environment's light: its shadows are not drawn";
+                    let warning = "on the GPU surfaces scatter all of the environment's light and none of what \
+                                   other surfaces emit";
                     drawing.warnings.push(warning.into());
                 }
                 drawing

@@ -22,18 +22,22 @@ fn means(scene: &Scene) -> Arc<dyn LightVisibility> {
     Arc::new(Tracer::build(scene, casts))
 }
 
-/// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it. Without an
-/// environment nothing changes.
+/// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it, and the light of
+/// surfaces that emit it. Without either nothing changes.
 ///
 /// The same surfaces cast shadows as of lights. It is made for one pose.
 pub fn shadow_sky(scene: &mut Scene) {
     scene.sky = None;
-    if scene.environment.is_none() {
+    if scene.environment.is_none() && !has_emitters(scene) {
         return;
     }
     let means = scene.light_visibility.clone().unwrap_or_else(|| means(scene));
     scene.sky = scene.seen_sky(&*means).map(Arc::new);
     scene.light_visibility = Some(means);
+}
+
+fn has_emitters(scene: &Scene) -> bool {
+    (0..scene.objects.len() as u32).any(|object| scene.material_of(object).emits_light())
 }
 
 /// The same for another moment of a scene that has them, `before`: where the same triangles are elsewhere and the same
@@ -51,7 +55,7 @@ pub fn cast_shadows_as(before: &Scene, scene: &mut Scene) {
 pub fn shadow_sky_as(before: &Scene, scene: &mut Scene) {
     let has_same_light = match (&before.environment, &scene.environment) {
         (Some(before), Some(now)) => Arc::ptr_eq(before, now),
-        _ => false,
+        (before, now) => before.is_none() && now.is_none(),
     };
     match before.sky.as_ref().filter(|_| has_same_light && casts_as(before, scene)) {
         Some(sky) => {

@@ -75,6 +75,39 @@ fn a_wall_takes_its_share_of_an_even_sky() {
     }
 }
 
+/// The irradiance of a surface by a polygon of radiance 1 that it sees as a whole (Lambert 1760).
+fn lambert(corners: [Vec3; 4], position: Vec3, normal: Vec3) -> f32 {
+    let towards = corners.map(|corner| (corner - position).normalize());
+    let of_edge = |edge: usize| {
+        let (one, other) = (towards[edge], towards[(edge + 1) % 4]);
+        one.angle_between(other) * one.cross(other).normalize().dot(normal)
+    };
+    0.5 * (0..4).map(of_edge).sum::<f32>().abs()
+}
+
+/// Light of a glowing panel is Lambert's of a polygon, and a screen below it takes it away.
+#[test]
+fn a_panel_lights_as_a_polygon_does() {
+    let radiance = 3.0;
+    let corner = Vec3::new(-1.0, 2.0, -0.5);
+    let (along, across) = (Vec3::X * 2.0, Vec3::Z * 1.0);
+    let dark = Environment::new("dark", 64, 32, vec![[0.0; 3]; 64 * 32]);
+    let scene = on_a_floor(dark, |builder| {
+        let glowing = Material { emissive: Vec3::splat(radiance), ..Material::diffuse("panel", Vec3::ZERO) };
+        let glowing = builder.material(glowing);
+        builder.quad("panel", corner, along, across, glowing);
+        let black = builder.material(Material::diffuse("screen", Vec3::ZERO));
+        builder.quad("screen", Vec3::new(-20.0, 1.0, -14.0), Vec3::X * 40.0, Vec3::Z * 8.0, black);
+    });
+    let panel = [corner, corner + along, corner + along + across, corner + across];
+    for (x, z) in [(0.0, 0.0), (0.9, 0.4), (2.0, -1.0), (-3.0, 2.0), (0.0, 6.0)] {
+        let expected = radiance * lambert(panel, Vec3::new(x, 0.0, z), Vec3::Y) / PI;
+        let found = floor_at(&scene, x, z);
+        assert!((found / expected - 1.0).abs() < 0.06, "({x}, {z}): {found}, {expected}");
+    }
+    assert_eq!(floor_at(&scene, 0.3, -14.0), 0.0);
+}
+
 /// A small bright part of a sky lights as a lamp at infinity does, with shadows as sharp.
 #[test]
 fn suns_cast_sharp_shadows() {

@@ -1,6 +1,8 @@
 //! A ball of every lobe between coloured walls, drawn without tracing first rays, against the reference.
 
+use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::surface_mask;
+use catoptric::light::visibility::shadow_sky;
 use catoptric::methods::Quality;
 use catoptric::metrics::Comparison;
 use catoptric::scene::{AlphaMode, Environment, Film, Lobes, Material, Microfacets, Scene};
@@ -80,4 +82,66 @@ fn every_lobe_is_drawn_as_the_reference_draws_it() {
         let error = error.expect("pictures of one size").expect("the scene is seen");
         assert!(error.over_0_1 <= limit, "{name}: {:.4} over {limit}", error.over_0_1);
     }
+}
+
+/// A box that glows as brightly as the sky around it hides nothing: a white rough floor under it looks like both. What
+/// neighbours' rays find, and what they miss, add up to all light wherever they start.
+#[test]
+fn rays_that_neighbours_share_lose_and_add_no_light() {
+    for roughness in [0.3, 0.6, 1.0] {
+        let mut builder = SceneBuilder::new();
+        let facets = Microfacets { metallic: 1.0, roughness, ..Microfacets::default() };
+        let white = builder.material(Material {
+            microfacets: Some(facets),
+            lobes: Some(Box::default()),
+            ..Material::diffuse("floor", Vec3::ONE)
+        });
+        builder.quad("floor", Vec3::new(-9.0, 0.0, 9.0), Vec3::X * 18.0, Vec3::Z * -18.0, white);
+        let glowing = builder.flat("box", Vec3::ONE);
+        builder.quad("wall", Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 1.5, glowing);
+        builder.quad("roof", Vec3::new(-1.0, 1.5, -1.0), Vec3::X * 2.0, Vec3::Z * -2.0, glowing);
+        builder.camera(Vec3::new(0.5, 2.0, 4.0), Vec3::new(0.0, 0.2, 0.0), 40.0);
+        let mut scene = builder.build();
+        scene.environment = Some(Arc::new(Environment::new("even", 64, 32, vec![[1.0; 3]; 64 * 32])));
+        let view = scene.default_view(60, 40);
+        let drawn = picture("auto", "", &scene, &view, Quality { samples: 4, order: 4 });
+        for (index, pixel) in drawn.pixels.iter().enumerate() {
+            let off = (Vec4::from(*pixel).truncate() - 1.0).abs().max_element();
+            assert!(off < 0.03, "roughness {roughness}, pixel {index}: {pixel:?}");
+        }
+    }
+}
+
+/// A small lamp, ten thousand times as bright as what is around it, above a rough plate: pixels do not sparkle, and the
+/// light of the plate is that of the reference.
+#[test]
+fn small_emitters_are_sought_by_rays_of_their_own() {
+    let mut builder = SceneBuilder::new();
+    let facets = Microfacets { metallic: 1.0, roughness: 0.5, ..Microfacets::default() };
+    let plate = builder.material(Material {
+        microfacets: Some(facets),
+        lobes: Some(Box::default()),
+        ..Material::diffuse("plate", Vec3::splat(0.8))
+    });
+    builder.quad("plate", Vec3::new(-2.0, 0.0, 2.0), Vec3::X * 4.0, Vec3::Z * -4.0, plate);
+    let lamp = Material { emissive: Vec3::splat(100.0), ..Material::diffuse("lamp", Vec3::ZERO) };
+    let lamp = builder.material(lamp);
+    builder.quad("lamp", Vec3::new(-0.05, 1.0, -0.05), Vec3::X * 0.1, Vec3::Z * 0.1, lamp);
+    builder.camera(Vec3::new(0.0, 1.6, 4.0), Vec3::ZERO, 40.0);
+    let mut scene = builder.build();
+    scene.environment = Some(Arc::new(Environment::new("dark", 64, 32, vec![[0.01; 3]; 64 * 32])));
+    shadow_sky(&mut scene);
+    let view = scene.default_view(48, 32);
+    let quality = Quality { samples: 4, order: 2 };
+    let drawn = picture("auto", "", &scene, &view, quality);
+    let truth = picture("reference", "", &scene, &view, Quality { samples: 576, ..quality });
+    let lit = |picture: &Framebuffer| -> Vec<f32> { picture.pixels.iter().map(|pixel| pixel[0]).collect() };
+    let (drawn, truth) = (lit(&drawn), lit(&truth));
+    // Below the lamp.
+    let plates: Vec<usize> = (truth.len() / 2..truth.len()).filter(|index| truth[*index] > 0.05).collect();
+    let sum = |light: &[f32]| plates.iter().map(|index| light[*index]).sum::<f32>();
+    let ratio = sum(&drawn) / sum(&truth);
+    assert!((ratio - 1.0).abs() < 0.05, "light: {ratio}");
+    let far_off = plates.iter().filter(|index| (drawn[**index] / truth[**index]).ln().abs() > 0.5).count();
+    assert!(far_off * 50 < plates.len(), "{far_off} of {} pixels", plates.len());
 }

@@ -31,6 +31,21 @@ pub fn hammersley(index: u32, count: u32) -> Vec2 {
     Vec2::new((index as f32 + 0.5) / count as f32, index.reverse_bits() as f32 * (1.0 / 4_294_967_296.0))
 }
 
+/// The numbers of a sequence of which every run of a power of two, from a multiple of it on, has one point in each part
+/// of every division of the unit square into so many (the first two of Sobol 1967).
+#[inline]
+pub fn sobol(index: u32) -> Vec2 {
+    let (mut second, mut direction, mut rest) = (0u32, 1u32 << 31, index);
+    while rest != 0 {
+        if rest & 1 != 0 {
+            second ^= direction;
+        }
+        direction ^= direction >> 1;
+        rest >>= 1;
+    }
+    Vec2::new(index.reverse_bits() as f32, second as f32) * (1.0 / 4_294_967_296.0)
+}
+
 /// A stream of random numbers from a seed.
 #[derive(Clone, Debug)]
 pub struct Stream {
@@ -56,5 +71,27 @@ impl Stream {
     #[inline]
     pub fn next_between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.next_unit()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every run of sixteen has one point in each part of every division of the square into sixteen equal ones.
+    #[test]
+    fn runs_of_the_sequence_fill_all_parts() {
+        for run in 0..16 {
+            for columns_log2 in 0..=4 {
+                let cells = Vec2::new((1 << columns_log2) as f32, (16 >> columns_log2) as f32);
+                let cell = |index: u32| {
+                    let at = (sobol(run * 16 + index) * cells).as_uvec2();
+                    at.y * cells.x as u32 + at.x
+                };
+                let mut hit: Vec<u32> = (0..16).map(cell).collect();
+                hit.sort_unstable();
+                assert_eq!(hit, (0..16).collect::<Vec<_>>(), "run {run}, {cells}");
+            }
+        }
     }
 }

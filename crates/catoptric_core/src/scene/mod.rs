@@ -30,7 +30,7 @@ pub use shading::lobes::LobesAt;
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
-pub use shading::sky::Sky;
+pub use shading::sky::{Emitters, Sky};
 pub use shading::texture::{MipFilter, MipLevel, Sampler, Texture, UvFootprint, Wrap};
 pub use shading::thin_film::{FilmAt, FilmReflectance};
 pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, Ray, RayDifferential, View, ViewRays};

@@ -14,6 +14,7 @@ use crate::scene::hit::Hit;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedEncounter, View, ViewRays};
 use glam::Vec3;
+pub(crate) use lobes::{LOBES, LobeLight, SharedRays};
 use rough::RoughRays;
 pub(crate) use waves::Cone;
 use waves::Waves;
@@ -49,6 +50,8 @@ struct Segment {
     /// The light from infinity that was counted where it started, and is taken away if it meets something; `None`: it
     /// brings that light itself.
     counted: Option<Vec3>,
+    /// The density of rays like it, a solid angle, where others seek emitters from where it started; 0: none do.
+    density: f32,
     /// The primary colour of its light, 0 to 2, if it has only one.
     color: Option<u8>,
     /// Surfaces that it has passed straight on.
@@ -71,6 +74,7 @@ impl Segment {
             split: false,
             is_cone: false,
             counted: None,
+            density: 0.0,
             color: None,
             passages: 0,
             deferred: None,
@@ -89,6 +93,8 @@ pub struct PathTracer<'a, F = SceneBackground> {
     waves: Waves,
     ray_count: u64,
     rough: RoughRays,
+    /// What is known of the lobes of the surface that is met next.
+    known: [Option<LobeLight>; LOBES],
 }
 
 impl<'a> PathTracer<'a> {
@@ -111,6 +117,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             waves: Waves::default(),
             ray_count: 0,
             rough: RoughRays::default(),
+            known: [None; LOBES],
         }
     }
 
@@ -165,6 +172,20 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         self.with_rest(first)
     }
 
+    /// The same where the light over some of the surface's lobes is known.
+    pub(crate) fn radiance_beside_known(
+        &mut self,
+        ray: Ray,
+        change: Option<RayDifferential>,
+        encounter: &SurfaceInteraction,
+        known: [Option<LobeLight>; LOBES],
+    ) -> Vec3 {
+        self.known = known;
+        let radiance = self.radiance_from(ray, change, encounter);
+        self.known = [None; LOBES];
+        radiance
+    }
+
     /// The sum of light that has arrived and of all that waits.
     #[inline(always)]
     fn with_rest(&mut self, mut sum: Vec3) -> Vec3 {
@@ -200,7 +221,8 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             };
         };
         let encounter = self.tracer.encounter(scene, ray, hit, segment.change.as_ref());
-        self.meet(segment, throughput, &encounter, hit.distance()) - segment.counted.unwrap_or_default()
+        let elsewhere = self.counted_by_others(segment, throughput, hit);
+        self.meet(segment, throughput, &encounter, hit.distance()) - segment.counted.unwrap_or_default() - elsewhere
     }
 
     /// Goes on at a point of a surface, which a ray meets at a distance.
@@ -237,7 +259,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         let TurnedEncounter { encounter: turned, variance } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
         let (mut reflects, mut refracts) = (!last, !last && material.role == Role::Lens && step.reflectance < 1.0);
-        let mut segment = Segment { absorption, deferred: None, counted: None, ..*segment };
+        let mut segment = Segment { absorption, deferred: None, counted: None, density: 0.0, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
                 reflects = step.prefers_reflection();

@@ -139,7 +139,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             // A ray of several stands for so much of the lobe as there is to each of them.
             let width = extent_of_sample(alpha, facet.dot(normal), towards_viewer.z, self.rough.count).sqrt();
             let change = segment.change.as_ref().map(|change| {
-                let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
+                let step = step.at_facet(facet);
                 step.outgoing_change(BounceKind::Reflect, incoming, change, encounter)
                     .widened(direction, width * footprint_scale)
             });

@@ -91,7 +91,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
 
     /// Sets the radiance that arrives along first segments of paths, and tells what each meets.
     #[inline(always)] // for the instructions of its caller
-    fn radiances_from(
+    pub(super) fn radiances_from(
         &mut self,
         starts: impl Iterator<Item = Segment>,
         sums: &mut [Vec3],
@@ -161,6 +161,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 }
                 let query = SurfaceQuery { triangle: *triangle, barycentrics: at, towards_viewer: -ray.direction };
                 sums[owner as usize] -= segment.counted.unwrap_or_default();
+                if let Some(hit) = hit {
+                    sums[owner as usize] -= self.counted_by_others(segment, throughput, hit);
+                }
                 let throughput = throughput * transmittance(segment.absorption, *distance);
                 waves.points.push(scene, query, owner, throughput, sums);
                 return;

@@ -278,6 +278,13 @@ impl Deferred {
 }
 
 impl LightStep {
+    /// The same at a facet of the surface, which has a normal of its own.
+    #[inline(always)]
+    #[must_use]
+    pub fn at_facet(&self, normal: Vec3) -> Self {
+        Self { facing: self.facing.with_normal(normal), ..*self }
+    }
+
     /// The step at a point of a scene that a ray of this unit direction meets; the material is the point's. Normal maps
     /// turn nothing.
     #[inline(always)]

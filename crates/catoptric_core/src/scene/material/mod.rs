@@ -248,6 +248,11 @@ impl Material {
         self.role == Role::Lens || self.lobes().is_some_and(|lobes| lobes.transmission > 0.0 && !lobes.is_thin)
     }
 
+    /// Returns true if it emits light onto others: what is unlit is a picture.
+    pub fn emits_light(&self) -> bool {
+        !self.unlit && self.emissive.max_element() > 0.0
+    }
+
     /// Whether the surface is seen from its outer side alone: the other one is not there for rays of sight. Bodies that
     /// light enters have both.
     #[inline(always)]

@@ -303,6 +303,10 @@ impl Scene {
     }
 
     /// The radiance that a point emits.
+    pub fn emitted_radiance(&self, point: &SurfacePoint) -> Vec3 {
+        self.emitted(self.material_of(point.object), point)
+    }
+
     #[inline(always)]
     pub(super) fn emitted(&self, material: &Material, point: &SurfacePoint) -> Vec3 {
         if material.emissive == Vec3::ZERO {

@@ -1,7 +1,7 @@
 //! The lobes of a point of a surface, and facets of one of them.
 
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{Facing, fresnel_dielectric, reflect, refract, relative_index};
+use crate::optics::step::{Facing, LightStep, fresnel_dielectric, reflect, refract, relative_index};
 use crate::scene::microfacets::{
     ReflectanceTable, VisibleFacets, disc_point, extent_of_sample, extent_of_stretched_sample, unshadowed_share,
     unshadowed_share_stretched,
@@ -108,11 +108,35 @@ impl Lobe<'_> {
 
     /// The facets that a ray meets.
     pub(super) fn facets(&self, incoming: Vec3) -> MetFacets {
+        let axes = self.axes();
+        let towards_viewer = -Vec3::from(axes.map(|axis| incoming.dot(axis)));
+        MetFacets { axes, visible: VisibleFacets::stretched(self.widths(), towards_viewer) }
+    }
+
+    /// Unit directions along the two widths of facets, and the normal.
+    pub(super) fn axes(&self) -> [Vec3; 3] {
         let normal = self.facing.normal;
         let (x, y) = self.stretch.map_or_else(|| normal.any_orthonormal_pair(), |Stretch { axes: [x, y], .. }| (x, y));
-        let towards_viewer = -Vec3::new(incoming.dot(x), incoming.dot(y), incoming.dot(normal));
-        let alpha = self.stretch.map_or(Vec2::splat(self.alpha), |stretch| stretch.alpha);
-        MetFacets { axes: [x, y, normal], visible: VisibleFacets::stretched(alpha, towards_viewer) }
+        [x, y, normal]
+    }
+
+    /// The widths of facets along the first two of the [`Self::axes`].
+    pub(super) fn widths(&self) -> Vec2 {
+        self.stretch.map_or(Vec2::splat(self.alpha), |stretch| stretch.alpha)
+    }
+
+    /// The step of light whose directions are those of the lobe's middle, and whose light the lobe tells.
+    pub(super) fn light_step(&self) -> LightStep {
+        let is_straight = self.is_thin && self.kind == BounceKind::Transmit;
+        LightStep {
+            facing: self.facing,
+            eta: if is_straight { 1.0 } else { self.eta },
+            reflectance: 0.0,
+            reflected: Vec3::ZERO,
+            transmitted: Vec3::ZERO,
+            scattered: 0.0,
+            attenuation: None,
+        }
     }
 
     /// The angle across the part of a reflected lobe that one of so many facets stands for.

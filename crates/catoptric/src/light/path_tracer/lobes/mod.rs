@@ -1,7 +1,10 @@
 //! Surfaces whose lobes are followed: what facets, coats and what passes a surface show, at each point of it (glTF 2.0,
 //! appendix B).
 
+mod emitters;
+mod light;
 mod lobe;
+mod shared_rays;
 
 use super::rough::{RoughRays, turn};
 use super::{MIN_THROUGHPUT, PathTracer, Segment};
@@ -13,7 +16,9 @@ use crate::scene::microfacets::disc_point;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{FilmReflectance, Lamps, Lobes, Material, Ray};
 use glam::{Vec2, Vec3};
+pub(crate) use light::{LOBES, LobeLight};
 use lobe::{Lobe, SurfaceLobes};
+pub(crate) use shared_rays::SharedRays;
 use std::sync::LazyLock;
 
 /// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
@@ -34,9 +39,11 @@ const MOST_CONES: u32 = 64;
 const LEAST_CONES: u32 = 16;
 /// The same of a ray that stands for a part of another lobe.
 const LEAST_CONES_OF_RAY: u32 = 4;
-/// Where rays of a lobe end, each has one of so many parts of those cones, which are as wide as those of so many parts.
-const PARTS: u32 = 16;
+/// Cones where rays of a lobe end are as narrow as if there were so many times more.
 const COVERING_PARTS: u32 = 4;
+
+/// So many rays of a lobe stand for all of it by what they weigh together: fewer would favour where light comes from.
+const LEAST_RAYS_FOR_ALL: f32 = 4.0;
 
 /// Rays that tell whether lamps at infinity are seen.
 const RAYS_TO_LAMPS: f32 = 4.0;
@@ -99,11 +106,20 @@ impl<F: RadianceField> PathTracer<'_, F> {
             if passing.max_element() >= MIN_THROUGHPUT {
                 let ray = Ray { origin: self.tracer.departure(point, direction), direction };
                 let (near, passages) = (0.0, segment.passages + 1);
-                let passing =
-                    Segment { ray, near, throughput: passing, passages, deferred: None, counted: None, ..*segment };
+                let passing = Segment {
+                    ray,
+                    near,
+                    throughput: passing,
+                    passages,
+                    deferred: None,
+                    counted: None,
+                    density: 0.0,
+                    ..*segment
+                };
                 self.waiting.push(passing);
             }
         }
+        let known = std::mem::take(&mut self.known);
         let throughput = throughput * at.coverage;
         if throughput == Vec3::ZERO {
             return Vec3::ZERO;
@@ -116,7 +132,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let films = at.film.map(|film| [at.specular, at.base].map(|base| FilmReflectance::new(&film, base)));
         let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color: segment.color };
         let (mut found, mirrored) = of_surface.met(point, direction);
-        let segment = Segment { absorption, deferred: None, counted: None, ..*segment };
+        let segment = Segment { absorption, deferred: None, counted: None, density: 0.0, ..*segment };
         if segment.is_cone {
             // The one facet that such a ray meets says how much it reflects and how much passes it.
             let number = self.number(0, 1, direction, point.position);
@@ -133,7 +149,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
             if segment.is_cone { turn(self.rough.seed ^ CHOICE, direction, point.position) } else { Vec2::ZERO };
         let mut choice = segment.is_cone.then_some(numbers.x * total);
         let mut sum = Vec3::ZERO;
-        for lobe in found.iter().flatten().filter(|lobe| visible(lobe)) {
+        for (lobe, known) in found.iter().zip(known) {
+            let Some(lobe) = lobe.as_ref().filter(|lobe| visible(lobe)) else { continue };
             let share = lobe.share.max_element();
             let mut throughput = throughput;
             if let Some(rest) = &mut choice {
@@ -146,7 +163,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let parts = of_surface.parts_by_color(lobe, segment.is_cone.then_some(numbers.y));
             for (lobe, color, factor) in parts.iter().flatten() {
                 let segment = Segment { color: *color, ..segment };
-                sum += self.push_lobe(&segment, throughput * *factor, encounter, lobe, material);
+                sum += self.push_lobe(&segment, throughput * *factor, encounter, (lobe, known), material);
             }
             if choice.is_some() {
                 break;
@@ -161,7 +178,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         segment: &Segment,
         throughput: Vec3,
         encounter: &SurfaceInteraction,
-        lobe: &Lobe,
+        (lobe, known): (&Lobe, Option<LobeLight>),
         material: &Material,
     ) -> Vec3 {
         let incoming = segment.ray.direction;
@@ -171,16 +188,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             false => medium_after(lobe.kind, outside, material.absorption, segment.absorption, Vec3::ZERO),
         };
         let segment = &Segment { absorption, ..*segment };
-        let is_straight = lobe.is_thin && lobe.kind == BounceKind::Transmit;
-        let step = LightStep {
-            facing: lobe.facing,
-            eta: if is_straight { 1.0 } else { lobe.eta },
-            reflectance: 0.0,
-            reflected: Vec3::ZERO,
-            transmitted: Vec3::ZERO,
-            scattered: 0.0,
-            attenuation: None,
-        };
+        let step = lobe.light_step();
         let change_of = |step: &LightStep| {
             segment.change.as_ref().map(|change| step.outgoing_change(lobe.kind, incoming, change, encounter))
         };
@@ -209,14 +217,14 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let is_chosen = segment.is_cone && lobe.is_clear;
         let is_within = material.has_inside() && !outside;
         if !(is_chosen || is_within) && (lobe.kind == BounceKind::Reflect || lobe.is_thin) {
-            return self.push_gathered(segment, throughput, encounter, lobe, &step, [share, count as f32]);
+            return self.push_gathered(segment, throughput, encounter, (lobe, known), [share, count as f32]);
         }
         let width = step.cone_width(lobe.kind, incoming, lobe.alpha) / (self.rough.count as f32).sqrt();
         for index in 0..count {
             let facet = lobe.facet(incoming, self.number(index, count, incoming, encounter.point.position));
             let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
             let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
-            let step = LightStep { facing: step.facing.with_normal(facet), ..step };
+            let step = step.at_facet(facet);
             let change = change_of(&step).map(|change| change.widened(direction, width * self.rough.footprint_scale));
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
             self.push_cone(segment, ray, change, throughput * weight, count);
@@ -229,35 +237,39 @@ impl<F: RadianceField> PathTracer<'_, F> {
     ///
     /// The lobe is divided into cones. Half of the children go to each of them alike, half where their light comes
     /// from: so none counts for more than twice its share of the lobe. Together they take away just what was counted
-    /// where all of it is hidden, as in a room.
+    /// where all of it is hidden, as in a room. Where it is known what does, there are no children.
     fn push_gathered(
         &mut self,
         segment: &Segment,
         throughput: Vec3,
         encounter: &SurfaceInteraction,
-        lobe: &Lobe,
-        step: &LightStep,
+        (lobe, known): (&Lobe, Option<LobeLight>),
         [share, count]: [f32; 2],
     ) -> Vec3 {
         let (incoming, origin) = (segment.ray.direction, encounter.point.position);
         let RoughRays { part, parts, seed, footprint_scale, .. } = self.rough;
         let start = turn(seed ^ CONES, incoming, origin);
-        // Many paths, each with its part of the cones, meet in what a lobe shows.
-        let (part, parts) = if segment.is_cone { ((start.y * PARTS as f32) as u32, PARTS) } else { (part, parts) };
-        let least = if segment.is_cone { LEAST_CONES_OF_RAY } else { LEAST_CONES };
-        let wanted = ((MOST_CONES as f32 * share.sqrt()) as u32 / parts).clamp(least, MOST_CONES);
+        let wanted = (MOST_CONES as f32 * share.sqrt()) as u32 / parts;
+        let wanted = if segment.is_cone { LEAST_CONES_OF_RAY } else { wanted.clamp(LEAST_CONES, MOST_CONES) };
         // A power of two.
         let cone_count = 1 << wanted.ilog2();
         // The few cones of a ray are so wide that they cover most of the lobe: a sun is never in one of them alone.
         let covering = cone_count * if segment.is_cone { COVERING_PARTS } else { parts };
         let mut cones = [GatheredCone::default(); MOST_CONES as usize];
         let cones = &mut cones[..cone_count as usize];
-        let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, 0.0f32);
+        let (mut light, mut brightness, mut shown) = (Vec3::ZERO, 0.0, Vec3::ZERO);
         let facets = lobe.facets(incoming);
         let lamps = if segment.is_cone { None } else { self.field.lamps(self.scene) };
         // The other cones of a pixel leave other places of the surface.
         let together = covering.min(MOST_CONES);
-        for (cone, (number, disc)) in cones.iter_mut().zip(cone_middles(cone_count, [part, parts])) {
+        let mut middles = cone_middles(cone_count, [part, parts]);
+        // Many paths, each with cones of its own, meet in what a lobe shows.
+        let numbers = segment.is_cone.then(|| turn(seed ^ CONES ^ 1, incoming, origin));
+        for (index, cone) in (0..).zip(&mut *cones) {
+            let (number, disc) = match numbers {
+                Some(numbers) => turned_middle(index, cone_count, numbers),
+                None => middles.next().unwrap_or_default(),
+            };
             cone.number = number;
             let facet = facets.facet(disc);
             let Some(direction) = lobe.outgoing(incoming, facet) else { continue };
@@ -274,17 +286,33 @@ impl<F: RadianceField> PathTracer<'_, F> {
             cone.light = cone.weight * radiance;
             light += cone.light;
             brightness += cone.light.element_sum();
-            shown += cone.weight.element_sum();
+            shown += cone.weight;
         }
         let per_cone = 1.0 / cone_count as f32;
         light *= per_cone;
-        choose(cones, [shown, brightness], count, start.x);
+        let lamps = lamps.map(|lamps| {
+            let visible = known.map(|known| known.visible_lamps);
+            let (light, visible) = self.of_lamps(segment, encounter, lobe, lamps, (together, start.x), visible);
+            light * visible
+        });
+        let lamps = lamps.unwrap_or(Vec3::ZERO);
+        if let Some(known) = known {
+            return throughput * (light * known.visible + shown * per_cone * known.found + lamps);
+        }
+        choose(cones, [shown.element_sum(), brightness], count, start.x);
+        let seeks_emitters = self.emitters().is_some();
         // All children together take away all the light that was counted, if nothing of it arrives.
         let taken = cones.iter().map(|cone| cone.light * (cone.factor * per_cone)).sum::<Vec3>();
         let taken = (light / taken.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX));
+        // Several of them together stand for all of the lobe, too; a single one has the factor of its own cone.
+        let chosen = cones.iter().map(|cone| cone.weight * cone.factor).sum::<Vec3>();
+        let given = match count >= LEAST_RAYS_FOR_ALL {
+            true => (shown / chosen.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX)),
+            false => Vec3::ONE,
+        };
         for (index, cone) in (0..).zip(&*cones).filter(|(_, cone)| cone.factor > 0.0) {
             // Somewhere in the cone's part of the lobe.
-            let within = turn(seed ^ index, incoming, origin);
+            let within = if segment.is_cone { Vec2::splat(0.5) } else { turn(seed ^ index, incoming, origin) };
             let number = (cone.number + (within - 0.5) / (cone_count as f32).sqrt()).rem_euclid(Vec2::ONE);
             let leaving = |number: Vec2| {
                 let facet = facets.facet(disc_point(number));
@@ -293,24 +321,23 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let Some((facet, direction)) = leaving(number).or_else(|| leaving(cone.number)) else { continue };
             let scale = throughput * (cone.factor * per_cone);
             let counted = Some(cone.light * taken * scale);
-            let weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
-            let step = LightStep { facing: step.facing.with_normal(facet), ..*step };
+            let step = lobe.light_step().at_facet(facet);
             let width = lobe.width_of_part(incoming, facet, self.rough.count) * footprint_scale;
             let change = segment
                 .change
                 .as_ref()
                 .map(|change| step.outgoing_change(lobe.kind, incoming, change, encounter).widened(direction, width));
             let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
-            self.push_cone(&Segment { counted, ..*segment }, ray, change, weight * scale, 1);
+            let density = if seeks_emitters { count * lobe.density(incoming, facet) } else { 0.0 };
+            // All rays of a cone weigh the same, as what is counted of it does.
+            self.push_cone(&Segment { counted, density, ..*segment }, ray, change, cone.weight * scale * given, 1);
         }
-        if let Some(lamps) = lamps {
-            light += self.of_lamps(segment, encounter, lobe, lamps, (together, start.x));
-        }
-        throughput * light
+        let emitted = self.of_emitters(segment, encounter, lobe, count);
+        throughput * (light + lamps + emitted)
     }
 
-    /// The light of lamps at infinity over a lobe that so many cones cover, as far as the cones leave it out: of those
-    /// lamps that are seen, as a few rays tell.
+    /// The light of lamps at infinity over a lobe that so many cones cover, as far as the cones leave it out, and the
+    /// share of it that arrives: as a few rays tell, if that is not known.
     fn of_lamps(
         &self,
         segment: &Segment,
@@ -318,7 +345,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
         lobe: &Lobe,
         lamps: &Lamps,
         (cones, start): (u32, f32),
-    ) -> Vec3 {
+        visible: Option<f32>,
+    ) -> (Vec3, f32) {
         let incoming = segment.ray.direction;
         let mut lights = [0.0; Lamps::MOST];
         let lights = &mut lights[..lamps.all().len()];
@@ -339,8 +367,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
             });
         }
         let all: f32 = lights.iter().sum();
+        if let Some(visible) = visible {
+            return (sum, visible);
+        }
         if all * segment.throughput.max_element() < MIN_THROUGHPUT {
-            return sum;
+            return (sum, 1.0);
         }
         // At equal distances along the lamps' light, each as long as it is bright.
         let (mut passed, mut next, mut seen) = (0.0, start, 0.0);
@@ -355,7 +386,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 }
             }
         }
-        sum * (seen / RAYS_TO_LAMPS).min(1.0)
+        (sum, (seen / RAYS_TO_LAMPS).min(1.0))
     }
 
     /// Returns true if anything that casts shadows stands before light from infinity.
@@ -386,6 +417,11 @@ fn cone_middles(count: u32, [part, parts]: [u32; 2]) -> impl Iterator<Item = (Ve
         let index = index * parts + part;
         known.map_or_else(|| middle(index, all), |known| known[index as usize])
     })
+}
+
+fn turned_middle(index: u32, count: u32, numbers: Vec2) -> (Vec2, Vec2) {
+    let number = (random::hammersley(index, count) + numbers).fract();
+    (number, disc_point(number))
 }
 
 fn middle(index: u32, count: u32) -> (Vec2, Vec2) {

@@ -14,6 +14,7 @@
 pub(super) mod far_maps;
 pub(super) mod flat_mirrors;
 mod lists;
+mod lobe_lights;
 mod mesh_neighbours;
 pub(super) mod multiperspective;
 pub(super) mod overlays;

@@ -1,6 +1,7 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
 use super::MapsInView;
+use super::lobe_lights::LobeLights;
 use super::mesh_neighbours::MeshNeighbours;
 use super::rough::RoughReflections;
 use crate::light::path_tracer::{PathModel, PathTracer};
@@ -144,6 +145,8 @@ pub(in crate::methods::projection) struct PathShader<'a> {
     /// For rays that follow the lobes of surfaces at the ends of paths, and the order of the picture; without it these
     /// are drawn by their facets alone.
     lobes: Option<(&'a Tracer, u32)>,
+    /// The light over lobes that are seen directly.
+    lobe_lights: Option<&'a LobeLights>,
 }
 
 impl<'a> PathShader<'a> {
@@ -159,6 +162,7 @@ impl<'a> PathShader<'a> {
             turns_normals: false,
             rough: None,
             lobes: None,
+            lobe_lights: None,
         }
     }
 
@@ -185,6 +189,11 @@ impl<'a> PathShader<'a> {
     /// The same with rays that follow lobes, for pictures of an order.
     pub(super) fn with_lobes(self, tracer: Option<&'a Tracer>, order: u32) -> Self {
         Self { lobes: tracer.map(|tracer| (tracer, order)), ..self }
+    }
+
+    /// The same where the light over lobes that are seen directly is known.
+    pub(super) fn with_lobe_lights(self, lobe_lights: Option<&'a LobeLights>) -> Self {
+        Self { lobe_lights, ..self }
     }
 
     /// Returns true if rays follow a lens that is met after some bounces: no list or tile goes on from it, though the
@@ -227,35 +236,43 @@ impl<'a> PathShader<'a> {
     ) -> Vec3 {
         let order = order.saturating_sub(bounce as u32);
         let object = self.scene.triangle_objects[surface.source as usize];
-        let of = |ray: &Ray, change: RayDifferential, surface: &LayerSurface, [index, count]: [u32; 2]| {
-            // The fragment's position may lie beyond the edge of the triangle that a sample shows: rays would start
-            // outside the body.
-            let seen = || tracer.first_hit(self.scene, ray, 0.0).filter(|hit| hit.object(self.scene) == object);
-            let encounter = match if bounce == 0 { seen() } else { None } {
-                Some(hit) => tracer.encounter(self.scene, ray, &hit, Some(&change)),
-                None => self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change),
-            };
+        let paths = |[index, count]: [u32; 2]| {
             PathTracer::new(self.scene, tracer, PathModel::Tree, order)
                 .with_rough_rays(LOBE_RAYS / count, 0, 1.0)
                 .with_part(index, count)
-                .radiance_from(*ray, Some(change), &encounter)
         };
         if bounce > 0 {
             // How rays differ from pixel to pixel is not known here.
-            return of(ray, RayDifferential::default(), surface, [0, 1]);
+            let change = RayDifferential::default();
+            let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
+            return paths([0, 1]).radiance_from(*ray, Some(change), &encounter);
         }
-        let samples = surface.barycentrics.samples.clamp(1, 4);
-        let parts = if samples == 4 { part.quarters() } else { [part; 4] };
-        let count = if samples == 4 { 4 } else { 1 };
-        let mut sum = Vec3::ZERO;
-        for (index, part) in parts[..count].iter().enumerate() {
+        let met = |part: Part| {
             let at = fragment.position + part.offset;
-            let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
-            let (mut ray, mut surface) = (ray, *surface);
+            let (mut ray, change) = self.rays.ray_with_differential(at.x, at.y);
+            let mut surface = *surface;
             meet_near(self.scene, &mut ray, &mut surface, HARDLY_BESIDE);
-            sum += of(&ray, change.scaled(part.side), &surface, [index as u32, count as u32]);
+            let change = change.scaled(part.side);
+            // The fragment's position may lie beyond the edge of the triangle that a sample shows: rays would start
+            // outside the body.
+            let hit = tracer.first_hit(self.scene, &ray, 0.0).filter(|hit| hit.object(self.scene) == object);
+            let encounter = match hit {
+                Some(hit) => tracer.encounter(self.scene, &ray, &hit, Some(&change)),
+                None => self.scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change),
+            };
+            let known = self.lobe_lights.map(|lights| lights.at(at, &encounter.point)).unwrap_or_default();
+            (ray, change, encounter, known)
+        };
+        let (ray, change, encounter, (known, is_whole)) = met(part);
+        if is_whole || surface.barycentrics.samples < 4 {
+            return paths([0, 1]).radiance_beside_known(ray, Some(change), &encounter, known);
         }
-        sum / count as f32
+        let mut sum = Vec3::ZERO;
+        for (index, part) in (0..).zip(part.quarters()) {
+            let (ray, change, encounter, (known, _)) = met(part);
+            sum += paths([index, 4]).radiance_beside_known(ray, Some(change), &encounter, known);
+        }
+        0.25 * sum
     }
 
     /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.

@@ -32,6 +32,8 @@ pub(super) struct LitPoints<const N: usize> {
     pub(super) smooth_variance: Lanes<N>,
     /// The share of light from the environment that arrives.
     pub(super) occlusion: Lanes<N>,
+    /// The irradiance by surfaces that emit light.
+    pub(super) emitted: Vec3Lanes<N>,
     /// The share of the light that enters which is scattered: the rest passes the surface.
     pub(super) scattering: f32,
     /// The share of the environment's reflection that is added: the rest is followed by rays.
@@ -52,6 +54,7 @@ impl<const N: usize> LitPoints<N> {
         variance: Lanes::ZERO,
         smooth_variance: Lanes::ZERO,
         occlusion: Lanes::ZERO,
+        emitted: Vec3Lanes::ZERO,
         scattering: 1.0,
         mirrored: 1.0,
         shadow_starts: [ShadowStart::NONE; N],
@@ -116,6 +119,9 @@ pub(super) fn radiance<const N: usize>(
         if microfacets.coat > 0.0 && points.mirrored > 0.0 {
             add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
         }
+    }
+    if scene.sky.as_ref().is_some_and(|sky| sky.emitters().is_some()) {
+        add_emitted(microfacets, &facets, points, count, sum);
     }
     if microfacets.coat > 0.0 {
         cover(microfacets.coat, points, &coat, sum);
@@ -299,6 +305,27 @@ fn add_environment<const N: usize>(
                 occlusion * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
             // Their shadows are known, and no texture's matter.
             sum[channel][i] += facets.albedo[channel][i] * suns[channel][i] * (FRAC_1_PI * entering);
+        }
+    }
+}
+
+/// Adds what is scattered of the light of emitters: what surfaces mirror of it is not there.
+#[inline(never)] // rarely needed
+fn add_emitted<const N: usize>(
+    microfacets: &Microfacets,
+    facets: &Facets<N>,
+    points: &LitPoints<N>,
+    count: usize,
+    sum: &mut Vec3Lanes<N>,
+) {
+    let table = ReflectanceTable::get();
+    let (at_normal, at_grazing) = (microfacets.specular.max_element(), microfacets.specular_at_grazing);
+    for i in 0..count.min(N) {
+        let surroundings = table.reflected(facets.alpha[i].sqrt(), facets.n_v[i].max(LEAST_COSINE));
+        let entering = 1.0 - (at_normal * surroundings.at_normal + at_grazing * surroundings.at_grazing);
+        for channel in 0..3 {
+            let scattered = facets.albedo[channel][i] * points.emitted[channel][i];
+            sum[channel][i] += scattered * (FRAC_1_PI * entering);
         }
     }
 }

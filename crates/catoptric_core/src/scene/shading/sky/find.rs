@@ -1,10 +1,11 @@
-//! Finds what the surfaces of a scene see of its environment.
+//! Finds what the surfaces of a scene see of its environment and of its emitters.
 
 use super::super::super::light_visibility::{LightVisibility, ShadowStart};
 use super::super::super::{Light, LightKind, Material, Scene};
 use super::super::environment::map::Irradiance;
 use super::Sky;
-use super::shares::{Node, Shares, SurfaceShares};
+use super::emitters::EmitterPoint;
+use super::shares::{Arriving, Node, SurfaceShares};
 use super::suns::{self, SkyPart};
 use crate::parallel;
 use glam::{IVec3, UVec2, Vec2, Vec3};
@@ -25,8 +26,12 @@ const MOST_CORNERS: usize = 20_000;
 /// Triangles are divided by halving their sides so often at most.
 const LEVELS: u32 = 12;
 
-/// A share between two points differs from their mean by no more than this, or the triangle is divided.
+/// A share between two points differs from their mean by no more than this, or the triangle is divided; light of
+/// emitters by no more than this part of itself and of all light there.
 const TOLERANCE: f32 = 0.03;
+
+/// The light of emitters that is known to be none, in parts of the brightest that arrives anywhere.
+const FAINT: f32 = 0.02;
 
 /// A triangle is divided where its longest side is longer than this part of the scene's size, and never where it is
 /// shorter than the other.
@@ -64,21 +69,41 @@ struct Place {
 
 const WHOLE: u32 = 1 << LEVELS;
 
+/// What shines on surfaces.
+struct Sources {
+    sky: Vec<SkyPart>,
+    emitters: Vec<EmitterPoint>,
+    /// The irradiance of a surface that sees all of the sky, about.
+    sky_irradiance: f32,
+}
+
 impl Scene {
-    /// What the surfaces see of the environment, by means that tell what stands before them; nothing without an
-    /// environment.
+    /// What the surfaces see of the environment and of emitters, by means that tell what stands before them; nothing
+    /// without either.
     pub fn seen_sky(&self, visibility: &dyn LightVisibility) -> Option<Sky> {
-        let (width, height, radiance) = self.environment.as_ref()?.picture_within(MOST_COLUMNS).1;
+        let emitters = self.find_emitters();
+        let picture = self.environment.as_ref().map(|environment| environment.picture_within(MOST_COLUMNS).1);
+        if emitters.is_none() && picture.is_none() {
+            return None;
+        }
+        let (width, height, radiance) = picture.unwrap_or((1, 1, vec![[0.0; 3]]));
         let (suns, rest) = suns::suns_and_rest(width, height, radiance);
-        let parts = suns::parts(width, height, &rest, SKY_PARTS / 2);
-        let shares = shares(self, visibility, &parts);
-        Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares))
+        let sky = match self.environment {
+            Some(_) => suns::parts(width, height, &rest, SKY_PARTS / 2),
+            None => Vec::new(),
+        };
+        let points = emitters.as_ref().map_or(Vec::new(), |emitters| self.points_of(emitters));
+        // A quarter of the light from all around, for each of the colours.
+        let sky_irradiance = sky.iter().map(|part| part.brightness).sum::<f32>() * 0.25;
+        let shares = shares(self, visibility, &Sources { sky, emitters: points, sky_irradiance });
+        Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares, emitters))
     }
 }
 
-/// The shares of all places of a scene's triangles.
-fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) -> SurfaceShares {
-    let mut shares = of_corners(scene, visibility, parts);
+/// What arrives at all places of a scene's triangles.
+fn shares(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) -> SurfaceShares {
+    let mut arriving = of_corners(scene, visibility, sources);
+    let differs = Difference::new(&arriving, sources);
     let mut nodes: Vec<Node> = scene.triangles.iter().map(|corners| Node { corners: *corners, parts: 0 }).collect();
     let near = Neighbours::new(scene);
     let whole = [UVec2::ZERO, UVec2::new(WHOLE, 0), UVec2::new(0, WHOLE)];
@@ -107,7 +132,7 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) ->
             divisible.into_iter().map(|(candidate, _, is_large)| (candidate, is_large)).unzip();
         candidates = kept;
         // The middles of sides, each of a triangle once.
-        let (mut places, first) = (Vec::new(), shares.len());
+        let (mut places, first) = (Vec::new(), arriving.len());
         let middles: Vec<[u32; 3]> = candidates
             .iter()
             .map(|candidate| {
@@ -125,14 +150,13 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) ->
             break;
         }
         points += places.len();
-        shares.extend(found(scene, visibility, parts, &places));
+        arriving.extend(found(scene, visibility, sources, &places));
         let mut next = Vec::new();
         for ((candidate, middles), is_large) in candidates.iter().zip(&middles).zip(&large) {
             let corners = nodes[candidate.node as usize].corners;
             let differs = (0..3).any(|side| {
-                let [one, other, middle] =
-                    [corners[side], corners[(side + 1) % 3], middles[side]].map(|index| shares[index as usize]);
-                (0..2).any(|face| (0.5 * (one[face] + other[face]) - middle[face]).abs() > TOLERANCE)
+                let [one, other, middle] = [corners[side], corners[(side + 1) % 3], middles[side]];
+                differs.is_seen([one, other, middle].map(|index| &arriving[index as usize]))
             });
             if differs || *is_large {
                 divide(&mut nodes, candidate, middles, &mut next);
@@ -140,7 +164,30 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) ->
         }
         candidates = next;
     }
-    SurfaceShares { shares, nodes }
+    SurfaceShares { arriving, nodes }
+}
+
+/// Differences between what arrives in the middle of a side and the mean of its ends.
+struct Difference {
+    /// Light that is always there.
+    steady: f32,
+}
+
+impl Difference {
+    fn new(corners: &[Arriving], sources: &Sources) -> Self {
+        let brightest = corners.iter().flat_map(|corner| corner.emitted).map(Vec3::element_sum).fold(0.0, f32::max);
+        Self { steady: FAINT * brightest + sources.sky_irradiance * FAINT }
+    }
+
+    /// Whether the middle of a side is seen to be other than the mean of its two ends.
+    fn is_seen(&self, [one, other, middle]: [&Arriving; 3]) -> bool {
+        (0..2).any(|face| {
+            let emitted = [one, other, middle].map(|arriving| arriving.emitted[face].element_sum());
+            let apart = (0.5 * (emitted[0] + emitted[1]) - emitted[2]).abs();
+            let is_emitted = apart > TOLERANCE * (emitted[0].max(emitted[1]).max(emitted[2]) + self.steady);
+            (0.5 * (one.sky[face] + other.sky[face]) - middle.sky[face]).abs() > TOLERANCE || is_emitted
+        })
+    }
 }
 
 /// Divides a node by the middles of its sides.
@@ -173,8 +220,8 @@ fn has_two_sides(material: &Material) -> bool {
     material.double_sided || material.lobes().is_some_and(|lobes| lobes.diffuse_transmission > 0.0)
 }
 
-/// The shares at all vertices.
-fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]) -> Vec<Shares> {
+/// What arrives at all vertices.
+fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) -> Vec<Arriving> {
     let mut places: Vec<Option<Place>> = vec![None; scene.positions.len()];
     for (triangle, corners) in (0..).zip(&scene.triangles) {
         if is_lit(scene.material_of(scene.triangle_objects[triangle as usize])) {
@@ -192,14 +239,14 @@ fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart]
         groups = self::groups(scene, &places, cell);
     }
     let (group_of, firsts) = groups;
-    let of_groups = found(scene, visibility, parts, &firsts);
-    let mut shares: Vec<Shares> =
-        group_of.iter().map(|group| of_groups.get(*group as usize).copied().unwrap_or([1.0; 2])).collect();
+    let of_groups = found(scene, visibility, sources, &firsts);
+    let mut arriving: Vec<Arriving> =
+        group_of.iter().map(|group| of_groups.get(*group as usize).copied().unwrap_or(Arriving::OPEN)).collect();
     if cell > 0.0 {
-        smooth(scene, &mut shares);
-        smooth(scene, &mut shares);
+        smooth(scene, &mut arriving);
+        smooth(scene, &mut arriving);
     }
-    shares
+    arriving
 }
 
 /// The group of each vertex, and a place in each group: vertices whose normals are alike, within cells of a grid.
@@ -223,20 +270,20 @@ fn groups(scene: &Scene, places: &[Option<Place>], cell: f32) -> (Vec<u32>, Vec<
     (group_of, firsts)
 }
 
-/// Takes the mean of each vertex and its neighbours, as vertices of one group have the same share.
-fn smooth(scene: &Scene, shares: &mut [Shares]) {
-    let mut sums: Vec<[f32; 3]> = shares.iter().map(|[front, back]| [*front, *back, 1.0]).collect();
+/// Takes the mean of each vertex and its neighbours, as to vertices of one group the same arrives.
+fn smooth(scene: &Scene, arriving: &mut [Arriving]) {
+    let mut sums: Vec<(Arriving, f32)> = arriving.iter().map(|arriving| (*arriving, 1.0)).collect();
     for corners in &scene.triangles {
         for (one, other) in [(0, 1), (1, 2), (2, 0)].map(|(one, other)| (corners[one], corners[other])) {
             for (to, from) in [(one, other), (other, one)] {
-                let [front, back] = shares[from as usize];
-                let sum = &mut sums[to as usize];
-                *sum = [sum[0] + front, sum[1] + back, sum[2] + 1.0];
+                let (sum, count) = &mut sums[to as usize];
+                (*sum, *count) = (sum.plus(&arriving[from as usize], 1.0), *count + 1.0);
             }
         }
     }
-    for (shares, [front, back, count]) in shares.iter_mut().zip(sums) {
-        *shares = [front / count, back / count];
+    for (arriving, (sum, count)) in arriving.iter_mut().zip(sums) {
+        let none = Arriving { sky: [0.0; 2], emitted: [Vec3::ZERO; 2] };
+        *arriving = none.plus(&sum, 1.0 / count);
     }
 }
 
@@ -281,24 +328,35 @@ impl Neighbours {
     }
 }
 
-/// The shares at places.
-fn found(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart], places: &[Place]) -> Vec<Shares> {
+/// What arrives at places.
+fn found(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources, places: &[Place]) -> Vec<Arriving> {
     let chunks = parallel::map_collect(places.len().div_ceil(AT_ONCE), |chunk| {
         let first = chunk * AT_ONCE;
-        of_places(scene, visibility, parts, &places[first..(first + AT_ONCE).min(places.len())])
+        of_places(scene, visibility, sources, &places[first..(first + AT_ONCE).min(places.len())])
     });
     chunks.into_iter().flatten().collect()
 }
 
-/// The same of a few places: for each part of the sky all of them together.
-fn of_places(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart], places: &[Place]) -> Vec<Shares> {
-    struct Seen {
-        normal: Vec3,
-        origins: [Vec3; 2],
-        has_two_sides: bool,
-        /// The light that would arrive on each side, and that which does.
-        light: [[f32; 2]; 2],
+/// A place that looks around.
+struct Seen {
+    normal: Vec3,
+    origins: [Vec3; 2],
+    has_two_sides: bool,
+    /// The light of the sky that would arrive on each side, and that which does.
+    light: [[f32; 2]; 2],
+    emitted: [Vec3; 2],
+}
+
+impl Seen {
+    /// The side of the surface that faces a direction, if that side is seen.
+    fn side_towards(&self, towards: Vec3) -> Option<usize> {
+        let side = usize::from(self.normal.dot(towards) < 0.0);
+        (side == 0 || self.has_two_sides).then_some(side)
     }
+}
+
+/// The same of a few places: for each part of the sky all of them together.
+fn of_places(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources, places: &[Place]) -> Vec<Arriving> {
     let start = |place: &Place| {
         // A little within the triangle, as what touches its edge shades it on one side alone.
         let (triangle, at) = (place.triangle, place.at.lerp(Vec2::splat(1.0 / 3.0), WITHIN));
@@ -309,18 +367,17 @@ fn of_places(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart],
             origins: [1.0, -1.0].map(|side| ShadowStart::on_triangle(scene, triangle, at, side).origin),
             has_two_sides: has_two_sides(material),
             light: [[0.0; 2]; 2],
+            emitted: [Vec3::ZERO; 2],
         }
     };
     let mut seen: Vec<Seen> = places.iter().map(start).collect();
     let (mut asked, mut points, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
-    for part in parts {
+    for part in &sources.sky {
         asked.clear();
         points.clear();
         for (index, place) in seen.iter().enumerate() {
-            let cosine = place.normal.dot(part.towards);
-            let side = usize::from(cosine < 0.0);
-            if side == 0 || place.has_two_sides {
-                asked.push((index, side, cosine.abs() * part.brightness));
+            if let Some(side) = place.side_towards(part.towards) {
+                asked.push((index, side, place.normal.dot(part.towards).abs() * part.brightness));
                 points.push(place.origins[side]);
             }
         }
@@ -335,6 +392,28 @@ fn of_places(scene: &Scene, visibility: &dyn LightVisibility, parts: &[SkyPart],
             *arriving += if *hidden { 0.0 } else { *light };
         }
     }
+    let mut asked: Vec<(usize, usize, Vec3)> = Vec::new();
+    for emitter in &sources.emitters {
+        asked.clear();
+        points.clear();
+        for (index, place) in seen.iter().enumerate() {
+            let Some(side) = place.side_towards(emitter.position - place.origins[0]) else { continue };
+            let normal = place.normal * [1.0, -1.0][side];
+            let irradiance = emitter.irradiance(place.origins[side], normal);
+            if irradiance != Vec3::ZERO {
+                asked.push((index, side, irradiance));
+                points.push(place.origins[side]);
+            }
+        }
+        hidden.clear();
+        hidden.resize(points.len(), false);
+        let kind = LightKind::Point { range: f32::INFINITY };
+        let light = Light { kind, intensity: Vec3::ONE, position: emitter.position, direction: Vec3::NEG_Z };
+        visibility.find_hidden(scene, &light, &points, &mut hidden);
+        for ((index, side, irradiance), _) in asked.iter().zip(&hidden).filter(|(_, hidden)| !**hidden) {
+            seen[*index].emitted[*side] += *irradiance;
+        }
+    }
     let share = |[all, arriving]: [f32; 2]| if all > 0.0 { arriving / all } else { 1.0 };
-    seen.into_iter().map(|place| place.light.map(share)).collect()
+    seen.into_iter().map(|place| Arriving { sky: place.light.map(share), emitted: place.emitted }).collect()
 }

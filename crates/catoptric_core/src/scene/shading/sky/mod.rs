@@ -1,30 +1,40 @@
-//! Light from infinity on surfaces before which other things stand.
+//! Light from infinity, and of surfaces that emit it, on surfaces before which other things stand.
 
+mod emitters;
+mod emitting;
 mod find;
 mod shares;
 mod suns;
 
 use super::environment::map::Irradiance;
 use crate::scene::Light;
+pub use emitters::Emitters;
 use glam::{Vec2, Vec3};
 use shares::SurfaceShares;
 
-/// The environment of a scene as its surfaces see it, for the light that they scatter.
+/// The environment and the emitters of a scene as its surfaces see them, for the light that they scatter.
 ///
 /// Suns, which are small and bright, are seen or not from each point that is shaded, as lights are: their shadows have
 /// edges. Of the rest of the sky each surface sees a share, which is known at its corners and, where it changes, at
 /// points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel, Keyser, House 2010,
-/// Mesh colors); light that surfaces scatter onto each other is not there.
+/// Mesh colors); the light of emitters is known at the same points. Light that surfaces scatter onto each other is not
+/// there.
 #[derive(Debug)]
 pub struct Sky {
     suns: Vec<Light>,
     rest: Irradiance,
     shares: SurfaceShares,
+    emitters: Option<Emitters>,
 }
 
 impl Sky {
-    fn new(suns: Vec<Light>, rest: Irradiance, shares: SurfaceShares) -> Self {
-        Self { suns, rest, shares }
+    fn new(suns: Vec<Light>, rest: Irradiance, shares: SurfaceShares, emitters: Option<Emitters>) -> Self {
+        Self { suns, rest, shares, emitters }
+    }
+
+    /// The surfaces that emit light, if there are any.
+    pub fn emitters(&self) -> Option<&Emitters> {
+        self.emitters.as_ref()
     }
 
     /// The brightest parts of it, as lights without a place.
@@ -43,6 +53,15 @@ impl Sky {
     /// the other.
     #[inline]
     pub(in super::super) fn share(&self, triangle: u32, barycentrics: Vec2, side: f32) -> f32 {
-        self.shares.at(triangle, barycentrics)[usize::from(side < 0.0)]
+        self.shares.sky(triangle, barycentrics, usize::from(side < 0.0))
+    }
+
+    /// The irradiance by emitters there.
+    #[inline]
+    pub(in super::super) fn emitted(&self, triangle: u32, barycentrics: Vec2, side: f32) -> Vec3 {
+        match self.emitters {
+            Some(_) => self.shares.emitted(triangle, barycentrics, usize::from(side < 0.0)),
+            None => Vec3::ZERO,
+        }
     }
 }

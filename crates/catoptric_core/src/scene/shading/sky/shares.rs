@@ -1,36 +1,70 @@
-//! The shares of the sky that surfaces see, at all places of them.
+//! What surfaces see of the sky and of emitters, at all places of them.
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
-/// The shares of the sky that arrive at a surface: on the side of its normals, and on the other.
-pub(super) type Shares = [f32; 2];
+/// The light that arrives at a place, on the side of its normals, and on the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arriving {
+    /// The share of the sky's.
+    pub(super) sky: [f32; 2],
+    /// The irradiance by emitters.
+    pub(super) emitted: [Vec3; 2],
+}
+
+impl Arriving {
+    /// All of the sky.
+    pub(super) const OPEN: Self = Self { sky: [1.0; 2], emitted: [Vec3::ZERO; 2] };
+
+    /// The sum with so much of another one.
+    pub(super) fn plus(&self, other: &Self, weight: f32) -> Self {
+        Self {
+            sky: [0, 1].map(|face| self.sky[face] + other.sky[face] * weight),
+            emitted: [0, 1].map(|face| self.emitted[face] + other.emitted[face] * weight),
+        }
+    }
+}
 
 /// A triangle of a surface, whole or divided into four.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// The shares at its corners.
+    /// What arrives at its corners.
     pub(super) corners: [u32; 3],
     /// The first of its four parts: those at its corners, then the middle one; 0: it is not divided.
     pub(super) parts: u32,
 }
 
-/// The shares of all places of a scene's triangles.
+/// What arrives at all places of a scene's triangles.
 #[derive(Debug)]
 pub(super) struct SurfaceShares {
-    pub(super) shares: Vec<Shares>,
+    pub(super) arriving: Vec<Arriving>,
     /// The triangles of the scene, then their parts.
     pub(super) nodes: Vec<Node>,
 }
 
 impl SurfaceShares {
-    /// The shares at a place of a triangle; all light, where the triangle was not there.
+    /// The share of the sky at a place of a triangle, on a side; all light, where the triangle was not there.
     #[inline]
-    pub(super) fn at(&self, triangle: u32, barycentrics: Vec2) -> Shares {
+    pub(super) fn sky(&self, triangle: u32, barycentrics: Vec2, side: usize) -> f32 {
+        let Some((corners, at)) = self.node(triangle, barycentrics) else { return 1.0 };
+        let [first, second, third] = corners.map(|index| self.arriving[index as usize].sky[side]);
+        first + (second - first) * at.x + (third - first) * at.y
+    }
+
+    /// The irradiance by emitters there.
+    pub(super) fn emitted(&self, triangle: u32, barycentrics: Vec2, side: usize) -> Vec3 {
+        let Some((corners, at)) = self.node(triangle, barycentrics) else { return Vec3::ZERO };
+        let [first, second, third] = corners.map(|index| self.arriving[index as usize].emitted[side]);
+        first + (second - first) * at.x + (third - first) * at.y
+    }
+
+    /// The corners of the smallest part of a triangle about a place, and the weights of the second and third one.
+    #[inline(always)]
+    fn node(&self, triangle: u32, barycentrics: Vec2) -> Option<([u32; 3], Vec2)> {
         // What a pixel shows may have its middle beside the triangle.
         let at = barycentrics.max(Vec2::ZERO);
         let at = at / (at.x + at.y).max(1.0);
         let (mut b, mut c) = (at.x, at.y);
-        let Some(mut node) = self.nodes.get(triangle as usize) else { return [1.0; 2] };
+        let mut node = self.nodes.get(triangle as usize)?;
         while node.parts != 0 {
             let a = 1.0 - b - c;
             let part = if a >= 0.5 {
@@ -48,7 +82,6 @@ impl SurfaceShares {
             };
             node = &self.nodes[node.parts as usize + part];
         }
-        let [first, second, third] = node.corners.map(|index| self.shares[index as usize]);
-        [0, 1].map(|face| first[face] + (second[face] - first[face]) * b + (third[face] - first[face]) * c)
+        Some((node.corners, Vec2::new(b, c)))
     }
 }

@@ -11,6 +11,7 @@ mod tiles;
 
 pub use shapes::{ObjectShape, object_shapes};
 
+use super::lobe_lights::LobeLights;
 use super::overlays::{self, ShownPixels};
 use super::rough::{RoughMirrors, RoughReflections};
 use super::{MapsInView, PathShader};
@@ -128,12 +129,17 @@ impl TiledScene {
         if rough.is_some() {
             report.stages_ms.push(("rough", watch.lap_ms()));
         }
+        let lobe_lights = self.tracer().map(|tracer| LobeLights::new(job, tracer)).transpose()?.flatten();
+        if lobe_lights.is_some() {
+            report.stages_ms.push(("lobes", watch.lap_ms()));
+        }
         let source = self.reflections(job, model, maps, rough.as_ref(), None)?;
         let shader = PathShader::new(scene, view, quality.samples)
             .with_rough(rough.as_ref())
             .with_turned_normals(model.turns_normals)
             .with_maps(maps, quality.order)
             .with_lobes(self.tracer(), quality.order)
+            .with_lobe_lights(lobe_lights.as_ref())
             .with_neighbours(&self.shapes.neighbours);
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         report.add_raster(&drawn);

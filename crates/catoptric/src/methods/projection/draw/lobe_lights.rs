@@ -1,0 +1,224 @@
+//! Light over the wide lobes of what a picture shows, from rays that neighbours share.
+//!
+//! Rays leave the middle of every cell of pixels; each cell then takes the mean over its lobes from the rays of all
+//! cells around it. Pixels take theirs from the four nearest cells that show the same surface; where there are none, as
+//! at rims and on thin things, rays of their own tell.
+
+use crate::error::RenderError;
+use crate::light::path_tracer::{LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedRays};
+use crate::light::tracer::Tracer;
+use crate::light::wide_hierarchy::Treelet;
+use crate::methods::Job;
+use crate::parallel;
+use crate::progress::Stage;
+use crate::scene::ViewRays;
+use crate::scene::shade::SurfacePoint;
+use glam::{UVec2, Vec2, Vec3};
+use std::ops::Range;
+
+/// The side of a cell, in pixels.
+const CELL_PX: u32 = 2;
+
+/// Cells on each side of one whose rays it takes. Those at the rim count for half: so every place of a square of four
+/// by four counts once.
+const NEIGHBOURS: usize = 2;
+const RIM: f32 = 0.5;
+
+/// Rows of cells that are worked on at once: rays of all cells of a large picture would take much memory.
+const BAND: usize = 32;
+
+/// Cells of a row that are traced together.
+const RUN: usize = 32;
+
+/// A cell's surface is another one where it lies further before or behind a place's plane, in sizes of a cell; and
+/// where the cosine between normals is smaller.
+const APART: f32 = 1.5;
+const TURNED: f32 = 0.7;
+
+/// The least share of a place's neighbourhood that shows the same surface.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// What the middle of a cell shows.
+#[derive(Clone, Copy)]
+struct Place {
+    object: u32,
+    position: Vec3,
+    geometric_normal: Vec3,
+    /// The longer side of the cell on the surface.
+    side: f32,
+}
+
+impl Place {
+    /// Whether a point lies on the same part of the surface.
+    fn shows(&self, point: &SurfacePoint) -> bool {
+        let apart = (self.position - point.position).dot(self.geometric_normal).abs();
+        let is_turned = self.geometric_normal.dot(point.geometric_normal) < TURNED;
+        self.object == point.object && apart <= APART * self.side && !is_turned
+    }
+}
+
+/// A place with the rays of its lobes.
+struct TracedPlace {
+    place: Place,
+    rays: [Option<SharedRays>; LOBES],
+    /// It has other lobes, too.
+    has_others: bool,
+}
+
+/// A place with the light over its lobes.
+struct LitPlace {
+    place: Place,
+    lights: [Option<LobeLight>; LOBES],
+    /// Nothing is left for rays of its own.
+    is_whole: bool,
+}
+
+/// The light over lobes of what is seen directly in a picture.
+pub(super) struct LobeLights {
+    columns: usize,
+    /// Rows of cells, those with lobes.
+    rows: Vec<Vec<Option<Box<LitPlace>>>>,
+}
+
+impl LobeLights {
+    /// The light of a view's surfaces; `None` if none has lobes.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn new(job: &Job<'_>, tracer: &Tracer) -> Result<Option<Self>, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
+        if quality.order == 0 || !(0..scene.objects.len() as u32).any(has_lobes) {
+            return Ok(None);
+        }
+        let [columns, row_count] = [view.width, view.height].map(|pixels| pixels.div_ceil(CELL_PX) as usize);
+        let cells = Cells { job, tracer, rays: view.rays(), near: NearPlane::new(view) };
+        let stage = Stage::begin(progress, "light over lobes", row_count)?;
+        let mut traced: Vec<Vec<Option<Box<TracedPlace>>>> = Vec::with_capacity(row_count);
+        let mut rows = Vec::with_capacity(row_count);
+        while rows.len() < row_count {
+            let band = rows.len()..(rows.len() + BAND).min(row_count);
+            let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
+            let runs = columns.div_ceil(RUN);
+            let init = || (PathTracer::new(scene, tracer, PathModel::Tree, quality.order), Treelet::default());
+            let found = parallel::map_init_collect(ahead.len() * runs, init, |(paths, treelet), run| {
+                let (row, first) = (ahead.start + run / runs, run % runs * RUN);
+                stage.check().map(|()| cells.trace(paths, treelet, row, first..(first + RUN).min(columns)))
+            });
+            let mut found = found.into_iter();
+            for _ in ahead {
+                let mut row = Vec::with_capacity(columns);
+                for run in found.by_ref().take(runs) {
+                    row.append(&mut run?);
+                }
+                traced.push(row);
+            }
+            let lit = parallel::map_collect(band.len(), |row| {
+                (0..columns).map(|column| lit(&traced, band.start + row, column)).collect::<Vec<_>>()
+            });
+            rows.extend(lit);
+            // Nobody looks at these again.
+            for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
+                *row = Vec::new();
+            }
+            stage.advance(band.len() as u64)?;
+        }
+        Ok(Some(Self { columns, rows }))
+    }
+
+    /// The light over the lobes of a point that is seen at a position of the picture, in pixels: `None` where it is not
+    /// known. Tells whether that is all the light that rays would find.
+    pub(super) fn at(&self, position: Vec2, point: &SurfacePoint) -> ([Option<LobeLight>; LOBES], bool) {
+        let at = position / CELL_PX as f32 - 0.5;
+        let (first, share) = (at.floor(), at - at.floor());
+        let mut sums = [(LobeLight::default(), 0.0); LOBES];
+        let mut is_whole = None;
+        for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let place = first + Vec2::new(x as f32, y as f32);
+            let is_inside = place.min_element() >= 0.0 && place.x < self.columns as f32;
+            let Some(row) = self.rows.get(place.y as usize).filter(|_| is_inside) else { continue };
+            let Some(lit) = row[place.x as usize].as_deref().filter(|lit| lit.place.shows(point)) else { continue };
+            let weight = [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y];
+            is_whole = Some(is_whole.unwrap_or(true) & lit.is_whole);
+            for (sum, light) in sums.iter_mut().zip(&lit.lights) {
+                if let Some(light) = light {
+                    *sum = (sum.0.plus(light, weight), sum.1 + weight);
+                }
+            }
+        }
+        let lights = sums.map(|(sum, weight)| (weight > LEAST_WEIGHT).then(|| sum.scaled(1.0 / weight)));
+        (lights, is_whole.unwrap_or(false))
+    }
+}
+
+/// The cells of a picture, whose rays are to be traced.
+struct Cells<'a, 'j> {
+    job: &'a Job<'j>,
+    tracer: &'a Tracer,
+    rays: ViewRays,
+    near: NearPlane,
+}
+
+impl Cells<'_, '_> {
+    /// The places of some cells in a row, with their rays.
+    fn trace(
+        &self,
+        paths: &mut PathTracer<'_>,
+        treelet: &mut Treelet,
+        row: usize,
+        columns: Range<usize>,
+    ) -> Vec<Option<Box<TracedPlace>>> {
+        let scene = self.job.scene;
+        let middle = |column: usize| (UVec2::new(column as u32, row as u32).as_vec2() + 0.5) * CELL_PX as f32;
+        let (low, high) = (middle(columns.start), middle(columns.end - 1));
+        self.tracer.gather(&self.rays, low, high, treelet);
+        let traced = columns.map(|column| {
+            let at = middle(column);
+            let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+            let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet)?;
+            scene.material_of(hit.object(scene)).lobes()?;
+            let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
+            let (rays, has_others) = paths.shared_rays(&ray, &change, &encounter, [column as u32, row as u32]);
+            if rays.iter().all(Option::is_none) {
+                return None;
+            }
+            let SurfacePoint { object, position, geometric_normal, .. } = encounter.point;
+            let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
+            let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
+            let side = across.max(along);
+            Some(Box::new(TracedPlace { place: Place { object, position, geometric_normal, side }, rays, has_others }))
+        });
+        traced.collect()
+    }
+}
+
+/// The light over the lobes of a cell's place, by its rays and those of its neighbours.
+fn lit(traced: &[Vec<Option<Box<TracedPlace>>>], row: usize, column: usize) -> Option<Box<LitPlace>> {
+    let own = traced[row][column].as_deref()?;
+    let around = |middle: usize, end: usize| middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end);
+    let lights: [Option<LobeLight>; LOBES] = std::array::from_fn(|lobe| {
+        let rays = own.rays[lobe].as_ref()?;
+        let mut others = [(rays, 0.0); (2 * NEIGHBOURS + 1).pow(2)];
+        let mut count = 0;
+        for other_row in around(row, traced.len()) {
+            for other_column in around(column, traced[row].len()) {
+                let Some(other) = traced[other_row][other_column].as_deref() else { continue };
+                let apart = (other.place.position - own.place.position).dot(own.place.geometric_normal).abs();
+                let is_same = other.place.object == own.place.object && apart <= own.place.side;
+                let Some(rays) = other.rays[lobe].as_ref().filter(|_| is_same) else { continue };
+                let is_rim = |a: usize, b: usize| a.abs_diff(b) == NEIGHBOURS;
+                let factor = [(other_row, row), (other_column, column)]
+                    .map(|(a, b)| if is_rim(a, b) { RIM } else { 1.0 })
+                    .iter()
+                    .product();
+                if (other_row, other_column) != (row, column) {
+                    others[count] = (rays, factor);
+                    count += 1;
+                }
+            }
+        }
+        rays.light(&others[..count])
+    });
+    let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
+    Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
+}
