@@ -22,6 +22,10 @@ use waves::Waves;
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
 pub(crate) const MIN_THROUGHPUT: f32 = 1e-5;
 
+/// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
+/// half of the brightest.
+const LEAST_SHARE: f32 = 1.0 / 1024.0;
+
 /// Paths at refracting surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PathModel {
@@ -92,6 +96,7 @@ pub struct PathTracer<'a, F = SceneBackground> {
     waiting: Vec<Segment>,
     waves: Waves,
     ray_count: u64,
+    ended_count: u64,
     rough: RoughRays,
     /// What is known of the lobes of the surface that is met next.
     known: [Option<LobeLight>; LOBES],
@@ -116,6 +121,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             waiting: Vec::new(),
             waves: Waves::default(),
             ray_count: 0,
+            ended_count: 0,
             rough: RoughRays::default(),
             known: [None; LOBES],
         }
@@ -124,6 +130,17 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     /// The number of rays traced since the last call.
     pub fn take_ray_count(&mut self) -> u64 {
         std::mem::take(&mut self.ray_count)
+    }
+
+    /// The number of paths since the last call that ended at the highest order while they carried light that is seen.
+    pub fn take_ended_count(&mut self) -> u64 {
+        std::mem::take(&mut self.ended_count)
+    }
+
+    /// Counts a path that ends at the highest order, by the share of light that it carries.
+    #[inline(always)]
+    fn note_end(&mut self, throughput: Vec3) {
+        self.ended_count += u64::from(throughput.max_element() > LEAST_SHARE);
     }
 
     /// The radiance that arrives at a position of the picture (in pixels).
@@ -253,6 +270,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
     ) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let last = segment.order >= self.max_order;
+        if last {
+            self.note_end(throughput);
+        }
         if last && !material.has_own_light() && !scene.ends_in_environment {
             return Vec3::ZERO;
         }

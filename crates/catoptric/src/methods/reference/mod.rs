@@ -137,9 +137,9 @@ impl Frame for ReferenceFrame<'_> {
         let mut watch = Stopwatch::new();
         let tests_before = tracer.test_count();
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        let (rays, noise) = draw(settings, tracer, &job, target)?;
+        let ([rays, ended], noise) = draw(settings, tracer, &job, target)?;
         let mut report = Report { stages_ms: vec![("trace", watch.lap_ms())], ..Report::default() };
-        report.counts.insert("rays_traced", rays);
+        report.counts.extend([("rays_traced", rays), ("paths_ended", ended)]);
         report.noise = noise;
         if let (Some(before), Some(after)) = (tests_before, tracer.test_count()) {
             report.counts.insert("triangle_tests", after - before);
@@ -176,17 +176,18 @@ struct DrawnTile {
     squares: f64,
 }
 
-/// Draws the view: the number of rays traced, and the noise ([`Report::noise`]) if there are samples to tell it.
+/// Draws the view: the numbers of rays traced and of paths that ended at the highest order, and the noise
+/// ([`Report::noise`]) if there are samples to tell it.
 fn draw(
     settings: &ReferenceSettings,
     tracer: &Tracer,
     job: &Job<'_>,
     target: &mut Framebuffer,
-) -> Result<(u64, Option<f64>), RenderError> {
+) -> Result<([u64; 2], Option<f64>), RenderError> {
     let (width, height) = (job.view.width, job.view.height);
     let columns = width.div_ceil(TILE);
     let tiles = columns as usize * height.div_ceil(TILE) as usize;
-    let rays = AtomicU64::new(0);
+    let [rays, ended] = [0, 0].map(AtomicU64::new);
     // A sample stands for its share of the pixel.
     let footprint_scale = 1.0 / (job.quality.samples.max(1) as f32).sqrt();
     let init = || {
@@ -198,6 +199,7 @@ fn draw(
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);
         let tile = draw_tile(settings, paths, job, [x0, y0], [(x0 + TILE).min(width), (y0 + TILE).min(height)]);
         rays.fetch_add(paths.take_ray_count(), Ordering::Relaxed);
+        ended.fetch_add(paths.take_ended_count(), Ordering::Relaxed);
         tile
     })?;
     let mut squares = 0.0;
@@ -214,7 +216,7 @@ fn draw(
     }
     let count = 3.0 * f64::from(width) * f64::from(height);
     let noise = (job.quality.samples > 1 && count > 0.0).then(|| (squares / count).sqrt());
-    Ok((rays.into_inner(), noise))
+    Ok(([rays, ended].map(AtomicU64::into_inner), noise))
 }
 
 /// Compiled with most of the shading for the instructions that the machine has.

@@ -7,7 +7,7 @@ mod lobe;
 mod shared_rays;
 
 use super::rough::{RoughRays, turn};
-use super::{MIN_THROUGHPUT, PathTracer, Segment};
+use super::{LEAST_SHARE, MIN_THROUGHPUT, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
@@ -20,10 +20,6 @@ pub(crate) use light::{LOBES, LobeLight};
 use lobe::{Lobe, SurfaceLobes};
 pub(crate) use shared_rays::SharedRays;
 use std::sync::LazyLock;
-
-/// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
-/// half of the brightest.
-const LEAST_SHARE: f32 = 1.0 / 1024.0;
 
 /// The numbers that choose lobes, those that choose cones of a lobe, and those that choose facets differ.
 const CHOICE: u64 = 0x5bd1_e995_9e37_79b9;
@@ -126,6 +122,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         let last = segment.order >= self.max_order;
         if last || material.unlit {
+            if !material.unlit {
+                self.note_end(throughput);
+            }
             // The path ends: the environment stands for all that rays would have found.
             return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, 1.0);
         }

@@ -4,9 +4,10 @@
 //! the lobes of all others (spatial reuse by multiple importance, as in Bekaert, Sbert, Halton 2002: Accelerating path
 //! tracing by re-using paths), seen from their own places. Sums are normalised by those of the weights.
 
+use super::super::LEAST_SHARE;
 use super::light::{LOBES, LobeLight};
 use super::lobe::{Lobe, SurfaceLobes};
-use super::{LEAST_SHARE, MOST_CONES, PathTracer, Segment, share_by_lamps};
+use super::{MOST_CONES, PathTracer, Segment, share_by_lamps};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;

@@ -15,6 +15,7 @@ use crate::scene::shade::SurfacePoint;
 use crate::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Shorter segments than this share of the coordinates' size have no direction of their own: it is lost in rounding.
 /// Chosen, not measured.
@@ -147,6 +148,8 @@ pub(in crate::methods::projection) struct PathShader<'a> {
     lobes: Option<(&'a Tracer, u32)>,
     /// The light over lobes that are seen directly.
     lobe_lights: Option<&'a LobeLights>,
+    /// Paths that ended at the highest order.
+    ended: AtomicU64,
 }
 
 impl<'a> PathShader<'a> {
@@ -163,6 +166,7 @@ impl<'a> PathShader<'a> {
             rough: None,
             lobes: None,
             lobe_lights: None,
+            ended: AtomicU64::new(0),
         }
     }
 
@@ -194,6 +198,18 @@ impl<'a> PathShader<'a> {
     /// The same where the light over lobes that are seen directly is known.
     pub(super) fn with_lobe_lights(self, lobe_lights: Option<&'a LobeLights>) -> Self {
         Self { lobe_lights, ..self }
+    }
+
+    /// The number of paths so far that ended at the highest order while they carried light that is seen: one a fragment
+    /// at reflectors, one a ray beyond surfaces with lobes.
+    pub(super) fn ended_count(&self) -> u64 {
+        self.ended.load(Ordering::Relaxed)
+    }
+
+    fn note_ended(&self, count: u64) {
+        if count > 0 {
+            self.ended.fetch_add(count, Ordering::Relaxed);
+        }
     }
 
     /// Returns true if rays follow a lens that is met after some bounces: no list or tile goes on from it, though the
@@ -245,7 +261,10 @@ impl<'a> PathShader<'a> {
             // How rays differ from pixel to pixel is not known here.
             let change = RayDifferential::default();
             let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
-            return paths([0, 1]).radiance_from(*ray, Some(change), &encounter);
+            let mut paths = paths([0, 1]);
+            let radiance = paths.radiance_from(*ray, Some(change), &encounter);
+            self.note_ended(paths.take_ended_count());
+            return radiance;
         }
         let met = |part: Part| {
             let at = fragment.position + part.offset;
@@ -265,12 +284,17 @@ impl<'a> PathShader<'a> {
         };
         let (ray, change, encounter, (known, is_whole)) = met(part);
         if is_whole || surface.barycentrics.samples < 4 {
-            return paths([0, 1]).radiance_beside_known(ray, Some(change), &encounter, known);
+            let mut paths = paths([0, 1]);
+            let radiance = paths.radiance_beside_known(ray, Some(change), &encounter, known);
+            self.note_ended(paths.take_ended_count());
+            return radiance;
         }
         let mut sum = Vec3::ZERO;
         for (index, part) in (0..).zip(part.quarters()) {
             let (ray, change, encounter, (known, _)) = met(part);
-            sum += paths([index, 4]).radiance_beside_known(ray, Some(change), &encounter, known);
+            let mut paths = paths([index, 4]);
+            sum += paths.radiance_beside_known(ray, Some(change), &encounter, known);
+            self.note_ended(paths.take_ended_count());
         }
         0.25 * sum
     }
@@ -413,6 +437,7 @@ impl<'a> PathShader<'a> {
                 return ShadingRequest::Color(sum + throughput * self.mapped(maps, fragment, surface, &ray, bounce));
             }
             let ends = surface.group == 0;
+            self.note_ended(u64::from(ends));
             if ends && !material.has_own_light() && !scene.ends_in_environment {
                 return ShadingRequest::Color(sum);
             }

@@ -144,6 +144,7 @@ impl TiledScene {
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         report.add_raster(&drawn);
         source.counts.describe(&mut report);
+        report.counts.insert("paths_ended", shader.ended_count());
         Ok(report)
     }
 
