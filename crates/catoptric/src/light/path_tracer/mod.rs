@@ -98,7 +98,7 @@ pub struct PathTracer<'a, F = SceneBackground> {
     ray_count: u64,
     ended_count: u64,
     rough: RoughRays,
-    /// What is known of the lobes of the surface that is met next.
+    /// The light over lobes of the surface that is met next, where it is known.
     known: [Option<LobeLight>; LOBES],
 }
 

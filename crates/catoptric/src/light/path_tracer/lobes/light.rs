@@ -26,7 +26,7 @@ impl LobeLight {
         }
     }
 
-    /// So much of it.
+    /// The same, times a factor.
     pub(crate) fn scaled(&self, factor: f32) -> Self {
         Self::default().plus(self, factor)
     }

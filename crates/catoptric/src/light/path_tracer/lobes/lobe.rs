@@ -120,6 +120,12 @@ impl Lobe<'_> {
         [x, y, normal]
     }
 
+    /// Returns true if light from infinity arrives over the lobe: none does within a body.
+    pub(super) fn sees_sky(&self, material: &Material) -> bool {
+        let is_within = material.has_inside() && !self.facing.outside;
+        !is_within && (self.kind == BounceKind::Reflect || self.is_thin)
+    }
+
     /// The widths of facets along the first two of the [`Self::axes`].
     pub(super) fn widths(&self) -> Vec2 {
         self.stretch.map_or(Vec2::splat(self.alpha), |stretch| stretch.alpha)

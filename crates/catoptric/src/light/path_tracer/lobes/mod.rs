@@ -10,7 +10,6 @@ use super::rough::{RoughRays, turn};
 use super::{LEAST_SHARE, MIN_THROUGHPUT, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
-use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Facing, HIDDEN_LOBE, LightStep, lobe_width, medium_after};
 use crate::scene::microfacets::disc_point;
 use crate::scene::shade::SurfaceInteraction;
@@ -38,7 +37,8 @@ const LEAST_CONES_OF_RAY: u32 = 4;
 /// Cones where rays of a lobe end are as narrow as if there were so many times more.
 const COVERING_PARTS: u32 = 4;
 
-/// So many rays of a lobe stand for all of it by what they weigh together: fewer would favour where light comes from.
+/// The fewest rays of a lobe that stand for all of it by what they weigh together: fewer would favour where light
+/// comes from.
 const LEAST_RAYS_FOR_ALL: f32 = 4.0;
 
 /// Rays that tell whether lamps at infinity are seen.
@@ -211,11 +211,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
             true => 1,
             false => ((self.rough.count as f32 * share.sqrt()).ceil() as u32).clamp(1, self.rough.count),
         };
-        // Its one facet has chosen already whether such a ray is reflected; within a body no light arrives from
-        // infinity.
+        // Its one facet has chosen already whether such a ray is reflected.
         let is_chosen = segment.is_cone && lobe.is_clear;
-        let is_within = material.has_inside() && !outside;
-        if !(is_chosen || is_within) && (lobe.kind == BounceKind::Reflect || lobe.is_thin) {
+        if !is_chosen && lobe.sees_sky(material) {
             return self.push_gathered(segment, throughput, encounter, (lobe, known), [share, count as f32]);
         }
         let width = step.cone_width(lobe.kind, incoming, lobe.alpha) / (self.rough.count as f32).sqrt();
@@ -266,7 +264,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let numbers = segment.is_cone.then(|| turn(seed ^ CONES ^ 1, incoming, origin));
         for (index, cone) in (0..).zip(&mut *cones) {
             let (number, disc) = match numbers {
-                Some(numbers) => turned_middle(index, cone_count, numbers),
+                Some(numbers) => middle(index, cone_count, numbers),
                 None => middles.next().unwrap_or_default(),
             };
             cone.number = number;
@@ -275,14 +273,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
             cone.weight = lobe.weight(-incoming.dot(facet)) * lobe.unshadowed_share(incoming, direction);
             let width = OVERLAP * lobe.width_of_part(incoming, facet, covering);
             let ray = Ray { origin, direction };
-            let radiance = match lamps {
-                Some(_) => {
-                    let share_of_lamps = 1.0 - share_by_lamps(lobe.density(incoming, facet) * together as f32);
-                    self.field.radiance_beside_lamps(self.scene, &ray, width, share_of_lamps)
-                }
-                None => self.field.radiance_within(self.scene, &ray, width),
-            };
-            cone.light = cone.weight * radiance;
+            // Lamps are looked at one by one where there are any.
+            let together = lamps.map(|_| together);
+            cone.light = cone.weight * self.sky_within((&ray, width), (incoming, lobe, facet), together);
             light += cone.light;
             brightness += cone.light.element_sum();
             shown += cone.weight;
@@ -302,13 +295,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let seeks_emitters = self.emitters().is_some();
         // All children together take away all the light that was counted, if nothing of it arrives.
         let taken = cones.iter().map(|cone| cone.light * (cone.factor * per_cone)).sum::<Vec3>();
-        let taken = (light / taken.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX));
+        let ratio = |all: Vec3, part: Vec3| (all / part.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX));
+        let taken = ratio(light, taken);
         // Several of them together stand for all of the lobe, too; a single one has the factor of its own cone.
         let chosen = cones.iter().map(|cone| cone.weight * cone.factor).sum::<Vec3>();
-        let given = match count >= LEAST_RAYS_FOR_ALL {
-            true => (shown / chosen.max(Vec3::splat(f32::MIN_POSITIVE))).min(Vec3::splat(f32::MAX)),
-            false => Vec3::ONE,
-        };
+        let given = if count >= LEAST_RAYS_FOR_ALL { ratio(shown, chosen) } else { Vec3::ONE };
         for (index, cone) in (0..).zip(&*cones).filter(|(_, cone)| cone.factor > 0.0) {
             // Somewhere in the cone's part of the lobe.
             let within = if segment.is_cone { Vec2::splat(0.5) } else { turn(seed ^ index, incoming, origin) };
@@ -333,6 +324,23 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         let emitted = self.of_emitters(segment, encounter, lobe, count);
         throughput * (light + lamps + emitted)
+    }
+
+    /// The light from infinity within an angle across about a ray by a facet; if the lobe has so many cones, without
+    /// what is looked at lamp by lamp.
+    fn sky_within(
+        &self,
+        (ray, across): (&Ray, f32),
+        (incoming, lobe, facet): (Vec3, &Lobe, Vec3),
+        cones: Option<u32>,
+    ) -> Vec3 {
+        match cones {
+            Some(cones) => {
+                let share_of_lamps = 1.0 - share_by_lamps(lobe.density(incoming, facet) * cones as f32);
+                self.field.radiance_beside_lamps(self.scene, ray, across, share_of_lamps)
+            }
+            None => self.field.radiance_within(self.scene, ray, across),
+        }
     }
 
     /// The light of lamps at infinity over a lobe that so many cones cover, as far as the cones leave it out, and the
@@ -407,23 +415,19 @@ impl<F: RadianceField> PathTracer<'_, F> {
 fn cone_middles(count: u32, [part, parts]: [u32; 2]) -> impl Iterator<Item = (Vec2, Vec2)> {
     const LARGEST: u32 = 12;
     static MIDDLES: LazyLock<Vec<Vec<(Vec2, Vec2)>>> = LazyLock::new(|| {
-        let middles = |level: u32| (0..1 << level).map(move |index| middle(index, 1 << level)).collect();
+        let middles = |level: u32| (0..1 << level).map(move |index| middle(index, 1 << level, Vec2::ZERO)).collect();
         (0..=LARGEST).map(middles).collect()
     });
     let all = count * parts;
     let known = (all.is_power_of_two() && all.ilog2() <= LARGEST).then(|| &MIDDLES[all.ilog2() as usize]);
     (0..count).map(move |index| {
         let index = index * parts + part;
-        known.map_or_else(|| middle(index, all), |known| known[index as usize])
+        known.map_or_else(|| middle(index, all, Vec2::ZERO), |known| known[index as usize])
     })
 }
 
-fn turned_middle(index: u32, count: u32, numbers: Vec2) -> (Vec2, Vec2) {
-    let number = (random::hammersley(index, count) + numbers).fract();
-    (number, disc_point(number))
-}
-
-fn middle(index: u32, count: u32) -> (Vec2, Vec2) {
-    let number = random::hammersley(index, count);
+/// The middle of one of so many parts, all of which are moved on by two numbers.
+fn middle(index: u32, count: u32, moved: Vec2) -> (Vec2, Vec2) {
+    let number = (random::hammersley(index, count) + moved).fract();
     (number, disc_point(number))
 }

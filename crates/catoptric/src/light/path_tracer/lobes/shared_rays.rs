@@ -7,7 +7,7 @@
 use super::super::LEAST_SHARE;
 use super::light::{LOBES, LobeLight};
 use super::lobe::{Lobe, SurfaceLobes};
-use super::{MOST_CONES, PathTracer, Segment, share_by_lamps};
+use super::{MOST_CONES, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
@@ -111,7 +111,7 @@ pub(crate) struct SharedRays {
     /// Half of what it sees lies nearer than that share of the lobe's width: neighbours farther away see something
     /// else.
     reach: f32,
-    /// How many there are at most.
+    /// How many places of the arrays are used.
     count: usize,
     /// Where rays end; directions of those that meet nothing, which have a last part of 0.
     ends: [[f32; MOST_RAYS]; 4],
@@ -255,11 +255,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let mut has_others = at.coverage < 1.0;
         let rays = found.map(|lobe| {
             let lobe = lobe.filter(|lobe| lobe.share.max_element() > LEAST_SHARE)?;
-            let is_within = material.has_inside() && !lobe.facing.outside;
-            let is_kept = lobe.kind == BounceKind::Reflect || lobe.is_thin;
             let step = lobe.light_step();
             let across = step.outgoing_change(lobe.kind, direction, change, encounter).solid_angle().sqrt();
-            if is_within || !is_kept || lobe_width(lobe.alpha) <= (HIDDEN_LOBE * across).max(1e-4) {
+            if !lobe.sees_sky(material) || lobe_width(lobe.alpha) <= (HIDDEN_LOBE * across).max(1e-4) {
                 has_others = true;
                 return None;
             }
@@ -305,7 +303,6 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let emitters = self.scene.sky.as_deref().and_then(Sky::emitters);
         let of_lobe = waiting.rays.len();
         if let Some(emitters) = emitters {
-            let per_ray = EMITTER_RAYS as f32 / count as f32;
             for (number, _) in &NUMBERS[place as usize * EMITTER_RAYS..][..EMITTER_RAYS] {
                 let towards = self.scene.point_of(emitters, *number) - encounter.point.position;
                 let Some(direction) = towards.try_normalize() else { continue };
@@ -313,10 +310,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
                     self.add_ray((segment, encounter, lobe), (direction, facet, 0.0), &mut shared, &mut waiting);
                 }
             }
-            self.trace_shared(waiting, (of_lobe, Some((emitters, per_ray))), &mut shared);
-        } else {
-            self.trace_shared(waiting, (of_lobe, None), &mut shared);
         }
+        self.trace_shared(waiting, of_lobe, emitters, &mut shared);
         // The harmonic mean of lengths: near things change most.
         let nearness: f32 = (0..of_lobe).map(|ray| shared.ends[3][ray] * shared.nearness2[ray].sqrt()).sum();
         shared.reach = lobe_width(shared.lobe.alpha.min_element()) * of_lobe as f32 / nearness;
@@ -338,13 +333,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
     ) {
         let (incoming, index) = (segment.ray.direction, waiting.rays.len());
         let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
-        let sky = match self.field.lamps(self.scene) {
-            Some(_) => {
-                let of_lamps = share_by_lamps(lobe.density(incoming, facet) * MOST_CONES as f32);
-                self.field.radiance_beside_lamps(self.scene, &ray, width, 1.0 - of_lamps)
-            }
-            None => self.field.radiance_within(self.scene, &ray, width),
-        };
+        let cones = self.field.lamps(self.scene).map(|_| MOST_CONES);
+        let sky = self.sky_within((&ray, width), (incoming, lobe, facet), cones);
         for (axis, sky) in sky.to_array().into_iter().enumerate() {
             shared.sky[axis][index] = sky;
         }
@@ -365,13 +355,16 @@ impl<F: RadianceField> PathTracer<'_, F> {
     fn trace_shared(
         &mut self,
         waiting: WaitingRays,
-        (of_lobe, emitters): (usize, Option<(&Emitters, f32)>),
+        of_lobe: usize,
+        emitters: Option<&Emitters>,
         shared: &mut SharedRays,
     ) {
         let (scene, position) = (self.scene, shared.lobe.position);
         let WaitingRays { rays, starts } = waiting;
         let (mut found, mut hits) = ([Vec3::ZERO; MOST_RAYS], [None; MOST_RAYS]);
         self.radiances_from(starts.into_iter(), &mut found[..rays.len()], |ray, hit| hits[ray] = hit.copied());
+        // Of the lobe's own rays some have no direction; they count in the density all the same.
+        let per_ray = EMITTER_RAYS as f32 / shared.count as f32;
         shared.count = rays.len();
         for (index, direction) in rays.into_iter().enumerate() {
             let Some(hit) = hits[index] else {
@@ -392,7 +385,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             for (axis, value) in found[index].to_array().into_iter().enumerate() {
                 shared.found[axis][index] = value;
             }
-            let Some((emitters, per_ray)) = emitters else { continue };
+            let Some(emitters) = emitters else { continue };
             let to_emitters = match hit {
                 Hit::Triangle { triangle, .. } => scene.density_of(emitters, triangle, direction) * distance * distance,
                 _ => 0.0,

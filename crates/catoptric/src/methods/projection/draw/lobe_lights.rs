@@ -38,7 +38,7 @@ const TURNED: f32 = 0.7;
 /// The least share of a place's neighbourhood that shows the same surface.
 const LEAST_WEIGHT: f32 = 1e-3;
 
-/// What the middle of a cell shows.
+/// The surface that the middle of a cell shows.
 #[derive(Clone, Copy)]
 struct Place {
     object: u32,
@@ -49,7 +49,7 @@ struct Place {
 }
 
 impl Place {
-    /// Whether a point lies on the same part of the surface.
+    /// Returns true if a point lies on the same part of the surface.
     fn shows(&self, point: &SurfacePoint) -> bool {
         let apart = (self.position - point.position).dot(self.geometric_normal).abs();
         let is_turned = self.geometric_normal.dot(point.geometric_normal) < TURNED;
@@ -61,7 +61,7 @@ impl Place {
 struct TracedPlace {
     place: Place,
     rays: [Option<SharedRays>; LOBES],
-    /// It has other lobes, too.
+    /// True if it has other lobes, too.
     has_others: bool,
 }
 

@@ -11,7 +11,7 @@ use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
-use crate::scene::shade::SurfacePoint;
+use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
@@ -252,19 +252,19 @@ impl<'a> PathShader<'a> {
     ) -> Vec3 {
         let order = order.saturating_sub(bounce as u32);
         let object = self.scene.triangle_objects[surface.source as usize];
-        let paths = |[index, count]: [u32; 2]| {
-            PathTracer::new(self.scene, tracer, PathModel::Tree, order)
+        let radiance_of = |ray, change, encounter: &SurfaceInteraction, known, [index, count]: [u32; 2]| {
+            let mut paths = PathTracer::new(self.scene, tracer, PathModel::Tree, order)
                 .with_rough_rays(LOBE_RAYS / count, 0, 1.0)
-                .with_part(index, count)
+                .with_part(index, count);
+            let radiance = paths.radiance_beside_known(ray, Some(change), encounter, known);
+            self.note_ended(paths.take_ended_count());
+            radiance
         };
         if bounce > 0 {
             // How rays differ from pixel to pixel is not known here.
             let change = RayDifferential::default();
             let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
-            let mut paths = paths([0, 1]);
-            let radiance = paths.radiance_from(*ray, Some(change), &encounter);
-            self.note_ended(paths.take_ended_count());
-            return radiance;
+            return radiance_of(*ray, change, &encounter, Default::default(), [0, 1]);
         }
         let met = |part: Part| {
             let at = fragment.position + part.offset;
@@ -284,17 +284,12 @@ impl<'a> PathShader<'a> {
         };
         let (ray, change, encounter, (known, is_whole)) = met(part);
         if is_whole || surface.barycentrics.samples < 4 {
-            let mut paths = paths([0, 1]);
-            let radiance = paths.radiance_beside_known(ray, Some(change), &encounter, known);
-            self.note_ended(paths.take_ended_count());
-            return radiance;
+            return radiance_of(ray, change, &encounter, known, [0, 1]);
         }
         let mut sum = Vec3::ZERO;
         for (index, part) in (0..).zip(part.quarters()) {
             let (ray, change, encounter, (known, _)) = met(part);
-            let mut paths = paths([index, 4]);
-            sum += paths.radiance_beside_known(ray, Some(change), &encounter, known);
-            self.note_ended(paths.take_ended_count());
+            sum += radiance_of(ray, change, &encounter, known, [index, 4]);
         }
         0.25 * sum
     }
