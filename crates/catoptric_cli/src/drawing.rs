@@ -13,7 +13,7 @@ use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Re
 use catoptric::progress::Progress;
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Camera, Material, Model, PoseMemory, Projection, Role, Scene, View};
+use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use catoptric_bake::Shelf;
 use clap::ArgMatches;
 use glam::{Affine3A, Quat, Vec3};
@@ -104,20 +104,6 @@ pub(crate) fn check_samples(samples: u32, method: &MethodInfo) -> Result<(), Fai
     })
 }
 
-/// The order that a scene needs: light passes a glass by four surfaces, and what stands behind another one by eight;
-/// mirrors show what they do in mirrors.
-fn automatic_order(scene: &Scene) -> u32 {
-    let materials = || scene.objects.iter().map(|object| &scene.materials[object.material as usize]);
-    let passes = |material: &Material| material.lobes().is_some_and(|lobes| lobes.transmission > 0.0);
-    if materials().any(|material| material.role == Role::Lens || passes(material)) {
-        8
-    } else if materials().any(|material| material.lobes().is_some()) {
-        4
-    } else {
-        2
-    }
-}
-
 impl<'a> Shot<'a> {
     pub(crate) fn load(
         args: &SceneArgs,
@@ -151,7 +137,7 @@ impl<'a> Shot<'a> {
             Order::Exact(order) => order,
             // That of bakes, where none is named.
             Order::Auto if !draw.baked.is_empty() => 2,
-            Order::Auto => automatic_order(&shot.scene),
+            Order::Auto => shot.scene.order_needed(),
         };
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {

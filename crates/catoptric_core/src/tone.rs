@@ -26,6 +26,15 @@ pub const MIDDLE_GREY: f32 = 0.18;
 const MOST_STOPS: f32 = 8.0;
 
 impl ToneCurve {
+    /// All of them, with the names that programs know them by.
+    pub const NAMES: [(Self, &'static str); 4] =
+        [(Self::None, "none"), (Self::Neutral, "neutral"), (Self::Agx, "agx"), (Self::Aces, "aces")];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES.iter().find(|(curve, _)| *curve == self).map_or("none", |(_, name)| name)
+    }
+
     /// The display light of a linear colour, linear as well.
     pub fn of(self, color: Vec3) -> Vec3 {
         match self {
@@ -98,12 +107,49 @@ fn aces(color: Vec3) -> Vec3 {
     (OUTPUT * (INPUT * color).map(curve)).clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// A picture for a screen: radiance times two to the power of the exposure (in stops), through a tone curve; linear.
-/// Where the samples of a pixel are known, that is done with each of them.
-#[must_use]
-pub fn displayed(picture: &Framebuffer, exposure_stops: f32, curve: ToneCurve) -> Framebuffer {
+/// How radiance becomes light of a screen: times two to the power of the exposure, through a tone curve. The default
+/// leaves it as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Display {
+    /// In stops.
+    pub exposure_stops: f32,
+    /// What follows the exposure.
+    pub curve: ToneCurve,
+}
+
+impl Display {
+    /// What shows pixels of surfaces well: as they are where a screen can show them, else by [`automatic_exposure`] and
+    /// [`ToneCurve::Neutral`].
+    pub fn fitting(pixels: impl Iterator<Item = [f32; 4]> + Clone) -> Self {
+        if !is_out_of_range(pixels.clone()) {
+            return Self::default();
+        }
+        Self { exposure_stops: automatic_exposure(pixels), curve: ToneCurve::Neutral }
+    }
+
+    /// What radiance is multiplied by before the tone curve.
+    pub fn scale(self) -> f32 {
+        2f32.power(self.exposure_stops)
+    }
+
+    /// A picture for a screen; linear. Where the samples of a pixel are known, the exposure and the curve are those of
+    /// each of them.
+    #[must_use]
+    pub fn of(self, picture: &Framebuffer) -> Framebuffer {
+        displayed(picture, self.scale(), self.curve)
+    }
+
+    /// A picture at this exposure, without a tone curve: as pictures are compared.
+    #[must_use]
+    pub fn exposed(self, picture: &Framebuffer) -> Framebuffer {
+        let scale = self.scale();
+        let exposed = |[r, g, b, coverage]: &[f32; 4]| [r * scale, g * scale, b * scale, *coverage];
+        Framebuffer::of_pixels(picture.width, picture.height, picture.pixels.iter().map(exposed).collect())
+    }
+}
+
+fn displayed(picture: &Framebuffer, scale: f32, curve: ToneCurve) -> Framebuffer {
     let mut shown = Framebuffer::of_pixels(picture.width, picture.height, picture.pixels.clone());
-    let scale = 2f32.power(exposure_stops);
     parallel::for_each_chunk_mut(&mut shown.pixels, 4096, |_, pixels| {
         for pixel in pixels {
             let [r, g, b, coverage] = *pixel;
@@ -144,7 +190,7 @@ pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
 
 /// Whether pixels are so dark or so bright as they stand that a screen shows little of them: their mean below a
 /// fiftieth, or a tenth of them beyond white.
-pub fn is_out_of_range(pixels: impl Iterator<Item = [f32; 4]>) -> bool {
+fn is_out_of_range(pixels: impl Iterator<Item = [f32; 4]>) -> bool {
     let (mut sum, mut clipped, mut count) = (0.0f64, 0u32, 0u32);
     for pixel in pixels {
         sum += f64::from(luminance(pixel).min(1.0));
@@ -183,7 +229,7 @@ mod tests {
         picture.edges.add(1, &[Vec3::ZERO, Vec3::splat(1000.0)]);
         picture.edges.add(0, &[Vec3::splat(500.0), Vec3::splat(501.0)]);
         for (curve, white) in [(ToneCurve::None, 1.0), (ToneCurve::Aces, 1.0), (ToneCurve::Agx, 0.99)] {
-            let shown = displayed(&picture, 1.0, curve);
+            let shown = Display { exposure_stops: 1.0, curve }.of(&picture);
             assert!((shown.pixels[1][0] - 0.5 * white).abs() < 0.01, "{curve:?}: {:?}", shown.pixels);
             assert!(shown.pixels[0][0] >= white, "{curve:?}: {:?}", shown.pixels);
         }

@@ -73,6 +73,8 @@ fn measure(gpu: Option<Gpu>, scene: &str, name: &str, methods: &[&str]) {
         camera,
         size: SIZE,
         sides: methods.iter().map(|method| drawn(method)).collect(),
+        has_automatic_order: false,
+        display: Default::default(),
         compares: false,
         overlays: Vec::new(),
     };

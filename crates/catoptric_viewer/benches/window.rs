@@ -7,7 +7,6 @@
 
 #![expect(clippy::print_stdout, reason = "a bench prints")]
 
-use catoptric::methods::Quality;
 use catoptric_viewer::app::{Start, StudioThread, Viewer};
 use catoptric_viewer::studio::order::Source;
 use egui::epaint::{ImageDelta, Primitive};
@@ -25,7 +24,8 @@ fn main() {
         method: "auto".into(),
         settings: toml::Table::new(),
         against: None,
-        quality: Quality { samples: 4, order: 2 },
+        samples: 4,
+        order: Some(2),
         camera: None,
         panels: true,
         bakes: Vec::new(),

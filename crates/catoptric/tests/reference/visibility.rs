@@ -6,7 +6,7 @@ use catoptric::metrics::Comparison;
 use catoptric::progress::Silent;
 use catoptric::raster::{SceneShader, draw, scene_draw_list};
 use catoptric::scene::{Environment, Role, Scene, View};
-use catoptric::tone::{ToneCurve, displayed};
+use catoptric::tone::Display;
 use catoptric_scenes::builtin;
 use catoptric_testkit::drawing::{picture, scene};
 use catoptric_testkit::scenes::{SceneBuilder, sphere_in_room};
@@ -67,7 +67,7 @@ fn edges_before_a_bright_sky_are_smooth_on_a_screen() {
     let view = scene.default_view(120, 120);
     let smooth = |method: &str, samples: u32| {
         let drawn = picture(method, "", &scene, &view, Quality { samples, order: 1 });
-        let shown = displayed(&drawn, 0.0, ToneCurve::None);
+        let shown = Display::default().of(&drawn);
         let is_between = |pixel: &&[f32; 4]| pixel[0] > 0.05 && pixel[0] < 0.95;
         (shown.pixels.iter().filter(is_between).count(), shown)
     };

@@ -141,11 +141,12 @@ fn measure(
         let stats = Stats::new(shot, chosen, &drawn);
         (&drawn, stats, projection_px)
     };
-    let comparison = Comparison::new(&drawing.picture, &truth.drawing.picture)?;
+    let display = &truth.display;
+    let comparison = Comparison::new(&display.exposed(&drawing.picture), &display.exposed(&truth.drawing.picture))?;
     let error = ErrorReport { image: comparison.whole(), reflector: comparison.masked(&truth.mask)?, projection_px };
     let (picture_name, flip_name) = (format!("{stem}.png"), format!("{stem}-flip.png"));
     if !is_truth {
-        let shown = truth.display.of(&drawing.picture);
+        let shown = display.of(&drawing.picture);
         write_pictures(folder, (&picture_name, &shown), (&flip_name, &comparison))?;
     }
     let flip = (!is_truth).then_some(flip_name);

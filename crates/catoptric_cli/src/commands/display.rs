@@ -5,13 +5,12 @@ use crate::parse::Exposure;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::surface_mask;
 use catoptric::scene::{Scene, View};
-use catoptric::tone::{ToneCurve, automatic_exposure, displayed, is_out_of_range};
+use catoptric::tone::{self, ToneCurve, automatic_exposure};
 
 /// The exposure and tone of all pictures of a command.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Display {
-    stops: f32,
-    curve: ToneCurve,
+    shown: tone::Display,
     /// It was chosen here, as little could be seen.
     is_chosen: bool,
 }
@@ -30,25 +29,33 @@ impl Display {
             Tone::Aces => ToneCurve::Aces,
         });
         if let Some(stops) = stops {
-            return Self { stops, curve: chosen_curve.unwrap_or_default(), is_chosen: false };
+            let shown = tone::Display { exposure_stops: stops, curve: chosen_curve.unwrap_or_default() };
+            return Self { shown, is_chosen: false };
         }
         let mask = surface_mask(scene, view);
         let pixels = || picture.pixels.iter().zip(&mask).filter(|(_, is_seen)| **is_seen).map(|(pixel, _)| *pixel);
-        let is_chosen = args.exposure.is_none() && is_out_of_range(pixels());
-        if args.exposure.is_none() && !is_chosen {
-            return Self { stops: 0.0, curve: chosen_curve.unwrap_or_default(), is_chosen };
-        }
-        Self { stops: automatic_exposure(pixels()), curve: chosen_curve.unwrap_or(ToneCurve::Neutral), is_chosen }
+        let mut shown = match args.exposure {
+            None => tone::Display::fitting(pixels()),
+            Some(_) => tone::Display { exposure_stops: automatic_exposure(pixels()), curve: ToneCurve::Neutral },
+        };
+        let is_chosen = args.exposure.is_none() && shown != tone::Display::default();
+        shown.curve = chosen_curve.unwrap_or(shown.curve);
+        Self { shown, is_chosen }
     }
 
     /// The picture as it is to be shown, linear.
     pub(crate) fn of(&self, picture: &Framebuffer) -> Framebuffer {
-        displayed(picture, self.stops, self.curve)
+        self.shown.of(picture)
+    }
+
+    /// The picture as it is to be compared: at the same exposure, without a tone curve.
+    pub(crate) fn exposed(&self, picture: &Framebuffer) -> Framebuffer {
+        self.shown.exposed(picture)
     }
 
     /// What the user should know of it.
     pub(crate) fn remark(&self) -> Option<String> {
-        let stops = self.stops;
+        let stops = self.shown.exposure_stops;
         self.is_chosen.then(|| {
             format!("the picture would be too dark or too bright: shown at {stops:+.1} EV (--exposure 0 leaves it)")
         })

@@ -83,7 +83,7 @@ pub struct Scene {
     /// What surfaces see of it, for the light that they scatter; `None`: all of it.
     pub sky: Option<Arc<Sky>>,
     /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
-    /// before it; otherwise nothing. Look-ups and devices show nothing.
+    /// before it; otherwise nothing. Look-ups show nothing.
     pub ends_in_environment: bool,
     /// Cameras; the first is the default.
     pub cameras: Vec<Camera>,
@@ -160,6 +160,20 @@ impl Scene {
         let aspect_ratio = width as f32 / height.max(1) as f32;
         let camera = self.cameras.first().cloned().unwrap_or_else(|| self.framing(aspect_ratio));
         self.view(&camera, width, height)
+    }
+
+    /// The order that the scene needs: light passes a glass by four surfaces, and what stands behind another one by
+    /// eight; mirrors show what they do in mirrors.
+    pub fn order_needed(&self) -> u32 {
+        let materials = || self.objects.iter().map(|object| &self.materials[object.material as usize]);
+        let passes = |material: &Material| material.lobes().is_some_and(|lobes| lobes.transmission > 0.0);
+        if materials().any(|material| material.role == Role::Lens || passes(material)) {
+            8
+        } else if materials().any(|material| material.lobes().is_some()) {
+            4
+        } else {
+            2
+        }
     }
 
     /// The distance within which nothing is drawn: a hundred millionth of the scene's size, for rays and triangles

@@ -28,6 +28,7 @@ use catoptric::methods::projector::VertexProjector;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
 use catoptric::scene::{Scene, View};
+use catoptric::tone::Display;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -440,8 +441,12 @@ impl DeviceFrame<'_> {
         Ok(drawing)
     }
 
-    /// Begins to draw the view, which has pixels, and to read it.
-    pub(crate) fn begin_reading(&self, encoding: Encoding, progress: &dyn Progress) -> Result<Reading, RenderError> {
+    /// Begins to draw the view, which has pixels, and to read it; what is read as bytes is displayed.
+    pub(crate) fn begin_reading(
+        &self,
+        (encoding, display): (Encoding, Display),
+        progress: &dyn Progress,
+    ) -> Result<Reading, RenderError> {
         let Self { method: DeviceMethod { context, info, .. }, view, .. } = self;
         let context = context.clone();
         let mut encoder = context.device.create_command_encoder(&Default::default());
@@ -452,7 +457,7 @@ impl DeviceFrame<'_> {
         match encoding {
             Encoding::Linear => readback.picture(&context, &mut encoder, (drawing.colors(), 16)),
             Encoding::Srgba8 => {
-                let picture = drawing.shown(&context, &mut encoder);
+                let picture = drawing.shown(&context, &mut encoder, display);
                 readback.picture(&context, &mut encoder, (&picture, 4));
             }
         }
@@ -481,7 +486,7 @@ impl Frame for DeviceFrame<'_> {
             return Ok(Report::default());
         }
         let stage = Stage::begin(progress, "drawing on the GPU", 1)?;
-        let report = self.begin_reading(Encoding::Linear, progress)?.fill(&mut target.pixels)?;
+        let report = self.begin_reading((Encoding::Linear, Display::default()), progress)?.fill(&mut target.pixels)?;
         stage.advance(1)?;
         Ok(report)
     }

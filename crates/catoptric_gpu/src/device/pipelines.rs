@@ -129,7 +129,7 @@ impl Pipelines {
             [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
         let virtual_mesh = VirtualPipelines::new(device, &scene);
         let module = |path: &str| shader_module(device, path);
-        let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0)]);
+        let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0), (1, uniform(false))]);
         let shaders = ["frame.wgsl", "look.wgsl", "field.wgsl", "layered.wgsl"].map(module);
         let [visibility, present] = ["visibility.wgsl", "present.wgsl"].map(module);
         let drawing = pipeline_layout(device, &[&scene, &order]);

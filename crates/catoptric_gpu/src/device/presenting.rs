@@ -1,21 +1,52 @@
-//! What was drawn as it is shown: on targets of any format.
+//! What was drawn as it is shown: with an exposure and a tone curve, on targets of any format.
 
 use super::context::Context;
 use super::frame::Drawing;
 use super::upload::group;
-use wgpu::{BindingResource, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
+use bytemuck::{Pod, Zeroable};
+use catoptric::tone::{Display, ToneCurve};
+use wgpu::util::DeviceExt;
+use wgpu::{BindingResource, BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureUsages};
+
+/// As `present.wgsl` has it.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct DisplayRecord {
+    scale: f32,
+    curve: u32,
+    padding: [u32; 2],
+}
+
+impl From<Display> for DisplayRecord {
+    fn from(display: Display) -> Self {
+        let curve = match display.curve {
+            ToneCurve::None => 0,
+            ToneCurve::Neutral => 1,
+            ToneCurve::Agx => 2,
+            ToneCurve::Aces => 3,
+        };
+        Self { scale: display.scale(), curve, padding: [0; 2] }
+    }
+}
 
 impl Drawing {
-    /// Adds the copying of the colours to a target of the same size.
+    /// Adds the drawing of the colours, as they are displayed, to a target of the same size.
     pub(crate) fn present(
         &self,
         context: &Context,
         encoder: &mut wgpu::CommandEncoder,
+        display: Display,
         (target, format): (&wgpu::TextureView, TextureFormat),
     ) {
         let Context { device, pipelines, .. } = context;
         let colors = self.colors().create_view(&Default::default());
-        let picture = group(device, &pipelines.colors, [(0, BindingResource::TextureView(&colors))]);
+        let display = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("display"),
+            contents: bytemuck::bytes_of(&DisplayRecord::from(display)),
+            usage: BufferUsages::UNIFORM,
+        });
+        let bindings = [(0, BindingResource::TextureView(&colors)), (1, display.as_entire_binding())];
+        let picture = group(device, &pipelines.colors, bindings);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("present"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -31,8 +62,13 @@ impl Drawing {
         pass.draw(0..3, 0..1);
     }
 
-    /// Adds the copying of the colours to a texture of 8-bit sRGB, which it returns.
-    pub(crate) fn shown(&self, context: &Context, encoder: &mut wgpu::CommandEncoder) -> wgpu::Texture {
+    /// Adds the drawing of the colours, as they are displayed, to a texture of 8-bit sRGB, which it returns.
+    pub(crate) fn shown(
+        &self,
+        context: &Context,
+        encoder: &mut wgpu::CommandEncoder,
+        display: Display,
+    ) -> wgpu::Texture {
         let format = TextureFormat::Rgba8UnormSrgb;
         let shown = context.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("shown"),
@@ -44,7 +80,7 @@ impl Drawing {
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        self.present(context, encoder, (&shown.create_view(&Default::default()), format));
+        self.present(context, encoder, display, (&shown.create_view(&Default::default()), format));
         shown
     }
 }

@@ -10,6 +10,7 @@ use catoptric::methods::bake::Baked;
 use catoptric::methods::{Frame, Method, Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
+use catoptric::tone::Display;
 use std::sync::Arc;
 use wgpu::TextureFormat;
 
@@ -18,6 +19,7 @@ use wgpu::TextureFormat;
 /// Work is added to an encoder of the caller's, and not waited for. The example `into_texture` has all of it.
 pub struct Renderer {
     prepared: PreparedScene,
+    display: Display,
 }
 
 impl std::fmt::Debug for Renderer {
@@ -40,7 +42,14 @@ impl Renderer {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
-        Ok(Self { prepared: method.prepare_scene(scene, quality, bake, progress)? })
+        let prepared = method.prepare_scene(scene, quality, bake, progress)?;
+        Ok(Self { prepared, display: Display::default() })
+    }
+
+    /// The exposure and tone curve of what is drawn from now on, into targets and as [`Encoding::Srgba8`]; pictures in
+    /// linear colours have none. At first radiance is drawn as it is.
+    pub fn set_display(&mut self, display: Display) {
+        self.display = display;
     }
 
     /// Replaces the scene after something has moved or changed; what holds is kept, and what moves is written in place:
@@ -100,7 +109,7 @@ impl Renderer {
             return Err(RenderError::Limit { method: self.prepared.method.info().id, problem });
         }
         let frame = self.prepared.device_frame(view, progress)?;
-        let mut reading = frame.begin_reading(encoding, progress)?;
+        let mut reading = frame.begin_reading((encoding, self.display), progress)?;
         let of_drawing = std::mem::replace(&mut reading.drawing.report, Frame::report(&frame).clone());
         reading.drawing.report.add(of_drawing);
         Ok(reading)
@@ -122,11 +131,11 @@ impl Renderer {
         if view.width == 0 || view.height == 0 {
             return Ok(Report::default());
         }
-        let context = self.prepared.method.context().clone();
+        let (context, display) = (self.prepared.method.context().clone(), self.display);
         let frame = self.prepared.device_frame(view, progress)?;
         let mut report = Frame::report(&frame).clone();
         let drawing = frame.encode(encoder, &mut Timer::none(), progress)?;
-        drawing.present(&context, encoder, (target, format));
+        drawing.present(&context, encoder, display, (target, format));
         context.check().map_err(|error| frame.failed(&error))?;
         report.add(drawing.report);
         Ok(report)

@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_f
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 18;
+const COUNT: usize = 19;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -26,6 +26,7 @@ const NAMES: [&str; COUNT] = [
     TURNS,
     ROUGH,
     LISTS,
+    "ENDS_IN_ENVIRONMENT",
 ];
 
 /// Surfaces have holes where their alpha is low.
@@ -78,6 +79,7 @@ impl SceneFeatures {
                 surfaces.iter().any(|surface| surface.turning_map != NONE),
                 surfaces.iter().any(|surface| surface.mirror_roughness > 0.0),
                 false,
+                scene.ends_in_environment && scene.environment.is_some(),
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }

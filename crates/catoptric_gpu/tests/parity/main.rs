@@ -133,7 +133,19 @@ mod pictures {
                 trials.push(Trial::test(format!("{name}, {samples} samples"), run));
             }
         }
+        let case = Case::new(context, ending_in_the_sky("glass_sphere"), Quality { samples: 1, order: 1 });
+        let info = methods::find("multiperspective").expect("it is there");
+        trials.push(Trial::test("glass whose paths end in a sky", move || case.compare(info)));
         trials
+    }
+
+    /// A scene whose paths show a sky where they end.
+    fn ending_in_the_sky(name: &str) -> Result<Scene, Failed> {
+        let mut scene = pose(name)?;
+        let texel = |index: usize| [0.2 + (index % 64) as f32 / 80.0, 0.8 - (index / 64) as f32 / 50.0, 0.5];
+        scene.environment = Some(Arc::new(Environment::new("sky", 64, 32, (0..64 * 32).map(texel).collect())));
+        scene.ends_in_environment = true;
+        Ok(scene)
     }
 
     /// Methods and scenes whose virtual geometry is found on the device; numbers of samples that are drawn one after

@@ -4,6 +4,7 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::View;
+use catoptric::tone::{Display, ToneCurve};
 use catoptric_gpu::{Context, Encoding, Pixels, Renderer};
 use catoptric_scenes::builtin;
 use libtest_mimic::{Failed, Trial};
@@ -26,11 +27,15 @@ const DRAWN: [(&str, &str); 6] = [
 ];
 
 pub(crate) fn trials(context: &Arc<Context>) -> impl Iterator<Item = Trial> {
-    DRAWN.into_iter().flat_map(|(id, scene)| {
+    let curves = ToneCurve::NAMES.iter().cycle();
+    DRAWN.into_iter().zip(curves).flat_map(|((id, scene), (curve, name))| {
+        let display = Display { exposure_stops: 0.75, curve: *curve };
         let [drawing, reading] = [context.clone(), context.clone()];
         [
             Trial::test(format!("textures of the caller's, {id}: {scene}"), move || draw(&drawing, id, scene)),
-            Trial::test(format!("read without waiting, {id}: {scene}"), move || read_later(&reading, id, scene)),
+            Trial::test(format!("read without waiting, {id}: {scene}, tone {name}"), move || {
+                read_later(&reading, id, scene, display)
+            }),
         ]
     })
 }
@@ -47,8 +52,9 @@ fn begin(context: &Arc<Context>, id: &str, scene: &str, width: u32) -> Result<(R
 }
 
 /// Two views are begun before the first is read, in rows of a length that buffers have not.
-fn read_later(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Failed> {
+fn read_later(context: &Arc<Context>, id: &str, scene: &str, display: Display) -> Result<(), Failed> {
     let (mut renderer, views) = begin(context, id, scene, SIZE[0] - 3)?;
+    renderer.set_display(display);
     let begun = views.each_ref().map(|view| {
         let of_view =
             [Encoding::Linear, Encoding::Srgba8].map(|encoding| renderer.begin_reading(view, encoding, &Silent));
@@ -67,7 +73,7 @@ fn read_later(context: &Arc<Context>, id: &str, scene: &str) -> Result<(), Faile
                 Pixels::Linear(picture) => picture.pixels == expected.pixels,
                 // The device rounds as it likes.
                 Pixels::Srgba8(bytes) => {
-                    let all = bytes.iter().zip(expected.to_srgba8());
+                    let all = bytes.iter().zip(display.of(&expected).to_srgba8());
                     bytes.len() == expected.pixels.len() * 4 && all.map(|(a, b)| a.abs_diff(b)).max() <= Some(1)
                 }
             };

@@ -48,6 +48,8 @@ override HAS_TURNS: bool = true;
 override HAS_ROUGH: bool = true;
 // What paths show is drawn as geometry, which may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
+// Mirrors and glass at which paths end show the light from infinity.
+override ENDS_IN_ENVIRONMENT: bool = true;
 // The first textures of surfaces that any of them has.
 override BINDINGS_USED: u32 = 7u;
 

@@ -25,6 +25,7 @@ use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
+use catoptric::tone::Display;
 use clock::Clock;
 use eframe::egui::{self, Context, Key, Ui};
 use eframe::egui_wgpu::RenderState;
@@ -49,8 +50,10 @@ pub struct Start {
     pub settings: toml::Table,
     /// The method on the right, if the view is split.
     pub against: Option<String>,
-    /// Samples and order.
-    pub quality: Quality,
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The highest number of reflections and refractions on a path; `None`: what the scene needs.
+    pub order: Option<u32>,
     /// The camera, by name or index.
     pub camera: Option<String>,
     /// The panels beside the picture are shown.
@@ -107,7 +110,10 @@ pub struct Viewer {
     /// Index of the camera that was chosen last, until the user moves.
     camera: Option<usize>,
     choices: [Choice; 2],
-    quality: Quality,
+    samples: u32,
+    /// `None`: the one that the scene needs.
+    order: Option<u32>,
+    display: Display,
     /// Where the divider is, from 0 to 1; `None`: the left side alone.
     divider: Option<f32>,
     shows_heat: bool,
@@ -164,7 +170,9 @@ impl Viewer {
             navigator: None,
             camera: None,
             choices,
-            quality: start.quality,
+            samples: start.samples,
+            order: start.order,
+            display: Display::default(),
             divider: start.against.is_some().then_some(0.5),
             shows_heat: false,
             overlays: BTreeSet::new(),
@@ -410,6 +418,8 @@ impl Viewer {
             camera: navigator.camera().clone(),
             size: self.size,
             sides,
+            has_automatic_order: self.order.is_none(),
+            display: self.display,
             compares: self.shows_heat && self.divider.is_some(),
             overlays: self.overlays.iter().copied().collect(),
         };
@@ -425,7 +435,10 @@ impl Viewer {
         let Choice { method, settings } = &self.choices[side];
         let mut all = scene.settings.get(method).cloned().unwrap_or_default();
         all.extend(settings.get(method).cloned().unwrap_or_default());
-        Drawn { method: method.clone(), settings: all, quality: self.quality }
+        // Bakes have the order 2, where none was named.
+        let needed = if self.bakes.is_empty() { scene.order_needed } else { 2 };
+        let quality = Quality { samples: self.samples, order: self.order.unwrap_or(needed) };
+        Drawn { method: method.clone(), settings: all, quality }
     }
 
     fn take_dropped_files(&mut self, ctx: &Context) {

@@ -142,6 +142,7 @@ impl Viewer {
         if let (Some(wanted), None) = (&wanted, index) {
             self.say(format!("there is no camera `{wanted}`; shown is the first one"));
         }
+        self.display = summary.display;
         let index = index.unwrap_or(0);
         if let Some(camera) = summary.cameras.get(index) {
             self.navigator = Some(Navigator::new(camera.clone(), &summary.bounds));

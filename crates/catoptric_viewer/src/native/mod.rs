@@ -2,7 +2,7 @@
 
 mod program;
 
-use catoptric::methods::{self, Quality};
+use catoptric::methods;
 use catoptric_viewer::app::{Start, StudioThread, Viewer, ViewerEvent};
 use catoptric_viewer::memory;
 use catoptric_viewer::studio::Gpu;
@@ -47,9 +47,9 @@ struct Args {
     /// Antialiasing samples a pixel
     #[arg(long, value_name = "N", default_value = "4", value_parser = samples)]
     samples: u32,
-    /// Highest number of reflections and refractions on a path
-    #[arg(long, value_name = "K", default_value = "2", value_parser = clap::value_parser!(u32).range(0..=16))]
-    order: u32,
+    /// Highest number of reflections and refractions on a path [default: what the scene needs]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=16))]
+    order: Option<u32>,
     /// Processor that draws
     #[arg(long, value_enum, default_value = "auto")]
     backend: BackendChoice,
@@ -109,7 +109,8 @@ fn run(args: Args) -> Result<(), String> {
         method,
         settings: toml::Table::new(),
         against,
-        quality: Quality { samples, order },
+        samples,
+        order,
         camera,
         panels: true,
         bakes: baked,

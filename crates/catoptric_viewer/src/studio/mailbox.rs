@@ -158,6 +158,8 @@ mod tests {
             camera,
             size: [8, 8],
             sides: vec![drawn],
+            has_automatic_order: false,
+            display: Default::default(),
             compares: false,
             overlays: Vec::new(),
         }

@@ -20,7 +20,6 @@ pub use drawing::Gpu;
 pub use mailbox::Mailbox;
 
 use catoptric::error::RenderError;
-use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric_bake::Shelf;
 use drawing::{Fineness, OnItsWay, Outcome, OverlayMaker, Side, Tools};
@@ -67,19 +66,12 @@ struct Current {
     wish: Arc<Wish>,
     /// What is still to be drawn: sides and fineness, the next one last.
     left: Vec<(usize, Fineness)>,
-    /// The finest pictures so far.
-    done: [Option<Done>; 2],
+    /// The finest pictures so far: without their bytes, which are copied for nobody, and textures.
+    done: [Option<Box<Picture>>; 2],
     /// The sides of which the processor has drawn a draft while a device was not ready.
     has_draft: [bool; 2],
     /// Overlays that were made, or could not be.
     made: Vec<OverlayKind>,
-}
-
-/// What is known of a picture that was told: without its bytes, which are copied for nobody.
-struct Done {
-    size: [u32; 2],
-    samples: u32,
-    linear: Option<Arc<Framebuffer>>,
 }
 
 /// What a turn of the studio has come to.
@@ -261,6 +253,9 @@ impl Studio {
             return;
         }
         self.search_places_again(&wish);
+        if self.current.as_ref().is_some_and(|current| current.has_light_of(&wish)) && self.on_its_way.is_none() {
+            return self.display_again(wish);
+        }
         // Coarse before fine, and left before right.
         let mut left: Vec<(usize, usize, Fineness)> = Vec::new();
         for (side, drawn) in wish.sides.iter().take(2).enumerate() {
@@ -269,6 +264,19 @@ impl Studio {
         left.sort_by_key(|(step, side, _)| (*step, *side));
         let left = left.into_iter().rev().map(|(_, side, fineness)| (side, fineness)).collect();
         self.current = Some(Current { wish, left, done: [None, None], has_draft: [false; 2], made: Vec::new() });
+    }
+
+    /// Tells the pictures that are there in another exposure or tone, or compares them.
+    fn display_again(&mut self, wish: Arc<Wish>) {
+        let Some(current) = &mut self.current else { return };
+        (current.wish, current.made) = (wish.clone(), Vec::new());
+        for known in current.done.iter_mut().take(wish.sides.len()).flatten() {
+            known.wish = wish.clone();
+            let rgba = known.linear.as_ref().map(|linear| wish.display.of(linear).to_srgba8());
+            let picture = Picture { rgba: rgba.unwrap_or_default(), ..(**known).clone() };
+            (self.tell)(News::Drawn(Box::new(picture)));
+        }
+        self.finish();
     }
 
     /// Draws the next picture of the wish, or receives one.
@@ -350,11 +358,12 @@ impl Studio {
     }
 
     /// Tells a picture.
-    fn deliver(&mut self, picture: Picture) {
+    fn deliver(&mut self, mut picture: Picture) {
         let is_current = self.is_current(&picture.wish);
         if let Some(current) = self.current.as_mut().filter(|_| is_current) {
-            let Picture { size, samples, linear, side, .. } = &picture;
-            current.done[*side] = Some(Done { size: *size, samples: *samples, linear: linear.clone() });
+            let (rgba, texture) = (std::mem::take(&mut picture.rgba), picture.texture.take());
+            current.done[picture.side] = Some(Box::new(picture.clone()));
+            (picture.rgba, picture.texture) = (rgba, texture);
         }
         (self.tell)(News::Drawn(Box::new(picture)));
         self.finish();
@@ -411,6 +420,13 @@ impl Studio {
 }
 
 impl Current {
+    /// True if all light that a wish wants to show is there.
+    fn has_light_of(&self, wish: &Wish) -> bool {
+        let has_light = |picture: &Option<Box<Picture>>| picture.as_ref().is_some_and(|known| known.linear.is_some());
+        let sides = &self.done[..wish.sides.len().min(2)];
+        self.left.is_empty() && self.wish.draws_same(wish) && sides.iter().all(has_light)
+    }
+
     /// The next overlay to be made, of a left side that was drawn.
     fn next_overlay(&self) -> Option<OverlayKind> {
         let wanted = || self.wish.overlays.iter().copied();

@@ -7,6 +7,7 @@ use catoptric::methods::Report;
 use catoptric::methods::overlay::Overlay;
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Role};
+use catoptric::tone::Display;
 use std::sync::Arc;
 
 /// One object of the scene, for lists and for what is picked.
@@ -49,6 +50,12 @@ pub struct SceneSummary {
     pub settings: std::collections::BTreeMap<String, toml::Table>,
     /// The parts that were left out or mended while reading.
     pub warnings: Vec<String>,
+    /// The order that it needs.
+    pub order_needed: u32,
+    /// What shows it well from its first camera.
+    pub display: Display,
+    /// The exposure, in stops, that makes it of middle brightness from its first camera.
+    pub automatic_stops: f32,
     /// The time that loading took, in milliseconds.
     pub load_ms: f64,
 }

@@ -6,6 +6,7 @@ use catoptric::methods::overlay::OverlayKind;
 use catoptric::scene::edits::{Look, LookRule, MoveRule};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, PoseOptions, Role};
+use catoptric::tone::Display;
 use catoptric_scenes::import::Resolver;
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -145,6 +146,10 @@ pub struct Wish {
     pub size: [u32; 2],
     /// The left side, and the right one where the view is split.
     pub sides: Vec<Drawn>,
+    /// Their order is the one that the scene needs: paths that end there show light from infinity, not nothing.
+    pub has_automatic_order: bool,
+    /// The exposure and tone curve of both.
+    pub display: Display,
     /// Both sides are to be compared once they are done.
     pub compares: bool,
     /// What is to be shown over the left side once it is done.
@@ -154,13 +159,19 @@ pub struct Wish {
 impl Wish {
     /// True if both wish for the same pictures, whatever is shown over them.
     pub fn shows_same(&self, other: &Self) -> bool {
-        self.sees_same(other) && (self.size, &self.sides, self.compares) == (other.size, &other.sides, other.compares)
+        self.draws_same(other) && (self.display, self.compares) == (other.display, other.compares)
+    }
+
+    /// True if both wish for the same light, however it is displayed.
+    pub fn draws_same(&self, other: &Self) -> bool {
+        let drawn = |wish: &Self| (wish.size, wish.has_automatic_order);
+        self.sees_same(other) && drawn(self) == drawn(other) && self.sides == other.sides
     }
 
     /// True if both look at the same things from the same place.
     pub fn sees_same(&self, other: &Self) -> bool {
-        let Self { scene, time, changes, camera, size: _, sides: _, compares: _, overlays: _ } = self;
-        (*scene, *time, changes, camera) == (other.scene, other.time, &other.changes, &other.camera)
+        let seen = |wish: &'_ Self| (wish.scene, wish.time);
+        seen(self) == seen(other) && (&self.changes, &self.camera) == (&other.changes, &other.camera)
     }
 }
 

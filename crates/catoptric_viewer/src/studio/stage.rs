@@ -3,11 +3,16 @@
 use super::news::{ObjectSummary, SceneSummary};
 use super::order::{Changes, Source, Wish};
 use catoptric::clock::Stopwatch;
-use catoptric::error::SceneError;
+use catoptric::error::{RenderError, SceneError};
+use catoptric::framebuffer::Framebuffer;
+use catoptric::light::path_tracer::surface_mask;
 use catoptric::light::tracer::Tracer;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky, shadow_sky_as};
+use catoptric::methods::{self, Quality};
+use catoptric::progress::Silent;
 use catoptric::scene::edits::Look;
-use catoptric::scene::{Material, Model, PoseMemory, Role, Scene};
+use catoptric::scene::{Camera, Material, Model, PoseMemory, Role, Scene};
+use catoptric::tone::{Display, automatic_exposure};
 use catoptric_scenes::{builtin, import, light_if_dark};
 use std::sync::Arc;
 
@@ -20,13 +25,36 @@ fn roughness_of(material: &Material) -> Option<f32> {
     }
 }
 
+/// The size of the small picture by which the display is chosen.
+const SMALL_PICTURE: [u32; 2] = [64, 48];
+
+/// What shows a scene well from a camera, and the exposure in stops that makes it of middle brightness.
+fn fitting_display(scene: &Arc<Scene>, camera: &Camera) -> (Display, f32) {
+    let [width, height] = SMALL_PICTURE;
+    let view = scene.view(camera, width, height);
+    let quality = Quality { samples: 1, order: scene.order_needed() };
+    let mut picture = Framebuffer::new(width, height);
+    let draw = || -> Result<(), RenderError> {
+        let mut prepared = methods::create("reference", &toml::Table::new())?.prepare(scene, quality, None, &Silent)?;
+        prepared.frame(&view, &Silent)?.draw(&mut picture, &Silent)?;
+        Ok(())
+    };
+    // What cannot be drawn is told once it is to be shown.
+    if { draw }().is_err() {
+        return (Display::default(), 0.0);
+    }
+    let mask = surface_mask(scene, &view);
+    let seen = || picture.pixels.iter().zip(&mask).filter(|(_, is_seen)| **is_seen).map(|(pixel, _)| *pixel);
+    (Display::fitting(seen()), automatic_exposure(seen()))
+}
+
 /// A loaded scene.
 pub(super) struct Stage {
     pub(super) number: u64,
     pub(super) model: Model,
     memory: PoseMemory,
     /// The last pose with what it was made of.
-    posed: Option<(f32, Changes, Arc<Scene>)>,
+    posed: Option<(f32, Changes, bool, Arc<Scene>)>,
     /// For picking, made when it is needed.
     tracer: Option<(Arc<Scene>, Arc<Tracer>)>,
 }
@@ -45,23 +73,30 @@ impl Stage {
             light_if_dark(&mut model, false);
         }
         let mut stage = Self { number, model, memory: PoseMemory::default(), posed: None, tracer: None };
-        let scene = stage.scene(0.0, &Changes::default())?;
+        let scene = stage.scene(0.0, &Changes::default(), true)?;
         let summary = stage.summary(&scene, watch.elapsed_ms());
         Ok((stage, summary))
     }
 
-    /// The scene at a moment, with changes; what holds of the last one is used again.
+    /// The scene at a moment, with changes, and with light from infinity where paths end or not; what holds of the last
+    /// one is used again.
     ///
     /// # Errors
     /// As [`Model::pose`].
-    pub(super) fn scene(&mut self, time: f32, changes: &Changes) -> Result<Arc<Scene>, SceneError> {
-        if let Some((at, with, scene)) = &self.posed
-            && *at == time
+    pub(super) fn scene(
+        &mut self,
+        time: f32,
+        changes: &Changes,
+        ends_in_environment: bool,
+    ) -> Result<Arc<Scene>, SceneError> {
+        if let Some((at, with, ends, scene)) = &self.posed
+            && (*at, *ends) == (time, ends_in_environment)
             && with == changes
         {
             return Ok(scene.clone());
         }
         let options = changes.pose_at(time)?;
+        self.model.ends_in_environment = ends_in_environment;
         let mut scene = self.model.pose_again(&options, &mut self.memory)?;
         match &self.posed {
             Some((.., before)) => {
@@ -74,13 +109,13 @@ impl Stage {
             }
         }
         let scene = Arc::new(scene);
-        self.posed = Some((time, changes.clone(), scene.clone()));
+        self.posed = Some((time, changes.clone(), ends_in_environment, scene.clone()));
         Ok(scene)
     }
 
     /// The scene of a wish.
     pub(super) fn scene_of(&mut self, wish: &Wish) -> Result<Arc<Scene>, SceneError> {
-        self.scene(wish.time, &wish.changes)
+        self.scene(wish.time, &wish.changes, wish.has_automatic_order)
     }
 
     /// A hierarchy over all of a scene, for single rays.
@@ -95,7 +130,7 @@ impl Stage {
         tracer
     }
 
-    fn summary(&self, scene: &Scene, load_ms: f64) -> SceneSummary {
+    fn summary(&self, scene: &Arc<Scene>, load_ms: f64) -> SceneSummary {
         let object = |index: usize| {
             let object = &scene.objects[index];
             let material = &scene.materials[object.material as usize];
@@ -117,6 +152,7 @@ impl Stage {
         if cameras.is_empty() {
             cameras.push(scene.framing(4.0 / 3.0));
         }
+        let (display, automatic_stops) = fitting_display(scene, &cameras[0]);
         SceneSummary {
             number: self.number,
             name: self.model.name.clone(),
@@ -127,6 +163,9 @@ impl Stage {
             bounds: scene.bounds,
             settings: self.model.method_settings.clone(),
             warnings: self.model.warnings.clone(),
+            order_needed: scene.order_needed(),
+            display,
+            automatic_stops,
             load_ms,
         }
     }

@@ -3,11 +3,12 @@
 use super::news::{Compared, News, Picture, SceneSummary};
 use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
 use super::*;
-use catoptric::framebuffer::{EdgeSamples, Framebuffer};
+use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::{Camera, PoseOptions, Role, Scene};
+use catoptric::tone::{Display, ToneCurve};
 use catoptric_scenes::builtin;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
@@ -76,7 +77,18 @@ fn wish(camera: &Camera, methods: &[&str]) -> Wish {
     let sides = methods.iter().copied().map(drawn).collect();
     let (camera, changes) = (camera.clone(), Changes::default());
     let (size, overlays) = ([96, 64], Vec::new());
-    Wish { scene: 1, time: 0.0, changes, camera, size, sides, compares: false, overlays }
+    Wish {
+        scene: 1,
+        time: 0.0,
+        changes,
+        camera,
+        size,
+        sides,
+        has_automatic_order: false,
+        display: Default::default(),
+        compares: false,
+        overlays,
+    }
 }
 
 /// The scene with its shadows.
@@ -96,8 +108,6 @@ fn expected(wish: &Wish, side: usize, samples: u32, options: &PoseOptions) -> Fr
     let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
     let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
     prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
-    // What is shown is made of them; they are not kept.
-    picture.edges = EdgeSamples::default();
     picture
 }
 
@@ -115,6 +125,24 @@ fn drafts_come_first_and_whole_pictures_are_the_librarys() {
     assert_eq!(**pictures[2].linear.as_ref().unwrap(), expected(&wish, 0, 4, &options));
     assert_eq!(**pictures[5].linear.as_ref().unwrap(), expected(&wish, 1, 16, &options));
     assert!(pictures[2].is_whole && pictures[5].is_whole && !pictures[0].is_whole && !pictures[3].is_whole);
+}
+
+/// Another exposure shows the light that is there, and draws nothing.
+#[test]
+fn another_exposure_draws_nothing_anew() {
+    let (mut bench, summary) = Bench::with_scene();
+    assert_eq!(summary.display, Display::default(), "the room is bright enough as it is");
+    let first = wish(&summary.cameras[0], &["auto"]);
+    bench.mailbox.wish(Arc::new(first.clone()));
+    bench.run();
+    let linear = bench.pictures().pop().unwrap().linear.unwrap();
+    let display = Display { exposure_stops: -2.0, curve: ToneCurve::Aces };
+    bench.mailbox.wish(Arc::new(Wish { display, ..first }));
+    bench.run();
+    let pictures = bench.pictures();
+    assert_eq!(pictures.len(), 1, "drawn again");
+    assert_eq!(pictures[0].wish.display, display);
+    assert_eq!(pictures[0].rgba, display.of(&linear).to_srgba8());
 }
 
 #[test]
@@ -296,6 +324,7 @@ fn what_goes_over_the_wire_arrives() {
     sent.changes.looks.insert("floor".into(), catoptric::scene::edits::Look { ior: Some(2.0), ..Default::default() });
     sent.changes.moves.insert("sphere".into(), glam::Vec3::new(0.1, 0.2, 0.3));
     sent.compares = true;
+    sent.display = Display { exposure_stops: 1.5, curve: ToneCurve::Agx };
     sent.overlays = vec![OverlayKind::Paths, OverlayKind::VirtualTriangles, OverlayKind::Tiles];
     let message = wire::request(&wire::Request::Wish(Arc::new(sent.clone()))).unwrap();
     match wire::read_request(message).unwrap() {
@@ -324,7 +353,12 @@ fn what_goes_over_the_wire_arrives() {
     all.push(News::Loaded(Box::new(summary)));
     for mut news in all {
         if let News::Drawn(picture) = &mut news {
-            picture.linear = picture.linear.take().filter(|_| picture.is_whole);
+            let linear = picture.linear.take().filter(|_| picture.is_whole);
+            // The samples of pixels at edges stay behind, too.
+            let pixels = |linear: Arc<Framebuffer>| {
+                Arc::new(Framebuffer::of_pixels(linear.width, linear.height, linear.pixels.clone()))
+            };
+            picture.linear = linear.map(pixels);
             (picture.report.bytes, picture.report.choices) = (Default::default(), Vec::new());
             (picture.report.error_px, picture.report.noise) = (None, None);
         }

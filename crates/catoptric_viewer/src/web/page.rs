@@ -183,14 +183,14 @@ fn text(options: &JsValue, key: &str) -> Option<String> {
 fn read_start(options: &JsValue) -> Result<Start, JsError> {
     let content = Reflect::get(options, &"content".into()).ok().filter(JsValue::is_object);
     let content = content.map(|content| js_sys::Uint8Array::new(&content).to_vec());
-    let number = |key: &str, default: u32| match text(options, key).map(|text| text.parse()) {
-        None => Ok(default),
-        Some(Ok(number)) => Ok(number),
+    let number = |key: &str| match text(options, key).map(|text| text.parse()) {
+        None => Ok(None),
+        Some(Ok(number)) => Ok(Some(number)),
         Some(Err(_)) => Err(JsError::new(&format!("`{key}` must be a whole number"))),
     };
-    let quality = Quality { samples: number("samples", 4)?, order: number("order", 2)? };
+    let (samples, order) = (number("samples")?.unwrap_or(4), number("order")?);
     let counts = catoptric::raster::SAMPLE_COUNTS;
-    if !counts.contains(&quality.samples) || quality.order > 16 {
+    if !counts.contains(&samples) || order.is_some_and(|order: u32| order > 16) {
         return Err(JsError::new(&format!("`samples` must be one of {counts:?}, and `order` at most 16")));
     }
     let method = text(options, "method").unwrap_or_else(|| "auto".into());
@@ -206,7 +206,8 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         method,
         settings,
         against,
-        quality,
+        samples,
+        order,
         camera: text(options, "camera"),
         panels: text(options, "panels").as_deref() != Some("off"),
         bakes: Vec::new(),

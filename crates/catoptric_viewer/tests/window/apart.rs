@@ -61,7 +61,18 @@ fn wish(methods: &[&str], eye_up: f32) -> Wish {
     let sides = methods.iter().map(drawn).collect();
     // Rows that do not fill what devices copy.
     let (changes, overlays) = (Changes::default(), Vec::new());
-    Wish { scene: 1, time: 0.0, changes, camera, size: [97, 64], sides, compares: false, overlays }
+    Wish {
+        scene: 1,
+        time: 0.0,
+        changes,
+        camera,
+        size: [97, 64],
+        sides,
+        has_automatic_order: false,
+        display: Default::default(),
+        compares: false,
+        overlays,
+    }
 }
 
 /// The share of a picture's pixels that are off by more than 0.1 from the library's on the processor.

@@ -1,9 +1,9 @@
 //! A window under test.
 
 use crate::painted::Painted;
-use catoptric::framebuffer::{EdgeSamples, Framebuffer};
+use catoptric::framebuffer::Framebuffer;
 use catoptric::light::visibility::{cast_shadows, shadow_sky};
-use catoptric::methods::{self, Quality};
+use catoptric::methods;
 use catoptric::progress::Silent;
 use catoptric::scene::{PoseOptions, Scene};
 use catoptric_scenes::builtin;
@@ -43,7 +43,8 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
         method: method.into(),
         settings: toml::Table::new(),
         against: against.map(str::to_owned),
-        quality: Quality { samples: 4, order: 2 },
+        samples: 4,
+        order: Some(2),
         camera: None,
         panels: true,
         bakes: Vec::new(),
@@ -115,8 +116,6 @@ pub(crate) fn expected(scene: &Arc<Scene>, wish: &Wish, side: usize) -> Framebuf
     let mut picture = Framebuffer::new(wish.size[0], wish.size[1]);
     let view = scene.view(&wish.camera, wish.size[0], wish.size[1]);
     prepared.frame(&view, &Silent).unwrap().draw(&mut picture, &Silent).unwrap();
-    // What is shown is made of them; they are not kept.
-    picture.edges = EdgeSamples::default();
     picture
 }
 

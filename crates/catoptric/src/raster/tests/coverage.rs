@@ -9,7 +9,7 @@ use super::super::setup::{PictureSetup, SetupTriangle, set_up};
 use super::*;
 use crate::math::lanes::LANES;
 use crate::math::random::Stream;
-use crate::tone::{ToneCurve, displayed};
+use crate::tone::Display;
 
 const SIZE: u32 = TILE as u32;
 
@@ -153,7 +153,7 @@ fn edges_before_a_bright_ground_are_smooth_on_a_screen() {
     for samples in SAMPLE_COUNTS {
         let covered = picture(&view, samples, &sheet, coverage);
         let bright = picture(&view, samples, &sheet, |fragment| Vec3::splat(100.0) - 100.0 * coverage(fragment));
-        let shown = displayed(&bright, 0.0, ToneCurve::None);
+        let shown = Display::default().of(&bright);
         for (index, (shown, covered)) in shown.pixels.iter().zip(&covered.pixels).enumerate() {
             assert!((shown[0].min(1.0) - (1.0 - covered[0])).abs() < 1e-4, "{samples} samples, pixel {index}");
         }

@@ -91,6 +91,9 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
             children.sum += throughput * step.scattered * light.own;
         }
     }
+    if ENDS_IN_ENVIRONMENT && last && role != DIFFUSE && segment.order >= frame.order {
+        children.sum += throughput * light_from_infinity(step, direction, facets_alpha(object, turned.variance));
+    }
     if last || role == DIFFUSE {
         return children;
     }
@@ -126,6 +129,18 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
         children.goes_on[TRANSMIT] = goes_on[TRANSMIT] && carries_light(children.segments[TRANSMIT]);
     }
     return children;
+}
+
+// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this width.
+fn light_from_infinity(step: LightStep, incoming: vec3f, alpha: f32) -> vec3f {
+    var sum = step.reflected * environment_glossy(outgoing(REFLECT, step.facing, incoming, step.eta), alpha);
+    if HAS_LENSES && any(step.transmitted != vec3f(0.0)) {
+        let direction = outgoing(TRANSMIT, step.facing, incoming, step.eta);
+        if any(direction != vec3f(0.0)) {
+            sum += step.transmitted * environment_glossy(direction, alpha);
+        }
+    }
+    return sum;
 }
 
 // The own light of a mirror whose reflection fades with the distance of what it shows, at this weight.

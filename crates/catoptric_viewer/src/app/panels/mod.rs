@@ -9,6 +9,7 @@ use super::hand::Tool;
 use super::take_away::{self, files};
 use super::{Viewer, settings};
 use crate::studio::order::Source;
+use catoptric::tone::ToneCurve;
 use catoptric_scenes::builtin;
 use eframe::egui::{
     CollapsingHeader, Color32, ComboBox, DragValue, Grid, Panel, ProgressBar, RichText, ScrollArea, Sense, Slider, Ui,
@@ -117,9 +118,33 @@ fn view(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut viewer.tool, Tool::Turn, "turn the view").on_hover_text("M changes");
             ui.selectable_value(&mut viewer.tool, Tool::Move, "move objects").on_hover_text("M changes");
         });
+        display(viewer, ui);
         let help =
             "drag: turn; shift or middle button: shift; right button: look around; wheel: nearer; W A S D Q E: fly";
         ui.weak(help);
+    });
+}
+
+/// The exposure and the tone curve.
+fn display(viewer: &mut Viewer, ui: &mut Ui) {
+    let automatic = viewer.scene.as_ref().map(|scene| scene.automatic_stops);
+    let display = &mut viewer.display;
+    ui.horizontal(|ui| {
+        let name = ui.label("exposure").id;
+        let stops = DragValue::new(&mut display.exposure_stops).range(-16.0..=16.0).speed(0.05).suffix(" EV");
+        ui.add(stops.max_decimals(2)).labelled_by(name);
+        let about = "the exposure that makes the first view of middle brightness";
+        if let (true, Some(stops)) = (ui.button("fit").on_hover_text(about).clicked(), automatic) {
+            display.exposure_stops = stops;
+        }
+        let name = ui.label("tone").id;
+        let shown = |curve: ToneCurve| if curve == ToneCurve::None { "linear" } else { curve.name() };
+        let list = ComboBox::from_id_salt(name).selected_text(shown(display.curve)).width(70.0).show_ui(ui, |ui| {
+            for (curve, _) in ToneCurve::NAMES {
+                ui.selectable_value(&mut display.curve, curve, shown(curve));
+            }
+        });
+        list.response.labelled_by(name);
     });
 }
 
@@ -135,13 +160,23 @@ fn method(viewer: &mut Viewer, ui: &mut Ui) {
         choice(viewer, ui, 0);
         Grid::new("quality").num_columns(2).show(ui, |ui| {
             let name = ui.label("order").on_hover_text("Highest number of reflections and refractions on a path").id;
-            ui.add(DragValue::new(&mut viewer.quality.order).range(0..=16).speed(0.05)).labelled_by(name);
+            ui.horizontal(|ui| {
+                let needed = viewer.scene.as_ref().map_or(2, |scene| scene.order_needed);
+                let mut order = viewer.order.unwrap_or(needed);
+                if ui.add(DragValue::new(&mut order).range(0..=16).speed(0.05)).labelled_by(name).changed() {
+                    viewer.order = Some(order);
+                }
+                let about = "what the scene needs; light from infinity where paths end";
+                if ui.selectable_label(viewer.order.is_none(), "as needed").on_hover_text(about).clicked() {
+                    viewer.order = if viewer.order.is_some() { None } else { Some(needed) };
+                }
+            });
             ui.end_row();
             let name = ui.label("samples").on_hover_text("Antialiasing samples a pixel").id;
-            let shown = viewer.quality.samples.to_string();
+            let shown = viewer.samples.to_string();
             let list = ComboBox::from_id_salt(name).selected_text(shown).show_ui(ui, |ui| {
                 for samples in catoptric::raster::SAMPLE_COUNTS {
-                    ui.selectable_value(&mut viewer.quality.samples, samples, samples.to_string());
+                    ui.selectable_value(&mut viewer.samples, samples, samples.to_string());
                 }
             });
             list.response.labelled_by(name);

@@ -2,8 +2,10 @@
 
 use super::super::Viewer;
 use crate::studio::order::{Drawn, RoleChange, Source, Wish};
+use catoptric::methods::Quality;
 use catoptric::output::shell_word;
 use catoptric::scene::{Projection, Role};
+use catoptric::tone::Display;
 use glam::Vec3;
 
 /// The command that draws the left side, to be typed or pasted.
@@ -59,7 +61,8 @@ fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -
         }
     }
     words.extend(method(drawn));
-    words.extend(quality(drawn));
+    words.extend(quality(wish));
+    words.extend(display(wish.display));
     words.extend(["-o", "picture.png"].map(String::from));
     Ok(words)
 }
@@ -78,8 +81,15 @@ pub(super) fn settings(drawn: &Drawn) -> impl Iterator<Item = String> {
     })
 }
 
-fn quality(drawn: &Drawn) -> [String; 2] {
-    [format!("--samples={}", drawn.quality.samples), format!("--order={}", drawn.quality.order)]
+fn quality(wish: &Wish) -> [String; 2] {
+    let Quality { samples, order } = wish.sides[0].quality;
+    let order = if wish.has_automatic_order { "auto".into() } else { order.to_string() };
+    [format!("--samples={samples}"), format!("--order={order}")]
+}
+
+/// The options for the exposure and the tone curve.
+fn display(Display { exposure_stops, curve }: Display) -> [String; 2] {
+    [format!("--exposure={exposure_stops}"), format!("--tone={}", curve.name())]
 }
 
 /// The options for the view of a saved scene, which has the camera if that is a perspective one; `camera` is the
@@ -94,6 +104,7 @@ pub(super) fn view(wish: &Wish, camera: Option<usize>) -> Result<Vec<String>, St
         let camera = camera.ok_or("an orthographic camera that was moved cannot be told to the program")?;
         words.push(format!("--camera={camera}"));
     }
-    words.extend(quality(&wish.sides[0]));
+    words.extend(quality(wish));
+    words.extend(display(wish.display));
     Ok(words)
 }

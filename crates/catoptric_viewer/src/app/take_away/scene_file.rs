@@ -103,7 +103,18 @@ mod tests {
         changes.moves.insert("sphere".into(), Vec3::new(0.25, 0.0, -0.125));
         let sides = vec![Drawn { method: "environment_map".into(), settings, quality }];
         let (size, overlays) = ([64, 64], Vec::new());
-        let wish = Wish { scene: 1, time: 0.0, changes, camera, size, sides, compares: false, overlays };
+        let wish = Wish {
+            scene: 1,
+            time: 0.0,
+            changes,
+            camera,
+            size,
+            sides,
+            has_automatic_order: false,
+            display: Default::default(),
+            compares: false,
+            overlays,
+        };
         let shown = model.pose(&wish.changes.pose_at(0.0).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("saved.toml");

@@ -11,6 +11,7 @@ use std::sync::Arc;
 pub(in crate::studio) fn compare(wish: &Arc<Wish>, [left, right]: [Arc<Framebuffer>; 2], tell: Tell) {
     let wish = wish.clone();
     let work = move || {
+        let [left, right] = [left, right].map(|picture| wish.display.exposed(&picture));
         let Ok(comparison) = Comparison::new(&left, &right) else { return };
         let error = comparison.whole();
         let compared = Compared {

@@ -7,6 +7,7 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::{Prepared, Quality, Report};
 use catoptric::progress::Progress;
 use catoptric::scene::{Scene, View};
+use catoptric::tone::Display;
 use catoptric_gpu::{Encoding, Reading};
 use std::sync::Arc;
 
@@ -74,7 +75,15 @@ impl Means {
     }
 
     /// Draws a view, or begins to: of drafts on the window's device a texture alone.
-    pub(super) fn draw(&mut self, view: &View, is_draft: bool, progress: &dyn Progress) -> Result<Begun, RenderError> {
+    pub(super) fn draw(
+        &mut self,
+        view: &View,
+        (is_draft, display): (bool, Display),
+        progress: &dyn Progress,
+    ) -> Result<Begun, RenderError> {
+        if let Self::Gpu(device) = self {
+            device.renderer.set_display(display);
+        }
         let picture = || Framebuffer::new(view.width, view.height);
         Ok(match self {
             Self::Gpu(device) if !device.waits => {

@@ -9,11 +9,9 @@ use crate::studio::news::{News, Picture};
 use crate::studio::order::{Drawn, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
-use catoptric::framebuffer::EdgeSamples;
 use catoptric::methods::{self, Prepared, Quality, Report};
 use catoptric::progress::{Cancelled, Progress};
 use catoptric::scene::Scene;
-use catoptric::tone::{ToneCurve, displayed};
 use catoptric_bake::{BakeChoice, Shelf};
 use catoptric_gpu::{Pixels, Reading};
 use std::sync::Arc;
@@ -137,7 +135,7 @@ impl Side {
         let view = scene.view(&wish.camera, size[0], size[1]);
         let watches = [of_all, Stopwatch::new()];
         let plan = Plan { wish: wish.clone(), side, fineness, quality, scale, size, report, watches };
-        match prepared.means.draw(&view, is_draft, &drawing) {
+        match prepared.means.draw(&view, (is_draft, wish.display), &drawing) {
             Ok(Begun::Done(canvas, report)) => Ok(Outcome::Picture(Box::new(self.complete(plan, canvas, report)))),
             Ok(Begun::OnItsWay(reading)) => Ok(Outcome::OnItsWay(Box::new(OnItsWay { plan, reading }))),
             Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
@@ -217,10 +215,8 @@ impl Side {
             processor.clone_from(&prepared.processor);
         }
         let (rgba, linear, texture) = match canvas {
-            Canvas::Linear(mut linear) => {
-                let rgba = displayed(&linear, 0.0, ToneCurve::None).to_srgba8();
-                // Known only for what is shown.
-                linear.edges = EdgeSamples::default();
+            Canvas::Linear(linear) => {
+                let rgba = wish.display.of(&linear).to_srgba8();
                 (rgba, Some(Arc::new(linear)), None)
             }
             Canvas::Srgba8(bytes) => (bytes, None, None),

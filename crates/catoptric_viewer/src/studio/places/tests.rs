@@ -27,6 +27,8 @@ fn room(spec: &str) -> Room {
         camera: scene.camera(None, 1.0).unwrap(),
         size: [640, 480],
         sides: vec![Drawn { method: "auto".into(), settings: toml::Table::new(), quality }],
+        has_automatic_order: false,
+        display: Default::default(),
         compares: false,
         overlays: Vec::new(),
     };

@@ -1,7 +1,7 @@
 //! What a scene holds, as text.
 
 use super::WireError;
-use super::wish::{WireCamera, WireLook, role_of};
+use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
 use crate::studio::news::{ObjectSummary, SceneSummary};
 use catoptric::math::Aabb;
 use glam::Vec3;
@@ -19,6 +19,9 @@ pub(super) struct WireScene {
     bounds: [[f32; 3]; 2],
     settings: BTreeMap<String, toml::Table>,
     warnings: Vec<String>,
+    order_needed: u32,
+    display: WireDisplay,
+    automatic_stops: f32,
     load_ms: f64,
 }
 
@@ -54,6 +57,9 @@ impl From<&SceneSummary> for WireScene {
             bounds: corners(&summary.bounds),
             settings: summary.settings.clone(),
             warnings: summary.warnings.clone(),
+            order_needed: summary.order_needed,
+            display: WireDisplay::from(summary.display),
+            automatic_stops: summary.automatic_stops,
             load_ms: summary.load_ms,
         }
     }
@@ -82,6 +88,9 @@ impl WireScene {
             bounds: read_bounds(self.bounds),
             settings: self.settings,
             warnings: self.warnings,
+            order_needed: self.order_needed,
+            display: self.display.read()?,
+            automatic_stops: self.automatic_stops,
             load_ms: self.load_ms,
         })
     }

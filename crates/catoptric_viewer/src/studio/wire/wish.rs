@@ -5,6 +5,7 @@ use crate::studio::order::{Changes, Drawn, RoleChange, Wish};
 use catoptric::methods::Quality;
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Projection, Role};
+use catoptric::tone::{Display, ToneCurve};
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -18,8 +19,16 @@ pub(super) struct WireWish {
     camera: WireCamera,
     size: [u32; 2],
     sides: Vec<(String, toml::Table, u32, u32)>,
+    has_automatic_order: bool,
+    display: WireDisplay,
     compares: bool,
     overlays: Vec<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct WireDisplay {
+    exposure_stops: f32,
+    curve: String,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -40,8 +49,8 @@ pub(super) struct WireCamera {
 
 impl From<&Wish> for WireWish {
     fn from(wish: &Wish) -> Self {
-        let Wish { scene, time, changes: Changes { roles, looks, moves }, camera, size, sides, compares, overlays } =
-            wish;
+        let Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays } = wish;
+        let Changes { roles, looks, moves } = changes;
         let side = |Drawn { method, settings, quality }: &Drawn| {
             (method.clone(), settings.clone(), quality.samples, quality.order)
         };
@@ -55,6 +64,8 @@ impl From<&Wish> for WireWish {
             camera: WireCamera::from(camera),
             size: *size,
             sides: sides.iter().map(side).collect(),
+            has_automatic_order: *has_automatic_order,
+            display: WireDisplay::from(*display),
             compares: *compares,
             overlays: overlays.iter().map(|kind| kind.name().into()).collect(),
         }
@@ -63,7 +74,8 @@ impl From<&Wish> for WireWish {
 
 impl WireWish {
     pub(super) fn read(self) -> Result<Wish, WireError> {
-        let Self { scene, time, roles, looks, moves, camera, size, sides, compares, overlays } = self;
+        let Self { scene, time, roles, looks, moves, camera, size, sides, .. } = self;
+        let Self { has_automatic_order, display, compares, overlays, .. } = self;
         let role =
             |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
         let side = |(method, settings, samples, order)| Drawn { method, settings, quality: Quality { samples, order } };
@@ -74,7 +86,22 @@ impl WireWish {
         };
         let (camera, sides) = (camera.read()?, sides.into_iter().map(side).collect());
         let overlays = overlays.iter().map(|name| kind_of(name)).collect::<Result<_, _>>()?;
-        Ok(Wish { scene, time, changes, camera, size, sides, compares, overlays })
+        let display = display.read()?;
+        Ok(Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays })
+    }
+}
+
+impl From<Display> for WireDisplay {
+    fn from(Display { exposure_stops, curve }: Display) -> Self {
+        Self { exposure_stops, curve: curve.name().into() }
+    }
+}
+
+impl WireDisplay {
+    pub(super) fn read(self) -> Result<Display, WireError> {
+        let found = ToneCurve::NAMES.into_iter().find(|(_, name)| *name == self.curve);
+        let (curve, _) = found.ok_or_else(|| WireError::new(format!("there is no tone curve `{}`", self.curve)))?;
+        Ok(Display { exposure_stops: self.exposure_stops, curve })
     }
 }
 
