@@ -83,18 +83,19 @@ pub fn draw_paths(
     paths: Vec<PathGeometry>,
     target: &mut Framebuffer,
 ) -> Result<RasterReport, RenderError> {
-    draw_paths_with(job, paths, MapsInView::default(), target)
+    draw_paths_with(job, paths, MapsInView::default(), target).map(|(report, _)| report)
 }
 
 /// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them. Maps of far
-/// objects are seen behind paths.
+/// objects are seen behind paths. With the number of fragments whose paths end at the highest order.
 pub(in crate::methods::projection) fn draw_paths_with(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
     maps: MapsInView<'_>,
     target: &mut Framebuffer,
-) -> Result<RasterReport, RenderError> {
+) -> Result<(RasterReport, u64), RenderError> {
     let lists = lists::draw_lists(job, paths, maps.whole, EndsOfPaths::Environment);
     let shader = PathShader::new(job.scene, job.view, job.quality.samples).with_maps(maps, job.quality.order);
-    raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)
+    let report = raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)?;
+    Ok((report, shader.ended_count()))
 }

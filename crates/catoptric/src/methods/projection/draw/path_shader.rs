@@ -202,7 +202,7 @@ impl<'a> PathShader<'a> {
 
     /// The number of paths so far that ended at the highest order while they carried light that is seen: one a fragment
     /// at reflectors, one a ray beyond surfaces with lobes.
-    pub(super) fn ended_count(&self) -> u64 {
+    pub(in crate::methods::projection) fn ended_count(&self) -> u64 {
         self.ended.load(Ordering::Relaxed)
     }
 

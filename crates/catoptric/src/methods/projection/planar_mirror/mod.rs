@@ -155,6 +155,7 @@ impl Frame for MirrorFrame<'_> {
         }
         let shader = PathShader::new(scene, &self.view, quality.samples);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
+        report.counts.insert("paths_ended", shader.ended_count());
         Ok(report)
     }
 

@@ -176,7 +176,9 @@ impl VirtualScene {
             Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
             None => {
                 report.warnings.extend(report::rough_mirrors(job.scene));
-                report.add_raster(&draw_paths_with(job, paths, maps, target)?);
+                let (raster, ended) = draw_paths_with(job, paths, maps, target)?;
+                report.add_raster(&raster);
+                report.counts.insert("paths_ended", ended);
             }
         }
         Ok(report)
