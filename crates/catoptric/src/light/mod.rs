@@ -2,6 +2,7 @@
 
 pub(crate) mod bumps;
 pub(crate) mod cube_map;
+mod light_through;
 pub(crate) mod parallax_proxy;
 pub mod path_tracer;
 pub mod radiance_field;

@@ -2,6 +2,7 @@
 
 pub use super::wide_hierarchy::has_extent;
 
+use super::light_through::LightThrough;
 #[cfg(target_arch = "x86_64")]
 use super::wide_hierarchy::Avx2;
 use super::wide_hierarchy::{
@@ -9,11 +10,9 @@ use super::wide_hierarchy::{
 };
 use crate::scene::hit::{Hit, PrimitiveHit};
 use crate::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
-use crate::scene::{AlphaMode, Light, LightVisibility, Ray, RayDifferential, Scene, ViewRays};
+use crate::scene::{AlphaMode, Light, Ray, RayDifferential, Scene, ViewRays};
 use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::{Vec2, Vec3};
-use std::any::Any;
-use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -39,8 +38,8 @@ impl Tracer {
         let objects: Vec<[bool; 2]> =
             (0..scene.objects.len() as u32).map(|object| [include(object), is_partial(object)]).collect();
         let of_shadows = scene.light_visibility.as_ref().and_then(|means| {
-            let means: &dyn Any = &**means;
-            means.downcast_ref::<Self>().filter(|known| known.objects == objects)
+            let known: Option<&Self> = means.hierarchy().downcast_ref();
+            known.filter(|known| known.objects == objects)
         });
         let hierarchy = match of_shadows {
             Some(known) => known.hierarchy.clone(),
@@ -129,30 +128,36 @@ impl Tracer {
         self.walk(scene, ray, 0.0).is_blocked(distance)
     }
 
-    /// The same for the ways from some points to a light: whether each is blocked. They share what they may meet.
-    pub(crate) fn find_blocked(
+    /// The share of light that goes straight on along a ray to a distance, where some objects let light pass: no list
+    /// of them where none does.
+    pub(crate) fn passing(&self, scene: &Scene, ray: &Ray, distance: f32, clear: &[bool]) -> Vec3 {
+        self.walk(scene, ray, 0.0).passing(distance, clear)
+    }
+
+    /// The same for the ways from some points to a light. They share what they may meet.
+    pub(crate) fn find_passing(
         &self,
         scene: &Scene,
-        light: &Light,
-        points: &[Vec3],
+        (light, points): (&Light, &[Vec3]),
+        clear: &[bool],
         treelet: &mut Treelet,
-        blocked: &mut [bool],
+        passing: &mut [Vec3],
     ) {
         let beam = if points.len() < FEW_POINTS { None } else { Beam::to_light(light, points) };
         if let Some(beam) = &beam {
             gather(&self.hierarchy, beam, treelet);
         }
         let treelet = beam.map(|_| &*treelet);
-        for (point, blocked) in points.iter().zip(blocked) {
-            *blocked = light
-                .way_from(*point)
-                .is_some_and(|(ray, distance)| Walk { treelet, ..self.walk(scene, &ray, 0.0) }.is_blocked(distance));
+        for (point, passing) in points.iter().zip(passing) {
+            *passing = light.way_from(*point).map_or(Vec3::ONE, |(ray, distance)| {
+                Walk { treelet, ..self.walk(scene, &ray, 0.0) }.passing(distance, clear)
+            });
         }
     }
 
     #[inline(always)]
     fn walk<'a>(&'a self, scene: &'a Scene, ray: &'a Ray, near: f32) -> Walk<'a> {
-        Walk { hierarchy: &self.hierarchy, treelet: None, scene, ray, near, objects: None }
+        Walk { hierarchy: &self.hierarchy, treelet: None, scene, ray, near, objects: None, through: None }
     }
 
     #[inline(always)]
@@ -232,25 +237,6 @@ impl Tracer {
     }
 }
 
-/// The means of a scene to tell what casts shadows: a hierarchy over all objects that do.
-impl LightVisibility for Tracer {
-    fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool {
-        Self::is_blocked(self, scene, ray, distance)
-    }
-
-    fn find_hidden(&self, scene: &Scene, light: &Light, points: &[Vec3], hidden: &mut [bool]) {
-        thread_local! {
-            /// Buffers of a thread.
-            static TREELET: RefCell<Treelet> = RefCell::default();
-        }
-        TREELET.with_borrow_mut(|treelet| self.find_blocked(scene, light, points, treelet, hidden));
-    }
-
-    fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
-        Some(Arc::new(self.refitted(scene)?))
-    }
-}
-
 /// A ray's way through the hierarchy.
 struct Walk<'a> {
     hierarchy: &'a WideHierarchy,
@@ -260,6 +246,8 @@ struct Walk<'a> {
     near: f32,
     /// The objects that are met, if not all are.
     objects: Option<&'a [bool]>,
+    /// What light passes on the way, if some objects let it.
+    through: Option<&'a LightThrough<'a>>,
 }
 
 impl Walk<'_> {
@@ -296,6 +284,36 @@ impl Walk<'_> {
         self.is_blocked_in::<Portable>(distance)
     }
 
+    /// The share of light that goes straight on to a distance.
+    fn passing(self, distance: f32, clear: &[bool]) -> Vec3 {
+        if clear.is_empty() {
+            return if self.is_blocked(distance) { Vec3::ZERO } else { Vec3::ONE };
+        }
+        let through = LightThrough::new(clear);
+        let walk = Walk { through: Some(&through), ..self };
+        if walk.is_blocked(distance) { Vec3::ZERO } else { through.passed() }
+    }
+
+    /// Returns true if light is stopped where its ray meets a triangle, and notes what passes where some does.
+    #[inline(always)]
+    fn stops_light(&self, hit: &TriangleHit) -> bool {
+        self.passes::<false>(hit)
+            && self.through.is_none_or(|through| !through.pass_triangle(self.scene, self.ray, hit))
+    }
+
+    /// The same for the surface of an object: the distance at which it stops light.
+    #[inline(always)]
+    fn surface_that_stops_light(&self, object: u32, far: f32) -> Option<f32> {
+        let Some(through) = self.through.filter(|through| through.lets_pass(object)) else {
+            return self.surface(object, far);
+        };
+        let Self { scene, ray, near, .. } = *self;
+        if let Some(surface) = &scene.objects[object as usize].surface {
+            through.pass_surface(scene, ray, (object, surface), [near, far]);
+        }
+        None
+    }
+
     /// Returns true if a ray is stopped where it meets a triangle. Rays of sight pass holes and the backs of one-sided
     /// surfaces, rays to lights pass holes alone.
     #[inline(always)]
@@ -320,8 +338,8 @@ impl Walk<'_> {
     #[inline(always)]
     fn is_blocked_in<S: SignBits>(&self, distance: f32) -> bool {
         let Self { hierarchy, treelet, ray, .. } = *self;
-        let passes = |hit: &TriangleHit| self.passes::<false>(hit);
-        let surface = |object: u32, far: f32| self.surface(object, far);
+        let passes = |hit: &TriangleHit| self.stops_light(hit);
+        let surface = |object: u32, far: f32| self.surface_that_stops_light(object, far);
         if let Some(treelet) = treelet
             && let Some(is_blocked) = treelet.meets_any::<S>(hierarchy, ray, distance, passes, surface)
         {
@@ -559,12 +577,13 @@ mod tests {
             let kind = if cluster % 2 == 0 { LightKind::Directional } else { LightKind::Point { range } };
             let light = Light { kind, intensity: Vec3::ONE, position, direction };
             let points: Vec<Vec3> = (0..24).map(|_| middle + point(size)).collect();
-            let mut found = [false; 24];
-            tracer.find_blocked(&scene, &light, &points, &mut treelet, &mut found);
+            let mut found = [Vec3::ONE; 24];
+            tracer.find_passing(&scene, (&light, &points), &[], &mut treelet, &mut found);
             for (point, found) in points.iter().zip(found) {
                 let (ray, distance) = light.way_from(*point).unwrap();
-                assert_eq!(found, tracer.is_blocked(&scene, &ray, distance), "{light:?} from {point}");
-                counts[usize::from(found)] += 1;
+                let is_hidden = tracer.is_blocked(&scene, &ray, distance);
+                assert_eq!(found, if is_hidden { Vec3::ZERO } else { Vec3::ONE }, "{light:?} from {point}");
+                counts[usize::from(is_hidden)] += 1;
             }
         }
         assert!(counts.iter().all(|count| *count > 1000), "{counts:?}");

@@ -1,15 +1,53 @@
-//! Shadows of lights: which surfaces cast them, and rays that tell whether a light is seen.
+//! Shadows of lights: which surfaces cast them, and rays that tell how much of a light arrives.
 
 use super::tracer::Tracer;
-use crate::scene::{AlphaMode, LightVisibility, Material, Role, Scene};
+use super::wide_hierarchy::Treelet;
+use crate::scene::{AlphaMode, Light, LightVisibility, Material, Ray, Role, Scene};
+use glam::Vec3;
+use std::any::Any;
+use std::cell::RefCell;
 use std::sync::Arc;
+
+/// What stands between lights and surfaces.
+#[derive(Debug)]
+struct ShadowRays {
+    /// Of all objects that stop or weaken light.
+    tracer: Tracer,
+    /// Which objects let light pass; empty: none of them.
+    clear: Vec<bool>,
+}
+
+impl LightVisibility for ShadowRays {
+    fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3 {
+        self.tracer.passing(scene, ray, distance, &self.clear)
+    }
+
+    fn find_passing(&self, scene: &Scene, light: &Light, points: &[Vec3], passing: &mut [Vec3]) {
+        thread_local! {
+            /// Buffers of a thread.
+            static TREELET: RefCell<Treelet> = RefCell::default();
+        }
+        TREELET.with_borrow_mut(|treelet| {
+            self.tracer.find_passing(scene, (light, points), &self.clear, treelet, passing);
+        });
+    }
+
+    fn hierarchy(&self) -> &dyn Any {
+        &self.tracer
+    }
+
+    fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        Some(Arc::new(Self { tracer: self.tracer.refitted(scene)?, clear: self.clear.clone() }))
+    }
+}
 
 /// Gives a scene with lights shadows: from then on every method asks rays whether a light is seen from a point that it
 /// shades. Without lights nothing changes.
 ///
-/// Shadows are hard. Mirrors and opaque surfaces cast them, with their holes where alpha is low. Glass does not, as its
-/// light goes on (where it gathers is not calculated), and what is unlit does not: skies and light panels are made of
-/// it. The means belong to the scene: they are made anew for every pose.
+/// Shadows are hard. Mirrors and opaque surfaces cast them, with their holes where alpha is low. Glass and veils weaken
+/// and tint what goes straight on through them: by what they cover and reflect, by their colour, and by what a body
+/// absorbs. That glass bends light, and where it gathers, is not calculated. What is unlit casts none: skies and light
+/// panels are made of it. The means belong to the scene: they are made anew for every pose.
 pub fn cast_shadows(scene: &mut Scene) {
     scene.light_visibility = None;
     if !scene.lights.is_empty() {
@@ -18,8 +56,15 @@ pub fn cast_shadows(scene: &mut Scene) {
 }
 
 fn means(scene: &Scene) -> Arc<dyn LightVisibility> {
-    let casts = |object: u32| casts_shadows(scene.material_of(object));
-    Arc::new(Tracer::build(scene, casts))
+    let tracer = Tracer::build(scene, |object| !scene.material_of(object).unlit);
+    Arc::new(ShadowRays { tracer, clear: clear(scene) })
+}
+
+/// Which objects let light pass; empty: none of them.
+fn clear(scene: &Scene) -> Vec<bool> {
+    let is_clear = |object: u32| scene.material_of(object).lets_light_pass();
+    let clear: Vec<bool> = (0..scene.objects.len() as u32).map(is_clear).collect();
+    if clear.contains(&true) { clear } else { Vec::new() }
 }
 
 /// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it, and the light of
@@ -69,8 +114,9 @@ pub fn shadow_sky_as(before: &Scene, scene: &mut Scene) {
 
 /// Returns true if the same triangles cast shadows at two moments of a scene.
 fn casts_as(before: &Scene, scene: &Scene) -> bool {
-    let casting = |scene: &Scene| -> Vec<bool> {
-        (0..scene.objects.len() as u32).map(|object| casts_shadows(scene.material_of(object))).collect()
+    let casting = |scene: &Scene| -> Vec<[bool; 2]> {
+        let materials = (0..scene.objects.len() as u32).map(|object| scene.material_of(object));
+        materials.map(|material| [material.unlit, material.lets_light_pass()]).collect()
     };
     before.triangles == scene.triangles
         && before.triangle_objects == scene.triangle_objects
@@ -82,9 +128,9 @@ fn means_as(before: &Scene, scene: &Scene) -> Arc<dyn LightVisibility> {
     known.and_then(|known| known.moved_to(scene)).unwrap_or_else(|| means(scene))
 }
 
-/// Returns true for the materials of objects that cast shadows.
+/// Returns true for the materials of objects that cast shadows where nothing but opaque things and glass is known, as
+/// on devices: what lets half of the light pass or more, lets all of it pass there.
 pub fn casts_shadows(material: &Material) -> bool {
-    // A surface that lets half of the light pass or more lets all of it pass here.
     let blends = material.alpha_mode == AlphaMode::Blend && material.base_color.w <= 0.5;
     let passes = blends || material.lobes().is_some_and(|lobes| lobes.transmission >= 0.5);
     material.role != Role::Lens && !material.unlit && !passes

@@ -4,7 +4,7 @@
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as};
 use catoptric::methods::Quality;
 use catoptric::scene::model::{LightAsset, LocalTransform, Node};
-use catoptric::scene::{Camera, LightKind, Material, Role, Scene};
+use catoptric::scene::{AlphaMode, Camera, LightKind, Material, Scene};
 use catoptric_testkit::drawing::picture;
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::Vec3;
@@ -104,12 +104,65 @@ fn a_ball_hides_the_lamp_from_a_cone_behind_it() {
 }
 
 #[test]
-fn glass_and_unlit_surfaces_cast_no_shadows() {
+fn unlit_surfaces_cast_no_shadows() {
     let unlit = Material { unlit: true, ..Material::diffuse("sky", Vec3::ONE) };
-    for ball in [Material::glass("ball", 1.5), unlit] {
-        assert_eq!(ball.role == Role::Lens, !ball.unlit);
-        let places = floor(&with_shadows(floor_and_ball(ball, false).build()));
-        assert!(places.iter().all(|(_, light)| *light > 0.0));
+    let places = floor(&with_shadows(floor_and_ball(unlit, false).build()));
+    assert!(places.iter().all(|(_, light)| *light > 0.0));
+}
+
+/// The share of light that enters glass, by Fresnel's equations.
+fn entering(cosine: f32, ior: f32) -> f32 {
+    let within = (1.0 - (1.0 - cosine * cosine) / (ior * ior)).sqrt();
+    let across = (cosine - ior * within) / (cosine + ior * within);
+    let along = (within - ior * cosine) / (within + ior * cosine);
+    1.0 - 0.5 * (across * across + along * along)
+}
+
+/// The light of the lamp on the floor beneath a ball, beside that without it, and how near its middle light passes, in
+/// radii: where that is not at the rim.
+fn light_through(ball: Material, is_mesh: bool) -> Vec<(f32, [f32; 3])> {
+    let builder = || floor_and_ball(ball.clone(), is_mesh);
+    let [without, with] = [builder().build(), with_shadows(builder().build())]
+        .map(|scene| picture("reference", "", &scene, &scene.default_view(120, 120), Quality { samples: 1, order: 0 }));
+    let view = builder().build().default_view(120, 120);
+    let mut all = Vec::new();
+    for (pixel, (without, with)) in without.pixels.iter().zip(&with.pixels).enumerate() {
+        let ray = view.ray((pixel % 120) as f32 + 0.5, (pixel / 120) as f32 + 0.5);
+        let at = ray.origin + ray.direction * (-ray.origin.y / ray.direction.y);
+        let towards = (LAMP - at).normalize();
+        let aside = (CENTER - at).reject_from_normalized(towards).length() / RADIUS;
+        let is_floor_seen = (CENTER - ray.origin).reject_from_normalized(ray.direction).length() > RADIUS * 1.05;
+        if is_floor_seen && aside < 0.85 && without[0] > 0.0 {
+            all.push((aside, [0, 1, 2].map(|channel| with[channel] / without[channel])));
+        }
+    }
+    assert!(all.len() > 50, "{}", all.len());
+    all
+}
+
+#[test]
+fn glass_weakens_and_tints_light() {
+    let absorption = Vec3::new(0.2, 1.5, 0.0);
+    for is_mesh in [false, true] {
+        let ball = Material { absorption, ..Material::glass("ball", 1.5) };
+        for (aside, light) in light_through(ball, is_mesh) {
+            let cosine = (1.0 - aside * aside).sqrt();
+            for channel in 0..3 {
+                let through = (-absorption[channel] * 2.0 * RADIUS * cosine).exp();
+                let expected = entering(cosine, 1.5).powi(2) * through;
+                assert!((light[channel] - expected).abs() < 0.02, "{aside} {channel}: {} {expected}", light[channel]);
+            }
+        }
+    }
+}
+
+#[test]
+fn veils_let_pass_what_they_do_not_cover() {
+    let veil = Material::diffuse("veil", Vec3::new(0.9, 0.1, 0.1));
+    let veil = Material { base_color: veil.base_color.with_w(0.3), alpha_mode: AlphaMode::Blend, ..veil };
+    for (_, light) in light_through(veil, true) {
+        // The front and the back of the ball.
+        assert!(light.iter().all(|light| (light - 0.49).abs() < 1e-4), "{light:?}");
     }
 }
 

@@ -1,25 +1,29 @@
-//! Shadows: whether a light is seen from where it shines on.
+//! Shadows: how much of a light arrives where it shines on.
 
 use super::{Light, Ray, Scene};
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
 use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 /// The means of a scene to tell what stands between two points, for shadows of lights.
-pub trait LightVisibility: Any + Debug + Send + Sync {
-    /// Returns true if a surface that casts shadows meets a ray nearer than a distance. The scene is the one that the
-    /// means were made for.
-    fn is_blocked(&self, scene: &Scene, ray: &Ray, distance: f32) -> bool;
+pub trait LightVisibility: Debug + Send + Sync {
+    /// The share of light of each colour that goes straight on along a ray to a distance: 0 behind what is opaque, 1
+    /// where nothing stands. The scene is the one that the means were made for.
+    fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3;
 
-    /// Sets which of several points, above the surfaces that they belong to, do not see a light: as many as there are
-    /// points. The same as one after the other, but faster where they are near each other.
-    fn find_hidden(&self, scene: &Scene, light: &Light, points: &[Vec3], hidden: &mut [bool]) {
-        for (point, hidden) in points.iter().zip(hidden) {
-            *hidden = light.way_from(*point).is_some_and(|(ray, distance)| self.is_blocked(scene, &ray, distance));
+    /// Sets the shares of a light that arrive at several points, above the surfaces that they belong to: as many as
+    /// there are points. The same as one after the other, but faster where they are near each other.
+    fn find_passing(&self, scene: &Scene, light: &Light, points: &[Vec3], passing: &mut [Vec3]) {
+        for (point, passing) in points.iter().zip(passing) {
+            let way = light.way_from(*point);
+            *passing = way.map_or(Vec3::ONE, |(ray, distance)| self.passing(scene, &ray, distance));
         }
     }
+
+    /// The hierarchy of what stands in the way, which rays of sight use as well if it is of the same objects.
+    fn hierarchy(&self) -> &dyn Any;
 
     /// The means for another moment of the scene, in which the same triangles are elsewhere; `None` if they have to be
     /// made anew.
@@ -78,22 +82,22 @@ impl ShadowStart {
         Self { origin: position + normal * (OFFSET * coordinate_size.max(f32::MIN_POSITIVE)) }
     }
 
-    /// Returns true if a light is seen from here; without means to tell, it is.
+    /// The share of a light that arrives here; without means to tell, all of it.
     #[inline]
-    pub(super) fn sees(&self, scene: &Scene, light: &Light) -> bool {
-        let Some(visibility) = &scene.light_visibility else { return true };
+    pub(super) fn passing(&self, scene: &Scene, light: &Light) -> Vec3 {
+        let Some(visibility) = &scene.light_visibility else { return Vec3::ONE };
         let way = light.way_from(self.origin);
-        way.is_none_or(|(ray, distance)| !visibility.is_blocked(scene, &ray, distance))
+        way.map_or(Vec3::ONE, |(ray, distance)| visibility.passing(scene, &ray, distance))
     }
 }
 
-/// Takes the strength of a light away at points that do not see it: `starts` by lane, of those lanes that matter.
+/// Takes light away at points that it does not reach, or not all of it: `starts` by lane, of those lanes that matter.
 #[inline(always)]
 pub(super) fn hide<const N: usize>(
     scene: &Scene,
     light: &Light,
     starts: impl Iterator<Item = (usize, ShadowStart)>,
-    strength: &mut Lanes<N>,
+    (strength, color): (&mut Lanes<N>, &mut Vec3Lanes<N>),
 ) {
     let Some(visibility) = &scene.light_visibility else { return };
     let (mut lanes, mut points, mut count) = ([0usize; N], [Vec3::ZERO; N], 0);
@@ -101,11 +105,13 @@ pub(super) fn hide<const N: usize>(
         (lanes[count], points[count]) = (lane, start.origin);
         count += 1;
     }
-    let mut hidden = [false; N];
-    visibility.find_hidden(scene, light, &points[..count], &mut hidden[..count]);
-    for (lane, hidden) in lanes[..count].iter().zip(hidden) {
-        if hidden {
+    let mut passing = [Vec3::ONE; N];
+    visibility.find_passing(scene, light, &points[..count], &mut passing[..count]);
+    for (lane, passing) in lanes[..count].iter().zip(passing) {
+        if passing == Vec3::ZERO {
             strength[*lane] = 0.0;
+        } else if passing != Vec3::ONE {
+            color.set(*lane, color.vector(*lane) * passing);
         }
     }
 }

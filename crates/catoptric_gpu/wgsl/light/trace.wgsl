@@ -105,11 +105,40 @@ fn nearest(root: u32, ray: Ray, near: f32, far: f32, own: OwnRule, flags: u32) -
     return best;
 }
 
+// Light on its way through glass: what has passed its surfaces so far, and what bodies absorb, as exponents: less where
+// the ray enters one, more where it leaves it, each times the distance from the start.
+var<private> passed: vec3f;
+var<private> absorbed: vec3f;
+
+fn pass_glass(triangle: LeafTriangle, ray: Ray, met: TriangleMet) {
+    let normal = normalize_or(cross(triangle.b - triangle.a, triangle.c - triangle.a), ray.direction);
+    let cosine = abs(dot(normal, ray.direction));
+    let surface = triangle.object;
+    passed *= surface_of(surface).base_color.xyz * (1.0 - fresnel_dielectric(cosine, 1.0 / surface_of(surface).ior));
+    let leaves = met.along != ((triangle.flags & TURNED) != 0u);
+    absorbed += surface_of(surface).absorption * select(-met.distance, met.distance, leaves);
+}
+
+// The share of light that goes straight on along a ray to a distance: nothing behind what hides lights, and what passes
+// glass, as if it did not bend.
+fn light_through(root: u32, ray: Ray, far: f32) -> vec3f {
+    passed = vec3f(1.0);
+    absorbed = vec3f(0.0);
+    if nearest(root, ray, 0.0, far, NO_RULE, HIDES_LIGHTS).triangle != NONE {
+        return vec3f(0.0);
+    }
+    return passed * exp(-max(absorbed, vec3f(0.0)));
+}
+
 // The distance at which a ray meets a triangle that is there for it; FAR if it does not.
 fn distance_to(triangle: LeafTriangle, ray: Ray, near: f32, far: f32, own: OwnRule, flags: u32) -> f32 {
     let met = meet_triangle(triangle, ray);
     var distance = met.distance;
     // Not a number: no.
+    let is_between = met.inside && distance >= near && distance < far;
+    if HAS_LENSES && is_between && flags == HIDES_LIGHTS && (triangle.flags & REFRACTS) != 0u {
+        pass_glass(triangle, ray, met);
+    }
     var is_met = met.inside && distance >= near && (triangle.flags & flags) == flags;
     if triangle.object == own.object {
         // Along its outer normal a ray meets a triangle from within.

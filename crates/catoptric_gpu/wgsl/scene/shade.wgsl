@@ -68,10 +68,10 @@ fn shadow_start(point: SurfacePoint, side: f32) -> vec3f {
     return position + bulge + face * (SHADOW_OFFSET * max(point.coordinate_size, 1e-37));
 }
 
-// True if a light is not hidden from a place.
-fn is_lit_by(light: u32, start: vec3f) -> bool {
+// The share of a light that arrives at a place.
+fn share_of_light(light: u32, start: vec3f) -> vec3f {
     if !HAS_SHADOWS {
-        return true;
+        return vec3f(1.0);
     }
     var towards = vec3f(0.0);
     var distance = FAR;
@@ -81,11 +81,11 @@ fn is_lit_by(light: u32, start: vec3f) -> bool {
         let step = scene.lights[light].position - start;
         distance = length(step);
         if distance < 1e-37 {
-            return true;
+            return vec3f(1.0);
         }
         towards = step / distance;
     }
-    return nearest(frame.root, Ray(start, towards), 0.0, distance, NO_RULE, HIDES_LIGHTS).triangle == NONE;
+    return light_through(frame.root, Ray(start, towards), distance);
 }
 
 // What a point sends to its viewer by itself, and the highlights of lights on it as a mirror or coat.
@@ -268,7 +268,6 @@ fn point_light(
     }
     for (var light = 0u; HAS_LIGHTS && light < frame.light_count; light++) {
         let arrives = arriving(light, point.position);
-        let intensity = scene.lights[light].intensity;
         let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
         var of_mirror = vec3f(0.0);
         if is_mirror {
@@ -283,16 +282,19 @@ fn point_light(
             for (var place = 0u; place < of_highlights.count; place++) {
                 of_facets += highlight(of_highlights.alphas[place], of_highlights.normals[place], arrives.xyz, viewer);
             }
-            of_mirror = intensity * arrives.w * reflectance * (of_facets / f32(of_highlights.count));
+            let mirrored = reflectance * (of_facets / f32(of_highlights.count));
+            of_mirror = scene.lights[light].intensity * arrives.w * mirrored;
         }
         let shows = (is_lit && faces) || largest(of_mirror) > FAINTEST_HIGHLIGHT;
-        if !(arrives.w > 0.0 && shows) || !is_lit_by(light, start) {
+        if !(arrives.w > 0.0 && shows) {
             continue;
         }
+        let share = share_of_light(light, start);
+        let intensity = scene.lights[light].intensity * share;
         let given = of_light(at, arrives.xyz, arrives.w, viewer);
         sum += intensity * given[0];
         coat_sum += intensity * given[1];
-        highlights += select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
+        highlights += share * select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
     }
     if HAS_ENVIRONMENT && is_lit {
         let given = of_environment(at, viewer);

@@ -9,17 +9,20 @@ use glam::Vec2;
 pub(super) struct ArrivingLight<const N: usize> {
     /// Unit directions to it.
     pub(super) towards: Vec3Lanes<N>,
-    /// The factor on its intensity that gives the irradiance of surfaces that face it.
+    /// The factor on its colour that gives the irradiance of surfaces that face it.
     pub(super) strength: Lanes<N>,
+    /// Its intensity, as far as it passes what stands before it.
+    pub(super) color: Vec3Lanes<N>,
 }
 
 impl<const N: usize> ArrivingLight<N> {
-    pub(super) const NONE: Self = Self { towards: Vec3Lanes::ZERO, strength: Lanes::ZERO };
+    pub(super) const NONE: Self = Self { towards: Vec3Lanes::ZERO, strength: Lanes::ZERO, color: Vec3Lanes::ZERO };
 
     /// Sets [`Light::arriving`] of all points.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
     pub(super) fn set(&mut self, light: &Light, positions: &Vec3Lanes<N>) {
+        self.color = Vec3Lanes::splat(light.intensity);
         let (range, inner_cos, outer_cos) = match light.kind {
             LightKind::Directional => {
                 (self.towards, self.strength) = (Vec3Lanes::splat(-light.direction), Lanes::splat(1.0));
@@ -67,25 +70,24 @@ pub(super) fn headlight<const N: usize>(normals: &Vec3Lanes<N>, viewers: &Vec3La
 #[inline(always)]
 #[allow(clippy::needless_range_loop)]
 pub(super) fn add_scattered<const N: usize>(
-    light: &Light,
     arriving: &ArrivingLight<N>,
     normals: &Vec3Lanes<N>,
     sum: &mut Vec3Lanes<N>,
 ) {
-    let [red, green, blue] = light.intensity.to_array();
-    let ArrivingLight { towards, strength } = arriving;
+    let ArrivingLight { towards, strength, color } = arriving;
     for i in 0..N {
         let cosine = normals[0][i] * towards[0][i] + normals[1][i] * towards[1][i] + normals[2][i] * towards[2][i];
         let strength = if cosine > 0.0 { cosine * strength[i] } else { 0.0 };
-        sum[0][i] += strength * red;
-        sum[1][i] += strength * green;
-        sum[2][i] += strength * blue;
+        sum[0][i] += strength * color[0][i];
+        sum[1][i] += strength * color[1][i];
+        sum[2][i] += strength * color[2][i];
     }
 }
 
-/// What points see of the sky: the share of its light that arrives, and where its suns are sought from.
+/// What points see of the sky: the share of its light that arrives, for each colour, and where its suns are sought
+/// from.
 pub(super) struct SeenSky<'a, const N: usize> {
-    pub(super) shares: &'a Lanes<N>,
+    pub(super) shares: &'a Vec3Lanes<N>,
     pub(super) starts: &'a [ShadowStart; N],
 }
 
@@ -101,7 +103,7 @@ pub(super) fn add_environment<const N: usize>(
     let positions = Environment::positions(normals);
     if let (Some(sky), Some(seen)) = (&scene.sky, seen) {
         for i in 0..count.min(N) {
-            let irradiance = sky.irradiance_at(Vec2::new(positions[0][i], positions[1][i])) * seen.shares[i];
+            let irradiance = sky.irradiance_at(Vec2::new(positions[0][i], positions[1][i])) * seen.shares.vector(i);
             for channel in 0..3 {
                 sum[channel][i] += irradiance[channel];
             }
@@ -132,8 +134,8 @@ pub(super) fn add_suns<const N: usize>(
         arriving.set(sun, &Vec3Lanes::ZERO);
         let cosines = normals.dot(&arriving.towards);
         let facing = (0..count.min(N)).filter(|lane| cosines[*lane] > 0.0).map(|lane| (lane, starts[lane]));
-        hide(scene, sun, facing, &mut arriving.strength);
-        add_scattered(sun, &arriving, normals, sum);
+        hide(scene, sun, facing, (&mut arriving.strength, &mut arriving.color));
+        add_scattered(&arriving, normals, sum);
     }
 }
 

@@ -47,13 +47,14 @@ impl Scene {
         let start = self.light_visibility.as_ref().map(|_| self.shadow_start(point, side));
         for light in &self.lights {
             arriving.set(light, &Vec3Lanes::one(point.position));
-            let faces = normals.dot(&arriving.towards)[0] > 0.0 && arriving.strength[0] > 0.0;
-            if faces && start.is_none_or(|start| start.sees(self, light)) {
-                add_scattered(light, &arriving, &normals, &mut sum);
+            if normals.dot(&arriving.towards)[0] > 0.0 && arriving.strength[0] > 0.0 {
+                let passing = start.map_or(Vec3::ONE, |start| start.passing(self, light));
+                arriving.color = Vec3Lanes::one(light.intensity * passing);
+                add_scattered(&arriving, &normals, &mut sum);
             }
         }
         if let Some(environment) = &self.environment {
-            let shares = Lanes::splat(self.sky_share(point, side));
+            let shares = Vec3Lanes::one(self.sky_share(point, side));
             let starts = start.map(|start| [start]);
             let seen = starts.as_ref().map(|starts| SeenSky { shares: &shares, starts });
             add_environment(environment, &normals, 1, (self, seen), &mut sum);
@@ -119,20 +120,19 @@ impl Scene {
             let light_reflected =
                 irradiance * reflectance(grazing_share(0.5 * length2.sqrt())) * (reflected / count as f32);
             // Lobes end nowhere: far from a highlight a ray would cost more than it shows.
-            if light_reflected.max_element() > FAINTEST_HIGHLIGHT
-                && start.get_or_insert_with(|| self.shadow_start(point, side)).sees(self, light)
-            {
-                sum += light_reflected;
+            if light_reflected.max_element() > FAINTEST_HIGHLIGHT {
+                let start = start.get_or_insert_with(|| self.shadow_start(point, side));
+                sum += light_reflected * start.passing(self, light);
             }
         }
         if sum.is_finite() { sum } else { Vec3::ZERO }
     }
 
-    /// The share of the sky's light that arrives at a point: 1 where nothing is known of it.
-    pub(super) fn sky_share(&self, point: &SurfacePoint, side: f32) -> f32 {
+    /// The share of the sky's light that arrives at a point, for each colour: 1 where nothing is known of it.
+    pub(super) fn sky_share(&self, point: &SurfacePoint, side: f32) -> Vec3 {
         match &self.sky {
             Some(sky) if point.triangle != u32::MAX => sky.share(point.triangle, point.barycentrics, side),
-            _ => 1.0,
+            _ => Vec3::ONE,
         }
     }
 
@@ -175,7 +175,7 @@ impl Scene {
         if self.seeks_light() {
             points.shadow_starts = [self.shadow_start(point, side)];
         }
-        points.occlusion[0] = points.occlusion[0].min(self.sky_share(point, side));
+        points.occlusion = Vec3Lanes::one(points.occlusion.vector(0).min(self.sky_share(point, side)));
         points.emitted = Vec3Lanes::one(self.emitted_onto(point, side));
         let mut sum = Vec3Lanes::ZERO;
         glossy::radiance(self, facets, &points, 1, &mut sum);
@@ -190,7 +190,7 @@ impl<const N: usize> LitPoints<N> {
         let microfacets = material.microfacets.as_ref();
         self.metallic = Lanes::splat(microfacets.map_or(0.0, |microfacets| microfacets.metallic));
         self.roughness = Lanes::splat(microfacets.map_or(1.0, |microfacets| microfacets.roughness));
-        self.occlusion = Lanes::splat(1.0);
+        self.occlusion = Vec3Lanes::splat(Vec3::ONE);
         let mut texels = [Vec4::ONE; N];
         let of_facets = microfacets.and_then(|microfacets| microfacets.texture.as_ref());
         if let Some((binding, texture)) = of_facets.and_then(|binding| Some((binding, scene.texture_of(binding)?))) {
@@ -206,7 +206,7 @@ impl<const N: usize> LitPoints<N> {
             filter::sample(texture, &look_ups.of(&map.binding), count, &mut texels);
         }
         for (i, texel) in texels.iter().enumerate() {
-            self.occlusion[i] = 1.0 + (texel.x - 1.0) * map.strength;
+            self.occlusion.set(i, Vec3::splat(1.0 + (texel.x - 1.0) * map.strength));
         }
     }
 

@@ -182,8 +182,8 @@ impl Scene {
         for light in &self.lights {
             let (towards, irradiance) = light.arriving(point.position);
             let share = lobe.of(towards);
-            if share > 0.0 && self.shadow_start(point, side).sees(self, light) {
-                sum += irradiance * share;
+            if share > 0.0 {
+                sum += irradiance * share * self.shadow_start(point, side).passing(self, light);
             }
         }
         if let Some(environment) = &self.environment {
@@ -191,7 +191,7 @@ impl Scene {
                 .occlusion_map
                 .as_ref()
                 .map_or(1.0, |map| 1.0 + (self.sample(&map.binding, point).x - 1.0) * map.strength);
-            let occlusion = occlusion.min(self.sky_share(point, side));
+            let occlusion = self.sky_share(point, side).min(Vec3::splat(occlusion));
             sum += occlusion * lobe.gather(|direction, across| environment.radiance_within(direction, across));
         }
         at.sheen * sum

@@ -10,6 +10,7 @@ mod glossy;
 mod lit_point;
 pub(super) mod lobes;
 pub mod microfacets;
+mod passing;
 pub(super) mod sample_patterns;
 pub mod shade;
 mod sheen;

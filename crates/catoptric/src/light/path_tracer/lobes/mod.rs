@@ -388,19 +388,17 @@ impl<F: RadianceField> PathTracer<'_, F> {
             if marks > 0.0 {
                 next += marks;
                 let origin = self.tracer.departure(&encounter.point, lamp.towards);
-                if !self.is_blocked(&Ray { origin, direction: lamp.towards }) {
-                    seen += marks;
-                }
+                seen += marks * self.passing(&Ray { origin, direction: lamp.towards });
             }
         }
         (sum, (seen / RAYS_TO_LAMPS).min(1.0))
     }
 
-    /// Returns true if anything that casts shadows stands before light from infinity.
-    fn is_blocked(&self, ray: &Ray) -> bool {
+    /// The share of light from infinity that passes what casts shadows, of all colours together.
+    fn passing(&self, ray: &Ray) -> f32 {
         match &self.scene.light_visibility {
-            Some(visibility) => visibility.is_blocked(self.scene, ray, f32::INFINITY),
-            None => self.tracer.is_blocked(self.scene, ray, f32::INFINITY),
+            Some(visibility) => visibility.passing(self.scene, ray, f32::INFINITY).element_sum() / 3.0,
+            None => f32::from(u8::from(!self.tracer.is_blocked(self.scene, ray, f32::INFINITY))),
         }
     }
 

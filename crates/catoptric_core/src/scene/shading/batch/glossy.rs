@@ -141,7 +141,7 @@ fn shade<const N: usize>(
         for (i, &index) in order.iter().enumerate() {
             let query = &queries[index as usize];
             let share = sky.share(query.triangle, query.barycentrics.value, points.side[i]);
-            lit.occlusion[i] = lit.occlusion[i].min(share);
+            lit.occlusion.set(i, lit.occlusion.vector(i).min(share));
             lit.emitted.set(i, sky.emitted(query.triangle, query.barycentrics.value, points.side[i]));
         }
     }

@@ -198,10 +198,10 @@ fn irradiance_over_pi<const N: usize>(
         if scene.light_visibility.is_some() {
             shadow(scene, light, points, order, queries, &mut arriving);
         }
-        add_scattered(light, &arriving, &points.normal, sum);
+        add_scattered(&arriving, &points.normal, sum);
     }
     if let Some(environment) = &scene.environment {
-        let (mut shares, mut starts) = (Lanes::splat(1.0), [ShadowStart::NONE; N]);
+        let (mut shares, mut starts) = (Vec3Lanes::splat(Vec3::ONE), [ShadowStart::NONE; N]);
         let seen = scene.sky.is_some().then(|| {
             seen_sky(scene, &points.side, order, queries, &mut shares, &mut starts);
             SeenSky { shares: &shares, starts: &starts }
@@ -224,13 +224,13 @@ fn seen_sky<const N: usize>(
     sides: &Lanes<N>,
     order: &[u32],
     queries: &[SurfaceQuery],
-    shares: &mut Lanes<N>,
+    shares: &mut Vec3Lanes<N>,
     starts: &mut [ShadowStart; N],
 ) {
     let Some(sky) = &scene.sky else { return };
     for (lane, &index) in order.iter().enumerate().take(N) {
         let SurfaceQuery { triangle, barycentrics, .. } = queries[index as usize];
-        shares[lane] = sky.share(triangle, barycentrics.value, sides[lane]);
+        shares.set(lane, sky.share(triangle, barycentrics.value, sides[lane]));
         // Only suns are sought from there.
         if !sky.suns().is_empty() {
             starts[lane] = ShadowStart::on_triangle(scene, triangle, barycentrics.value, sides[lane]);
@@ -255,7 +255,7 @@ fn shadow<const N: usize>(
         let query = &queries[index as usize];
         (lane, ShadowStart::on_triangle(scene, query.triangle, query.barycentrics.value, points.side[lane]))
     });
-    hide(scene, light, starts, &mut arriving.strength);
+    hide(scene, light, starts, (&mut arriving.strength, &mut arriving.color));
 }
 
 /// Shades those points that the table has in a range of its order, which are of one material.

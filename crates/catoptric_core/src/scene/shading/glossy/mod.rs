@@ -31,7 +31,7 @@ pub(super) struct LitPoints<const N: usize> {
     /// The same of smooth normals.
     pub(super) smooth_variance: Lanes<N>,
     /// The share of light from the environment that arrives.
-    pub(super) occlusion: Lanes<N>,
+    pub(super) occlusion: Vec3Lanes<N>,
     /// The irradiance by surfaces that emit light.
     pub(super) emitted: Vec3Lanes<N>,
     /// The share of the light that enters which is scattered: the rest passes the surface.
@@ -53,7 +53,7 @@ impl<const N: usize> LitPoints<N> {
         roughness: Lanes::ZERO,
         variance: Lanes::ZERO,
         smooth_variance: Lanes::ZERO,
-        occlusion: Lanes::ZERO,
+        occlusion: Vec3Lanes::ZERO,
         emitted: Vec3Lanes::ZERO,
         scattering: 1.0,
         mirrored: 1.0,
@@ -109,9 +109,9 @@ pub(super) fn radiance<const N: usize>(
         if scene.light_visibility.is_some() {
             shadow(scene, light, points, count, &mut arriving);
         }
-        add_light(light, &arriving, microfacets, &facets, points, sum);
+        add_light(&arriving, microfacets, &facets, points, sum);
         if microfacets.coat > 0.0 {
-            add_light_of_coat(light, &arriving, &facets.coat_alpha, points, &mut coat);
+            add_light_of_coat(&arriving, &facets.coat_alpha, points, &mut coat);
         }
     }
     if let Some(environment) = &scene.environment {
@@ -177,22 +177,20 @@ fn shadow<const N: usize>(
         strength[*lane] > 0.0 && (faces(&points.normal) || faces(&points.smooth_normal))
     };
     let starts = (0..count.min(N)).filter(matters).map(|lane| (lane, points.shadow_starts[lane]));
-    hide(scene, light, starts, &mut arriving.strength);
+    hide(scene, light, starts, (&mut arriving.strength, &mut arriving.color));
 }
 
 #[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)]
 fn add_light<const N: usize>(
-    light: &Light,
     arriving: &ArrivingLight<N>,
     microfacets: &Microfacets,
     facets: &Facets<N>,
     points: &LitPoints<N>,
     sum: &mut Vec3Lanes<N>,
 ) {
-    let ArrivingLight { towards, strength } = arriving;
+    let ArrivingLight { towards, strength, color } = arriving;
     let (at_normal, at_grazing) = (microfacets.specular.max_element(), microfacets.specular_at_grazing);
-    let intensity = light.intensity.to_array();
     let (mut scattered, mut reflected, mut grazing) = (Lanes::<N>::ZERO, Lanes::<N>::ZERO, Lanes::<N>::ZERO);
     for i in 0..N {
         let [lx, ly, lz] = [towards[0][i], towards[1][i], towards[2][i]];
@@ -217,7 +215,7 @@ fn add_light<const N: usize>(
         let (reflectance, albedo) = (&facets.reflectance[channel], &facets.albedo[channel]);
         for i in 0..N {
             let fresnel = reflectance[i] + (facets.at_grazing[i] - reflectance[i]) * grazing[i];
-            sum[channel][i] += intensity[channel] * (albedo[i] * scattered[i] + fresnel * reflected[i]);
+            sum[channel][i] += color[channel][i] * (albedo[i] * scattered[i] + fresnel * reflected[i]);
         }
     }
 }
@@ -225,7 +223,6 @@ fn add_light<const N: usize>(
 /// Adds a light's highlight on the coat, before Fresnel's share.
 #[inline(never)] // coats are rare
 fn add_light_of_coat<const N: usize>(
-    light: &Light,
     arriving: &ArrivingLight<N>,
     alpha: &Lanes<N>,
     points: &LitPoints<N>,
@@ -241,7 +238,8 @@ fn add_light_of_coat<const N: usize>(
         let inverse = 1.0 / half.length_squared().max(1e-12);
         let (cosine2, sine2) = (normal.dot(half).powi(2) * inverse, normal.cross(half).length_squared() * inverse);
         let n_v = normal.dot(viewer).max(LEAST_COSINE);
-        let reflected = light.intensity * (n_l * arriving.strength[i] * lobe(alpha[i], cosine2, sine2, n_l, n_v));
+        let reflected =
+            arriving.color.vector(i) * (n_l * arriving.strength[i] * lobe(alpha[i], cosine2, sine2, n_l, n_v));
         sum.set(i, sum.vector(i) + reflected);
     }
 }
@@ -298,11 +296,10 @@ fn add_environment<const N: usize>(
             0.0 => Vec3::ZERO,
             share => environment.glossy_at(Vec2::new(of_middles[0][i], of_middles[1][i]), alphas[i]) * share,
         };
-        let occlusion = points.occlusion[i];
         for channel in 0..3 {
             let reflectance = facets.reflectance[channel][i] * of_normal + facets.at_grazing[i] * of_grazing;
-            sum[channel][i] +=
-                occlusion * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
+            sum[channel][i] += points.occlusion[channel][i]
+                * (facets.albedo[channel][i] * scattered[channel] + reflectance * reflected[channel]);
             // Their shadows are known, and no texture's matter.
             sum[channel][i] += facets.albedo[channel][i] * suns[channel][i] * (FRAC_1_PI * entering);
         }
@@ -345,7 +342,7 @@ fn add_environment_of_coat<const N: usize>(
         let surroundings = ReflectanceTable::get().reflected(alpha[i].sqrt(), n_v.max(LEAST_COSINE));
         let middle = surroundings.middle(normal, normal * (2.0 * n_v) - viewer);
         let reflected = environment.glossy(middle, surroundings.alpha(alpha[i]));
-        sum.set(i, sum.vector(i) + reflected * points.occlusion[i]);
+        sum.set(i, sum.vector(i) + reflected * points.occlusion.vector(i));
     }
 }
 

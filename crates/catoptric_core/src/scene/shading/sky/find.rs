@@ -185,7 +185,8 @@ impl Difference {
             let emitted = [one, other, middle].map(|arriving| arriving.emitted[face].element_sum());
             let apart = (0.5 * (emitted[0] + emitted[1]) - emitted[2]).abs();
             let is_emitted = apart > TOLERANCE * (emitted[0].max(emitted[1]).max(emitted[2]) + self.steady);
-            (0.5 * (one.sky[face] + other.sky[face]) - middle.sky[face]).abs() > TOLERANCE || is_emitted
+            let of_sky = 0.5 * (one.sky[face] + other.sky[face]) - middle.sky[face];
+            of_sky.abs().max_element() > TOLERANCE || is_emitted
         })
     }
 }
@@ -282,7 +283,7 @@ fn smooth(scene: &Scene, arriving: &mut [Arriving]) {
         }
     }
     for (arriving, (sum, count)) in arriving.iter_mut().zip(sums) {
-        let none = Arriving { sky: [0.0; 2], emitted: [Vec3::ZERO; 2] };
+        let none = Arriving { sky: [Vec3::ZERO; 2], emitted: [Vec3::ZERO; 2] };
         *arriving = none.plus(&sum, 1.0 / count);
     }
 }
@@ -342,8 +343,8 @@ struct Seen {
     normal: Vec3,
     origins: [Vec3; 2],
     has_two_sides: bool,
-    /// The light of the sky that would arrive on each side, and that which does.
-    light: [[f32; 2]; 2],
+    /// The light of the sky that would arrive on each side, and that which does, for each colour.
+    light: [(f32, Vec3); 2],
     emitted: [Vec3; 2],
 }
 
@@ -366,12 +367,12 @@ fn of_places(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources,
             normal: (a + (b - a) * at.x + (c - a) * at.y).normalize_or(a),
             origins: [1.0, -1.0].map(|side| ShadowStart::on_triangle(scene, triangle, at, side).origin),
             has_two_sides: has_two_sides(material),
-            light: [[0.0; 2]; 2],
+            light: [(0.0, Vec3::ZERO); 2],
             emitted: [Vec3::ZERO; 2],
         }
     };
     let mut seen: Vec<Seen> = places.iter().map(start).collect();
-    let (mut asked, mut points, mut hidden) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut asked, mut points, mut passing) = (Vec::new(), Vec::new(), Vec::new());
     for part in &sources.sky {
         asked.clear();
         points.clear();
@@ -381,15 +382,15 @@ fn of_places(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources,
                 points.push(place.origins[side]);
             }
         }
-        hidden.clear();
-        hidden.resize(points.len(), false);
+        passing.clear();
+        passing.resize(points.len(), Vec3::ONE);
         let kind = LightKind::Directional;
         let light = Light { kind, intensity: Vec3::ONE, position: Vec3::ZERO, direction: -part.towards };
-        visibility.find_hidden(scene, &light, &points, &mut hidden);
-        for ((index, side, light), hidden) in asked.iter().zip(&hidden) {
-            let [all, arriving] = &mut seen[*index].light[*side];
+        visibility.find_passing(scene, &light, &points, &mut passing);
+        for ((index, side, light), passing) in asked.iter().zip(&passing) {
+            let (all, arriving) = &mut seen[*index].light[*side];
             *all += light;
-            *arriving += if *hidden { 0.0 } else { *light };
+            *arriving += *passing * *light;
         }
     }
     let mut asked: Vec<(usize, usize, Vec3)> = Vec::new();
@@ -405,15 +406,15 @@ fn of_places(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources,
                 points.push(place.origins[side]);
             }
         }
-        hidden.clear();
-        hidden.resize(points.len(), false);
+        passing.clear();
+        passing.resize(points.len(), Vec3::ONE);
         let kind = LightKind::Point { range: f32::INFINITY };
         let light = Light { kind, intensity: Vec3::ONE, position: emitter.position, direction: Vec3::NEG_Z };
-        visibility.find_hidden(scene, &light, &points, &mut hidden);
-        for ((index, side, irradiance), _) in asked.iter().zip(&hidden).filter(|(_, hidden)| !**hidden) {
-            seen[*index].emitted[*side] += *irradiance;
+        visibility.find_passing(scene, &light, &points, &mut passing);
+        for ((index, side, irradiance), passing) in asked.iter().zip(&passing) {
+            seen[*index].emitted[*side] += *irradiance * *passing;
         }
     }
-    let share = |[all, arriving]: [f32; 2]| if all > 0.0 { arriving / all } else { 1.0 };
+    let share = |(all, arriving): (f32, Vec3)| if all > 0.0 { arriving / all } else { Vec3::ONE };
     seen.into_iter().map(|place| Arriving { sky: place.light.map(share), emitted: place.emitted }).collect()
 }

@@ -49,10 +49,10 @@ impl Sky {
         self.rest.at(position)
     }
 
-    /// The share of the sky's light that arrives at a place of a triangle, on the side of its normals or, for -1, on
-    /// the other.
+    /// The share of the sky's light, for each colour, that arrives at a place of a triangle, on the side of its normals
+    /// or, for -1, on the other.
     #[inline]
-    pub(in super::super) fn share(&self, triangle: u32, barycentrics: Vec2, side: f32) -> f32 {
+    pub(in super::super) fn share(&self, triangle: u32, barycentrics: Vec2, side: f32) -> Vec3 {
         self.shares.sky(triangle, barycentrics, usize::from(side < 0.0))
     }
 

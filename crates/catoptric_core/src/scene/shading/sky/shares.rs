@@ -5,15 +5,15 @@ use glam::{Vec2, Vec3};
 /// The light that arrives at a place, on the side of its normals, and on the other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arriving {
-    /// The share of the sky's.
-    pub(super) sky: [f32; 2],
+    /// The share of the sky's, for each colour.
+    pub(super) sky: [Vec3; 2],
     /// The irradiance by emitters.
     pub(super) emitted: [Vec3; 2],
 }
 
 impl Arriving {
     /// All of the sky.
-    pub(super) const OPEN: Self = Self { sky: [1.0; 2], emitted: [Vec3::ZERO; 2] };
+    pub(super) const OPEN: Self = Self { sky: [Vec3::ONE; 2], emitted: [Vec3::ZERO; 2] };
 
     /// The sum with so much of another one.
     pub(super) fn plus(&self, other: &Self, weight: f32) -> Self {
@@ -44,8 +44,8 @@ pub(super) struct SurfaceShares {
 impl SurfaceShares {
     /// The share of the sky at a place of a triangle, on a side; all light, where the triangle was not there.
     #[inline]
-    pub(super) fn sky(&self, triangle: u32, barycentrics: Vec2, side: usize) -> f32 {
-        let Some((corners, at)) = self.node(triangle, barycentrics) else { return 1.0 };
+    pub(super) fn sky(&self, triangle: u32, barycentrics: Vec2, side: usize) -> Vec3 {
+        let Some((corners, at)) = self.node(triangle, barycentrics) else { return Vec3::ONE };
         let [first, second, third] = corners.map(|index| self.arriving[index as usize].sky[side]);
         first + (second - first) * at.x + (third - first) * at.y
     }
