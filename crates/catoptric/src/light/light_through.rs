@@ -4,12 +4,26 @@ use super::wide_hierarchy::{ALPHA_TESTED, TriangleHit};
 use crate::math::portable::PortableMath;
 use crate::scene::shade::{Barycentrics, SurfacePoint};
 use crate::scene::{Ray, Scene};
-use crate::surface::PlacedSurface;
+use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::Vec3;
 use std::cell::Cell;
 
 /// Surfaces of a body that a ray meets, at most.
-const MOST_MEETINGS: u32 = 64;
+const MOST_MEETINGS: usize = 64;
+
+/// Where a ray meets an exact surface between two distances, from near to far.
+pub(super) fn all_meetings(
+    surface: &PlacedSurface,
+    ray: &Ray,
+    [mut near, far]: [f32; 2],
+) -> impl Iterator<Item = SurfaceHit> {
+    let next = move || {
+        let hit = surface.intersect(ray.origin, ray.direction, near, far)?;
+        near = hit.distance.next_up();
+        Some(hit)
+    };
+    std::iter::from_fn(next).take(MOST_MEETINGS)
+}
 
 /// What is less is nothing: a fraction of a step of eight bits.
 const LEAST_SHARE: f32 = 1.0 / 1024.0;
@@ -19,8 +33,8 @@ pub(super) struct LightThrough<'a> {
     /// Which objects let light pass.
     clear: &'a [bool],
     share: Cell<Vec3>,
-    /// What bodies absorb, as exponents: less where the ray enters one, more where it leaves it, each times the distance
-    /// from the start. A ray that starts within a body only leaves it.
+    /// What bodies absorb, as exponents: less where the ray enters one, more where it leaves it, each times the
+    /// distance from the start. A ray that starts within a body only leaves it.
     absorbed: Cell<Vec3>,
 }
 
@@ -59,12 +73,10 @@ impl<'a> LightThrough<'a> {
         scene: &Scene,
         ray: &Ray,
         (object, surface): (u32, &PlacedSurface),
-        [mut near, far]: [f32; 2],
+        distances: [f32; 2],
     ) {
-        for _ in 0..MOST_MEETINGS {
-            let Some(hit) = surface.intersect(ray.origin, ray.direction, near, far) else { return };
+        for hit in all_meetings(surface, ray, distances) {
             self.pass(scene, ray, hit.distance, &scene.exact_encounter(object, &hit, ray, None).point);
-            near = hit.distance.next_up();
         }
     }
 

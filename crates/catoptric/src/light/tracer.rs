@@ -2,7 +2,8 @@
 
 pub use super::wide_hierarchy::has_extent;
 
-use super::light_through::LightThrough;
+use super::bodies::SceneBodies;
+use super::light_through::{LightThrough, all_meetings};
 #[cfg(target_arch = "x86_64")]
 use super::wide_hierarchy::Avx2;
 use super::wide_hierarchy::{
@@ -13,16 +14,29 @@ use crate::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
 use crate::scene::{AlphaMode, Light, Ray, RayDifferential, Scene, ViewRays};
 use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::{Vec2, Vec3};
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Fewer points ask for their ways to a light one by one.
 const FEW_POINTS: usize = 6;
 
+/// A surface of a body that a ray passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Crossing {
+    /// See [`SceneBodies`].
+    pub(crate) body: u32,
+    pub(crate) distance: f32,
+    /// The ray leaves the body there.
+    pub(crate) leaves: bool,
+}
+
 /// The scene's hierarchy. It belongs to the scene that it was built from.
 #[derive(Debug)]
 pub struct Tracer {
     hierarchy: Arc<WideHierarchy>,
+    /// The bodies among them.
+    bodies: SceneBodies,
     /// Which objects it has, and which of them are not met everywhere or from both sides.
     objects: Vec<[bool; 2]>,
     has_footprints: bool,
@@ -46,7 +60,8 @@ impl Tracer {
             None => Arc::new(WideHierarchy::build_for_rays(scene, include, is_partial)),
         };
         let has_footprints = scene.materials.iter().any(|material| scene.has_footprints(material));
-        Self { hierarchy, objects, has_footprints, tests: None }
+        let bodies = SceneBodies::new(scene, |object| objects[object as usize][0]);
+        Self { hierarchy, bodies, objects, has_footprints, tests: None }
     }
 
     /// The same for another moment of the scene, with as many triangles; `None` if it has to be built anew. Where much
@@ -55,7 +70,8 @@ impl Tracer {
         let mut hierarchy = WideHierarchy::clone(&self.hierarchy);
         let has_moved = hierarchy.refit(scene);
         let (hierarchy, objects) = (Arc::new(hierarchy), self.objects.clone());
-        has_moved.then_some(Self { hierarchy, objects, has_footprints: self.has_footprints, tests: None })
+        let bodies = SceneBodies::new(scene, |object| objects[object as usize][0]);
+        has_moved.then_some(Self { hierarchy, bodies, objects, has_footprints: self.has_footprints, tests: None })
     }
 
     /// Has it count the triangles and surfaces that rays are tested against: that makes it slower.
@@ -132,6 +148,36 @@ impl Tracer {
     /// of them where none does.
     pub(crate) fn passing(&self, scene: &Scene, ray: &Ray, distance: f32, clear: &[bool]) -> Vec3 {
         self.walk(scene, ray, 0.0).passing(distance, clear)
+    }
+
+    /// The bodies of glass and liquid.
+    pub(crate) fn bodies(&self) -> &SceneBodies {
+        &self.bodies
+    }
+
+    /// Visits the surfaces of bodies that a ray passes up to a distance, in any order.
+    pub(crate) fn visit_crossings(&self, scene: &Scene, ray: &Ray, distance: f32, visit: impl FnMut(Crossing)) {
+        let visit = RefCell::new(visit);
+        let meet = |body: u32, distance: f32, leaves: bool| {
+            (visit.borrow_mut())(Crossing { body, distance, leaves });
+        };
+        let passes = |hit: &TriangleHit| {
+            let triangle = hit.triangle & !ALPHA_TESTED;
+            if let Some(body) = self.bodies.of(scene.triangle_objects[triangle as usize])
+                && (hit.triangle & ALPHA_TESTED == 0 || is_seen::<false>(scene, triangle, hit.barycentrics, ray))
+            {
+                meet(body, hit.distance, scene.is_met_from_behind(triangle, ray.direction));
+            }
+            false
+        };
+        let surface = |object: u32, far: f32| {
+            let (placed, body) = (scene.objects[object as usize].surface.as_ref()?, self.bodies.of(object)?);
+            for hit in all_meetings(placed, ray, [0.0, far]) {
+                meet(body, hit.distance, ray.direction.dot(hit.normal) > 0.0);
+            }
+            None
+        };
+        self.hierarchy.meets_any::<Portable>(ray, distance, passes, surface);
     }
 
     /// The same for the ways from some points to a light. They share what they may meet.
@@ -228,10 +274,16 @@ impl Tracer {
         self.encounter(scene, ray, hit, None).point
     }
 
+    /// How far off a surface rays start: what is nearer behind it is not met.
+    #[inline(always)]
+    pub(crate) fn departure_offset(point: &SurfacePoint) -> f32 {
+        16.0 * f32::EPSILON * point.coordinate_size.max(f32::MIN_POSITIVE)
+    }
+
     /// A point a little off the surface on the side that `direction` leaves to, from which rays can start.
     #[inline]
     pub fn departure(&self, point: &SurfacePoint, direction: Vec3) -> Vec3 {
-        let offset = 16.0 * f32::EPSILON * point.coordinate_size.max(f32::MIN_POSITIVE);
+        let offset = Self::departure_offset(point);
         let side = if direction.dot(point.geometric_normal) < 0.0 { -offset } else { offset };
         point.position + point.geometric_normal * side
     }

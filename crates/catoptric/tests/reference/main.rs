@@ -1,6 +1,7 @@
 //! The reference and its parts, against closed forms, finite differences and independent derivations.
 
 mod blend;
+mod bodies;
 mod bumps;
 mod closed_forms;
 mod lobes;

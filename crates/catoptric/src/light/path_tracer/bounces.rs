@@ -3,7 +3,7 @@
 use super::{NearPlane, PathModel, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::{Bounce, BounceKind};
-use crate::optics::step::{LightStep, crossed_medium, transmittance};
+use crate::optics::step::{LightStep, transmittance};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Ray, RayDifferential, Role, TurnedEncounter, ViewRays};
 
@@ -27,7 +27,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
         encounter: &SurfaceInteraction,
     ) -> Vec<Bounce> {
         let distance = ray.origin.distance(encounter.point.position);
-        self.bounces_of(Segment::first(ray, change, 0.0), Some((*encounter, distance)))
+        let start = self.first(ray, change, 0.0);
+        self.bounces_of(start, Some((*encounter, distance)))
     }
 
     /// What a ray meets first, and how far away that is.
@@ -42,20 +43,21 @@ impl<F: RadianceField> PathTracer<'_, F> {
         while let Some((encounter, distance)) = met
             && let Some((bounce, next)) = self.bounce(&segment, &encounter, distance)
         {
-            bounces.push(bounce);
+            bounces.extend(bounce);
             met = self.met_by(&next);
             segment = next;
         }
         bounces
     }
 
-    /// The bounce at a point of a surface, at this distance, and the ray that goes on from it; `None`: the path ends.
+    /// The bounce at a point of a surface, at this distance, and the ray that goes on from it; no bounce where that goes
+    /// straight on, as both sides of the surface are the same. `None`: the path ends.
     fn bounce(
         &mut self,
         segment: &Segment,
         encounter: &SurfaceInteraction,
         distance: f32,
-    ) -> Option<(Bounce, Segment)> {
+    ) -> Option<(Option<Bounce>, Segment)> {
         let (scene, direction, object) = (self.scene, segment.ray.direction, encounter.point.object);
         let material = scene.material_of(object);
         if !material.role.is_specular() || segment.order >= self.max_order {
@@ -63,22 +65,29 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         let is_lens = material.role == Role::Lens;
         let outside = direction.dot(encounter.point.geometric_normal) <= 0.0;
-        let absorption = crossed_medium(is_lens, outside, material.absorption, segment.absorption);
-        let throughput = segment.throughput * transmittance(absorption, distance);
+        let sides = self.sides(segment, &encounter.point, material, outside);
+        let throughput = segment.throughput * transmittance(sides.absorption[0], distance);
+        if sides.are_same {
+            self.pass(segment, throughput, encounter, &sides);
+            return self.waiting.pop().map(|next| (None, next));
+        }
         let TurnedEncounter { encounter: turned, .. } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
+        let tint = || scene.base_color(material, &turned.point).truncate();
+        let step = step.within(sides.eta_factor, material, tint, direction);
         let (mut reflects, mut refracts) = (true, is_lens && step.reflectance < 1.0);
         if is_lens && self.model == PathModel::TwoPath && segment.split {
             reflects = step.prefers_reflection();
             refracts &= !reflects;
         }
+        let absorption = sides.absorption[0];
         let segment = Segment { absorption, deferred: None, split: segment.split || is_lens, ..*segment };
         for (kind, is_way) in [(BounceKind::Transmit, refracts), (BounceKind::Reflect, reflects)] {
             if is_way {
-                self.push(&segment, kind, throughput, turned, &step, material);
+                self.push(&segment, kind, throughput, turned, &step, &sides);
             }
             if let Some(next) = self.waiting.pop() {
-                return Some((Bounce { object, kind }, next));
+                return Some((Some(Bounce { object, kind }), next));
             }
         }
         None

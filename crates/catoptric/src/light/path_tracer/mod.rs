@@ -5,13 +5,15 @@ mod lobes;
 mod rough;
 mod waves;
 
+use super::bodies::Bodies;
 use super::radiance_field::{RadianceField, SceneBackground};
+use super::sides::Sides;
 use super::tracer::Tracer;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
+use crate::optics::step::{Deferred, LightStep, transmittance};
 use crate::parallel;
 use crate::scene::hit::Hit;
-use crate::scene::shade::SurfaceInteraction;
+use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedEncounter, View, ViewRays};
 use glam::Vec3;
 pub(crate) use lobes::{LOBES, LobeLight, SharedRays};
@@ -21,6 +23,9 @@ use waves::Waves;
 
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
 pub(crate) const MIN_THROUGHPUT: f32 = 1e-5;
+
+/// Surfaces that a path passes straight on, at most.
+const MOST_PASSAGES: u8 = 64;
 
 /// A lobe that can add no more than this share of the light before it is not followed: half a step of eight bits at
 /// half of the brightest.
@@ -47,6 +52,8 @@ struct Segment {
     order: u32,
     /// Absorption of the medium that it crosses.
     absorption: Vec3,
+    /// The bodies that it is in, where that matters: some meet, or the path began within one.
+    bodies: Bodies,
     /// The two-path model has split already.
     split: bool,
     /// It is one of several rays that left a rough mirror: it stands for a cone.
@@ -75,6 +82,7 @@ impl Segment {
             throughput: Vec3::ONE,
             order: 0,
             absorption: Vec3::ZERO,
+            bodies: Bodies::default(),
             split: false,
             is_cone: false,
             counted: None,
@@ -82,6 +90,17 @@ impl Segment {
             color: None,
             passages: 0,
             deferred: None,
+        }
+    }
+}
+
+impl Segment {
+    /// The same on the side where light goes on by an event.
+    #[inline(always)]
+    fn after(&self, kind: BounceKind, sides: &Sides) -> Self {
+        match kind {
+            BounceKind::Reflect => Self { absorption: sides.absorption[0], ..*self },
+            BounceKind::Transmit => Self { absorption: sides.absorption[1], bodies: sides.behind, ..*self },
         }
     }
 }
@@ -100,6 +119,8 @@ pub struct PathTracer<'a, F = SceneBackground> {
     rough: RoughRays,
     /// The light over lobes of the surface that is met next, where it is known.
     known: [Option<LobeLight>; LOBES],
+    /// Where the last path began, and the bodies there.
+    start: (Vec3, Bodies),
 }
 
 impl<'a> PathTracer<'a> {
@@ -124,7 +145,20 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             ended_count: 0,
             rough: RoughRays::default(),
             known: [None; LOBES],
+            start: (Vec3::NAN, Bodies::default()),
         }
+    }
+
+    /// A path's first ray, to surfaces at a distance of at least `near`.
+    #[inline(always)]
+    fn first(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Segment {
+        if self.start.0 != ray.origin {
+            self.start = (ray.origin, self.tracer.bodies_at(self.scene, ray.origin));
+        }
+        let bodies = self.start.1;
+        let filling = self.tracer.bodies().filling(&bodies);
+        let absorption = filling.map_or(Vec3::ZERO, |body| self.scene.material_of(body).absorption);
+        Segment { bodies, absorption, ..Segment::first(ray, change, near) }
     }
 
     /// The number of rays traced since the last call.
@@ -155,27 +189,28 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
 
     /// The first ray of the path to a position of the picture.
     #[inline(always)]
-    fn start(&self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Segment {
+    fn start(&mut self, view: &ViewRays, near: &NearPlane, x_px: f32, y_px: f32, footprint_scale: f32) -> Segment {
         let (ray, change) = if self.tracer.needs_differentials() {
             let (ray, change) = view.ray_with_differential(x_px, y_px);
             (ray, Some(change.scaled(footprint_scale)))
         } else {
             (view.ray(x_px, y_px), None)
         };
-        Segment::first(ray, change, near.distance(&ray))
+        self.first(ray, change, near.distance(&ray))
     }
 
     /// The radiance that arrives along a ray from surfaces at a distance of at least `near`.
     #[inline(always)]
     pub fn radiance_along(&mut self, ray: Ray, change: Option<RayDifferential>, near: f32) -> Vec3 {
-        self.waiting.push(Segment::first(ray, change, near));
+        let start = self.first(ray, change, near);
+        self.waiting.push(start);
         self.with_rest(Vec3::ZERO)
     }
 
     /// The radiance that arrives along a ray, and how far away what it meets first is: infinitely where that is
     /// nothing.
     pub fn radiance_and_distance(&mut self, ray: Ray, change: Option<RayDifferential>) -> (Vec3, f32) {
-        let start = Segment::first(ray, change, 0.0);
+        let start = self.first(ray, change, 0.0);
         self.ray_count += 1;
         let hit = self.tracer.first_hit(self.scene, &ray, 0.0);
         let first = self.arrive(&start, start.throughput, hit.as_ref());
@@ -184,7 +219,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
 
     /// The radiance that arrives along a ray from a surface that it is known to meet.
     pub fn radiance_from(&mut self, ray: Ray, change: Option<RayDifferential>, encounter: &SurfaceInteraction) -> Vec3 {
-        let start = Segment::first(ray, change, 0.0);
+        let start = self.first(ray, change, 0.0);
         let first = self.meet(&start, start.throughput, encounter, ray.origin.distance(encounter.point.position));
         self.with_rest(first)
     }
@@ -248,23 +283,60 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         let (scene, ray) = (self.scene, &segment.ray);
         let material = scene.material_of(encounter.point.object);
         let outside = ray.direction.dot(encounter.point.geometric_normal) <= 0.0;
-        let absorption = crossed_medium(material.has_inside(), outside, material.absorption, segment.absorption);
-        let throughput = throughput * transmittance(absorption, distance);
+        let sides = self.sides(segment, &encounter.point, material, outside);
+        let throughput = throughput * transmittance(sides.absorption[0], distance);
+        if sides.are_same {
+            self.pass(segment, throughput, encounter, &sides);
+            return Vec3::ZERO;
+        }
         if let Some(lobes) = material.lobes() {
-            return self.spread(segment, throughput, absorption, encounter, (material, lobes));
+            return self.spread(segment, throughput, &sides, encounter, (material, lobes));
         }
         match material.role {
             Role::Diffuse => throughput * scene.radiance(&encounter.point, -ray.direction),
-            _ => self.scatter(segment, throughput, absorption, encounter, material),
+            _ => self.scatter(segment, throughput, &sides, encounter, material),
         }
     }
 
-    /// Goes on at a reflector or lens, through a medium of this absorption if by reflection.
+    /// What lies on both sides of a surface that a path meets.
+    #[inline(always)]
+    fn sides(&self, segment: &Segment, point: &SurfacePoint, material: &Material, outside: bool) -> Sides {
+        let matters = self.tracer.bodies().meet() || segment.bodies != Bodies::default();
+        if material.has_inside() && matters && self.tracer.bodies().of(point.object).is_some() {
+            return self.tracer.sides(self.scene, &segment.ray, &segment.bodies, point);
+        }
+        let behind = if material.has_inside() { Bodies::default() } else { segment.bodies };
+        Sides { behind, ..Sides::alone(material, outside, segment.absorption) }
+    }
+
+    /// Goes straight on through a surface.
+    fn pass(&mut self, segment: &Segment, throughput: Vec3, encounter: &SurfaceInteraction, sides: &Sides) {
+        if segment.passages >= MOST_PASSAGES || throughput.max_element() < MIN_THROUGHPUT {
+            return;
+        }
+        let direction = segment.ray.direction;
+        let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
+        let [origin_dx, origin_dy] = encounter.position_change;
+        let change = segment.change.map(|change| RayDifferential { origin_dx, origin_dy, ..change });
+        self.waiting.push(Segment {
+            ray,
+            change,
+            near: 0.0,
+            throughput,
+            bodies: sides.behind,
+            absorption: sides.absorption[1],
+            passages: segment.passages + 1,
+            deferred: None,
+            ..*segment
+        });
+    }
+
+    /// Goes on at a reflector or lens.
     fn scatter(
         &mut self,
         segment: &Segment,
         throughput: Vec3,
-        absorption: Vec3,
+        sides: &Sides,
         encounter: &SurfaceInteraction,
         material: &Material,
     ) -> Vec3 {
@@ -278,7 +350,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         }
         let TurnedEncounter { encounter: turned, variance } = &scene.turned_encounter(material, encounter);
         let step = LightStep::at(scene, material, &turned.point, direction);
+        let step = step.within(sides.eta_factor, material, || scene.base_color(material, point).truncate(), direction);
         let (mut reflects, mut refracts) = (!last, !last && material.role == Role::Lens && step.reflectance < 1.0);
+        let absorption = sides.absorption[0];
         let mut segment = Segment { absorption, deferred: None, counted: None, density: 0.0, ..*segment };
         if material.role == Role::Lens {
             if self.model == PathModel::TwoPath && segment.split {
@@ -302,10 +376,10 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         if reflects && material.reflection_roughness() > 0.0 {
             self.push_rough(&segment, throughput, turned, &step, material, alpha);
         } else if alpha > 0.0 && self.shows_lobe(&segment, alpha, encounter, &step) {
-            self.push_parts(&segment, throughput, encounter, material, kinds);
+            self.push_parts(&segment, throughput, encounter, (material, sides), kinds);
         } else {
             for kind in kinds {
-                self.push(&segment, kind, throughput, turned, &step, material);
+                self.push(&segment, kind, throughput, turned, &step, sides);
             }
         }
         let mut sum = throughput * scene.highlights(point, -direction);
@@ -323,7 +397,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         throughput: Vec3,
         encounter: &SurfaceInteraction,
         step: &LightStep,
-        material: &Material,
+        sides: &Sides,
     ) {
         let (incoming, throughput) = (segment.ray.direction, throughput * step.weight(kind));
         let counts = throughput.max_element() >= MIN_THROUGHPUT || segment.deferred.is_some();
@@ -332,10 +406,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         }
         let Some(direction) = step.outgoing(kind, incoming) else { return };
         let change = segment.change.as_ref().map(|change| step.outgoing_change(kind, incoming, change, encounter));
-        let absorption = medium_after(kind, step.facing.outside, material.absorption, segment.absorption, Vec3::ZERO);
         let ray = Ray { origin: self.tracer.departure(&encounter.point, direction), direction };
         let order = segment.order + 1;
-        self.waiting.push(Segment { ray, change, near: 0.0, throughput, order, absorption, ..*segment });
+        self.waiting.push(Segment { ray, change, near: 0.0, throughput, order, ..segment.after(kind, sides) });
     }
 }
 

@@ -3,9 +3,10 @@
 use super::{MIN_THROUGHPUT, PathTracer, Segment};
 use crate::light::bumps::{BumpyMeeting, LeavingPart};
 use crate::light::radiance_field::RadianceField;
+use crate::light::sides::Sides;
 use crate::math::random;
 use crate::optics::path::bundle::BounceKind;
-use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width, medium_after, reflect};
+use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width, reflect};
 use crate::scene::microfacets::{extent_of_sample, unshadowed_share, visible_facet};
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{Material, Ray, RayDifferential};
@@ -39,6 +40,11 @@ impl<F> PathTracer<'_, F> {
         Self { rough: RoughRays { count: count.max(1), seed, footprint_scale, ..self.rough }, ..self }
     }
 
+    /// Has so many rays leave where the next path first meets a rough mirror, which is one of so many paths of a pixel.
+    pub(crate) fn set_rough_rays(&mut self, count: u32, [part, parts]: [u32; 2]) {
+        self.rough = RoughRays { count: count.max(1), part, parts: parts.max(1), ..self.rough };
+    }
+
     /// The same for one of so many paths of a pixel, or for all of them, one after the other.
     #[must_use]
     pub(crate) fn with_part(self, part: u32, parts: u32) -> Self {
@@ -68,7 +74,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         segment: &Segment,
         throughput: Vec3,
         encounter: &SurfaceInteraction,
-        material: &Material,
+        (material, sides): (&Material, &Sides),
         kinds: impl Iterator<Item = BounceKind> + Clone,
     ) {
         let Some(change) = &segment.change else { return };
@@ -80,10 +86,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         meeting.for_each_part(material, count, turns, |part| {
             for kind in kinds.clone() {
                 let Some(LeavingPart { ray, change, weight }) = part.leaving(kind) else { continue };
-                let (outside, crossed) = (part.step.facing.outside, segment.absorption);
-                let absorption = medium_after(kind, outside, material.absorption, crossed, Vec3::ZERO);
-                let segment = Segment { absorption, ..*segment };
-                self.push_cone(&segment, ray, Some(change), throughput * weight, count);
+                self.push_cone(&segment.after(kind, sides), ray, Some(change), throughput * weight, count);
             }
         });
     }

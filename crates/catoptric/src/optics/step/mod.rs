@@ -358,6 +358,26 @@ impl LightStep {
         step
     }
 
+    /// The same step at a lens about which there is another medium than vacuum: so many times its index of the side of
+    /// arrival over that of the other.
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn within(
+        self,
+        eta_factor: f32,
+        material: &Material,
+        tint: impl FnOnce() -> Vec3,
+        direction: Vec3,
+    ) -> Self {
+        if eta_factor == 1.0 || material.role != Role::Lens {
+            return self;
+        }
+        let eta = self.eta * eta_factor;
+        let reflectance = fresnel_dielectric(-direction.dot(self.facing.normal), eta);
+        let transmitted = if reflectance < 1.0 { tint() * (1.0 - reflectance) } else { Vec3::ZERO };
+        Self { eta, reflectance, reflected: Vec3::splat(reflectance), transmitted, ..self }
+    }
+
     /// True if a path that does not branch goes on by reflection: by the larger Fresnel coefficient (Hakura, Snyder
     /// 2001, section 3), or because nothing is refracted.
     #[inline]

@@ -37,7 +37,7 @@ impl Scene {
     }
 }
 
-/// The share of light that enters glass, on either side of whose surface the cosine is the same: by Fresnel's equations.
+/// The share of light that enters glass, as if the cosine were the same on both sides: by Fresnel's equations.
 fn entering(cosine: f32, ior: f32) -> f32 {
     let within = (1.0 - (1.0 - cosine * cosine) / (ior * ior)).max(0.0).sqrt();
     let across = (cosine - ior * within) / (cosine + ior * within);

@@ -283,6 +283,8 @@ pub(super) struct SurfaceLobes<'s> {
     pub(super) films: Option<&'s [FilmReflectance; 2]>,
     /// The primary colour of the path's light, if it has only one.
     pub(super) color: Option<u8>,
+    /// Index of refraction before the surface over that behind it, over what that would be in vacuum.
+    pub(super) eta_factor: f32,
 }
 
 impl<'s> SurfaceLobes<'s> {
@@ -300,7 +302,17 @@ impl<'s> SurfaceLobes<'s> {
     /// The index of what is in front of the surface over that of what is behind it.
     fn eta(&self, outside: bool, color: Option<u8>) -> f32 {
         let ior = self.ior(color);
-        if self.material.has_inside() { relative_index(ior, outside) } else { 1.0 / ior }
+        if self.material.has_inside() { relative_index(ior, outside) * self.eta_factor } else { 1.0 / ior }
+    }
+
+    /// The dielectric's reflectance at normal incidence by what lies about it, from that in vacuum.
+    fn specular_within(&self, specular: Vec3, grazing: f32, outside: bool) -> Vec3 {
+        if self.eta_factor == 1.0 {
+            return specular;
+        }
+        let in_vacuum = fresnel_dielectric(1.0, relative_index(self.material.ior, outside));
+        let factor = fresnel_dielectric(1.0, self.eta(outside, None)) / in_vacuum.max(1e-6);
+        (specular * factor).min(Vec3::splat(grazing))
     }
 
     /// Coat, reflection, and what passes, for a ray's direction; and the share of the reflection that is not among
@@ -310,6 +322,7 @@ impl<'s> SurfaceLobes<'s> {
         let facing = Facing::new(direction, point.geometric_normal, at.normal);
         let eta = self.eta(facing.outside, self.color);
         let LobesAt { base, metallic, specular, specular_at_grazing: grazing, .. } = *at;
+        let specular = self.specular_within(specular, grazing, facing.outside);
         let reflectance = Reflectance { specular, grazing, base, metallic, eta, films: self.films };
         let cosine = -direction.dot(facing.normal);
         let mut below = at.below_sheen(cosine.max(0.0));

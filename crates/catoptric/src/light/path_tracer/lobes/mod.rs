@@ -7,10 +7,11 @@ mod lobe;
 mod shared_rays;
 
 use super::rough::{RoughRays, turn};
-use super::{LEAST_SHARE, MIN_THROUGHPUT, PathTracer, Segment};
+use super::{LEAST_SHARE, MIN_THROUGHPUT, MOST_PASSAGES, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
+use crate::light::sides::Sides;
 use crate::math::random;
-use crate::optics::step::{Facing, HIDDEN_LOBE, LightStep, lobe_width, medium_after};
+use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width};
 use crate::scene::microfacets::disc_point;
 use crate::scene::shade::SurfaceInteraction;
 use crate::scene::{FilmReflectance, Lamps, Lobes, Material, Ray};
@@ -51,9 +52,6 @@ fn share_by_lamps(density: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Surfaces that a path passes straight on, at most.
-const MOST_PASSAGES: u8 = 64;
-
 /// A part of a lobe.
 #[derive(Clone, Copy, Default)]
 struct GatheredCone {
@@ -85,13 +83,12 @@ fn choose(cones: &mut [GatheredCone], [shown, brightness]: [f32; 2], count: f32,
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
-    /// Goes on at a point of a surface with lobes, which a path reaches through a medium of this absorption: the light
-    /// that ends the path here; children wait.
+    /// Goes on at a point of a surface with lobes: the light that ends the path here; children wait.
     pub(super) fn spread(
         &mut self,
         segment: &Segment,
         throughput: Vec3,
-        absorption: Vec3,
+        sides: &Sides,
         encounter: &SurfaceInteraction,
         (material, lobes): (&Material, &Lobes),
     ) -> Vec3 {
@@ -129,8 +126,10 @@ impl<F: RadianceField> PathTracer<'_, F> {
             return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, 1.0);
         }
         let films = at.film.map(|film| [at.specular, at.base].map(|base| FilmReflectance::new(&film, base)));
-        let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color: segment.color };
+        let (color, eta_factor) = (segment.color, sides.eta_factor);
+        let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color, eta_factor };
         let (mut found, mirrored) = of_surface.met(point, direction);
+        let absorption = sides.absorption[0];
         let segment = Segment { absorption, deferred: None, counted: None, density: 0.0, ..*segment };
         if segment.is_cone {
             // The one facet that such a ray meets says how much it reflects and how much passes it.
@@ -162,7 +161,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             let parts = of_surface.parts_by_color(lobe, segment.is_cone.then_some(numbers.y));
             for (lobe, color, factor) in parts.iter().flatten() {
                 let segment = Segment { color: *color, ..segment };
-                sum += self.push_lobe(&segment, throughput * *factor, encounter, (lobe, known), material);
+                sum += self.push_lobe(&segment, throughput * *factor, encounter, (lobe, known), (material, sides));
             }
             if choice.is_some() {
                 break;
@@ -178,15 +177,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
         throughput: Vec3,
         encounter: &SurfaceInteraction,
         (lobe, known): (&Lobe, Option<LobeLight>),
-        material: &Material,
+        (material, sides): (&Material, &Sides),
     ) -> Vec3 {
-        let incoming = segment.ray.direction;
-        let Facing { outside, normal, .. } = lobe.facing;
-        let absorption = match lobe.is_thin {
-            true => segment.absorption,
-            false => medium_after(lobe.kind, outside, material.absorption, segment.absorption, Vec3::ZERO),
-        };
-        let segment = &Segment { absorption, ..*segment };
+        let (incoming, normal) = (segment.ray.direction, lobe.facing.normal);
+        let segment = if lobe.is_thin { *segment } else { segment.after(lobe.kind, sides) };
+        let segment = &segment;
         let step = lobe.light_step();
         let change_of = |step: &LightStep| {
             segment.change.as_ref().map(|change| step.outgoing_change(lobe.kind, incoming, change, encounter))

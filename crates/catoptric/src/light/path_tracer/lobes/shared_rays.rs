@@ -248,7 +248,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             return none;
         }
         let films = at.film.map(|film| [at.specular, at.base].map(|base| FilmReflectance::new(&film, base)));
-        let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color: None };
+        let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color: None, eta_factor: 1.0 };
         let (found, _) = of_surface.met(point, direction);
         let place = place_number(column, row);
         let segment = Segment::first(*ray, Some(*change), 0.0);

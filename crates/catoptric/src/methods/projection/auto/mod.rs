@@ -13,6 +13,7 @@ use super::draw::multiperspective::{TileModel, TiledScene};
 use crate::clock::Stopwatch;
 use crate::error::RenderError;
 use crate::framebuffer::Framebuffer;
+use crate::light::bodies::bodies_meet;
 use crate::methods::bake::Baked;
 use crate::methods::overlay::{Overlay, OverlayKind};
 use crate::methods::{Choice, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
@@ -113,10 +114,12 @@ fn max_copies(scene: &Scene) -> usize {
 /// Tiles of longer paths through glass take longer than rays.
 const MOST_TILED_ORDER: u32 = 4;
 
-/// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors.
+/// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors: on long paths,
+/// and where bodies may touch or lie within each other, as tiles know of vacuum alone about each of them.
 fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
     let is_lens = |object: u32| scene.role_of(object) == Role::Lens;
-    quality.order > MOST_TILED_ORDER && (0..scene.objects.len() as u32).any(is_lens)
+    let has_lenses = (0..scene.objects.len() as u32).any(is_lens);
+    has_lenses && (quality.order > MOST_TILED_ORDER || bodies_meet(scene))
 }
 
 /// What is chosen for every reflector and lens, and why.
@@ -127,7 +130,9 @@ fn choices(scene: &Scene, mirrors: &Mirrors, follows_lenses: bool) -> Vec<Choice
     }
     let choose = |object: u32| {
         let (method, reason) = match (scene.role_of(object), planes[object as usize]) {
-            (Role::Lens, _) if follows_lenses => ("reference", "glass, and long paths: rays are quicker".to_owned()),
+            (Role::Lens, _) if follows_lenses => {
+                ("reference", "glass, and long paths or bodies that meet: by rays".to_owned())
+            }
             (Role::Lens, _) => ("multiperspective", "glass".to_owned()),
             (_, 0) if scene.material_of(object).turning_map().is_some() => ("multiperspective", "bumpy".to_owned()),
             (_, 0) => ("multiperspective", "curved".to_owned()),

@@ -10,6 +10,7 @@ use crate::light::tracer::Tracer;
 use crate::methods::reflector_maps::ReflectorMaps;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
+use crate::raster::sample_positions;
 use crate::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
@@ -103,6 +104,12 @@ struct Part {
 }
 
 impl Part {
+    /// The part of a whole pixel that one of its samples stands for.
+    fn at_sample(self, positions: &[Vec2], index: usize) -> Self {
+        let side = self.side / (positions.len() as f32).sqrt();
+        Self { offset: self.offset + (positions[index] - 0.5) * self.side, side }
+    }
+
     fn quarters(self) -> [Self; 4] {
         let quarter =
             |x: f32, y: f32| Self { offset: self.offset + Vec2::new(x, y) * (0.25 * self.side), side: 0.5 * self.side };
@@ -252,10 +259,9 @@ impl<'a> PathShader<'a> {
     ) -> Vec3 {
         let order = order.saturating_sub(bounce as u32);
         let object = self.scene.triangle_objects[surface.source as usize];
-        let radiance_of = |ray, change, encounter: &SurfaceInteraction, known, [index, count]: [u32; 2]| {
-            let mut paths = PathTracer::new(self.scene, tracer, PathModel::Tree, order)
-                .with_rough_rays(LOBE_RAYS / count, 0, 1.0)
-                .with_part(index, count);
+        let mut paths = PathTracer::new(self.scene, tracer, PathModel::Tree, order);
+        let mut radiance_of = |ray, change, encounter: &SurfaceInteraction, known, [index, count]: [u32; 2]| {
+            paths.set_rough_rays((LOBE_RAYS / count).max(1), [index, count]);
             let radiance = paths.radiance_beside_known(ray, Some(change), encounter, known);
             self.note_ended(paths.take_ended_count());
             radiance
@@ -282,16 +288,27 @@ impl<'a> PathShader<'a> {
             let known = self.lobe_lights.map(|lights| lights.at(at, &encounter.point)).unwrap_or_default();
             (ray, change, encounter, known)
         };
-        let (ray, change, encounter, (known, is_whole)) = met(part);
-        if is_whole || surface.barycentrics.samples < 4 {
-            return radiance_of(ray, change, &encounter, known, [0, 1]);
+        let samples = u32::from(surface.barycentrics.samples);
+        let has_lobes = self.scene.material_of(object).lobes().is_some();
+        if samples < 4 || has_lobes && self.lobe_lights.is_some() {
+            let (ray, change, encounter, (known, is_whole)) = met(part);
+            if is_whole || samples < 4 {
+                return radiance_of(ray, change, &encounter, known, [0, 1]);
+            }
         }
+        let of_samples = sample_positions(samples).ok().filter(|_| samples == self.samples);
+        let parts = of_samples.map_or(4, <[Vec2]>::len) as u32;
         let mut sum = Vec3::ZERO;
-        for (index, part) in (0..).zip(part.quarters()) {
+        for index in 0..parts {
+            let part = match of_samples {
+                // Where the reference has its rays, too: edges are smoother by these than by quarters.
+                Some(positions) => part.at_sample(positions, index as usize),
+                None => part.quarters()[index as usize],
+            };
             let (ray, change, encounter, (known, _)) = met(part);
-            sum += radiance_of(ray, change, &encounter, known, [index, 4]);
+            sum += radiance_of(ray, change, &encounter, known, [index, parts]);
         }
-        0.25 * sum
+        sum / parts as f32
     }
 
     /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.

@@ -1,0 +1,176 @@
+//! The bodies of glass and liquid of a scene, and those that a ray is in.
+
+use crate::math::Aabb;
+use crate::scene::Scene;
+use glam::{DVec3, Vec3};
+
+/// Bodies that a ray is in at once, at most: of more, those that it enters last are left out.
+const MOST_BODIES: usize = 6;
+
+/// Boxes count as touching that are nearer than this share of their coordinates.
+const TOUCHING: f32 = 1e-5;
+
+/// Pairs of open objects that are looked at, at most.
+const MOST_PAIRS: usize = 1_000_000;
+
+/// The sum of the areas of an open object's faces, as vectors, is larger than this share of the sum of their sizes.
+const OPEN: f64 = 1e-3;
+
+const NONE: u32 = u32::MAX;
+
+/// Bodies by their numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Bodies {
+    objects: [u32; MOST_BODIES],
+    count: u8,
+}
+
+impl Bodies {
+    pub(super) fn all(&self) -> &[u32] {
+        &self.objects[..self.count as usize]
+    }
+
+    #[must_use]
+    pub(super) fn with(mut self, object: u32) -> Self {
+        if let Some(place) = self.objects.get_mut(self.count as usize) {
+            *place = object;
+            self.count += 1;
+        }
+        self
+    }
+
+    #[must_use]
+    pub(super) fn without(mut self, index: usize) -> Self {
+        let count = self.count as usize;
+        self.objects.copy_within(index + 1..count, index);
+        self.objects[count - 1] = 0;
+        self.count -= 1;
+        self
+    }
+}
+
+/// The bodies of a scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SceneBodies {
+    /// For each object the body that it is the surface of, or a part of the surface, by the first of its objects;
+    /// [`NONE`] for other objects. Empty where there is no body.
+    of_objects: Vec<u32>,
+    /// For each body its rank: of two bodies in one place the one with the lower rank is there.
+    ranks: Vec<u32>,
+    /// Their boxes, a little widened.
+    boxes: Vec<(u32, Aabb)>,
+    meet: bool,
+}
+
+/// Returns true if bodies of a scene may touch, overlap or lie within each other.
+pub(crate) fn bodies_meet(scene: &Scene) -> bool {
+    SceneBodies::new(scene, |_| true).meet
+}
+
+impl SceneBodies {
+    /// The bodies of those objects of a scene for which `include` is true.
+    pub(super) fn new(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
+        let is_body = |object: &u32| include(*object) && scene.material_of(*object).has_inside();
+        let objects: Vec<u32> = (0..scene.objects.len() as u32).filter(is_body).collect();
+        if objects.is_empty() {
+            return Self::default();
+        }
+        let widened = |object: u32| {
+            let Aabb { min, max } = scene.objects[object as usize].bounds;
+            let reach = min.abs().max(max.abs()).max_element() * TOUCHING;
+            Aabb { min: min - reach, max: max + reach }
+        };
+        let mut boxes: Vec<(u32, Aabb)> = objects.iter().map(|object| (*object, widened(*object))).collect();
+        boxes.sort_by(|(_, one), (_, other)| one.min.x.total_cmp(&other.min.x));
+        let mut of_objects = vec![NONE; scene.objects.len()];
+        for object in objects {
+            of_objects[object as usize] = object;
+        }
+        join_open_parts(scene, &boxes, &mut of_objects);
+        let mut bodies: Vec<(u32, Aabb)> = Vec::new();
+        let mut places: Vec<usize> = vec![usize::MAX; scene.objects.len()];
+        for (object, bounds) in boxes {
+            let body = of_objects[object as usize];
+            match bodies.get_mut(places[body as usize]) {
+                Some((_, known)) => *known = Aabb { min: known.min.min(bounds.min), max: known.max.max(bounds.max) },
+                None => {
+                    places[body as usize] = bodies.len();
+                    bodies.push((body, bounds));
+                }
+            }
+        }
+        let meet = touching_pairs(&bodies).next().is_some();
+        // What lies within another body is smaller.
+        let mut by_size = bodies.clone();
+        by_size.sort_by(|(_, one), (_, other)| one.diagonal().total_cmp(&other.diagonal()));
+        let mut ranks = vec![NONE; scene.objects.len()];
+        for (rank, (body, _)) in (0..).zip(by_size) {
+            ranks[body as usize] = rank;
+        }
+        Self { of_objects, ranks, boxes: bodies, meet }
+    }
+
+    /// Returns true if some may touch, overlap or lie within each other.
+    pub(crate) fn meet(&self) -> bool {
+        self.meet
+    }
+
+    /// The body of an object, if it is one.
+    pub(super) fn of(&self, object: u32) -> Option<u32> {
+        self.of_objects.get(object as usize).copied().filter(|body| *body != NONE)
+    }
+
+    /// Of the bodies in one place, the one that fills it.
+    pub(super) fn filling(&self, bodies: &Bodies) -> Option<u32> {
+        bodies.all().iter().copied().min_by_key(|body| self.ranks[*body as usize])
+    }
+
+    /// The bodies about whose boxes a point lies in.
+    pub(super) fn about(&self, point: Vec3) -> impl Iterator<Item = u32> {
+        let is_about = move |bounds: &Aabb| bounds.min.cmple(point).all() && bounds.max.cmpge(point).all();
+        self.boxes.iter().filter(move |(_, bounds)| is_about(bounds)).map(|(body, _)| *body)
+    }
+}
+
+/// Pairs of boxes that touch, of those that are sorted along x.
+fn touching_pairs(boxes: &[(u32, Aabb)]) -> impl Iterator<Item = [u32; 2]> {
+    boxes.iter().enumerate().flat_map(|(index, (first, one))| {
+        let after = boxes[index + 1..].iter().take_while(|(_, other)| other.min.x <= one.max.x);
+        let touching = after.filter(|(_, other)| one.min.cmple(other.max).all() && other.min.cmple(one.max).all());
+        touching.map(|(second, _)| [*first, *second])
+    })
+}
+
+/// Makes one body of objects of one material that are open, each for itself, and touch: as of a box whose faces are
+/// objects.
+fn join_open_parts(scene: &Scene, boxes: &[(u32, Aabb)], of_objects: &mut [u32]) {
+    let open: Vec<(u32, Aabb)> = boxes.iter().filter(|(object, _)| is_open(scene, *object)).copied().collect();
+    let material = |object: u32| scene.objects[object as usize].material;
+    let root = |of_objects: &[u32], mut object: u32| {
+        while of_objects[object as usize] != object {
+            object = of_objects[object as usize];
+        }
+        object
+    };
+    for [one, other] in touching_pairs(&open).take(MOST_PAIRS) {
+        if material(one) == material(other) {
+            let [one, other] = [one, other].map(|object| root(of_objects, object));
+            of_objects[one.max(other) as usize] = one.min(other);
+        }
+    }
+    for (object, _) in open {
+        of_objects[object as usize] = root(of_objects, object);
+    }
+}
+
+/// Whether the faces of an object do not close about something: as vectors their areas do not add up to nothing.
+fn is_open(scene: &Scene, object: u32) -> bool {
+    let (mut sum, mut size) = (DVec3::ZERO, 0.0);
+    for triangle in scene.objects[object as usize].triangles.clone() {
+        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize].as_dvec3());
+        let area = (b - a).cross(c - a);
+        sum += area;
+        size += area.length();
+    }
+    sum.length() > OPEN * size
+}

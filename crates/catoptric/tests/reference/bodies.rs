@@ -1,0 +1,170 @@
+//! Bodies of glass and liquid that touch, overlap or lie within each other, against the laws of optics.
+
+use catoptric::light::path_tracer::{PathModel, PathTracer};
+use catoptric::light::tracer::Tracer;
+use catoptric::optics::fresnel_dielectric;
+use catoptric::scene::{Material, Ray, Scene};
+use catoptric_testkit::scenes::SceneBuilder;
+use glam::Vec3;
+
+/// Numbers between 0 and 1 that are the same on every machine.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) as f64 / (1u64 << 31) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+}
+
+/// A slab across the axis.
+#[derive(Clone, Copy, Debug)]
+struct Slab {
+    /// From below to above; both are numbers of single precision.
+    z: [f64; 2],
+    ior: f32,
+}
+
+/// Half of the width of slabs.
+const REACH: f32 = 8.0;
+
+/// A few slabs, each touching the one before, apart from it, overlapping it a little, or within it.
+fn stack(numbers: &mut Numbers) -> Vec<Slab> {
+    let mut slabs: Vec<Slab> = Vec::new();
+    let rounded = |value: f64| f64::from(value as f32);
+    for _ in 0..2 + (numbers.next() * 3.0) as usize {
+        let thickness = numbers.between(0.05, 0.6);
+        let last = slabs.last().map_or([0.0, numbers.between(0.2, 1.0)], |slab| slab.z);
+        let z = match (numbers.next() * 4.0) as u32 {
+            0 => [last[0] - thickness, last[0]],
+            1 => {
+                let gap = 10f64.powf(numbers.between(-4.0, 0.0));
+                [last[0] - gap - thickness, last[0] - gap]
+            }
+            2 => [last[0] - thickness, last[0] + 0.01],
+            _ => {
+                let inner = (last[1] - last[0]) * 0.5;
+                [last[0] + 0.4 * inner, last[0] + 1.2 * inner]
+            }
+        };
+        // Water, glass and flint, so that some are alike.
+        let ior = [1.33, 1.5, 1.5, 1.8][(numbers.next() * 4.0) as usize];
+        slabs.push(Slab { z: z.map(rounded), ior });
+    }
+    slabs
+}
+
+/// The index of refraction at a height: of the smallest body that is there.
+fn index_at(slabs: &[Slab], z: f64) -> f64 {
+    let there = slabs.iter().filter(|slab| slab.z[0] < z && z < slab.z[1]);
+    let thickness = |slab: &&Slab| slab.z[1] - slab.z[0];
+    there.min_by(|one, other| thickness(one).total_cmp(&thickness(other))).map_or(1.0, |slab| f64::from(slab.ior))
+}
+
+/// The step aside of a ray that runs down from a height to another one, by Snell's law, and how often it is refracted.
+fn step_aside(slabs: &[Slab], [top, bottom]: [f64; 2], sine: f64) -> (f64, u32) {
+    let mut heights: Vec<f64> = slabs.iter().flat_map(|slab| slab.z).chain([top, bottom]).collect();
+    heights.retain(|height| *height <= top);
+    heights.sort_by(|one, other| other.total_cmp(one));
+    let (mut aside, mut refractions, mut before) = (0.0, 0, 1.0);
+    for pair in heights.windows(2).filter(|pair| pair[0] > pair[1]) {
+        let index = index_at(slabs, 0.5 * (pair[0] + pair[1]));
+        refractions += u32::from(index != before);
+        before = index;
+        let sine = sine / index;
+        aside += (pair[0] - pair[1]) * sine / (1.0 - sine * sine).sqrt();
+    }
+    (aside, refractions)
+}
+
+fn scene_of(slabs: &[Slab], ruler_z: f32) -> Scene {
+    let mut builder = SceneBuilder::new();
+    for (index, slab) in slabs.iter().enumerate() {
+        let glass = builder.material(Material::glass(&format!("glass {index}"), slab.ior));
+        let [low, high] = slab.z.map(|z| z as f32);
+        let (min, max) = (Vec3::new(-REACH, -REACH, low), Vec3::new(REACH, REACH, high));
+        builder.cuboid(&format!("slab {index}"), min, max, false, glass);
+    }
+    builder.ruler("ruler", Vec3::new(-10.0, -10.0, ruler_z), Vec3::X * 20.0, Vec3::Y * 20.0);
+    builder.build()
+}
+
+#[test]
+fn stacks_of_slabs_refract_as_snell_says() {
+    let mut numbers = Numbers(7);
+    let mut differing = 0;
+    for number in 0..2000 {
+        let slabs = stack(&mut numbers);
+        let bottom = slabs.iter().map(|slab| slab.z[0]).fold(0.0, f64::min) - 0.5;
+        let bottom = f64::from(bottom as f32);
+        let scene = scene_of(&slabs, bottom as f32);
+        let tracer = Tracer::build(&scene, |_| true);
+        for _ in 0..3 {
+            // From above, or from within what is there.
+            let top = if numbers.next() < 0.7 { 2.5 } else { numbers.between(bottom + 0.1, 1.5) };
+            let top = f64::from(top as f32);
+            let is_near_face = slabs.iter().flat_map(|slab| slab.z).any(|z| (z - top).abs() < 1e-3);
+            let slope = numbers.between(-0.9, 0.9);
+            let direction = Vec3::new(slope as f32, 0.0, -1.0).normalize();
+            let sine = f64::from(direction.x).abs() * index_at(&slabs, top);
+            // Light that is reflected totally on its way does not arrive.
+            if is_near_face || sine > 0.95 {
+                continue;
+            }
+            let (aside, refractions) = step_aside(&slabs, [top, bottom], sine);
+            let refractions = refractions - u32::from(index_at(&slabs, top) != 1.0);
+            let expected = aside * slope.signum();
+            let ray = Ray { origin: Vec3::new(0.05, 0.02, top as f32), direction };
+            let light = PathTracer::new(&scene, &tracer, PathModel::Tree, refractions).radiance_along(ray, None, 0.0);
+            let found = (light.x / light.z - 0.5) * 20.0 - 0.05;
+            // Not a number where nothing arrives.
+            let is_right = (f64::from(found) - expected).abs() < 2e-3;
+            assert!(is_right, "stack {number}: {found} {expected} {slabs:?} from {top}, slope {slope}");
+            differing += u32::from(refractions > 1);
+        }
+    }
+    assert!(differing > 2000, "{differing}");
+}
+
+#[test]
+fn faces_in_one_place_reflect_as_one_interface() {
+    // Water under glass, of the same faces in the same place; blocks of one glass; a block twice.
+    let [glass, water] = [1.5, 1.33].map(|ior| (ior, [-1.0, 0.0]));
+    for (slabs, reflected) in [
+        (vec![(1.5, [0.0, 1.0]), water], fresnel_dielectric(1.0, 1.5 / 1.33)),
+        (vec![(1.5, [0.0, 1.0]), glass], 0.0),
+        (vec![(1.5, [-1.0, 1.0]), (1.5, [-1.0, 1.0])], 0.0),
+    ] {
+        let slabs: Vec<Slab> = slabs.into_iter().map(|(ior, z)| Slab { z, ior }).collect();
+        let scene = scene_of(&slabs, -3.0);
+        let tracer = Tracer::build(&scene, |_| true);
+        let ray = Ray { origin: Vec3::new(0.3, 0.2, 2.0), direction: Vec3::NEG_Z };
+        let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 3).radiance_along(ray, None, 0.0);
+        let last = slabs.last().map_or(1.0, |slab| slab.ior);
+        let [first, second] = [1.0 / 1.5, last].map(|eta| 1.0 - fresnel_dielectric(1.0, eta));
+        // Blue is 1 all over the ruler; orders above 3 would add what is reflected twice.
+        let expected = first * second * (1.0 - reflected);
+        assert!((light.z - expected).abs() < 1e-3, "{slabs:?}: {} {expected}", light.z);
+    }
+}
+
+/// What an eye within water sees through a wall of glass, and how much the water absorbs.
+#[test]
+fn an_eye_within_a_body_sees_by_its_medium() {
+    let mut builder = SceneBuilder::new();
+    let absorption = Vec3::splat(0.4);
+    let water = builder.material(Material { absorption, ..Material::glass("water", 1.33) });
+    builder.cuboid("water", Vec3::splat(-2.0), Vec3::splat(2.0), false, water);
+    let paint = builder.flat("paint", Vec3::ONE);
+    builder.cuboid("stone", Vec3::new(-0.5, -0.5, -1.5), Vec3::new(0.5, 0.5, -1.0), false, paint);
+    let scene = builder.build();
+    let tracer = Tracer::build(&scene, |_| true);
+    let ray = Ray { origin: Vec3::new(0.1, 0.1, 1.0), direction: Vec3::NEG_Z };
+    let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 2).radiance_along(ray, None, 0.0);
+    let expected = (-0.4f32 * 2.0).exp();
+    assert!((light.x - expected).abs() < 1e-4, "{} {expected}", light.x);
+}
