@@ -199,11 +199,12 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "NAME or INDEX", conflicts_with = "eye")]
     pub(crate) camera: Option<String>,
     /// Position of the eye
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
-    pub(crate) eye: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector)]
+    #[arg(allow_hyphen_values = true, requires = "target")]
+    pub(crate) eye: Option<DVec3>,
     /// Point that the eye looks at
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
-    pub(crate) target: Option<Vec3>,
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
+    pub(crate) target: Option<DVec3>,
     /// Upward direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
     pub(crate) up: Option<Vec3>,
@@ -607,9 +608,9 @@ pub(crate) struct ProjectArgs {
     #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target", help_heading = "View")]
     pub(crate) camera: Option<String>,
     /// Point that the eye looks at, in place of the camera's direction
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
     #[arg(help_heading = "View")]
-    pub(crate) target: Option<Vec3>,
+    pub(crate) target: Option<DVec3>,
     /// Upward direction [default: 0,1,0]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
     #[arg(help_heading = "View")]

@@ -315,7 +315,8 @@ impl<'a> Shot<'a> {
         if self.motion == Motion::Eye {
             let angle = (frame as f32 * ORBIT_STEP_DEG).to_radians();
             let up = self.view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
-            let pivot = self.view.target.unwrap_or_else(|| camera.point_looked_at(&scene.bounds));
+            let target = self.view.target.map(|target| (target - scene.origin).as_vec3());
+            let pivot = target.unwrap_or_else(|| camera.point_looked_at(&scene.bounds));
             let turn = Affine3A::from_translation(pivot)
                 * Affine3A::from_quat(Quat::from_axis_angle(up, angle))
                 * Affine3A::from_translation(-pivot);
@@ -367,6 +368,7 @@ impl Drawing {
 pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
     if let (Some(eye), Some(target)) = (args.eye, args.target) {
         let up = args.up.unwrap_or(Vec3::Y);
+        let [eye, target] = [eye, target].map(|point| (point - scene.origin).as_vec3());
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
     }
     let [width, height] = args.size;

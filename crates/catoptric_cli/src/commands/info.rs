@@ -7,7 +7,7 @@ use crate::scene_source;
 use catoptric::math::Aabb;
 use catoptric::scene::{AlphaMode, Camera, LightKind, Material, Model, Projection, Role, Scene};
 use clap::ArgMatches;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
@@ -28,7 +28,7 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
             "vertices": object.vertices.len(),
             "surface": object.surface.as_ref().map(|placed| placed.surface.kind()),
             "inside": object.inside,
-            "bounds": bounds_json(&object.bounds),
+            "bounds": bounds_json(scene, &object.bounds),
         })
     });
     let materials = scene.materials.iter().map(|material| {
@@ -59,14 +59,14 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
     });
     let cameras = scene.cameras.iter().enumerate().map(|(index, camera)| {
         let (kind, field) = projection(camera);
-        let eye = Vec3::from(camera.world_from_camera.translation).to_array();
+        let eye = point_json(scene, camera.world_from_camera.translation.into());
         json!({ "index": index, "name": camera.name, "kind": kind, "eye": eye, field.0: field.1 })
     });
     let lights = scene.lights.iter().map(|light| {
         json!({
             "kind": light_kind(light.kind),
             "intensity": light.intensity.to_array(),
-            "position": light.position.to_array(),
+            "position": point_json(scene, light.position),
             "direction": light.direction.to_array(),
         })
     });
@@ -82,7 +82,7 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         "scene": model.name,
         "triangles": scene.triangles.len(),
         "vertices": scene.positions.len(),
-        "bounds": bounds_json(&scene.bounds),
+        "bounds": bounds_json(scene, &scene.bounds),
         "objects": objects.collect::<Vec<_>>(),
         "materials": materials.collect::<Vec<_>>(),
         "cameras": cameras.collect::<Vec<_>>(),
@@ -91,7 +91,7 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         "textures": textures.collect::<Vec<_>>(),
         "animations": animations.collect::<Vec<_>>(),
         "duration": model.duration(),
-        "region": scene.region.as_ref().map(bounds_json),
+        "region": scene.region.as_ref().map(|region| bounds_json(scene, region)),
         "methods": model.method_settings,
         "warnings": model.warnings,
     }))
@@ -120,7 +120,7 @@ fn as_text(model: &Model, scene: &Scene) -> String {
         scene.triangles.len(),
         scene.positions.len(),
         scene.objects.len(),
-        bounds_text(&scene.bounds)
+        bounds_text(scene, &scene.bounds)
     );
     section(&mut text, "Objects", &scene.objects, |object| {
         let material = &scene.materials[object.material as usize];
@@ -152,7 +152,7 @@ fn as_text(model: &Model, scene: &Scene) -> String {
     section(&mut text, "Cameras", &scene.cameras, |camera| {
         let eye = Vec3::from(camera.world_from_camera.translation);
         let (kind, (field, value)) = projection(camera);
-        vec![shown(&camera.name), kind.into(), format!("{field} {value:.3}"), format!("eye {}", vector_text(eye))]
+        vec![shown(&camera.name), kind.into(), format!("{field} {value:.3}"), format!("eye {}", point_text(scene, eye))]
     });
     section(&mut text, "Lights", &scene.lights, |light| {
         vec![light_kind(light.kind).into(), format!("intensity {}", vector_text(light.intensity))]
@@ -227,15 +227,31 @@ fn light_kind(kind: LightKind) -> &'static str {
     }
 }
 
-fn bounds_json(bounds: &Aabb) -> Value {
-    if bounds.is_empty() { Value::Null } else { json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }) }
+fn bounds_json(scene: &Scene, bounds: &Aabb) -> Value {
+    if bounds.is_empty() {
+        return Value::Null;
+    }
+    json!({ "min": point_json(scene, bounds.min), "max": point_json(scene, bounds.max) })
 }
 
-fn bounds_text(bounds: &Aabb) -> String {
+/// A point of a scene in the coordinates of its file.
+fn point_json(scene: &Scene, point: Vec3) -> Value {
+    match scene.origin {
+        DVec3::ZERO => json!(point.to_array()),
+        origin => json!((origin + point.as_dvec3()).to_array()),
+    }
+}
+
+fn point_text(scene: &Scene, point: Vec3) -> String {
+    let point = scene.origin + point.as_dvec3();
+    format!("({:.3}, {:.3}, {:.3})", point.x, point.y, point.z)
+}
+
+fn bounds_text(scene: &Scene, bounds: &Aabb) -> String {
     if bounds.is_empty() {
         "none".into()
     } else {
-        format!("{} to {}", vector_text(bounds.min), vector_text(bounds.max))
+        format!("{} to {}", point_text(scene, bounds.min), point_text(scene, bounds.max))
     }
 }
 

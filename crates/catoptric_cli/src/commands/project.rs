@@ -51,6 +51,8 @@ struct Query<'a> {
     /// The picture in which bounce points have their pixels.
     view: Option<&'a View>,
     table: &'a Table,
+    /// Where the scene's origin lies in the coordinates of points.
+    origin: DVec3,
 }
 
 pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
@@ -64,7 +66,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     {
         return Err(Failure::usage(format!("{} is both --points and --output", points.display())));
     }
-    if args.eye.is_some() && args.eye.map(|eye| eye.as_vec3()) == args.target {
+    if args.eye.is_some() && args.eye == args.target {
         return Err(Failure::usage("--eye and --target are the same point"));
     }
     let roles = scene_source::pose_roles(&args.pose, options)?;
@@ -104,7 +106,8 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let visibility =
         (!args.ignore_visibility && args.method != search::EXACT).then(|| PathVisibility::of_scene(&scene));
     let view = args.size.map(|_| &view);
-    let query = Query { search: search.as_ref(), visibility, eye, view, table: &table };
+    let origin = scene.origin;
+    let query = Query { search: search.as_ref(), visibility, eye, view, table: &table, origin };
 
     // Errors of the points are distinguished from errors of the written file.
     let mut problem = None;
@@ -172,7 +175,7 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
 
 /// The view in which bounce points have their pixels, and the exact eye.
 fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
-    let eye = args.eye.map(|eye| eye.as_vec3());
+    let eye = args.eye;
     let view_args = ViewArgs {
         size: args.size.unwrap_or(DEFAULT_SIZE),
         camera: args.camera.clone(),
@@ -183,7 +186,7 @@ fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
     };
     let mut camera = drawing::camera(&view_args, scene)?;
     if let Some(eye) = eye {
-        camera.world_from_camera.translation = eye.into();
+        camera.world_from_camera.translation = (eye - scene.origin).as_vec3().into();
     }
     if let Projection::Orthographic { .. } = camera.projection
         && (eye.is_none() || args.size.is_some())
@@ -194,7 +197,7 @@ fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
     }
     let [width, height] = view_args.size;
     let view = scene.view(&camera, width, height);
-    let exact_eye = args.eye.unwrap_or_else(|| view.eye().as_dvec3());
+    let exact_eye = args.eye.map_or_else(|| view.eye().as_dvec3(), |eye| eye - scene.origin);
     Ok((view, exact_eye))
 }
 
@@ -240,6 +243,7 @@ impl Query<'_> {
             let mut counts = PointCounts { points: points.len() as u64, ..PointCounts::default() };
             for (index, &point) in points.iter().enumerate() {
                 found.clear();
+                let point = point - self.origin;
                 let outcome = self.search.search(point, found);
                 counts.cut_short += u64::from(outcome.cut_short);
                 if outcome.infinite {

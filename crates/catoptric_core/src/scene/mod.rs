@@ -38,7 +38,7 @@ pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, 
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -61,6 +61,9 @@ pub struct Scene {
     /// Tangents of normal maps, along the texture's u: unit vectors, then the sign of the bitangent `normal x tangent`;
     /// empty when the whole scene has no normal map.
     pub tangents: Vec<Vec4>,
+    /// Where the scene's origin lies in the coordinates of its file: what is far from the file's origin is moved to the
+    /// scene's before it is rounded to single precision.
+    pub origin: DVec3,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// The object of each triangle.

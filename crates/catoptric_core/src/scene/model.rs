@@ -17,6 +17,8 @@ use std::sync::Arc;
 pub struct Model {
     /// The file or built-in scene it came from, for messages.
     pub name: String,
+    /// Where the origin of its scenes lies in the file's coordinates: [`Scene::origin`](super::Scene::origin).
+    pub origin: DVec3,
     /// All nodes; a parent may stand before or after its children.
     pub nodes: Vec<Node>,
     /// Meshes that nodes place.

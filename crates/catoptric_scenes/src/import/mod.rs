@@ -28,12 +28,18 @@ use std::path::Path;
 /// # Errors
 /// [`SceneError`] when the file or one that it names cannot be read, is broken, or needs something unknown.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    match extension(path).as_str() {
+    near_origin(match extension(path).as_str() {
         "glb" | "gltf" => load_gltf(path),
         "obj" => obj::load(path),
         "toml" => toml_scene::load(path),
         other => Err(no_scene(&path.display().to_string(), other)),
-    }
+    }?)
+}
+
+/// The model, whose scenes lie near their origin.
+fn near_origin(mut model: Model) -> Result<Model, SceneError> {
+    model.move_near_origin()?;
+    Ok(model)
 }
 
 /// Reads a scene from memory, by the extension of its name; `resolver` finds the files that it names.
@@ -41,12 +47,12 @@ pub fn load(path: &Path) -> Result<Model, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
-    match extension(Path::new(name)).as_str() {
+    near_origin(match extension(Path::new(name)).as_str() {
         "glb" | "gltf" => gltf_from(name, bytes, resolver),
         "obj" => obj::from_slice(name, bytes, resolver),
         "toml" => toml_scene::from_slice(name, bytes, resolver),
         other => Err(no_scene(name, other)),
-    }
+    }?)
 }
 
 fn no_scene(name: &str, extension: &str) -> SceneError {

@@ -3,12 +3,16 @@
 use super::files::{self, Folder, MAX_SCENE_BYTES, Resolver};
 use super::picture::{self, TexelBudget};
 use catoptric_core::error::SceneError;
-use catoptric_core::scene::model::{MeshAsset, Model, Node, Primitive};
+use catoptric_core::scene::model::{LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric_core::scene::{Material, Sampler, Texture, TextureBinding};
-use glam::{Affine2, Vec2, Vec3};
+use glam::{Affine2, DQuat, DVec3, Vec2, Vec3};
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
+
+/// Vertices are far from an origin that is so many times their extent away.
+const FAR: f64 = 32.0;
 
 /// Reads an `.obj` file, its materials and their textures.
 ///
@@ -38,6 +42,7 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
         }
     };
     check_lines(name, bytes)?;
+    let (bytes, center) = about_center(bytes);
     let invalid = |error: tobj::LoadError| SceneError::invalid(name, "geometry", error.to_string());
     let (parts, materials) = tobj::load_obj_buf(&mut &bytes[..], &options, load_materials).map_err(invalid)?;
     let materials = materials.or_else(|error| {
@@ -52,7 +57,7 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
     }
     model.materials.push(Material::default());
     for part in parts {
-        add_part(&mut model, part);
+        add_part(&mut model, part, center);
     }
     Ok(model)
 }
@@ -83,7 +88,40 @@ fn check_lines(name: &str, bytes: &[u8]) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn add_part(model: &mut Model, part: tobj::Model) {
+/// The same file with its vertices about their middle, and where that is, if it is far away: the library that reads the
+/// file rounds numbers to single precision.
+fn about_center(bytes: &[u8]) -> (Cow<'_, [u8]>, DVec3) {
+    let vertex = |line: &str| {
+        let mut words = line.split_whitespace();
+        let is_vertex = words.next() == Some("v");
+        let mut number = || words.next().filter(|_| is_vertex)?.parse::<f64>().ok();
+        let position = DVec3::new(number()?, number()?, number()?);
+        position.is_finite().then(|| (position, words.collect::<Vec<&str>>().join(" ")))
+    };
+    let Ok(text) = std::str::from_utf8(bytes) else { return (bytes.into(), DVec3::ZERO) };
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (position, _) in text.lines().filter_map(vertex) {
+        (low, high) = (low.min(position), high.max(position));
+    }
+    let (center, size) = (((low + high) * 0.5).round(), (high - low).length());
+    if !(size > 0.0 && size.is_finite() && center.abs().max_element() > FAR * size) {
+        return (bytes.into(), DVec3::ZERO);
+    }
+    let mut moved = String::with_capacity(text.len());
+    for line in text.lines() {
+        match vertex(line) {
+            Some((position, rest)) => {
+                let [x, y, z] = (position - center).to_array();
+                moved.push_str(&format!("v {x} {y} {z} {rest}"));
+            }
+            None => moved.push_str(line),
+        }
+        moved.push('\n');
+    }
+    (moved.into_bytes().into(), center)
+}
+
+fn add_part(model: &mut Model, part: tobj::Model, center: DVec3) {
     let mesh = part.mesh;
     let triples = |numbers: &[f32]| numbers.chunks_exact(3).map(Vec3::from_slice).collect::<Vec<_>>();
     let positions = triples(&mesh.positions);
@@ -114,7 +152,11 @@ fn add_part(model: &mut Model, part: tobj::Model) {
         material: mesh.material_id.filter(|id| *id < default_material).unwrap_or(default_material),
         ..Primitive::default()
     };
-    model.nodes.push(Node { name: part.name.clone(), mesh: Some(model.meshes.len()), ..Node::default() });
+    let local = match center {
+        DVec3::ZERO => LocalTransform::default(),
+        translation => LocalTransform::Rigid { translation, rotation: DQuat::IDENTITY },
+    };
+    model.nodes.push(Node { name: part.name.clone(), local, mesh: Some(model.meshes.len()), ..Node::default() });
     model.meshes.push(MeshAsset { name: part.name, primitives: vec![primitive], morph_weights: Vec::new() });
 }
 

@@ -8,6 +8,7 @@ use catoptric::methods::overlay::Overlay;
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Role};
 use catoptric::tone::Display;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// One object of the scene, for lists and for what is picked.
@@ -50,6 +51,8 @@ pub struct SceneSummary {
     pub settings: std::collections::BTreeMap<String, toml::Table>,
     /// The parts that were left out or mended while reading.
     pub warnings: Vec<String>,
+    /// Where its origin lies in the coordinates of its file.
+    pub origin: DVec3,
     /// The order that it needs.
     pub order_needed: u32,
     /// What shows it well from its first camera.

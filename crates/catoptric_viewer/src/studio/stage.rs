@@ -163,6 +163,7 @@ impl Stage {
             bounds: scene.bounds,
             settings: self.model.method_settings.clone(),
             warnings: self.model.warnings.clone(),
+            origin: scene.origin,
             order_needed: scene.order_needed(),
             display,
             automatic_stops,

@@ -158,8 +158,8 @@ impl SequenceRecipe {
             motion: *motion,
             size: *size,
             camera: camera.clone(),
-            eye: numbers(eye),
-            target: numbers(target),
+            eye: numbers(&eye.map(|eye| eye.as_vec3())),
+            target: numbers(&target.map(|target| target.as_vec3())),
             up: numbers(up),
             fov: *fov,
             samples: *samples,
@@ -182,7 +182,8 @@ impl SequenceRecipe {
     /// Where the frames are seen from.
     pub(super) fn view(&self) -> ViewArgs {
         let Frames { size, camera, eye, target, up, fov, .. } = &self.sequence;
-        let [eye, target, up] = [eye, target, up].map(|vector| vector.map(Vec3::from_array));
+        let [eye, target] = [eye, target].map(|point| point.map(|point| Vec3::from_array(point).as_dvec3()));
+        let up = up.map(Vec3::from_array);
         ViewArgs { size: *size, camera: camera.clone(), eye, target, up, fov: *fov }
     }
 

@@ -5,7 +5,7 @@ use crate::parse::FileOrStream;
 use catoptric::methods::path_query::FoundPath;
 use catoptric::methods::projector::SpecularPath;
 use catoptric::scene::Scene;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::fmt::Write as _;
 use std::io::{self, Seek, Write};
 
@@ -18,6 +18,8 @@ pub(super) struct Table {
     paths: Vec<[String; 2]>,
     /// The longest names, in bytes.
     names_width: usize,
+    /// Where the scene's origin lies in the coordinates of its file.
+    origin: DVec3,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -54,7 +56,7 @@ impl Table {
         let format = if output.has_extension("npy") { Format::Npy } else { Format::Csv };
         let paths: Vec<[String; 2]> = paths.iter().map(|path| [path.kinds(), path.names(scene)]).collect();
         let names_width = paths.iter().map(|[_, names]| names.len()).max().unwrap_or(0).max(1);
-        Self { format, order, jacobian, paths, names_width }
+        Self { format, order, jacobian, paths, names_width, origin: scene.origin }
     }
 
     /// The names of the columns.
@@ -84,7 +86,7 @@ impl Table {
             cell(coordinate.map_or(Cell::Empty, Cell::Number));
         }
         for (index, at) in path.bounce_points[..self.order].iter().enumerate() {
-            for coordinate in at.to_array() {
+            for coordinate in (*at + self.origin).to_array() {
                 cell(if index < path.bounce_count { Cell::Number(coordinate) } else { Cell::Empty });
             }
         }

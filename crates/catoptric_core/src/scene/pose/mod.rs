@@ -1,5 +1,6 @@
 //! Poses of a [`Model`] as a [`Scene`]: animation, skinning, morphing and placement at one moment.
 
+mod far;
 mod pieces;
 
 use super::edits::{LookRule, MoveRule};
@@ -9,7 +10,7 @@ use super::{Camera, Light, Object, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
-use glam::{Affine3A, DAffine3, DMat4, DQuat, Mat4, Quat, Vec3, Vec4};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 use pieces::{Has, Piece, Place};
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -43,9 +44,7 @@ pub struct PoseMemory {
 /// The animated state of one node.
 #[derive(Clone)]
 struct NodeState {
-    local: Mat4,
-    /// The same in double precision.
-    exact: DMat4,
+    local: DMat4,
     weights: Option<Vec<f32>>,
     /// The way by which rules move it, and it alone.
     moved: Vec3,
@@ -87,14 +86,20 @@ impl Model {
                 materials: self.materials.clone(),
                 textures: self.textures.clone(),
                 environment: self.environment.clone(),
-                region: self.region,
+                origin: self.origin,
+                region: self.region.map(|region| {
+                    let [min, max] = [region.min, region.max].map(|corner| (corner.as_dvec3() - self.origin).as_vec3());
+                    Aabb { min, max }
+                }),
                 ends_in_environment: self.ends_in_environment,
                 bounds: Aabb::EMPTY,
                 ..Scene::default()
             },
         };
+        let placed = |world: &DAffine3| placed_about(self.origin, world);
         for (index, node) in self.nodes.iter().enumerate() {
-            let world = worlds[index];
+            let exact_world = worlds[index];
+            let world = placed(&exact_world);
             if let Some(light) = &node.light {
                 let direction = world.transform_vector3(Vec3::NEG_Z).try_normalize().unwrap_or(Vec3::NEG_Z);
                 let position = world.transform_point3(Vec3::ZERO);
@@ -104,7 +109,8 @@ impl Model {
                 }
             }
             if let Some(analytic) = &node.analytic {
-                builder.add_analytic(node, analytic, &self.exact_world(&states, index), index)?;
+                let translation = exact_world.translation - self.origin;
+                builder.add_analytic(node, analytic, &DAffine3 { translation, ..exact_world }, index)?;
             }
             let Some(mesh_index) = node.mesh else { continue };
             let mesh =
@@ -116,7 +122,7 @@ impl Model {
                         self.skins.get(skin).ok_or_else(|| invalid(format!("nodes[{index}].skin"), "no such skin"))?;
                     let moved = states[index].moved;
                     Some(
-                        joint_matrices(skin, &worlds, moved)
+                        joint_matrices(skin, (&worlds, self.origin), moved)
                             .ok_or_else(|| invalid("skins".into(), "a joint is no node"))?,
                     )
                 }
@@ -132,7 +138,7 @@ impl Model {
                     builder.add_primitive(name, primitive, place(world))?;
                 }
                 for instance in &node.instances {
-                    builder.add_primitive(name, primitive, place(world * *instance))?;
+                    builder.add_primitive(name, primitive, place(placed(&(exact_world * exact(instance)))))?;
                 }
             }
         }
@@ -146,15 +152,15 @@ impl Model {
         Ok(scene)
     }
 
-    fn add_cameras(&self, worlds: &[Affine3A], cameras: &mut Vec<Camera>) -> Result<(), SceneError> {
+    fn add_cameras(&self, worlds: &[DAffine3], cameras: &mut Vec<Camera>) -> Result<(), SceneError> {
         for camera in &self.cameras {
             let parent = match camera.node {
                 Some(node) => {
                     *worlds.get(node).ok_or_else(|| SceneError::invalid(&self.name, "cameras", "no such node"))?
                 }
-                None => Affine3A::IDENTITY,
+                None => DAffine3::IDENTITY,
             };
-            let world = rigid(&(parent * camera.placement));
+            let world = rigid(&placed_about(self.origin, &(parent * exact(&camera.placement))));
             if world.is_finite() {
                 let camera = Camera {
                     name: camera.name.clone(),
@@ -197,8 +203,7 @@ impl Model {
             }
         }
         let states = parts.iter().zip(weights).map(|(local, weights)| NodeState {
-            local: local.matrix(),
-            exact: local.exact_matrix(),
+            local: local.exact_matrix(),
             weights,
             moved: Vec3::ZERO,
         });
@@ -228,8 +233,8 @@ impl Model {
         idle
     }
 
-    fn world_transforms(&self, states: &[NodeState]) -> Result<Vec<Affine3A>, SceneError> {
-        let mut worlds: Vec<Option<Mat4>> = vec![None; self.nodes.len()];
+    fn world_transforms(&self, states: &[NodeState]) -> Result<Vec<DAffine3>, SceneError> {
+        let mut worlds: Vec<Option<DMat4>> = vec![None; self.nodes.len()];
         let mut chain = Vec::new();
         for start in 0..self.nodes.len() {
             let mut node = start;
@@ -250,34 +255,29 @@ impl Model {
                         let field = format!("nodes[{node}]");
                         return Err(SceneError::invalid(&self.name, field, format!("its parent {parent} is no node")));
                     }
-                    None => break Mat4::IDENTITY,
+                    None => break DMat4::IDENTITY,
                 }
             };
             for &node in chain.iter().rev() {
                 let NodeState { local, moved, .. } = &states[node];
                 world *= *local;
-                world.w_axis += moved.extend(0.0);
+                world.w_axis += moved.as_dvec3().extend(0.0);
                 worlds[node] = Some(world);
             }
         }
-        Ok(worlds.into_iter().map(|world| affine(&world.unwrap_or_default())).collect())
+        Ok(worlds.into_iter().map(|world| DAffine3::from_mat4(world.unwrap_or_default())).collect())
     }
 }
 
-impl Model {
-    /// The place of a node in double precision; none of its ancestors may be its own.
-    fn exact_world(&self, states: &[NodeState], node: usize) -> DAffine3 {
-        let mut world = states[node].exact;
-        let mut moved = states[node].moved.as_dvec3();
-        let mut parent = self.nodes[node].parent;
-        while let Some(node) = parent {
-            world = states[node].exact * world;
-            moved += states[node].moved.as_dvec3();
-            parent = self.nodes[node].parent;
-        }
-        let world = DAffine3::from_mat4(world);
-        DAffine3 { translation: world.translation + moved, ..world }
-    }
+fn exact(transform: &Affine3A) -> DAffine3 {
+    let [x, y, z] = [transform.matrix3.x_axis, transform.matrix3.y_axis, transform.matrix3.z_axis];
+    DAffine3::from_cols(x.as_dvec3(), y.as_dvec3(), z.as_dvec3(), transform.translation.as_dvec3())
+}
+
+/// A place about an origin, rounded.
+fn placed_about(origin: DVec3, world: &DAffine3) -> Affine3A {
+    let [x, y, z] = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis].map(|axis| axis.as_vec3());
+    Affine3A::from_cols(x.into(), y.into(), z.into(), (world.translation - origin).as_vec3().into())
 }
 
 fn affine(matrix: &Mat4) -> Affine3A {
@@ -291,19 +291,6 @@ fn rigid(transform: &Affine3A) -> Affine3A {
 }
 
 impl LocalTransform {
-    fn matrix(&self) -> Mat4 {
-        match *self {
-            Self::Matrix(matrix) => matrix,
-            Self::Parts { translation, rotation, scale } => {
-                let length2 = rotation.length_squared();
-                let rotation =
-                    if length2.is_finite() && length2 > 1e-20 { rotation.normalize() } else { Quat::IDENTITY };
-                Mat4::from_scale_rotation_translation(scale, rotation, translation)
-            }
-            Self::Rigid { .. } => self.exact_matrix().as_mat4(),
-        }
-    }
-
     /// The matrix in double precision: of single-precision rotations, that of the nearest unit quaternion.
     fn exact_matrix(&self) -> DMat4 {
         match *self {
@@ -321,11 +308,11 @@ impl LocalTransform {
 }
 
 /// What bends a mesh, which is moved by so much whatever its joints do.
-fn joint_matrices(skin: &Skin, worlds: &[Affine3A], moved: Vec3) -> Option<Vec<Mat4>> {
-    let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY);
+fn joint_matrices(skin: &Skin, (worlds, origin): (&[DAffine3], DVec3), moved: Vec3) -> Option<Vec<Mat4>> {
+    let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY).as_dmat4();
     let joints = skin.joints.iter().enumerate();
-    let moved = Mat4::from_translation(moved);
-    joints.map(|(joint, node)| Some(moved * Mat4::from(*worlds.get(*node)?) * bind(joint))).collect()
+    let moved = DMat4::from_translation(moved.as_dvec3() - origin);
+    joints.map(|(joint, node)| Some((moved * DMat4::from(*worlds.get(*node)?) * bind(joint)).as_mat4())).collect()
 }
 
 /// Positions, normals and tangents of a primitive after morphing; borrowed where nothing changes.

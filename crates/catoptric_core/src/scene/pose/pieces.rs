@@ -90,8 +90,13 @@ impl Piece {
         let mirrored = skinned.is_none() && world.matrix3.determinant() < 0.0;
         let triangles = primitive.triangles.iter();
         let triangles = triangles.filter(|triangle| triangle.iter().all(|&vertex| usable[vertex as usize]));
+        // Where joints mirror a part of a mesh, that part alone turns over.
+        let turns_over = |vertex: u32| match skinned {
+            Some(_) => transform(vertex as usize).matrix3.determinant() < 0.0,
+            None => mirrored,
+        };
         let triangles: Vec<[u32; 3]> =
-            triangles.map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] }).collect();
+            triangles.map(|&[a, b, c]| if turns_over(a) { [a, c, b] } else { [a, b, c] }).collect();
         let mut piece = Self::new(Source::Primitive(Place::new(world, &[], None)));
         if shape.normals.is_empty() {
             piece.add_flat(primitive, &positions, &triangles, has);

@@ -6,7 +6,7 @@ use catoptric::methods::Quality;
 use catoptric::output::shell_word;
 use catoptric::scene::{Projection, Role};
 use catoptric::tone::Display;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The command that draws the left side, to be typed or pasted.
 ///
@@ -24,11 +24,17 @@ pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
         );
     }
     let camera = viewer.camera.filter(|_| viewer.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
-    let words = words(wish, &viewer.source.word(), camera, viewer.camera.is_some())?;
+    let origin = viewer.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
+    let words = words((wish, origin), &viewer.source.word(), camera, viewer.camera.is_some())?;
     Ok(words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" "))
 }
 
-fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -> Result<Vec<String>, String> {
+fn words(
+    (wish, origin): (&Wish, DVec3),
+    scene: &str,
+    camera: Option<usize>,
+    is_own_camera: bool,
+) -> Result<Vec<String>, String> {
     let drawn = &wish.sides[0];
     let mut words: Vec<String> = ["catoptric", "render", scene].map(String::from).to_vec();
     let mut option = |name: &str, value: String| words.push(format!("--{name}={value}"));
@@ -43,8 +49,12 @@ fn words(wish: &Wish, scene: &str, camera: Option<usize>, is_own_camera: bool) -
             let place = &wish.camera.world_from_camera;
             let vector = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
             let eye = Vec3::from(place.translation);
-            option("eye", vector(eye));
-            option("target", vector(eye - Vec3::from(place.matrix3.z_axis)));
+            let in_file = |point: Vec3| match origin {
+                DVec3::ZERO => vector(point),
+                origin => (origin + point.as_dvec3()).to_array().map(|number| number.to_string()).join(","),
+            };
+            option("eye", in_file(eye));
+            option("target", in_file(eye - Vec3::from(place.matrix3.z_axis)));
             option("up", vector(place.matrix3.y_axis.into()));
             option("fov", fov_y.to_degrees().to_string());
         }

@@ -6,6 +6,7 @@ use super::{command, scene_file};
 use crate::studio::order::{Drawn, Order, Wish};
 use catoptric::methods;
 use eframe::egui::{Context, ProgressBar, Ui};
+use glam::DVec3;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -119,7 +120,8 @@ impl Viewer {
         let Some(program) = self.program.clone() else { return self.say(NO_PROGRAM) };
         let Some(wish) = self.sent.clone() else { return };
         let camera = self.camera.filter(|_| self.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
-        let scene = |path: &Path| scene_file::text(&wish, &self.source, path);
+        let origin = self.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
+        let scene = |path: &Path| scene_file::text((&wish, origin), &self.source, path);
         match Errand::begin(task, target, &program, (&wish, camera), scene, self.window.clone()) {
             Ok(errand) => self.errands.push(errand),
             Err(problem) => self.say(problem),

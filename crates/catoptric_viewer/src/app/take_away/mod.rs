@@ -11,6 +11,7 @@ use catoptric::picture::{PictureFormat, encode, encode_rgb8};
 use eframe::egui::{CollapsingHeader, Ui};
 #[cfg(not(target_family = "wasm"))]
 pub(super) use errand::{Errand, Place, Task};
+use glam::DVec3;
 
 /// Buttons that save and copy.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
@@ -80,6 +81,7 @@ fn save_picture(viewer: &mut Viewer, kind: &'static str) {
 
 fn save_scene(viewer: &mut Viewer) {
     let (Some(wish), source) = (viewer.sent.clone(), viewer.source.clone()) else { return };
-    let make = move |path: &std::path::Path| scene_file::text(&wish, &source, path).map(String::into_bytes);
+    let origin = viewer.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
+    let make = move |path: &std::path::Path| scene_file::text((&wish, origin), &source, path).map(String::into_bytes);
     viewer.saves.push(files::save("scene.toml", "toml", Box::new(make)));
 }

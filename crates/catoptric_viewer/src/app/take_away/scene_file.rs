@@ -2,7 +2,7 @@
 
 use crate::studio::order::{Source, Wish};
 use catoptric::scene::{Projection, Role};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -11,15 +11,15 @@ use toml::{Table, Value};
 ///
 /// # Errors
 /// Scenes that are no files.
-pub(super) fn text(wish: &Wish, source: &Source, path: &Path) -> Result<String, String> {
+pub(in crate::app) fn text((wish, origin): (&Wish, DVec3), source: &Source, path: &Path) -> Result<String, String> {
     let mut file = Table::new();
     file.insert("base".into(), Value::String(base(source, path)?));
     if let Projection::Perspective { fov_y } = wish.camera.projection {
         let place = &wish.camera.world_from_camera;
         let eye = Vec3::from(place.translation);
         let camera = Table::from_iter([
-            ("eye".into(), vector(eye)),
-            ("target".into(), vector(eye - Vec3::from(place.matrix3.z_axis))),
+            ("eye".into(), point(origin, eye)),
+            ("target".into(), point(origin, eye - Vec3::from(place.matrix3.z_axis))),
             ("up".into(), vector(place.matrix3.y_axis.into())),
             ("fov_deg".into(), number(fov_y.to_degrees())),
         ]);
@@ -61,6 +61,14 @@ pub(super) fn text(wish: &Wish, source: &Source, path: &Path) -> Result<String, 
 /// A number with the fewest digits that are it.
 fn number(value: f32) -> Value {
     Value::Float(value.to_string().parse().unwrap_or(f64::from(value)))
+}
+
+/// A point of a scene in the coordinates of its file.
+fn point(origin: DVec3, value: Vec3) -> Value {
+    match origin {
+        DVec3::ZERO => vector(value),
+        origin => Value::Array((origin + value.as_dvec3()).to_array().into_iter().map(Value::Float).collect()),
+    }
 }
 
 fn vector(value: Vec3) -> Value {
@@ -118,7 +126,8 @@ mod tests {
         let shown = model.pose(&wish.changes.pose_at(0.0).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("saved.toml");
-        std::fs::write(&path, text(&wish, &Source::of_word("builtin:sphere_room"), &path).unwrap()).unwrap();
+        std::fs::write(&path, text((&wish, DVec3::ZERO), &Source::of_word("builtin:sphere_room"), &path).unwrap())
+            .unwrap();
         let loaded = import::load(&path).unwrap();
         let scene = loaded.pose(&PoseOptions::default()).unwrap();
         assert_eq!((&scene.positions, &scene.normals), (&shown.positions, &shown.normals));

@@ -4,7 +4,7 @@ use super::WireError;
 use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
 use crate::studio::news::{ObjectSummary, SceneSummary};
 use catoptric::math::Aabb;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -19,6 +19,7 @@ pub(super) struct WireScene {
     bounds: [[f32; 3]; 2],
     settings: BTreeMap<String, toml::Table>,
     warnings: Vec<String>,
+    origin: [f64; 3],
     order_needed: u32,
     display: WireDisplay,
     automatic_stops: f32,
@@ -57,6 +58,7 @@ impl From<&SceneSummary> for WireScene {
             bounds: corners(&summary.bounds),
             settings: summary.settings.clone(),
             warnings: summary.warnings.clone(),
+            origin: summary.origin.to_array(),
             order_needed: summary.order_needed,
             display: WireDisplay::from(summary.display),
             automatic_stops: summary.automatic_stops,
@@ -88,6 +90,7 @@ impl WireScene {
             bounds: read_bounds(self.bounds),
             settings: self.settings,
             warnings: self.warnings,
+            origin: DVec3::from_array(self.origin),
             order_needed: self.order_needed,
             display: self.display.read()?,
             automatic_stops: self.automatic_stops,
