@@ -36,8 +36,8 @@ pub(crate) struct Sides {
 }
 
 impl Sides {
-    /// Those of a surface that a ray meets on its outer side or from within, as if no other body were near; `absorption`
-    /// is that of the medium about it.
+    /// Those of a surface that a ray meets on its outer side or from within, as if no other body were near;
+    /// `absorption` is that of the medium about it.
     #[inline(always)]
     pub(crate) fn alone(material: &Material, outside: bool, absorption: Vec3) -> Self {
         let absorption = match (material.has_inside(), outside) {

@@ -7,6 +7,7 @@ mod closed_forms;
 mod lobes;
 mod path_derivatives;
 mod reflection_groups;
+mod scale;
 mod shadows;
 mod sky;
 mod visibility;

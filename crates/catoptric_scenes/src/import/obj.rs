@@ -237,6 +237,22 @@ mod tests {
         assert!(scene.normals.iter().all(|normal| (*normal - Vec3::Z).length() < 1e-6));
     }
 
+    /// Coordinates of a national grid, which single precision rounds to half a metre.
+    #[test]
+    fn vertices_far_away_keep_their_digits() {
+        let text = "v 431872.25 12.5 5810241.53\nv 431873.25 12.5 5810241.53\nv 431872.25 13.5 5810240.03\nf 1 2 3\n";
+        let mut model = from_slice("far.obj", text.as_bytes(), &NoFiles).unwrap();
+        model.move_near_origin().unwrap();
+        assert!(model.warnings.is_empty(), "{:?}", model.warnings);
+        let scene = model.pose(&PoseOptions::default()).unwrap();
+        let corners: Vec<DVec3> = scene.positions.iter().map(|corner| corner.as_dvec3() + scene.origin).collect();
+        let expected =
+            [[431_872.25, 12.5, 5_810_241.53], [431_873.25, 12.5, 5_810_241.53], [431_872.25, 13.5, 5_810_240.03]];
+        for (corner, expected) in corners.iter().zip(expected) {
+            assert!((*corner - DVec3::from_array(expected)).length() < 1e-6, "{corner} {expected:?}");
+        }
+    }
+
     #[test]
     fn materials_are_diffuse() {
         let text = format!("mtllib a.mtl\nusemtl red\n{QUAD}");

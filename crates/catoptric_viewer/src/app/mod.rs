@@ -29,6 +29,7 @@ use catoptric::tone::Display;
 use clock::Clock;
 use eframe::egui::{self, Context, Key, Ui};
 use eframe::egui_wgpu::RenderState;
+use glam::{DVec3, Vec3};
 use hand::{Grip, Tool};
 use navigator::Navigator;
 use shown::{Shown, ShownPicture};
@@ -211,6 +212,12 @@ impl Viewer {
     /// What is wanted now; `None` until a scene is there.
     pub fn wish(&self) -> Option<&Wish> {
         self.sent.as_deref()
+    }
+
+    /// Where the eye is wanted, in the coordinates of the scene's file.
+    pub fn eye(&self) -> Option<DVec3> {
+        let eye = Vec3::from(self.wish()?.camera.world_from_camera.translation);
+        Some(self.scene.as_ref()?.origin + eye.as_dvec3())
     }
 
     /// The picture of a side that is shown, in linear colours.

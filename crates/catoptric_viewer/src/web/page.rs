@@ -120,7 +120,7 @@ impl Page {
             "pictures": viewer.pictures_shown(),
             "size": wish.map(|wish| wish.size),
             "rect": [rect.left(), rect.top(), rect.width(), rect.height()],
-            "eye": wish.map(|wish| wish.camera.world_from_camera.translation.to_array()),
+            "eye": viewer.eye().map(|eye| eye.to_array()),
             "messages": viewer.messages().collect::<Vec<_>>(),
             "remark": viewer.remarks(),
             "processor": viewer.processor(),

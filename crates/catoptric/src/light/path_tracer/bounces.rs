@@ -50,8 +50,8 @@ impl<F: RadianceField> PathTracer<'_, F> {
         bounces
     }
 
-    /// The bounce at a point of a surface, at this distance, and the ray that goes on from it; no bounce where that goes
-    /// straight on, as both sides of the surface are the same. `None`: the path ends.
+    /// The bounce at a point of a surface, at this distance, and the ray that goes on from it; no bounce where that
+    /// goes straight on, as both sides of the surface are the same. `None`: the path ends.
     fn bounce(
         &mut self,
         segment: &Segment,

@@ -217,14 +217,20 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         (self.with_rest(first), hit.as_ref().map_or(f32::INFINITY, Hit::distance))
     }
 
-    /// The radiance that arrives along a ray from a surface that it is known to meet.
+    /// The radiance that arrives along a ray from a surface that it is known to meet, whatever lies before that: the
+    /// ray begins within no body.
     pub fn radiance_from(&mut self, ray: Ray, change: Option<RayDifferential>, encounter: &SurfaceInteraction) -> Vec3 {
-        let start = self.first(ray, change, 0.0);
-        let first = self.meet(&start, start.throughput, encounter, ray.origin.distance(encounter.point.position));
+        let start = Segment::first(ray, change, 0.0);
+        self.radiance_of(&start, encounter)
+    }
+
+    fn radiance_of(&mut self, start: &Segment, encounter: &SurfaceInteraction) -> Vec3 {
+        let distance = start.ray.origin.distance(encounter.point.position);
+        let first = self.meet(start, start.throughput, encounter, distance);
         self.with_rest(first)
     }
 
-    /// The same where the light over some of the surface's lobes is known.
+    /// The same of an eye, which may be within bodies, where the light over some of the surface's lobes is known.
     pub(crate) fn radiance_beside_known(
         &mut self,
         ray: Ray,
@@ -233,7 +239,8 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         known: [Option<LobeLight>; LOBES],
     ) -> Vec3 {
         self.known = known;
-        let radiance = self.radiance_from(ray, change, encounter);
+        let start = self.first(ray, change, 0.0);
+        let radiance = self.radiance_of(&start, encounter);
         self.known = [None; LOBES];
         radiance
     }

@@ -31,11 +31,16 @@ impl Beam<4> {
         let corners = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)];
         let rays = corners.map(|at| view.ray(at.x, at.y));
         let middle = view.ray(0.5 * (low.x + high.x), 0.5 * (low.y + high.y));
-        let inside = middle.origin + middle.direction;
+        // Rays differ in their directions or, where they are parallel, in their origins: directions have no size, and
+        // must not be added to origins, which may be of any.
+        let beside = |ray: &Ray, other: &Ray| match other.origin - ray.origin {
+            Vec3::ZERO => other.direction,
+            step => step,
+        };
         let side = |index: usize| {
             let (ray, next) = (&rays[index], &rays[(index + 1) % 4]);
-            let normal = ray.direction.cross(next.origin + next.direction - ray.origin).normalize_or_zero();
-            let normal = if normal.dot(inside - ray.origin) > 0.0 { -normal } else { normal };
+            let normal = ray.direction.cross(beside(ray, next)).normalize_or_zero();
+            let normal = if normal.dot(beside(ray, &middle)) > 0.0 { -normal } else { normal };
             (normal, normal.dot(ray.origin))
         };
         let forward = middle.direction;

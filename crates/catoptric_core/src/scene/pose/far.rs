@@ -46,13 +46,19 @@ impl Model {
             return Ok(());
         }
         // A round number, so that coordinates stay readable.
-        let step = 2f64.powi(size.log2().floor() as i32);
+        let mut step = 1.0;
+        while step > size {
+            step *= 0.5;
+        }
+        while step * 2.0 <= size {
+            step *= 2.0;
+        }
         self.origin = (center / step).round() * step;
         let rounding = largest * f64::from(f32::EPSILON);
         if rounding > COARSE_STEP * size {
             let warning = format!(
-                "coordinates of meshes lie up to {largest:.3e} from their origin: the file rounds them to steps of about \
-                 {rounding:.1e} (move the meshes' own origins near them)"
+                "coordinates of meshes lie up to {largest:.3e} from their origin: the file rounds them to steps of \
+                 about {rounding:.1e} (move the meshes' own origins near them)"
             );
             self.warnings.push(warning);
         }

@@ -87,10 +87,7 @@ impl Model {
                 textures: self.textures.clone(),
                 environment: self.environment.clone(),
                 origin: self.origin,
-                region: self.region.map(|region| {
-                    let [min, max] = [region.min, region.max].map(|corner| (corner.as_dvec3() - self.origin).as_vec3());
-                    Aabb { min, max }
-                }),
+                region: self.region_about_origin(),
                 ends_in_environment: self.ends_in_environment,
                 bounds: Aabb::EMPTY,
                 ..Scene::default()
@@ -150,6 +147,11 @@ impl Model {
         let mut scene = builder.scene;
         self.add_cameras(&worlds, &mut scene.cameras)?;
         Ok(scene)
+    }
+
+    fn region_about_origin(&self) -> Option<Aabb> {
+        let about = |corner: Vec3| (corner.as_dvec3() - self.origin).as_vec3();
+        self.region.map(|region| Aabb { min: about(region.min), max: about(region.max) })
     }
 
     fn add_cameras(&self, worlds: &[DAffine3], cameras: &mut Vec<Camera>) -> Result<(), SceneError> {

@@ -288,7 +288,7 @@ impl<'a> PathShader<'a> {
             let known = self.lobe_lights.map(|lights| lights.at(at, &encounter.point)).unwrap_or_default();
             (ray, change, encounter, known)
         };
-        let samples = u32::from(surface.barycentrics.samples);
+        let samples = surface.barycentrics.samples;
         let has_lobes = self.scene.material_of(object).lobes().is_some();
         if samples < 4 || has_lobes && self.lobe_lights.is_some() {
             let (ray, change, encounter, (known, is_whole)) = met(part);
