@@ -59,6 +59,8 @@ pub(crate) struct SceneBodies {
     ranks: Vec<u32>,
     /// Their boxes, a little widened.
     boxes: Vec<(u32, Aabb)>,
+    /// About all of them.
+    bounds: Aabb,
     meet: bool,
 }
 
@@ -100,6 +102,9 @@ impl SceneBodies {
             }
         }
         let meet = touching_pairs(&bodies).next().is_some();
+        let about_both =
+            |one: Aabb, (_, other): &(u32, Aabb)| Aabb { min: one.min.min(other.min), max: one.max.max(other.max) };
+        let bounds = bodies.iter().fold(Aabb::EMPTY, about_both);
         // What lies within another body is smaller.
         let mut by_size = bodies.clone();
         by_size.sort_by(|(_, one), (_, other)| one.diagonal().total_cmp(&other.diagonal()));
@@ -107,7 +112,7 @@ impl SceneBodies {
         for (rank, (body, _)) in (0..).zip(by_size) {
             ranks[body as usize] = rank;
         }
-        Self { of_objects, ranks, boxes: bodies, meet }
+        Self { of_objects, ranks, boxes: bodies, bounds, meet }
     }
 
     /// Returns true if some may touch, overlap or lie within each other.
@@ -128,7 +133,8 @@ impl SceneBodies {
     /// The bodies about whose boxes a point lies in.
     pub(super) fn about(&self, point: Vec3) -> impl Iterator<Item = u32> {
         let is_about = move |bounds: &Aabb| bounds.min.cmple(point).all() && bounds.max.cmpge(point).all();
-        self.boxes.iter().filter(move |(_, bounds)| is_about(bounds)).map(|(body, _)| *body)
+        let boxes = if is_about(&self.bounds) { &self.boxes[..] } else { &[] };
+        boxes.iter().filter(move |(_, bounds)| is_about(bounds)).map(|(body, _)| *body)
     }
 }
 

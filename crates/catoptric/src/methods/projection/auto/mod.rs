@@ -54,6 +54,8 @@ struct PreparedChoice {
     quality: Quality,
     mirrors: Mirrors,
     tiled: TiledScene,
+    /// Rays, in place of tiles, follow lenses.
+    follows_lenses: bool,
     report: Report,
 }
 
@@ -102,7 +104,8 @@ impl PreparedChoice {
             tiled.follow_lenses();
         }
         report.choices = choices(scene, &mirrors, follows_lenses);
-        Ok(Self { settings: settings.clone(), scene: scene.clone(), quality, mirrors, tiled, report })
+        let (settings, scene) = (settings.clone(), scene.clone());
+        Ok(Self { settings, scene, quality, mirrors, tiled, follows_lenses, report })
     }
 }
 
@@ -189,12 +192,12 @@ impl Frame for ChoiceFrame<'_> {
 impl ChoiceFrame<'_> {
     /// What is seen directly, and in flat mirrors.
     fn lists(&self, progress: &dyn Progress) -> Result<Vec<DrawList>, Cancelled> {
-        let PreparedChoice { scene, quality, mirrors, .. } = self.prepared;
+        let PreparedChoice { scene, quality, mirrors, follows_lenses, .. } = self.prepared;
         // Paths that have no copy are drawn by tiles.
         let (paths, _) = visible_paths(scene, mirrors, &self.view, quality.order, 1 + max_copies(scene));
         let (order, others) = (quality.order, OtherReflectors::GoOn);
-        let follows_lenses = follows_lenses(scene, *quality);
-        let scenes = MirroredScenes { scene, mirrors, view: &self.view, order, others, follows_lenses };
+        let (view, follows_lenses) = (&self.view, *follows_lenses);
+        let scenes = MirroredScenes { scene, mirrors, view, order, others, follows_lenses };
         parallel::map_stage(progress, "mirroring", paths.len(), |path| scenes.list(&paths[path]))
     }
 
