@@ -2,7 +2,6 @@
 
 use super::accessible::Accessible;
 use super::line::WorkerLine;
-use catoptric::methods::Quality;
 use catoptric::scene::Projection;
 use catoptric_viewer::app::{Start, Viewer, ViewerEvent, read_settings};
 use catoptric_viewer::studio::order::{Beside, Source};
