@@ -10,8 +10,8 @@ const MOST_BODIES: usize = 6;
 /// Boxes count as touching that are nearer than this share of their coordinates.
 const TOUCHING: f32 = 1e-5;
 
-/// Pairs of open objects that are looked at, at most.
-const MOST_PAIRS: usize = 1_000_000;
+/// Pairs of boxes that are looked at, at most.
+const MOST_PAIRS: usize = 10_000_000;
 
 /// The sum of the areas of an open object's faces, as vectors, is larger than this share of the sum of their sizes.
 const OPEN: f64 = 1e-3;
@@ -101,7 +101,9 @@ impl SceneBodies {
                 }
             }
         }
-        let meet = touching_pairs(&bodies).next().is_some();
+        // Among very many they are taken to.
+        let meet =
+            pairs(&bodies).take(MOST_PAIRS + 1).enumerate().any(|(index, pair)| index == MOST_PAIRS || touch(pair));
         let about_both =
             |one: Aabb, (_, other): &(u32, Aabb)| Aabb { min: one.min.min(other.min), max: one.max.max(other.max) };
         let bounds = bodies.iter().fold(Aabb::EMPTY, about_both);
@@ -138,13 +140,16 @@ impl SceneBodies {
     }
 }
 
-/// Pairs of boxes that touch, of those that are sorted along x.
-fn touching_pairs(boxes: &[(u32, Aabb)]) -> impl Iterator<Item = [u32; 2]> {
-    boxes.iter().enumerate().flat_map(|(index, (first, one))| {
-        let after = boxes[index + 1..].iter().take_while(|(_, other)| other.min.x <= one.max.x);
-        let touching = after.filter(|(_, other)| one.min.cmple(other.max).all() && other.min.cmple(one.max).all());
-        touching.map(|(second, _)| [*first, *second])
+/// Pairs of boxes that overlap along x, of those that are sorted along it.
+fn pairs(boxes: &[(u32, Aabb)]) -> impl Iterator<Item = [&(u32, Aabb); 2]> {
+    boxes.iter().enumerate().flat_map(|(index, one)| {
+        let after = boxes[index + 1..].iter().take_while(|(_, other)| other.min.x <= one.1.max.x);
+        after.map(move |other| [one, other])
     })
+}
+
+fn touch([(_, one), (_, other)]: [&(u32, Aabb); 2]) -> bool {
+    one.min.cmple(other.max).all() && other.min.cmple(one.max).all()
 }
 
 /// Makes one body of objects of one material that are open, each for itself, and touch: as of a box whose faces are
@@ -158,8 +163,9 @@ fn join_open_parts(scene: &Scene, boxes: &[(u32, Aabb)], of_objects: &mut [u32])
         }
         object
     };
-    for [one, other] in touching_pairs(&open).take(MOST_PAIRS) {
-        if material(one) == material(other) {
+    for pair in pairs(&open).take(MOST_PAIRS) {
+        let [one, other] = pair.map(|(object, _)| *object);
+        if material(one) == material(other) && touch(pair) {
             let [one, other] = [one, other].map(|object| root(of_objects, object));
             of_objects[one.max(other) as usize] = one.min(other);
         }
