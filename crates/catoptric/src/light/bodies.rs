@@ -107,7 +107,7 @@ impl SceneBodies {
         let about_both =
             |one: Aabb, (_, other): &(u32, Aabb)| Aabb { min: one.min.min(other.min), max: one.max.max(other.max) };
         let bounds = bodies.iter().fold(Aabb::EMPTY, about_both);
-        // What lies within another body is smaller.
+        // A body within another one is smaller.
         let mut by_size = bodies.clone();
         by_size.sort_by(|(_, one), (_, other)| one.diagonal().total_cmp(&other.diagonal()));
         let mut ranks = vec![NONE; scene.objects.len()];
@@ -127,7 +127,7 @@ impl SceneBodies {
         self.of_objects.get(object as usize).copied().filter(|body| *body != NONE)
     }
 
-    /// Of the bodies in one place, the one that fills it.
+    /// The one of the bodies in one place that fills it.
     pub(super) fn filling(&self, bodies: &Bodies) -> Option<u32> {
         bodies.all().iter().copied().min_by_key(|body| self.ranks[*body as usize])
     }
@@ -175,7 +175,7 @@ fn join_open_parts(scene: &Scene, boxes: &[(u32, Aabb)], of_objects: &mut [u32])
     }
 }
 
-/// Whether the faces of an object do not close about something: as vectors their areas do not add up to nothing.
+/// Returns true if the faces of an object do not enclose anything: their areas, as vectors, do not add up to nothing.
 fn is_open(scene: &Scene, object: u32) -> bool {
     let (mut sum, mut size) = (DVec3::ZERO, 0.0);
     for triangle in scene.objects[object as usize].triangles.clone() {

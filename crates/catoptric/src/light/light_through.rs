@@ -25,15 +25,15 @@ pub(super) fn all_meetings(
     std::iter::from_fn(next).take(MOST_MEETINGS)
 }
 
-/// What is less is nothing: a fraction of a step of eight bits.
+/// Smaller shares count as none: a fraction of a step of eight bits.
 const LEAST_SHARE: f32 = 1.0 / 1024.0;
 
-/// What is left of light behind all surfaces that it passes, in any order.
+/// The share of light that is left behind all surfaces that it passes, in any order.
 pub(super) struct LightThrough<'a> {
     /// Which objects let light pass.
     clear: &'a [bool],
     share: Cell<Vec3>,
-    /// What bodies absorb, as exponents: less where the ray enters one, more where it leaves it, each times the
+    /// The exponents of what bodies absorb: less where the ray enters one, more where it leaves it, each times the
     /// distance from the start. A ray that starts within a body only leaves it.
     absorbed: Cell<Vec3>,
 }

@@ -11,8 +11,8 @@ use crate::scene::shade::SurfacePoint;
 use crate::scene::{Material, Ray, Scene};
 use glam::Vec3;
 
-/// Directions in which surfaces are counted about a point, to tell which bodies it is in: planes and axes of few models
-/// lie along them.
+/// Directions in which surfaces are counted about a point, to tell which bodies it is in: the planes and axes of few
+/// models lie along them.
 const DIRECTIONS: [Vec3; 3] =
     [Vec3::new(0.267, 0.863, 0.429), Vec3::new(-0.771, 0.339, 0.539), Vec3::new(0.591, -0.467, -0.658)];
 

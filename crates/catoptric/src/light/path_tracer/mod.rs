@@ -333,6 +333,9 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             bodies: sides.behind,
             absorption: sides.absorption[1],
             passages: segment.passages + 1,
+            // What was counted where the ray began has been taken away where it met this surface.
+            counted: None,
+            density: 0.0,
             deferred: None,
             ..*segment
         });
