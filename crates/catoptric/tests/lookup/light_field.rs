@@ -46,10 +46,10 @@ fn mirror_before_a_wall() -> Scene {
 #[test]
 fn a_scene_on_the_focal_plane_needs_no_more_than_four_views() {
     let scene = mirror_before_a_wall();
-    let view = scene.default_view(160, 160);
+    let view = scene.default_view(96, 96);
     // The plane of views lies at 0.1, the wall at 4.
     let with =
-        |st: u32, disparity: &str| format!("st = {st}\nuv = 512\nfocal_distance = 3.9\ndisparity = '{disparity}'");
+        |st: u32, disparity: &str| format!("st = {st}\nuv = 320\nfocal_distance = 3.9\ndisparity = '{disparity}'");
     let [few, many] = [2, 5].map(|st| picture("light_field", &with(st, "plane"), &scene, &view));
     let apart = Comparison::new(&few, &many).expect("pictures of one size").whole().expect("pixels");
     assert!(apart.rmse < 2e-3, "two views a side show what five show: {apart:?}");
@@ -63,12 +63,12 @@ fn a_scene_on_the_focal_plane_needs_no_more_than_four_views() {
 #[test]
 fn finer_slabs_are_nearer_to_the_truth_and_beat_environment_maps() {
     let scene = scene("sphere_room");
-    let view = scene.default_view(200, 150);
+    let view = scene.default_view(120, 90);
     let flip = |settings: &str| error("light_field", settings, &scene, &view).flip_mean;
-    let by_uv = [16, 32, 64].map(|uv| flip(&format!("st = 16\nuv = {uv}")));
+    let by_uv = [12, 24, 48].map(|uv| flip(&format!("st = 16\nuv = {uv}")));
     // With these few views it is they that limit the last.
     assert!(by_uv[0] > 1.2 * by_uv[1] && by_uv[1] > 1.05 * by_uv[2], "{by_uv:?}");
-    let by_st = [4, 8, 16].map(|st| flip(&format!("st = {st}\nuv = 48\ndisparity = 'plane'")));
+    let by_st = [3, 6, 12].map(|st| flip(&format!("st = {st}\nuv = 36\ndisparity = 'plane'")));
     assert!(by_st[0] > 1.1 * by_st[1] && by_st[1] > 1.1 * by_st[2], "{by_st:?}");
     let map = error("environment_map", "", &scene, &view).flip_mean;
     let corrected = error("environment_map", "parallax = 'box'", &scene, &view).flip_mean;
@@ -84,9 +84,9 @@ fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
     mirrors.region = bounds.reduce(Aabb::union);
     // The other sphere is a small part of what each shows.
     for (name, scene, share) in [("glass_sphere", scene("glass_sphere"), 0.6), ("two_spheres", mirrors, 0.97)] {
-        let view = scene.default_view(160, 120);
+        let view = scene.default_view(96, 72);
         let error = |transfer: &str| {
-            let settings = format!("st = 16\nuv = 48\ntransfer = '{transfer}'");
+            let settings = format!("st = 12\nuv = 36\ntransfer = '{transfer}'");
             drawing::error("light_field", &settings, &scene, &view, quality).flip_mean
         };
         let (traced, first) = (error("traced"), error("first"));
@@ -204,9 +204,9 @@ fn baked_slabs_draw_what_captured_ones_do() {
 fn views_on_the_box_show_near_things_that_cross_the_planes_of_slabs() {
     for (name, most) in [("sphere_room", 0.75), ("two_spheres", 0.9)] {
         let scene = scene(name);
-        let view = scene.default_view(200, 150);
+        let view = scene.default_view(120, 90);
         let off = |settings: &str| error("light_field", settings, &scene, &view);
-        let (slabs, sides) = (off("st = 16\nuv = 48"), off("layout = 'box'\nst = 8\nuv = 96"));
+        let (slabs, sides) = (off("st = 12\nuv = 36"), off("layout = 'box'\nst = 6\nuv = 72"));
         let [of_slabs, of_sides] = [&slabs, &sides].map(|error| error.over_0_1);
         assert!(of_sides < most * of_slabs, "{name}: {sides:?}, slabs {slabs:?}");
         assert!(sides.flip_mean < slabs.flip_mean, "{name}: {sides:?}, slabs {slabs:?}");
