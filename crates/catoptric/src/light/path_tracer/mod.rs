@@ -16,7 +16,7 @@ use crate::scene::hit::Hit;
 use crate::scene::shade::{SurfaceInteraction, SurfacePoint};
 use crate::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedEncounter, View, ViewRays};
 use glam::Vec3;
-pub(crate) use lobes::{LOBES, LobeLight, SharedRays};
+pub(crate) use lobes::{LOBES, LobeLight, SharedLight, SharedRays};
 use rough::RoughRays;
 pub(crate) use waves::Cone;
 use waves::Waves;

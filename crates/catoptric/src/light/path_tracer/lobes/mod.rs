@@ -18,7 +18,7 @@ use crate::scene::{FilmReflectance, Lamps, Lobes, Material, Ray};
 use glam::{Vec2, Vec3};
 pub(crate) use light::{LOBES, LobeLight};
 use lobe::{Lobe, SurfaceLobes};
-pub(crate) use shared_rays::SharedRays;
+pub(crate) use shared_rays::{SharedLight, SharedRays};
 use std::sync::LazyLock;
 
 /// The numbers that choose lobes, those that choose cones of a lobe, and those that choose facets differ.

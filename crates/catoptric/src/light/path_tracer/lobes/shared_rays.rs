@@ -29,8 +29,9 @@ const EMITTER_RAYS: usize = 8;
 
 const MOST_RAYS: usize = RAYS + EMITTER_RAYS;
 
-/// Places whose rays have numbers of their own, in a square.
+/// Places whose rays have numbers of their own, in a square; and how often each of them may have rays.
 const PLACES: u32 = 4;
+const ROUNDS: u32 = 1 + MOST_MORE_ROUNDS;
 
 /// The farthest that normals of places differ, in widths of the facets' distribution.
 const LARGEST_TURN: f32 = 2.5;
@@ -39,6 +40,13 @@ const LARGEST_TURN: f32 = 2.5;
 /// own tell more. Chosen between noise on flat surfaces and errors on narrowly bent ones and where things touch.
 const LEAST_ALIKE: f32 = 8.0;
 const LEAST_SHARED: f32 = 4.0;
+
+/// The least reach of a place, times its lobe's width, in its sizes: below it, every pixel sees something else. Wide
+/// lobes err less by what is a little too far away than by too few rays. Chosen on metal floors under five things.
+const LEAST_REACH: f32 = 0.01;
+
+/// The most rounds of rays that a place needs beside its first where its neighbours' rays do not serve.
+const MOST_MORE_ROUNDS: u32 = LEAST_SHARED as u32 - 1;
 
 /// How much nearer or farther what a ray has found may count as from another place, as a factor of areas.
 const LARGEST_APPROACH: f32 = 4.0;
@@ -149,13 +157,16 @@ impl SharedRays {
         (1.0 - turn - 2.0 * width * width).max(0.0)
     }
 
-    /// The light over the lobe, by its own rays and those of others, each with a factor; `None` where too few serve.
-    pub(crate) fn light(&self, others: &[(&Self, f32)]) -> Option<LobeLight> {
+    /// The light over the lobe, by its own rays, those of more rounds from its place, and those of others, each with a
+    /// factor. `side` is that of what the place stands for.
+    pub(crate) fn light(&self, side: f32, more: &[&Self], others: &[(&Self, f32)]) -> SharedLight {
         // Where one of them sees something near, all may soon.
         let reach = others.iter().fold(self.reach, |reach, (other, _)| reach.min(other.reach));
         let mut sums = Sums::default();
-        self.add(self, 1.0, &mut sums);
-        let (mut alike, mut shared) = (1.0, 1.0);
+        for own in [self].iter().chain(more) {
+            self.add(own, 1.0, &mut sums);
+        }
+        let (mut alike, mut shared) = (1.0, 1.0 + more.len() as f32);
         for (other, factor) in others {
             let likeness = factor * self.likeness(other);
             let apart = self.lobe.position.distance_squared(other.lobe.position) / (reach * reach);
@@ -167,12 +178,17 @@ impl SharedRays {
                 self.add(other, weight, &mut sums);
             }
         }
-        if alike < LEAST_ALIKE || shared < LEAST_SHARED {
-            return None;
+        if alike < LEAST_ALIKE {
+            return SharedLight::Unknown;
+        }
+        if shared < LEAST_SHARED {
+            let is_far = reach * lobe_width(self.lobe.alpha.min_element()) > LEAST_REACH * side;
+            let rounds = (LEAST_SHARED - shared).ceil() as u32;
+            return if is_far { SharedLight::Lacks { rounds } } else { SharedLight::Unknown };
         }
         let Sums { weight, sky, visible, found, lamps: [of_lamps, arriving] } = sums;
         let share = |part: f32, all: f32| if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 1.0 };
-        Some(LobeLight {
+        SharedLight::Known(LobeLight {
             visible: Vec3::new(share(visible.x, sky.x), share(visible.y, sky.y), share(visible.z, sky.z)),
             found: if weight > 0.0 { (found / weight).max(Vec3::ZERO) } else { Vec3::ZERO },
             visible_lamps: share(arriving, of_lamps),
@@ -216,10 +232,21 @@ impl SharedRays {
     }
 }
 
+/// What rays tell of the light over a lobe.
+pub(crate) enum SharedLight {
+    Known(LobeLight),
+    /// So many rounds of rays from the place itself are missing, where things are too near for others to see the same.
+    Lacks {
+        rounds: u32,
+    },
+    /// The surface is so bent, or things are so near, that pixels see something else each: their own rays tell more.
+    Unknown,
+}
+
 /// Numbers and points of the unit disc for the rays of so many places: those of each are spread evenly, and so are
-/// those of all (the first two numbers of the sequence of Sobol 1967).
+/// those of all, round by round (the first two numbers of the sequence of Sobol 1967).
 static NUMBERS: LazyLock<Vec<(Vec2, Vec2)>> = LazyLock::new(|| {
-    let all = PLACES * PLACES * RAYS as u32;
+    let all = ROUNDS * PLACES * PLACES * RAYS as u32;
     let middle = |index| random::sobol(index) + 0.5 / all as f32;
     (0..all).map(middle).map(|number| (number, disc_point(number))).collect()
 });
@@ -232,12 +259,13 @@ fn place_number(column: u32, row: u32) -> u32 {
 impl<F: RadianceField> PathTracer<'_, F> {
     /// Traces rays that leave a surface by its lobes, where a path meets it first. None for lobes that are too narrow
     /// for it, or too weak, or that go on within a body; tells whether there are any that are narrow or go on within.
+    /// `place` is a column, a row, and a round, which choose the rays.
     pub(crate) fn shared_rays(
         &mut self,
         ray: &Ray,
         change: &RayDifferential,
         encounter: &SurfaceInteraction,
-        [column, row]: [u32; 2],
+        [column, row, round]: [u32; 3],
     ) -> ([Option<SharedRays>; LOBES], bool) {
         let (scene, point, direction) = (self.scene, &encounter.point, ray.direction);
         let material = scene.material_of(point.object);
@@ -250,7 +278,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let films = at.film.map(|film| [at.specular, at.base].map(|base| FilmReflectance::new(&film, base)));
         let of_surface = SurfaceLobes { at: &at, material, lobes, films: films.as_ref(), color: None, eta_factor: 1.0 };
         let (found, _) = of_surface.met(point, direction);
-        let place = place_number(column, row);
+        let place = round * PLACES * PLACES + place_number(column, row);
         let segment = Segment::first(*ray, Some(*change), 0.0);
         let mut has_others = at.coverage < 1.0;
         let rays = found.map(|lobe| {

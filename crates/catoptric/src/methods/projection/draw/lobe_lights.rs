@@ -1,11 +1,12 @@
 //! Light over the wide lobes of what a picture shows, from rays that neighbours share.
 //!
 //! Rays leave the middle of every cell of pixels; each cell then takes the mean over its lobes from the rays of all
-//! cells around it. Pixels take theirs from the four nearest cells that show the same surface; where there are none, as
-//! at rims and on thin things, rays of their own tell.
+//! cells around it. Where things are so near that these see something else, as at contacts, more rays of its own make
+//! up for them. Pixels take theirs from the four nearest cells that show the same surface; where there are none, as at
+//! rims and on thin things, rays of their own tell.
 
 use crate::error::RenderError;
-use crate::light::path_tracer::{LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedRays};
+use crate::light::path_tracer::{LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedLight, SharedRays};
 use crate::light::tracer::Tracer;
 use crate::light::wide_hierarchy::Treelet;
 use crate::methods::Job;
@@ -113,10 +114,19 @@ impl LobeLights {
                 }
                 traced.push(row);
             }
-            let lit = parallel::map_collect(band.len(), |row| {
-                (0..columns).map(|column| lit(&traced, band.start + row, column)).collect::<Vec<_>>()
+            let found = parallel::map_init_collect(band.len() * runs, init, |(paths, treelet), run| {
+                let (row, first) = (band.start + run / runs, run % runs * RUN);
+                let columns = first..(first + RUN).min(columns);
+                stage.check().map(|()| cells.light(paths, treelet, &traced, row, columns))
             });
-            rows.extend(lit);
+            let mut found = found.into_iter();
+            for _ in band.clone() {
+                let mut row = Vec::with_capacity(columns);
+                for run in found.by_ref().take(runs) {
+                    row.append(&mut run?);
+                }
+                rows.push(row);
+            }
             // Nobody looks at these again.
             for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
                 *row = Vec::new();
@@ -168,35 +178,88 @@ impl Cells<'_, '_> {
         row: usize,
         columns: Range<usize>,
     ) -> Vec<Option<Box<TracedPlace>>> {
-        let scene = self.job.scene;
-        let middle = |column: usize| (UVec2::new(column as u32, row as u32).as_vec2() + 0.5) * CELL_PX as f32;
-        let (low, high) = (middle(columns.start), middle(columns.end - 1));
+        self.gather(treelet, row, &columns);
+        columns.map(|column| self.traced(paths, treelet, [column as u32, row as u32, 0]).map(Box::new)).collect()
+    }
+
+    /// Gathers what the first rays of some cells in a row may meet.
+    fn gather(&self, treelet: &mut Treelet, row: usize, columns: &Range<usize>) {
+        let [low, high] = [columns.start, columns.end - 1].map(|column| middle(column as u32, row as u32));
         self.tracer.gather(&self.rays, low, high, treelet);
-        let traced = columns.map(|column| {
-            let at = middle(column);
-            let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
-            let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet)?;
-            scene.material_of(hit.object(scene)).lobes()?;
-            let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
-            let (rays, has_others) = paths.shared_rays(&ray, &change, &encounter, [column as u32, row as u32]);
-            if rays.iter().all(Option::is_none) {
-                return None;
-            }
-            let SurfacePoint { object, position, geometric_normal, .. } = encounter.point;
-            let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
-            let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
-            let side = across.max(along);
-            Some(Box::new(TracedPlace { place: Place { object, position, geometric_normal, side }, rays, has_others }))
+    }
+
+    /// The place of a cell in a column and a row, with the rays of a round.
+    fn traced(&self, paths: &mut PathTracer<'_>, treelet: &Treelet, number: [u32; 3]) -> Option<TracedPlace> {
+        let (scene, at) = (self.job.scene, middle(number[0], number[1]));
+        let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+        let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet)?;
+        scene.material_of(hit.object(scene)).lobes()?;
+        let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
+        let (rays, has_others) = paths.shared_rays(&ray, &change, &encounter, number);
+        if rays.iter().all(Option::is_none) {
+            return None;
+        }
+        let SurfacePoint { object, position, geometric_normal, .. } = encounter.point;
+        let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
+        let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
+        let side = across.max(along);
+        Some(TracedPlace { place: Place { object, position, geometric_normal, side }, rays, has_others })
+    }
+
+    /// The light over the lobes of some cells in a row, by their rays and those of their neighbours.
+    fn light(
+        &self,
+        paths: &mut PathTracer<'_>,
+        treelet: &mut Treelet,
+        traced: &[Vec<Option<Box<TracedPlace>>>],
+        row: usize,
+        columns: Range<usize>,
+    ) -> Vec<Option<Box<LitPlace>>> {
+        let mut is_gathered = false;
+        let cells = columns.clone();
+        let lit = cells.map(|column| {
+            let own = traced[row][column].as_deref()?;
+            let lights = lights(traced, [row, column], &[]);
+            let lacking = lights.iter().flatten().map(|light| match light {
+                SharedLight::Lacks { rounds } => *rounds,
+                _ => 0,
+            });
+            let lights = match lacking.max().unwrap_or(0) {
+                0 => lights,
+                rounds => {
+                    if !std::mem::replace(&mut is_gathered, true) {
+                        self.gather(treelet, row, &columns);
+                    }
+                    let round = |round| self.traced(paths, treelet, [column as u32, row as u32, round]);
+                    let more: Vec<TracedPlace> = (1..=rounds).filter_map(round).collect();
+                    self::lights(traced, [row, column], &more)
+                }
+            };
+            let lights = lights.map(|light| match light? {
+                SharedLight::Known(light) => Some(light),
+                SharedLight::Lacks { .. } | SharedLight::Unknown => None,
+            });
+            let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
+            Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
         });
-        traced.collect()
+        lit.collect()
     }
 }
 
-/// The light over the lobes of a cell's place, by its rays and those of its neighbours.
-fn lit(traced: &[Vec<Option<Box<TracedPlace>>>], row: usize, column: usize) -> Option<Box<LitPlace>> {
-    let own = traced[row][column].as_deref()?;
+/// The middle of a cell, in pixels.
+fn middle(column: u32, row: u32) -> Vec2 {
+    (UVec2::new(column, row).as_vec2() + 0.5) * CELL_PX as f32
+}
+
+/// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours.
+fn lights(
+    traced: &[Vec<Option<Box<TracedPlace>>>],
+    [row, column]: [usize; 2],
+    more: &[TracedPlace],
+) -> [Option<SharedLight>; LOBES] {
     let around = |middle: usize, end: usize| middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end);
-    let lights: [Option<LobeLight>; LOBES] = std::array::from_fn(|lobe| {
+    let Some(own) = traced[row][column].as_deref() else { return [const { None }; LOBES] };
+    std::array::from_fn(|lobe| {
         let rays = own.rays[lobe].as_ref()?;
         let mut others = [(rays, 0.0); (2 * NEIGHBOURS + 1).pow(2)];
         let mut count = 0;
@@ -217,8 +280,7 @@ fn lit(traced: &[Vec<Option<Box<TracedPlace>>>], row: usize, column: usize) -> O
                 }
             }
         }
-        rays.light(&others[..count])
-    });
-    let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
-    Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
+        let more = more.iter().filter_map(|place| place.rays[lobe].as_ref()).collect::<Vec<_>>();
+        Some(rays.light(own.place.side, &more, &others[..count]))
+    })
 }
