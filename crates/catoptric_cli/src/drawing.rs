@@ -10,7 +10,7 @@ use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
-use catoptric::progress::Progress;
+use catoptric::progress::{Progress, Silent};
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
@@ -111,6 +111,7 @@ impl<'a> Shot<'a> {
         view: &'a ViewArgs,
         draw: &DrawArgs,
         frames: u32,
+        progress: &dyn Progress,
     ) -> Result<Self, Failure> {
         if view.eye.is_some() && view.eye == view.target {
             return Err(Failure::usage("--eye and --target are the same point"));
@@ -132,7 +133,7 @@ impl<'a> Shot<'a> {
         let moment = (roles, args.shadows, args.pose.time);
         // The order is known once the scene is.
         let quality = Quality { samples: draw.samples, order: 0 };
-        let mut shot = Self::of(model, moment, (view, draw.motion, frames), quality, bakes)?;
+        let mut shot = Self::of(model, moment, (view, draw.motion, frames), quality, bakes, progress)?;
         shot.quality.order = match draw.order {
             Order::Exact(order) => order,
             // That of bakes, where none is named.
@@ -153,8 +154,9 @@ impl<'a> Shot<'a> {
         (view, motion, frames): (&'a ViewArgs, Motion, u32),
         quality: Quality,
         bakes: Shelf,
+        progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        let scene = Arc::new(scene_source::pose(&model, time, &roles, shadows, None)?);
+        let scene = Arc::new(scene_source::pose(&model, time, &roles, shadows, None, progress)?);
         let (budget_ms, setup_ms, gpu) = (None, Vec::new(), None);
         let shot =
             Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
@@ -168,7 +170,9 @@ impl<'a> Shot<'a> {
         match self.motion {
             Motion::None | Motion::Eye => Ok(self.scene.clone()),
             Motion::Animation => {
-                Ok(Arc::new(scene_source::pose(&self.model, self.time_of(frame), &self.roles, self.shadows, None)?))
+                let time = self.time_of(frame);
+                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, None, &Silent)?;
+                Ok(Arc::new(scene))
             }
         }
     }
@@ -275,7 +279,7 @@ impl<'a> Shot<'a> {
             if self.motion == Motion::Animation {
                 let time = self.time_of(frame);
                 let before = Some((&*drawing.scene, &mut memory));
-                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, before)?;
+                let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, before, progress)?;
                 stages.push(("pose", milliseconds(start)));
                 drawing.scene = Arc::new(scene);
                 drawing.prepared.update(&drawing.scene, self.quality, progress)?;

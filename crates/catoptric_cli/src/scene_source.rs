@@ -3,8 +3,9 @@
 use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
-use catoptric::error::SceneError;
+use catoptric::error::{RenderError, SceneError};
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
+use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
 use catoptric_scenes::{builtin, import, light_if_dark, studio};
@@ -79,6 +80,7 @@ pub(crate) fn pose(
     roles: &[RoleRule],
     shadows: Shadows,
     before: Option<(&Scene, &mut PoseMemory)>,
+    progress: &dyn Progress,
 ) -> Result<Scene, Failure> {
     let options = PoseOptions { time, roles: roles.to_vec(), ..PoseOptions::default() };
     let (before, posed) = match before {
@@ -96,7 +98,7 @@ pub(crate) fn pose(
             Some(before) => cast_shadows_as(before, &mut scene),
             None => cast_shadows(&mut scene),
         }
-        shadow_sky(&mut scene);
+        shadow_sky(&mut scene, progress).map_err(RenderError::from)?;
     }
     Ok(scene)
 }

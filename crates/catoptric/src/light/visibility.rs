@@ -2,6 +2,7 @@
 
 use super::tracer::Tracer;
 use super::wide_hierarchy::Treelet;
+use crate::progress::{Cancelled, Progress};
 use crate::scene::{AlphaMode, Light, LightVisibility, Material, Ray, Role, Scene};
 use glam::Vec3;
 use std::any::Any;
@@ -71,14 +72,18 @@ fn clear(scene: &Scene) -> Vec<bool> {
 /// surfaces that emit it. Without either nothing changes.
 ///
 /// The same surfaces cast shadows as of lights. It is made for one pose.
-pub fn shadow_sky(scene: &mut Scene) {
+///
+/// # Errors
+/// [`Cancelled`]; nothing is shadowed then.
+pub fn shadow_sky(scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
     scene.sky = None;
     if scene.environment.is_none() && !has_emitters(scene) {
-        return;
+        return Ok(());
     }
     let means = scene.light_visibility.clone().unwrap_or_else(|| means(scene));
-    scene.sky = scene.seen_sky(&*means).map(Arc::new);
+    scene.sky = scene.seen_sky(&*means, progress)?.map(Arc::new);
     scene.light_visibility = Some(means);
+    Ok(())
 }
 
 fn has_emitters(scene: &Scene) -> bool {
@@ -97,7 +102,10 @@ pub fn cast_shadows_as(before: &Scene, scene: &mut Scene) {
 /// [`shadow_sky`] for another moment of a scene whose sky is shadowed, `before`: where the same triangles are
 /// elsewhere, shares of the sky stay with them, as finding them takes longer than a frame. Shadows of suns are those
 /// of the moment.
-pub fn shadow_sky_as(before: &Scene, scene: &mut Scene) {
+///
+/// # Errors
+/// [`Cancelled`]; nothing is shadowed then.
+pub fn shadow_sky_as(before: &Scene, scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
     let has_same_light = match (&before.environment, &scene.environment) {
         (Some(before), Some(now)) => Arc::ptr_eq(before, now),
         (before, now) => before.is_none() && now.is_none(),
@@ -107,8 +115,9 @@ pub fn shadow_sky_as(before: &Scene, scene: &mut Scene) {
             scene.sky = Some(sky.clone());
             let means = scene.light_visibility.take().unwrap_or_else(|| means_as(before, scene));
             scene.light_visibility = Some(means);
+            Ok(())
         }
-        None => shadow_sky(scene),
+        None => shadow_sky(scene, progress),
     }
 }
 

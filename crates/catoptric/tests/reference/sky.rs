@@ -1,6 +1,7 @@
 //! What surfaces see of light from infinity, by closed forms.
 
 use catoptric::light::visibility::shadow_sky;
+use catoptric::progress::{Cancelled, Progress, Silent};
 use catoptric::scene::{Environment, Material, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::{Vec2, Vec3};
@@ -18,7 +19,7 @@ fn on_a_floor(sky: Environment, add: impl Fn(&mut SceneBuilder)) -> Scene {
     add(&mut builder);
     let mut scene = builder.build();
     scene.environment = Some(Arc::new(sky));
-    shadow_sky(&mut scene);
+    shadow_sky(&mut scene, &Silent).expect("nobody cancels it");
     scene
 }
 
@@ -143,4 +144,20 @@ fn suns_cast_sharp_shadows() {
         let expected = if has_sun { sunny } else { 0.2 };
         assert!((found - expected).abs() < 0.02 * sunny, "({x}, {z}): {found}, {expected}");
     }
+}
+
+/// Work that is called off leaves the sky as it is without shadows.
+#[test]
+fn shadows_of_the_sky_can_be_called_off() {
+    struct CalledOff;
+    impl Progress for CalledOff {
+        fn at(&self, _stage: &str, done: u64, of: u64) -> Result<(), Cancelled> {
+            assert!(done <= of, "{done} of {of}");
+            if done > 0 { Err(Cancelled) } else { Ok(()) }
+        }
+    }
+    let mut scene = on_a_floor(even_sky(), |_| ());
+    assert!(scene.sky.is_some());
+    assert_eq!(shadow_sky(&mut scene, &CalledOff), Err(Cancelled));
+    assert!(scene.sky.is_none());
 }

@@ -48,7 +48,7 @@ pub(crate) fn run(
     for wanted in &selected.methods {
         check_samples(args.draw.samples, methods::find(&wanted.id).map_err(Failure::usage)?)?;
     }
-    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
+    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames, terminal)?;
     let truth_method = settings::choose("reference", &shot.model, &selected.truth)?;
     let mut methods = Vec::new();
     let ids: Vec<&str> = selected.methods.iter().map(|wanted| wanted.id.as_str()).collect();

@@ -5,6 +5,7 @@ use crate::args::{InfoArgs, Shadows};
 use crate::failure::Failure;
 use crate::scene_source;
 use catoptric::math::Aabb;
+use catoptric::progress::Silent;
 use catoptric::scene::{AlphaMode, Camera, LightKind, Material, Model, Projection, Role, Scene};
 use clap::ArgMatches;
 use glam::{DVec3, Vec3};
@@ -13,7 +14,7 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
     let model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref(), !roles.is_empty())?;
-    let scene = scene_source::pose(&model, args.scene.pose.time, &roles, Shadows::Off, None)?;
+    let scene = scene_source::pose(&model, args.scene.pose.time, &roles, Shadows::Off, None, &Silent)?;
     if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
 

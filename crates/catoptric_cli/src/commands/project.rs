@@ -14,7 +14,7 @@ use catoptric::methods::projection::find::path_visibility::PathVisibility;
 use catoptric::methods::projection::find::projected_paths::path_search;
 use catoptric::methods::projector::MAX_BOUNCES;
 use catoptric::methods::{self, Job, Quality};
-use catoptric::progress::{Cancelled, Progress};
+use catoptric::progress::{Cancelled, Progress, Silent};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Projection, Role, Scene, View};
 use catoptric::{output as files, parallel};
@@ -73,7 +73,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
     let model = scene_source::load(&args.scene, None, false)?;
-    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None)?);
+    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None, &Silent)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 

@@ -22,7 +22,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     let method = methods::find(&args.method).map_err(Failure::usage)?;
     check_samples(args.draw.samples, method)?;
     let outputs = outputs(args)?;
-    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames)?;
+    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames, terminal)?;
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     baked::check_methods(&shot.bakes, &[&args.method])?;
     let chosen = settings::choose_baked(&args.method, &given, &shot)?;

@@ -101,11 +101,11 @@ impl Stage {
         match &self.posed {
             Some((.., before)) => {
                 cast_shadows_as(before, &mut scene);
-                shadow_sky_as(before, &mut scene);
+                shadow_sky_as(before, &mut scene, &Silent).expect("nobody cancels it");
             }
             None => {
                 cast_shadows(&mut scene);
-                shadow_sky(&mut scene);
+                shadow_sky(&mut scene, &Silent).expect("nobody cancels it");
             }
         }
         let scene = Arc::new(scene);

@@ -104,7 +104,7 @@ pub(crate) fn settle(session: &mut Session, is_so: impl Fn(&Viewer) -> bool) {
 pub(crate) fn scene(spec: &str) -> Arc<Scene> {
     let mut scene = builtin::parse(spec).unwrap().pose(&PoseOptions::default()).unwrap();
     cast_shadows(&mut scene);
-    shadow_sky(&mut scene);
+    shadow_sky(&mut scene, &Silent).unwrap();
     Arc::new(scene)
 }
 

@@ -84,7 +84,7 @@ pub(super) fn plan(args: &BakeFramesArgs, options: &ArgMatches, terminal: &Termi
     place::check(&args.output)?;
     let recipe = SequenceRecipe::new(args, options)?;
     let view = recipe.view();
-    let sequence = recipe.sequence(&view)?;
+    let sequence = recipe.sequence(&view, terminal)?;
     let identity = sequence.identity()?;
     if args.motion == Motion::Animation && args.frames > 1 && sequence.shot.model.animations.is_empty() {
         terminal.warn(&["the scene has no animation: all frames are the same; --motion eye moves the eye".into()]);
@@ -188,7 +188,7 @@ impl SequenceRecipe {
     }
 
     /// Loads the scene and the bakes.
-    pub(super) fn sequence<'a>(&self, view: &'a ViewArgs) -> Result<Sequence<'a>, Failure> {
+    pub(super) fn sequence<'a>(&self, view: &'a ViewArgs, progress: &dyn Progress) -> Result<Sequence<'a>, Failure> {
         let Frames { frames, motion, size, samples, baked, format, .. } = &self.sequence;
         let (method, given, order) = self.of.method();
         let (model, moment) = self.of.model()?;
@@ -196,7 +196,7 @@ impl SequenceRecipe {
         baked::check_methods(&shelf, &[method])?;
         let hashes = shelf.files().map(|(_, file)| file.plan_hash().to_string()).collect();
         let quality = Quality { samples: *samples, order };
-        let shot = Shot::of(model, moment, (view, *motion, *frames), quality, shelf)?;
+        let shot = Shot::of(model, moment, (view, *motion, *frames), quality, shelf, progress)?;
         let chosen = settings::choose_baked(method, given, &shot)?;
         if let Some(unfit) = &chosen.unfit {
             return Err(Failure::input(unfit));

@@ -49,7 +49,7 @@ pub(crate) fn run(args: &BakeArgs, options: &ArgMatches, terminal: &Terminal) ->
 fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     place::check_file(&args.output)?;
     let recipe = Recipe::new(&args.what, options)?;
-    let ingredients = recipe.ingredients()?;
+    let ingredients = recipe.ingredients(terminal)?;
     let bake = ingredients.bake()?;
     let name = args.output.display();
     let is_made = || args.output.is_file() && bake.open(&args.output).is_ok_and(|file| bake.is_current(&file));
@@ -85,7 +85,7 @@ fn all(args: &BakeAllArgs, options: &ArgMatches, terminal: &Terminal) -> Result<
 fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
     place::check(&args.output)?;
     let recipe = Recipe::new(&args.what, options)?;
-    let ingredients = recipe.ingredients()?;
+    let ingredients = recipe.ingredients(terminal)?;
     let bake = ingredients.bake()?;
     let store = place::create(&args.output)?;
     let (plan, _) = bake.plan(serde_json::to_value(&recipe)?)?;
@@ -96,7 +96,7 @@ fn plan(args: &BakePlanArgs, options: &ArgMatches, terminal: &Terminal) -> Resul
 
 /// The manifest of views that are made elsewhere.
 fn views(args: &BakeViewsArgs, options: &ArgMatches, terminal: &Terminal) -> Result<Output, Failure> {
-    let ingredients = Recipe::new(&args.what, options)?.ingredients()?;
+    let ingredients = Recipe::new(&args.what, options)?.ingredients(terminal)?;
     let manifest = ingredients.views_manifest()?;
     output::write_file(&args.output, |writer| writer.write_all(manifest.as_bytes()))?;
     let count = manifest.lines().filter(|line| *line == "[[view]]").count();
@@ -117,11 +117,11 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     let max_time = args.stop.max_time;
     let report = if let Some(recipe) = frames::recipe_of(&plan, &file)? {
         let view = recipe.view();
-        let sequence = recipe.sequence(&view)?;
+        let sequence = recipe.sequence(&view, terminal)?;
         refuse_changed(&plan, &sequence.identity()?, &file)?;
         work(&plan, &*store, &sequence, portion, max_time, terminal)?
     } else {
-        let ingredients = read_recipe::<Recipe>(&plan, &file)?.ingredients()?;
+        let ingredients = read_recipe::<Recipe>(&plan, &file)?.ingredients(terminal)?;
         let bake = ingredients.bake()?;
         refuse_changed(&plan, &bake.identity()?, &file)?;
         work(&plan, &*store, &bake.units()?, portion, max_time, terminal)?

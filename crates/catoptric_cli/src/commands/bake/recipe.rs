@@ -7,6 +7,7 @@ use crate::scene_source::{self, RoleWord};
 use crate::settings;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest};
 use catoptric::methods::{self, Quality, Settings};
+use catoptric::progress::Progress;
 use catoptric::scene::{Model, Scene};
 use catoptric_bake::MethodBake;
 use clap::ArgMatches;
@@ -82,9 +83,9 @@ impl Recipe {
     }
 
     /// Loads the scene.
-    pub(super) fn ingredients(&self) -> Result<Ingredients, Failure> {
+    pub(super) fn ingredients(&self, progress: &dyn Progress) -> Result<Ingredients, Failure> {
         let (model, (roles, shadows, time)) = self.model()?;
-        let scene = scene_source::pose(&model, time, &roles, shadows, None)?;
+        let scene = scene_source::pose(&model, time, &roles, shadows, None, progress)?;
         let chosen = settings::choose(&self.method, &model, &self.settings)?;
         let quality = Quality { samples: 1, order: self.order };
         Ok(Ingredients { scene, settings: chosen.settings, method: chosen.info, quality })

@@ -8,6 +8,7 @@ use super::emitters::EmitterPoint;
 use super::shares::{Arriving, Node, SurfaceShares};
 use super::suns::{self, SkyPart};
 use crate::parallel;
+use crate::progress::{Cancelled, Progress};
 use glam::{IVec3, UVec2, Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -80,11 +81,18 @@ struct Sources {
 impl Scene {
     /// What the surfaces see of the environment and of emitters, by means that tell what stands before them; nothing
     /// without either.
-    pub fn seen_sky(&self, visibility: &dyn LightVisibility) -> Option<Sky> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn seen_sky(
+        &self,
+        visibility: &dyn LightVisibility,
+        progress: &dyn Progress,
+    ) -> Result<Option<Sky>, Cancelled> {
         let emitters = self.find_emitters();
         let picture = self.environment.as_ref().map(|environment| environment.picture_within(MOST_COLUMNS).1);
         if emitters.is_none() && picture.is_none() {
-            return None;
+            return Ok(None);
         }
         let (width, height, radiance) = picture.unwrap_or((1, 1, vec![[0.0; 3]]));
         let (suns, rest) = suns::suns_and_rest(width, height, radiance);
@@ -95,14 +103,24 @@ impl Scene {
         let points = emitters.as_ref().map_or(Vec::new(), |emitters| self.points_of(emitters));
         // A quarter of the light from all around, for each of the colours.
         let sky_irradiance = sky.iter().map(|part| part.brightness).sum::<f32>() * 0.25;
-        let shares = shares(self, visibility, &Sources { sky, emitters: points, sky_irradiance });
-        Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares, emitters))
+        let sources = Sources { sky, emitters: points, sky_irradiance };
+        let shares = shares(&Finder { scene: self, visibility, sources: &sources, progress })?;
+        Ok(Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares, emitters)))
     }
 }
 
+/// Finds what arrives at places of a scene.
+struct Finder<'a> {
+    scene: &'a Scene,
+    visibility: &'a dyn LightVisibility,
+    sources: &'a Sources,
+    progress: &'a dyn Progress,
+}
+
 /// What arrives at all places of a scene's triangles.
-fn shares(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) -> SurfaceShares {
-    let mut arriving = of_corners(scene, visibility, sources);
+fn shares(finder: &Finder<'_>) -> Result<SurfaceShares, Cancelled> {
+    let Finder { scene, sources, .. } = *finder;
+    let mut arriving = of_corners(finder)?;
     let differs = Difference::new(&arriving, sources);
     let mut nodes: Vec<Node> = scene.triangles.iter().map(|corners| Node { corners: *corners, parts: 0 }).collect();
     let near = Neighbours::new(scene);
@@ -150,7 +168,7 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) ->
             break;
         }
         points += places.len();
-        arriving.extend(found(scene, visibility, sources, &places));
+        arriving.extend(finder.found(&places)?);
         let mut next = Vec::new();
         for ((candidate, middles), is_large) in candidates.iter().zip(&middles).zip(&large) {
             let corners = nodes[candidate.node as usize].corners;
@@ -164,7 +182,7 @@ fn shares(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) ->
         }
         candidates = next;
     }
-    SurfaceShares { arriving, nodes }
+    Ok(SurfaceShares { arriving, nodes })
 }
 
 /// Differences between what arrives in the middle of a side and the mean of its ends.
@@ -222,7 +240,8 @@ fn has_two_sides(material: &Material) -> bool {
 }
 
 /// What arrives at all vertices.
-fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources) -> Vec<Arriving> {
+fn of_corners(finder: &Finder<'_>) -> Result<Vec<Arriving>, Cancelled> {
+    let scene = finder.scene;
     let mut places: Vec<Option<Place>> = vec![None; scene.positions.len()];
     for (triangle, corners) in (0..).zip(&scene.triangles) {
         if is_lit(scene.material_of(scene.triangle_objects[triangle as usize])) {
@@ -240,14 +259,14 @@ fn of_corners(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources
         groups = self::groups(scene, &places, cell);
     }
     let (group_of, firsts) = groups;
-    let of_groups = found(scene, visibility, sources, &firsts);
+    let of_groups = finder.found(&firsts)?;
     let mut arriving: Vec<Arriving> =
         group_of.iter().map(|group| of_groups.get(*group as usize).copied().unwrap_or(Arriving::OPEN)).collect();
     if cell > 0.0 {
         smooth(scene, &mut arriving);
         smooth(scene, &mut arriving);
     }
-    arriving
+    Ok(arriving)
 }
 
 /// The group of each vertex, and a place in each group: vertices whose normals are alike, within cells of a grid.
@@ -329,13 +348,16 @@ impl Neighbours {
     }
 }
 
-/// What arrives at places.
-fn found(scene: &Scene, visibility: &dyn LightVisibility, sources: &Sources, places: &[Place]) -> Vec<Arriving> {
-    let chunks = parallel::map_collect(places.len().div_ceil(AT_ONCE), |chunk| {
-        let first = chunk * AT_ONCE;
-        of_places(scene, visibility, sources, &places[first..(first + AT_ONCE).min(places.len())])
-    });
-    chunks.into_iter().flatten().collect()
+impl Finder<'_> {
+    /// What arrives at places.
+    fn found(&self, places: &[Place]) -> Result<Vec<Arriving>, Cancelled> {
+        let count = places.len().div_ceil(AT_ONCE);
+        let chunks = parallel::map_stage(self.progress, "light from all around", count, |chunk| {
+            let first = chunk * AT_ONCE;
+            of_places(self.scene, self.visibility, self.sources, &places[first..(first + AT_ONCE).min(places.len())])
+        })?;
+        Ok(chunks.into_iter().flatten().collect())
+    }
 }
 
 /// A place that looks around.
