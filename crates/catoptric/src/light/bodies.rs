@@ -16,6 +16,9 @@ const MOST_PAIRS: usize = 10_000_000;
 /// The sum of the areas of an open object's faces, as vectors, is larger than this share of the sum of their sizes.
 const OPEN: f64 = 1e-3;
 
+/// What encloses less than this, for a surface of its size, has no inside.
+const LEAST_VOLUME: f64 = 1e-6;
+
 const NONE: u32 = u32::MAX;
 
 /// Bodies by their numbers.
@@ -175,14 +178,84 @@ fn join_open_parts(scene: &Scene, boxes: &[(u32, Aabb)], of_objects: &mut [u32])
     }
 }
 
-/// Returns true if the faces of an object do not enclose anything: their areas, as vectors, do not add up to nothing.
+/// Returns true if the faces of an object do not enclose anything.
 fn is_open(scene: &Scene, object: u32) -> bool {
-    let (mut sum, mut size) = (DVec3::ZERO, 0.0);
-    for triangle in scene.objects[object as usize].triangles.clone() {
-        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize].as_dvec3());
-        let area = (b - a).cross(c - a);
-        sum += area;
-        size += area.length();
+    Faces::default().with(scene, object).is_open()
+}
+
+/// Sums over faces, turned as their normals say.
+#[derive(Clone, Copy, Default)]
+struct Faces {
+    /// Of their areas, doubled, as vectors: nothing where they enclose something.
+    area: DVec3,
+    /// Of the lengths of these.
+    size: f64,
+    /// Six times the volume within them; negative where they are turned inside out.
+    volume: f64,
+}
+
+impl Faces {
+    /// With those of an object, too.
+    fn with(mut self, scene: &Scene, object: u32) -> Self {
+        let of = &scene.objects[object as usize];
+        let middle = scene.bounds.center().as_dvec3();
+        for triangle in of.triangles.clone() {
+            let corners = scene.triangles[triangle as usize];
+            let [a, b, c] = corners.map(|vertex| scene.positions[vertex as usize].as_dvec3() - middle);
+            let outwards: Vec3 = corners.iter().map(|vertex| scene.normals[*vertex as usize]).sum();
+            let area = (b - a).cross(c - a);
+            let area = if area.dot(outwards.as_dvec3()) < 0.0 { -area } else { area };
+            self.area += area;
+            self.size += area.length();
+            self.volume += a.dot(area);
+        }
+        self
     }
-    sum.length() > OPEN * size
+
+    fn is_open(&self) -> bool {
+        self.area.length() > OPEN * self.size
+    }
+}
+
+/// Bodies of glass or liquid whose surfaces cannot be meant as they are, a sentence a kind with the names of objects:
+/// they are drawn as their normals say all the same.
+pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
+    let bodies = SceneBodies::new(scene, |_| true);
+    let mut of_bodies = vec![Faces::default(); scene.objects.len()];
+    for object in 0..scene.objects.len() as u32 {
+        if let Some(body) = bodies.of(object) {
+            of_bodies[body as usize] = of_bodies[body as usize].with(scene, object);
+        }
+    }
+    // Hollows in other bodies are bodies that are turned inside out, too.
+    let is_within_another = |body: u32| {
+        let Some((_, own)) = bodies.boxes.iter().find(|(of, _)| *of == body) else { return false };
+        let contains = |other: &Aabb| other.min.cmple(own.min).all() && other.max.cmpge(own.max).all();
+        bodies.boxes.iter().any(|(other, bounds)| *other != body && contains(bounds))
+    };
+    let open = |_: u32, faces: &Faces| faces.is_open();
+    let inverted = |body: u32, faces: &Faces| {
+        let is_inverted = !faces.is_open() && faces.volume < -LEAST_VOLUME * faces.size * faces.size.sqrt();
+        is_inverted && !is_within_another(body)
+    };
+    let told = |is_told: &dyn Fn(u32, &Faces) -> bool, [one, more]: [&str; 2], what: &str| {
+        let of_bodies = (0..).zip(&of_bodies).filter(|(body, _)| bodies.of(*body) == Some(*body));
+        let found: Vec<u32> = of_bodies.filter(|(body, faces)| is_told(*body, faces)).map(|(body, _)| body).collect();
+        let name = &scene.objects[*found.first()? as usize].name;
+        Some(match found.len() {
+            1 => format!("the body of glass or liquid `{name}` {one} {what}"),
+            count => format!("{count} bodies of glass or liquid (`{name}`, ...) {more} {what}"),
+        })
+    };
+    [
+        told(
+            &open,
+            ["has", "have"],
+            "no closed surface: light that enters and meets no other side of it goes on within",
+        ),
+        told(&inverted, ["is", "are"], "turned inside out (normals point inwards): drawn as a hollow within glass"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }

@@ -1,6 +1,6 @@
 //! Light along rays: the hierarchy over a scene, the first hit in it, specular paths and the radiance at their ends.
 
-pub(crate) mod bodies;
+pub mod bodies;
 pub(crate) mod bumps;
 pub(crate) mod cube_map;
 mod light_through;

@@ -1,24 +1,16 @@
 //! Bodies of glass and liquid that touch, overlap or lie within each other, against the laws of optics.
 
+use catoptric::light::bodies::remarks_on_bodies;
 use catoptric::light::path_tracer::{PathModel, PathTracer};
 use catoptric::light::tracer::Tracer;
+use catoptric::math::random::Stream;
 use catoptric::optics::fresnel_dielectric;
 use catoptric::scene::{Material, Ray, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::Vec3;
 
-/// Numbers between 0 and 1 that are the same on every machine.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as f64 / (1u64 << 31) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
+fn between(numbers: &mut Stream, low: f64, high: f64) -> f64 {
+    low + (high - low) * f64::from(numbers.next_unit())
 }
 
 /// A slab across the axis.
@@ -33,16 +25,16 @@ struct Slab {
 const REACH: f32 = 8.0;
 
 /// A few slabs, each touching the one before, apart from it, overlapping it a little, or within it.
-fn stack(numbers: &mut Numbers) -> Vec<Slab> {
+fn stack(numbers: &mut Stream) -> Vec<Slab> {
     let mut slabs: Vec<Slab> = Vec::new();
     let rounded = |value: f64| f64::from(value as f32);
-    for _ in 0..2 + (numbers.next() * 3.0) as usize {
-        let thickness = numbers.between(0.05, 0.6);
-        let last = slabs.last().map_or([0.0, numbers.between(0.2, 1.0)], |slab| slab.z);
-        let z = match (numbers.next() * 4.0) as u32 {
+    for _ in 0..2 + (numbers.next_unit() * 3.0) as usize {
+        let thickness = between(numbers, 0.05, 0.6);
+        let last = slabs.last().map_or([0.0, between(numbers, 0.2, 1.0)], |slab| slab.z);
+        let z = match (numbers.next_unit() * 4.0) as u32 {
             0 => [last[0] - thickness, last[0]],
             1 => {
-                let gap = 10f64.powf(numbers.between(-4.0, 0.0));
+                let gap = 10f64.powf(between(numbers, -4.0, 0.0));
                 [last[0] - gap - thickness, last[0] - gap]
             }
             2 => [last[0] - thickness, last[0] + 0.01],
@@ -52,7 +44,7 @@ fn stack(numbers: &mut Numbers) -> Vec<Slab> {
             }
         };
         // Water, glass and flint, so that some are alike.
-        let ior = [1.33, 1.5, 1.5, 1.8][(numbers.next() * 4.0) as usize];
+        let ior = [1.33, 1.5, 1.5, 1.8][(numbers.next_unit() * 4.0) as usize];
         slabs.push(Slab { z: z.map(rounded), ior });
     }
     slabs
@@ -95,7 +87,7 @@ fn scene_of(slabs: &[Slab], ruler_z: f32) -> Scene {
 
 #[test]
 fn stacks_of_slabs_refract_as_snell_says() {
-    let mut numbers = Numbers(7);
+    let mut numbers = Stream::new(7);
     let mut differing = 0;
     for number in 0..2000 {
         let slabs = stack(&mut numbers);
@@ -105,10 +97,10 @@ fn stacks_of_slabs_refract_as_snell_says() {
         let tracer = Tracer::build(&scene, |_| true);
         for _ in 0..3 {
             // From above, or from within what is there.
-            let top = if numbers.next() < 0.7 { 2.5 } else { numbers.between(bottom + 0.1, 1.5) };
+            let top = if numbers.next_unit() < 0.7 { 2.5 } else { between(&mut numbers, bottom + 0.1, 1.5) };
             let top = f64::from(top as f32);
             let is_near_face = slabs.iter().flat_map(|slab| slab.z).any(|z| (z - top).abs() < 1e-3);
-            let slope = numbers.between(-0.9, 0.9);
+            let slope = between(&mut numbers, -0.9, 0.9);
             let direction = Vec3::new(slope as f32, 0.0, -1.0).normalize();
             let sine = f64::from(direction.x).abs() * index_at(&slabs, top);
             // Light that is reflected totally on its way does not arrive.
@@ -167,4 +159,30 @@ fn an_eye_within_a_body_sees_by_its_medium() {
     let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 2).radiance_along(ray, None, 0.0);
     let expected = (-0.4f32 * 2.0).exp();
     assert!((light.x - expected).abs() < 1e-4, "{} {expected}", light.x);
+}
+
+/// A ball and a hollow in it are as they should be, the same hollow alone is not, and a pane without an other side is
+/// open.
+#[test]
+fn bodies_that_cannot_be_meant_so_are_told() {
+    let remarks = |add: &dyn Fn(&mut SceneBuilder, usize)| {
+        let mut builder = SceneBuilder::new();
+        let glass = builder.material(Material::glass("glass", 1.5));
+        add(&mut builder, glass);
+        remarks_on_bodies(&builder.build())
+    };
+    let ball = |builder: &mut SceneBuilder, glass| builder.sphere_mesh("ball", Vec3::ZERO, 1.0, 8, glass);
+    let hollow = |builder: &mut SceneBuilder, glass| {
+        builder.cuboid("hollow", Vec3::splat(-0.3), Vec3::splat(0.3), true, glass);
+    };
+    assert_eq!(remarks(&ball), [""; 0]);
+    let both = |builder: &mut SceneBuilder, glass| {
+        ball(builder, glass);
+        hollow(builder, glass);
+    };
+    assert_eq!(remarks(&both), [""; 0]);
+    let told = remarks(&hollow);
+    assert!(matches!(&told[..], [one] if one.contains("`hollow` is turned inside out")), "{told:?}");
+    let told = remarks(&|builder, glass| builder.quad("pane", Vec3::ZERO, Vec3::X, Vec3::Y, glass));
+    assert!(matches!(&told[..], [one] if one.contains("`pane` has no closed surface")), "{told:?}");
 }
