@@ -8,7 +8,6 @@ use crate::parse::Order;
 use crate::scene_source;
 use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::light::bodies::remarks_on_bodies;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
 use catoptric::progress::{Progress, Silent};
@@ -141,9 +140,7 @@ impl<'a> Shot<'a> {
             Order::Auto if !draw.baked.is_empty() => 2,
             Order::Auto => shot.scene.order_needed(),
         };
-        let remarks = remarks_on_bodies(&shot.scene).into_iter();
-        let remarks: Vec<String> = remarks.map(|remark| format!("{}: {remark}", shot.model.name)).collect();
-        shot.model.warnings.extend(remarks);
+        scene_source::remark_on_bodies(&mut shot.model, &shot.scene);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bake_open_ms));

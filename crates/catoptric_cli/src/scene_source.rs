@@ -4,6 +4,7 @@ use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::{RenderError, SceneError};
+use catoptric::light::bodies::remarks_on_bodies;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
@@ -54,6 +55,12 @@ pub(crate) fn remark_on_glass(args: &DrawArgs, model: &mut Model) -> Option<Stri
             model.name
         )
     })
+}
+
+/// Adds what is odd about bodies of glass and liquid to a model's warnings.
+pub(crate) fn remark_on_bodies(model: &mut Model, scene: &Scene) {
+    let name = model.name.clone();
+    model.warnings.extend(remarks_on_bodies(scene).into_iter().map(|remark| format!("{name}: {remark}")));
 }
 
 fn thin_glass(model: &mut Model) -> impl Iterator<Item = &mut Lobes> {

@@ -227,7 +227,8 @@ pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
             of_bodies[body as usize] = of_bodies[body as usize].with(scene, object);
         }
     }
-    // Hollows in other bodies are bodies that are turned inside out, too.
+    // Hollows in other bodies are bodies that are turned inside out, too. Among very many they are not looked for.
+    let are_few = bodies.boxes.len().pow(2) <= MOST_PAIRS;
     let is_within_another = |body: u32| {
         let Some((_, own)) = bodies.boxes.iter().find(|(of, _)| *of == body) else { return false };
         let contains = |other: &Aabb| other.min.cmple(own.min).all() && other.max.cmpge(own.max).all();
@@ -236,15 +237,19 @@ pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
     let open = |_: u32, faces: &Faces| faces.is_open();
     let inverted = |body: u32, faces: &Faces| {
         let is_inverted = !faces.is_open() && faces.volume < -LEAST_VOLUME * faces.size * faces.size.sqrt();
-        is_inverted && !is_within_another(body)
+        is_inverted && are_few && !is_within_another(body)
     };
     let told = |is_told: &dyn Fn(u32, &Faces) -> bool, [one, more]: [&str; 2], what: &str| {
         let of_bodies = (0..).zip(&of_bodies).filter(|(body, _)| bodies.of(*body) == Some(*body));
         let found: Vec<u32> = of_bodies.filter(|(body, faces)| is_told(*body, faces)).map(|(body, _)| body).collect();
-        let name = &scene.objects[*found.first()? as usize].name;
+        let first = *found.first()?;
+        let name = match scene.objects[first as usize].name.as_str() {
+            "" => format!("object {first}"),
+            name => format!("object {first} `{name}`"),
+        };
         Some(match found.len() {
-            1 => format!("the body of glass or liquid `{name}` {one} {what}"),
-            count => format!("{count} bodies of glass or liquid (`{name}`, ...) {more} {what}"),
+            1 => format!("the body of glass or liquid of {name} {one} {what}"),
+            count => format!("{count} bodies of glass or liquid ({name}, ...) {more} {what}"),
         })
     };
     [

@@ -13,8 +13,9 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
-    let model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref(), !roles.is_empty())?;
+    let mut model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref(), !roles.is_empty())?;
     let scene = scene_source::pose(&model, args.scene.pose.time, &roles, Shadows::Off, None, &Silent)?;
+    scene_source::remark_on_bodies(&mut model, &scene);
     if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
 }
 

@@ -5,6 +5,7 @@ use super::order::{Changes, Source, Wish};
 use catoptric::clock::Stopwatch;
 use catoptric::error::{RenderError, SceneError};
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::bodies::remarks_on_bodies;
 use catoptric::light::path_tracer::surface_mask;
 use catoptric::light::tracer::Tracer;
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky, shadow_sky_as};
@@ -162,7 +163,7 @@ impl Stage {
             duration: self.model.duration(),
             bounds: scene.bounds,
             settings: self.model.method_settings.clone(),
-            warnings: self.model.warnings.clone(),
+            warnings: self.model.warnings.iter().cloned().chain(remarks_on_bodies(scene)).collect(),
             origin: scene.origin,
             order_needed: scene.order_needed(),
             display,
