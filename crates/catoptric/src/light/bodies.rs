@@ -16,7 +16,7 @@ const MOST_PAIRS: usize = 10_000_000;
 /// The sum of the areas of an open object's faces, as vectors, is larger than this share of the sum of their sizes.
 const OPEN: f64 = 1e-3;
 
-/// What encloses less than this, for a surface of its size, has no inside.
+/// The least volume of a body, in parts of its surface's size to the power of one and a half.
 const LEAST_VOLUME: f64 = 1e-6;
 
 const NONE: u32 = u32::MAX;
@@ -186,9 +186,9 @@ fn is_open(scene: &Scene, object: u32) -> bool {
 /// Sums over faces, turned as their normals say.
 #[derive(Clone, Copy, Default)]
 struct Faces {
-    /// Of their areas, doubled, as vectors: nothing where they enclose something.
+    /// The sum of their areas, doubled, as vectors: nothing where they enclose something.
     area: DVec3,
-    /// Of the lengths of these.
+    /// The sum of the lengths of these vectors.
     size: f64,
     /// Six times the volume within them; negative where they are turned inside out.
     volume: f64,

@@ -232,10 +232,10 @@ impl SharedRays {
     }
 }
 
-/// What rays tell of the light over a lobe.
+/// The light over a lobe, as far as rays tell it.
 pub(crate) enum SharedLight {
     Known(LobeLight),
-    /// So many rounds of rays from the place itself are missing, where things are too near for others to see the same.
+    /// The place itself needs more rounds of rays: things are too near for others to see the same.
     Lacks {
         rounds: u32,
     },

@@ -11,7 +11,7 @@ use crate::light::tracer::Tracer;
 use crate::light::wide_hierarchy::Treelet;
 use crate::methods::Job;
 use crate::parallel;
-use crate::progress::Stage;
+use crate::progress::{Cancelled, Stage};
 use crate::scene::ViewRays;
 use crate::scene::shade::SurfacePoint;
 use glam::{UVec2, Vec2, Vec3};
@@ -100,33 +100,13 @@ impl LobeLights {
         while rows.len() < row_count {
             let band = rows.len()..(rows.len() + BAND).min(row_count);
             let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
-            let runs = columns.div_ceil(RUN);
             let init = || (PathTracer::new(scene, tracer, PathModel::Tree, quality.order), Treelet::default());
-            let found = parallel::map_init_collect(ahead.len() * runs, init, |(paths, treelet), run| {
-                let (row, first) = (ahead.start + run / runs, run % runs * RUN);
-                stage.check().map(|()| cells.trace(paths, treelet, row, first..(first + RUN).min(columns)))
-            });
-            let mut found = found.into_iter();
-            for _ in ahead {
-                let mut row = Vec::with_capacity(columns);
-                for run in found.by_ref().take(runs) {
-                    row.append(&mut run?);
-                }
-                traced.push(row);
-            }
-            let found = parallel::map_init_collect(band.len() * runs, init, |(paths, treelet), run| {
-                let (row, first) = (band.start + run / runs, run % runs * RUN);
-                let columns = first..(first + RUN).min(columns);
-                stage.check().map(|()| cells.light(paths, treelet, &traced, row, columns))
-            });
-            let mut found = found.into_iter();
-            for _ in band.clone() {
-                let mut row = Vec::with_capacity(columns);
-                for run in found.by_ref().take(runs) {
-                    row.append(&mut run?);
-                }
-                rows.push(row);
-            }
+            traced.extend(by_rows(&stage, ahead, columns, init, |(paths, treelet), row, columns| {
+                cells.trace(paths, treelet, row, columns)
+            })?);
+            rows.extend(by_rows(&stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
+                cells.light(paths, treelet, &traced, row, columns)
+            })?);
             // Nobody looks at these again.
             for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
                 *row = Vec::new();
@@ -159,6 +139,30 @@ impl LobeLights {
         let lights = sums.map(|(sum, weight)| (weight > LEAST_WEIGHT).then(|| sum.scaled(1.0 / weight)));
         (lights, is_whole.unwrap_or(false))
     }
+}
+
+/// The cells of some rows, each row in runs that threads take.
+fn by_rows<S, T: Send>(
+    stage: &Stage<'_>,
+    rows: Range<usize>,
+    columns: usize,
+    init: impl Fn() -> S + Sync + Send,
+    work: impl Fn(&mut S, usize, Range<usize>) -> Vec<T> + Sync + Send,
+) -> Result<Vec<Vec<T>>, Cancelled> {
+    let runs = columns.div_ceil(RUN);
+    let found = parallel::map_init_collect(rows.len() * runs, init, |scratch, run| {
+        let (row, first) = (rows.start + run / runs, run % runs * RUN);
+        stage.check().map(|()| work(scratch, row, first..(first + RUN).min(columns)))
+    });
+    let mut found = found.into_iter();
+    rows.map(|_| {
+        let mut row = Vec::with_capacity(columns);
+        for run in found.by_ref().take(runs) {
+            row.append(&mut run?);
+        }
+        Ok(row)
+    })
+    .collect()
 }
 
 /// The cells of a picture, whose rays are to be traced.
