@@ -26,6 +26,23 @@ impl LookUps<1> for SurfacePoint {
     }
 }
 
+/// Which light of a surface's facets is counted, where rays find the rest.
+pub(super) struct LightOfFacets {
+    /// The share of the light that enters which is scattered: the rest passes the surface.
+    pub(super) scattering: f32,
+    /// The share of the environment's reflection that is added.
+    pub(super) mirrored: f32,
+    /// The same of the coat.
+    pub(super) mirrored_by_coat: f32,
+    /// The coat's unit normal on the outer side, whose roughness has in it what the coat's map hides; else the coat is
+    /// as smooth as the surface.
+    pub(super) coat_normal: Option<Vec3>,
+}
+
+impl LightOfFacets {
+    const ALL: Self = Self { scattering: 1.0, mirrored: 1.0, mirrored_by_coat: 1.0, coat_normal: None };
+}
+
 impl Scene {
     fn texture_of(&self, binding: &TextureBinding) -> Option<&Texture> {
         Some(self.textures.get(binding.texture as usize)?)
@@ -37,7 +54,7 @@ impl Scene {
         let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         if material.is_glossy(self) {
             let facets = material.microfacets.as_ref();
-            return self.lit_glossy((material, facets), base, point, towards_viewer, [1.0; 2]);
+            return self.lit_glossy((material, facets), base, point, towards_viewer, &LightOfFacets::ALL);
         }
         let (normals, viewers) = (Vec3Lanes::one(point.normal * side), Vec3Lanes::one(towards_viewer));
         if self.has_headlight() {
@@ -151,8 +168,7 @@ impl Scene {
         }
     }
 
-    /// The light of a point by facets: so much of what enters is scattered, and so much of the environment's
-    /// reflection added.
+    /// The light of a point by facets.
     #[inline(never)] // as much as all else together
     pub(super) fn lit_glossy(
         &self,
@@ -160,11 +176,12 @@ impl Scene {
         base: Vec3,
         point: &SurfacePoint,
         towards_viewer: Vec3,
-        [scattering, mirrored]: [f32; 2],
+        light: &LightOfFacets,
     ) -> Vec3 {
         let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         let mut points = LitPoints::<1>::ZERO;
-        (points.scattering, points.mirrored) = (scattering, mirrored);
+        (points.scattering, points.mirrored, points.mirrored_by_coat) =
+            (light.scattering, light.mirrored, light.mirrored_by_coat);
         points.position = Vec3Lanes::one(point.position);
         points.smooth_normal = Vec3Lanes::one(point.normal * side);
         points.towards_viewer = Vec3Lanes::one(towards_viewer);
@@ -172,6 +189,9 @@ impl Scene {
         points.variance = Lanes::splat(variance_over_pixel(point.normal_change2));
         points.set_surface(self, material, 1, point);
         points.turn_normals(self, material, 1, point, [point.tangent], &Lanes::splat(side));
+        if let Some(normal) = light.coat_normal {
+            (points.smooth_normal, points.smooth_variance) = (Vec3Lanes::one(normal * side), Lanes::ZERO);
+        }
         if self.seeks_light() {
             points.shadow_starts = [self.shadow_start(point, side)];
         }

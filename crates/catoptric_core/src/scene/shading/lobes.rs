@@ -1,6 +1,7 @@
 //! Lobes of surfaces that rays follow, at a point.
 
 use super::super::{AlphaMode, LobeTexture, Lobes, Material, Microfacets, NormalMap, Scene};
+use super::lit_point::LightOfFacets;
 use super::microfacets::widened_alpha;
 use super::shade::{SurfacePoint, finite};
 use super::sheen::{self, SheenLobe};
@@ -128,38 +129,42 @@ impl Scene {
     }
 
     /// The radiance that a point of a surface with lobes scatters and emits towards its viewer, and the highlights of
-    /// lights on it, beside what its lobes show: `mirrored` is the share of the environment's reflection that is
-    /// added, as it is not followed.
+    /// lights on it, beside what its lobes show: `mirrored` are the shares of the environment's reflection, and of that
+    /// in the coat, that are added, as they are not followed.
     pub fn radiance_beside_lobes(
         &self,
         material: &Material,
         point: &SurfacePoint,
         at: &LobesAt,
         towards_viewer: Vec3,
-        mirrored: f32,
+        [mirrored, mirrored_by_coat]: [f32; 2],
     ) -> Vec3 {
         if material.unlit {
             return finite(at.base);
         }
         // A headlight shows what scatters it.
         let headlit = if self.has_headlight() { (1.0 - at.metallic) * (1.0 - at.transmission) } else { 1.0 };
-        let light = [(1.0 - at.transmission) * (1.0 - at.diffuse_transmission), mirrored];
+        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
+        let scattering = (1.0 - at.transmission) * (1.0 - at.diffuse_transmission);
+        let light = LightOfFacets { scattering, mirrored, mirrored_by_coat, coat_normal: Some(at.coat_normal) };
         let facets = material.microfacets.as_ref().map(|facets| {
             let cosine = at.normal.dot(towards_viewer).abs();
             let specular = match &at.film {
                 Some(film) => at.specular.lerp(film.reflectance(cosine, at.specular), film.share),
                 None => at.specular,
             };
-            Microfacets { specular, specular_at_grazing: at.specular_at_grazing, ..facets.clone() }
+            // Coats are outside.
+            let coat = if side < 0.0 { 0.0 } else { at.coat };
+            let (specular_at_grazing, coat_roughness) = (at.specular_at_grazing, at.coat_alpha.sqrt());
+            Microfacets { specular, specular_at_grazing, coat, coat_roughness, ..facets.clone() }
         });
-        let mut lit = self.lit_glossy((material, facets.as_ref()), at.base * headlit, point, towards_viewer, light);
+        let mut lit = self.lit_glossy((material, facets.as_ref()), at.base * headlit, point, towards_viewer, &light);
         if at.diffuse_transmission > 0.0 {
             lit += self.lit_behind(material, at, point, towards_viewer);
         }
         if at.sheen == Vec3::ZERO || self.has_headlight() {
             return finite(lit + self.emitted(material, point));
         }
-        let side = if point.geometric_normal.dot(towards_viewer) < 0.0 { -1.0 } else { 1.0 };
         let cosine = (at.normal * side).dot(towards_viewer).clamp(0.02, 1.0);
         let below = at.below_sheen(cosine);
         finite(lit * below + self.sheen(material, point, at, towards_viewer, side) + self.emitted(material, point))
@@ -172,7 +177,8 @@ impl Scene {
         let normal = point.geometric_normal;
         let from_behind = towards_viewer - normal * (2.0 * towards_viewer.dot(normal));
         let color = at.diffuse_transmission_color * passing;
-        self.lit_glossy((material, None), color, point, from_behind, [1.0, 0.0])
+        let light = LightOfFacets { scattering: 1.0, mirrored: 0.0, mirrored_by_coat: 0.0, coat_normal: None };
+        self.lit_glossy((material, None), color, point, from_behind, &light)
     }
 
     /// The light that fibres scatter towards the viewer, of lights and of the environment.

@@ -123,7 +123,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 self.note_end(throughput);
             }
             // The path ends: the environment stands for all that rays would have found.
-            return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, 1.0);
+            return throughput * scene.radiance_beside_lobes(material, point, &at.opaque(), -direction, [1.0; 2]);
         }
         let films = at.film.map(|film| [at.specular, at.base].map(|base| FilmReflectance::new(&film, base)));
         let (color, eta_factor) = (segment.color, sides.eta_factor);
@@ -167,7 +167,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
                 break;
             }
         }
-        sum + throughput * scene.radiance_beside_lobes(material, point, &at, -direction, mirrored)
+        sum + throughput * scene.radiance_beside_lobes(material, point, &at, -direction, [mirrored, 0.0])
     }
 
     /// Adds the children of a path by a lobe; the light from infinity that it shows where nothing stands before it.

@@ -17,7 +17,7 @@ pub(super) struct LitPoints<const N: usize> {
     pub(super) position: Vec3Lanes<N>,
     /// Unit normals on the viewers' side, as the normal map turns them.
     pub(super) normal: Vec3Lanes<N>,
-    /// The same without the map.
+    /// The same without the map, or those of the coat.
     pub(super) smooth_normal: Vec3Lanes<N>,
     /// Unit vectors to the previous points of paths.
     pub(super) towards_viewer: Vec3Lanes<N>,
@@ -38,6 +38,8 @@ pub(super) struct LitPoints<const N: usize> {
     pub(super) scattering: f32,
     /// The share of the environment's reflection that is added: the rest is followed by rays.
     pub(super) mirrored: f32,
+    /// The same of the coat.
+    pub(super) mirrored_by_coat: f32,
     /// Where light is sought from, if anything casts shadows.
     pub(super) shadow_starts: [ShadowStart; N],
 }
@@ -57,6 +59,7 @@ impl<const N: usize> LitPoints<N> {
         emitted: Vec3Lanes::ZERO,
         scattering: 1.0,
         mirrored: 1.0,
+        mirrored_by_coat: 1.0,
         shadow_starts: [ShadowStart::NONE; N],
     };
 }
@@ -116,7 +119,7 @@ pub(super) fn radiance<const N: usize>(
     }
     if let Some(environment) = &scene.environment {
         add_environment((scene, environment), microfacets, &facets, points, count, sum);
-        if microfacets.coat > 0.0 && points.mirrored > 0.0 {
+        if microfacets.coat > 0.0 && points.mirrored_by_coat > 0.0 {
             add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
         }
     }
@@ -342,7 +345,7 @@ fn add_environment_of_coat<const N: usize>(
         let surroundings = ReflectanceTable::get().reflected(alpha[i].sqrt(), n_v.max(LEAST_COSINE));
         let middle = surroundings.middle(normal, normal * (2.0 * n_v) - viewer);
         let reflected = environment.glossy(middle, surroundings.alpha(alpha[i]));
-        sum.set(i, sum.vector(i) + reflected * points.occlusion.vector(i));
+        sum.set(i, sum.vector(i) + reflected * points.occlusion.vector(i) * points.mirrored_by_coat);
     }
 }
 

@@ -1,8 +1,11 @@
 //! Light from infinity, and of surfaces that emit it, on surfaces before which other things stand.
 
+mod corners;
 mod emitters;
 mod emitting;
 mod find;
+mod gather;
+mod refine;
 mod shares;
 mod suns;
 

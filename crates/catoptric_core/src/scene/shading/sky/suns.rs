@@ -77,11 +77,11 @@ pub(super) fn suns_and_rest(width: u32, height: u32, radiance: Vec<[f32; 3]>) ->
     (suns, rest)
 }
 
-/// A part of the sky: the middle of its light, and the brightness of all of it.
+/// A part of the sky: the middle of its light, and all of it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SkyPart {
     pub(super) towards: Vec3,
-    pub(super) brightness: f32,
+    pub(super) light: Vec3,
 }
 
 /// A picture of radiance in twice so many parts at most: around directions that are spread evenly, and around as many
@@ -89,21 +89,21 @@ pub(super) struct SkyPart {
 pub(super) fn parts(width: u32, height: u32, radiance: &[[f32; 3]], count: u32) -> Vec<SkyPart> {
     // Few texels say enough.
     let (columns, rows) = ((width as usize).min(256), (height as usize).min(128));
-    let mut cells = vec![(Vec3::ZERO, 0.0f32); columns * rows];
+    let mut cells = vec![(Vec3::ZERO, Vec3::ZERO); columns * rows];
     for (index, (texel, radiance)) in texels(width as usize, height as usize).zip(radiance).enumerate() {
         let (row, column) = (index / width as usize, index % width as usize);
         let (row, column) = (row * rows / height as usize, column * columns / width as usize);
-        let light = texel.solid_angle * radiance.iter().sum::<f32>();
-        let (towards, brightness) = &mut cells[row * columns + column];
-        *towards += texel.direction * light;
-        *brightness += light;
+        let light = Vec3::from(*radiance) * texel.solid_angle;
+        let (towards, all) = &mut cells[row * columns + column];
+        *towards += texel.direction * light.element_sum();
+        *all += light;
     }
     let mut middles: Vec<Vec3> = (0..count).map(|index| spread(index, count)).collect();
-    let all: f32 = cells.iter().map(|(_, brightness)| brightness).sum();
+    let all: f32 = cells.iter().map(|(_, light)| light.element_sum()).sum();
     let mut passed = 0.0;
     for index in along_blocks(columns, rows) {
-        let (towards, brightness) = cells[index];
-        passed += brightness;
+        let (towards, light) = cells[index];
+        passed += light.element_sum();
         let is_due = passed * count as f32 > (middles.len() - count as usize + 1) as f32 * all;
         middles.extend(towards.try_normalize().filter(|_| is_due));
     }
@@ -115,12 +115,12 @@ pub(super) fn parts(width: u32, height: u32, radiance: &[[f32; 3]], count: u32) 
         };
         middles.iter().enumerate().fold((0, f32::NEG_INFINITY), nearer).0
     });
-    let mut sums = vec![(Vec3::ZERO, 0.0); middles.len()];
-    for ((towards, brightness), part) in cells.iter().zip(nearest) {
+    let mut sums = vec![(Vec3::ZERO, Vec3::ZERO); middles.len()];
+    for ((towards, light), part) in cells.iter().zip(nearest) {
         sums[part].0 += *towards;
-        sums[part].1 += brightness;
+        sums[part].1 += *light;
     }
-    let part = |(towards, brightness): (Vec3, f32)| Some(SkyPart { towards: towards.try_normalize()?, brightness });
+    let part = |(towards, light): (Vec3, Vec3)| Some(SkyPart { towards: towards.try_normalize()?, light });
     sums.into_iter().filter_map(part).collect()
 }
 

@@ -1,0 +1,302 @@
+//! Divides triangles where what arrives between their corners is not what arrives at these.
+
+use super::super::super::{Material, Scene};
+use super::corners::{Corners, reach};
+use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
+use super::shares::{Arriving, Node, SurfaceShares};
+use crate::parallel;
+use crate::progress::Cancelled;
+use glam::{UVec2, Vec3};
+use std::collections::HashMap;
+
+/// Points between corners at which light is gathered, at most.
+const MOST_POINTS: usize = 25_000;
+
+/// Points that are left undone rather than sought alone.
+const LEAST_POINTS: usize = 64;
+
+/// Triangles are divided by halving their sides so often at most.
+const LEVELS: u32 = 12;
+
+/// A share between two points differs from their mean by no more than this, or the triangle is divided; light of
+/// emitters by no more than this part of itself and of all light there.
+const TOLERANCE: f32 = 0.03;
+
+/// The light of emitters that is known to be none, in parts of the brightest that arrives anywhere.
+const FAINT: f32 = 0.02;
+
+/// A triangle is divided where its longest side is longer than this part of the scene's size, and never where it is
+/// shorter than the other.
+const LONGEST: f32 = 1.0 / 16.0;
+const SHORTEST: f32 = 1.0 / 512.0;
+
+/// The same beside a smaller object, in parts of that one's size.
+const LONGEST_BESIDE: f32 = 1.0 / 4.0;
+const SHORTEST_BESIDE: f32 = 1.0 / 64.0;
+
+/// Pairs of a triangle and an object that are looked at, at most.
+const MOST_PAIRS: usize = 20_000_000;
+
+/// What arrives at a corner or in the middle of a side is gathered within this part of sides about it, so that it is
+/// right for the light between them, and near corners alone where that is divided.
+const ABOUT: f32 = 0.25;
+
+/// Differences between the ends of a side of which the light in its middle is off by so much, where it is not known.
+const BEND: f32 = 0.25;
+
+/// The same at least, in tolerances, as what is small may stand before the middle of a triangle; more for large ones.
+const LEAST_BEND: f32 = 0.25;
+const LEAST_BEND_OF_LARGE: f32 = 2.0;
+
+/// A node that may be divided.
+#[derive(Clone, Copy)]
+struct Candidate {
+    node: u32,
+    triangle: u32,
+    /// Its corners: weights of the triangle's second and third corner, in units of 2^-[`LEVELS`].
+    corners: [UVec2; 3],
+    /// Longer than any may be.
+    is_large: bool,
+    /// How much light is wrong as long as it is not divided, about: an area times tolerances.
+    error: f32,
+}
+
+const WHOLE: u32 = 1 << LEVELS;
+
+/// Whether light from infinity on a surface is seen.
+pub(super) fn is_lit(material: &Material) -> bool {
+    !material.unlit
+}
+
+/// What arrives at all places of a scene's triangles: those are divided first of which most light is wrong.
+pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<SurfaceShares, Cancelled> {
+    let scene = gatherer.scene;
+    let size = scene.bounds.diagonal();
+    let about = corners.gathered(gatherer, (ABOUT * LONGEST * size, ABOUT))?;
+    let mut arriving: Vec<Arriving> = about.iter().map(Gathered::arriving).collect();
+    drop(about);
+    // For vertices that nothing needs.
+    let open = arriving.len() as u32;
+    arriving.push(Arriving::OPEN);
+    let corner = |vertex: u32| corners.of_vertex(vertex).min(open);
+    let nodes = scene.triangles.iter().map(|vertices| Node { corners: vertices.map(corner), parts: 0 }).collect();
+    let differs = Difference::new(&arriving, gatherer.sources.sky_irradiance());
+    let shares = SurfaceShares { arriving, nodes };
+    let neighbours = Neighbours::new(scene);
+    // Where neighbours share their light, a corner of its own would stand out.
+    let first = |corner: u32| if corners.are_apart() { u32::MAX } else { corner };
+    let near_corners = (0..corners.count() as u32).map(first).collect();
+    let mut refinement = Refinement { gatherer, corners, differs, neighbours, shares, near_corners };
+    let whole = [UVec2::ZERO, UVec2::new(WHOLE, 0), UVec2::new(0, WHOLE)];
+    let wholes = parallel::map_collect(scene.triangles.len(), |triangle| {
+        let is_lit = is_lit(scene.material_of(scene.triangle_objects[triangle]));
+        is_lit.then(|| refinement.candidate(triangle as u32, triangle as u32, whole, 0.0)).flatten()
+    });
+    let mut candidates: Vec<Candidate> = wholes.into_iter().flatten().collect();
+    let mut known: HashMap<(u32, UVec2), u32> = HashMap::new();
+    let mut left = MOST_POINTS;
+    while left >= LEAST_POINTS && !candidates.is_empty() {
+        // Each asks for six points at most; half of what is left is for what they show.
+        let most = left.div_ceil(12).min(candidates.len());
+        let worst_first =
+            |one: &Candidate, other: &Candidate| other.error.total_cmp(&one.error).then(one.node.cmp(&other.node));
+        if candidates.len() > most {
+            candidates.select_nth_unstable_by(most, worst_first);
+        }
+        let rest = candidates.split_off(most);
+        let asked = refinement.shares.arriving.len();
+        let mut divided = refinement.to_divide(&candidates, &mut known)?;
+        refinement.gather_near_corners(&divided)?;
+        candidates = rest;
+        for (parent, middles, bend) in divided.drain(..) {
+            refinement.divide(&parent, &middles, bend, &mut candidates);
+        }
+        left = left.saturating_sub(refinement.shares.arriving.len() - asked);
+    }
+    Ok(refinement.shares)
+}
+
+/// Triangles that are being divided.
+struct Refinement<'a> {
+    gatherer: &'a Gatherer<'a>,
+    corners: &'a Corners,
+    differs: Difference,
+    neighbours: Neighbours,
+    shares: SurfaceShares,
+    /// What arrives right at corners, for divided triangles; `u32::MAX`: not known.
+    near_corners: Vec<u32>,
+}
+
+/// A node that is to be divided, what arrives at the middles of its sides, and by how much that bends, in tolerances.
+type ToDivide = (Candidate, [u32; 3], f32);
+
+impl Refinement<'_> {
+    /// A node as a candidate, unless it is too small; `bend`: by how much light is known to bend within it, about.
+    fn candidate(&self, node: u32, triangle: u32, corners: [UVec2; 3], bend: f32) -> Option<Candidate> {
+        let (length, area, [most, least]) = self.neighbours.limits(self.gatherer.scene, triangle, corners);
+        let is_large = length > most;
+        let ends = self.shares.nodes[node as usize].corners.map(|index| &self.shares.arriving[index as usize]);
+        let least_bend = if is_large { LEAST_BEND_OF_LARGE } else { LEAST_BEND };
+        let bend = (BEND * self.differs.of_ends(ends)).max(bend).max(least_bend);
+        // Few places that are very wrong are seen rather than many that are a little wrong.
+        (length > least).then_some(Candidate { node, triangle, corners, is_large, error: area * bend * bend })
+    }
+
+    /// Gathers light in the middles of the sides of candidates, each of a triangle once; returns which are to be
+    /// divided.
+    fn to_divide(
+        &mut self,
+        candidates: &[Candidate],
+        known: &mut HashMap<(u32, UVec2), u32>,
+    ) -> Result<Vec<ToDivide>, Cancelled> {
+        let scene = self.gatherer.scene;
+        let (mut places, first) = (Vec::new(), self.shares.arriving.len());
+        let middles: Vec<[u32; 3]> = candidates
+            .iter()
+            .map(|candidate| {
+                let [a, b, c] = candidate.corners;
+                let part = ABOUT * 0.5 * (a.max(b).max(c) - a.min(b).min(c)).max_element() as f32 / WHOLE as f32;
+                [(a, b), (b, c), (c, a)].map(|(one, other)| {
+                    let at = (one + other) / 2;
+                    *known.entry((candidate.triangle, at)).or_insert_with(|| {
+                        places.push((candidate.triangle, at.as_vec2() / WHOLE as f32, part));
+                        (first + places.len() - 1) as u32
+                    })
+                })
+            })
+            .collect();
+        let sample = |place: usize, number: usize| {
+            let (triangle, at, part) = places[place];
+            let at = near(at, (place * 7 % 4096 + number) as u32, reach(scene, triangle, (f32::INFINITY, part)));
+            Sample { triangle, at, group: number as u8 }
+        };
+        let gathered = self.gatherer.gathered((places.len(), GROUPS), sample)?;
+        self.shares.arriving.extend(gathered.iter().map(Gathered::arriving));
+        let arriving = &self.shares.arriving;
+        let divided = candidates.iter().zip(middles).filter_map(|(candidate, middles)| {
+            let corners = self.shares.nodes[candidate.node as usize].corners;
+            let bend = (0..3).map(|side| {
+                let ends = [corners[side], corners[(side + 1) % 3], middles[side]];
+                self.differs.of_middle(ends.map(|index| &arriving[index as usize]))
+            });
+            let bend = bend.fold(0.0, f32::max);
+            (bend > 1.0 || candidate.is_large).then_some((*candidate, middles, bend))
+        });
+        Ok(divided.collect())
+    }
+
+    /// Gathers light right at the corners of triangles that are divided for the first time.
+    fn gather_near_corners(&mut self, divided: &[ToDivide]) -> Result<(), Cancelled> {
+        let scene = self.gatherer.scene;
+        let mut places = Vec::new();
+        for (candidate, ..) in divided.iter().filter(|(candidate, ..)| candidate.node == candidate.triangle) {
+            for corner in self.shares.nodes[candidate.node as usize].corners {
+                let known = &mut self.near_corners[corner as usize];
+                if *known == u32::MAX {
+                    *known = (self.shares.arriving.len() + places.len()) as u32;
+                    places.push(corner as usize);
+                }
+            }
+        }
+        let within = (ABOUT * SHORTEST * scene.bounds.diagonal(), ABOUT);
+        let sample = |place: usize, number: usize| {
+            let (triangle, at) = self.corners.sample(scene, places[place], number, within);
+            Sample { triangle, at, group: number as u8 }
+        };
+        let gathered = self.gatherer.gathered((places.len(), GROUPS), sample)?;
+        self.shares.arriving.extend(gathered.iter().map(Gathered::arriving));
+        Ok(())
+    }
+
+    /// Divides a node by the middles of its sides.
+    fn divide(&mut self, parent: &Candidate, middles: &[u32; 3], bend: f32, candidates: &mut Vec<Candidate>) {
+        let first = self.shares.nodes.len() as u32;
+        let node = &mut self.shares.nodes[parent.node as usize];
+        node.parts = first;
+        let is_whole = parent.node == parent.triangle;
+        let [a, b, c] = node.corners.map(|corner| if is_whole { self.near_corners[corner as usize] } else { corner });
+        let [ab, bc, ca] = *middles;
+        let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
+        self.shares.nodes.extend(parts.map(|corners| Node { corners, parts: 0 }));
+        let [a, b, c] = parent.corners;
+        let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(one, other)| (one + other) / 2);
+        for (part, corners) in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].into_iter().enumerate() {
+            candidates.extend(self.candidate(first + part as u32, parent.triangle, corners, BEND * bend));
+        }
+    }
+}
+
+/// Differences of what arrives, in tolerances.
+struct Difference {
+    /// Light that is always there.
+    steady: f32,
+}
+
+impl Difference {
+    fn new(corners: &[Arriving], sky_irradiance: f32) -> Self {
+        let brightest = corners.iter().flat_map(|corner| corner.emitted).map(Vec3::element_sum).fold(0.0, f32::max);
+        Self { steady: FAINT * (brightest + sky_irradiance) }
+    }
+
+    /// Between the middle of a side and the mean of its two ends.
+    fn of_middle(&self, [one, other, middle]: [&Arriving; 3]) -> f32 {
+        let none = Arriving { sky: [Vec3::ZERO; 2], emitted: [Vec3::ZERO; 2] };
+        self.between(&none.plus(one, 0.5).plus(other, 0.5), middle)
+    }
+
+    /// Between the ends of sides, the largest.
+    fn of_ends(&self, [a, b, c]: [&Arriving; 3]) -> f32 {
+        self.between(a, b).max(self.between(b, c)).max(self.between(c, a))
+    }
+
+    fn between(&self, one: &Arriving, other: &Arriving) -> f32 {
+        let on_side = |side: usize| {
+            let emitted = [one, other].map(|arriving| arriving.emitted[side].element_sum());
+            let all = emitted[0].max(emitted[1]) + self.steady;
+            let of_emitters = if all > 0.0 { (emitted[0] - emitted[1]).abs() / all } else { 0.0 };
+            of_emitters.max((one.sky[side] - other.sky[side]).abs().max_element())
+        };
+        on_side(0).max(on_side(1)) / TOLERANCE
+    }
+}
+
+/// What lies near triangles, for how finely they are to be divided.
+struct Neighbours {
+    scene_size: f32,
+    /// The sizes of objects, small ones first, with their numbers; none where there are too many to ask for.
+    sizes: Vec<(f32, u32)>,
+}
+
+impl Neighbours {
+    fn new(scene: &Scene) -> Self {
+        let mut sizes: Vec<(f32, u32)> =
+            (0..).zip(&scene.objects).map(|(index, object)| (object.bounds.diagonal(), index)).collect();
+        sizes.sort_by(|one, other| one.0.total_cmp(&other.0));
+        if sizes.len() * scene.triangles.len() > MOST_PAIRS {
+            sizes.clear();
+        }
+        Self { scene_size: scene.bounds.diagonal(), sizes }
+    }
+
+    /// The longest side of a part of a triangle, its area, and the lengths beyond and below which it is always and
+    /// never divided.
+    fn limits(&self, scene: &Scene, triangle: u32, corners: [UVec2; 3]) -> (f32, f32, [f32; 2]) {
+        let whole = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize]);
+        let [a, b, c] = corners.map(|at| {
+            let at = at.as_vec2() / WHOLE as f32;
+            whole[0] + (whole[1] - whole[0]) * at.x + (whole[2] - whole[0]) * at.y
+        });
+        let length = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let mut limits = [self.scene_size * LONGEST, self.scene_size * SHORTEST];
+        let (low, high) = (a.min(b).min(c) - length, a.max(b).max(c) + length);
+        let own = scene.triangle_objects[triangle as usize];
+        // Larger objects do not ask for smaller parts than these.
+        for (size, index) in self.sizes.iter().take_while(|(size, _)| size * SHORTEST_BESIDE < length) {
+            let bounds = &scene.objects[*index as usize].bounds;
+            if *index != own && bounds.min.cmple(high).all() && bounds.max.cmpge(low).all() {
+                limits = [limits[0].min(size * LONGEST_BESIDE), limits[1].min(size * SHORTEST_BESIDE)];
+            }
+        }
+        (length, 0.5 * (b - a).cross(c - a).length(), limits)
+    }
+}
