@@ -152,7 +152,7 @@ impl Corners {
 }
 
 /// The parts of a triangle's sides from its first corner within a distance and a part of them.
-pub(super) fn reach(scene: &Scene, triangle: u32, (distance, part): (f32, f32)) -> Vec2 {
+fn reach(scene: &Scene, triangle: u32, (distance, part): (f32, f32)) -> Vec2 {
     let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize]);
     let within = |length: f32| (distance / length.max(f32::MIN_POSITIVE)).min(part);
     Vec2::new(within(a.distance(b)), within(a.distance(c)))

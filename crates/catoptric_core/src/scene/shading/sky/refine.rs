@@ -1,16 +1,16 @@
 //! Divides triangles where what arrives between their corners is not what arrives at these.
 
 use super::super::super::{Material, Scene};
-use super::corners::{Corners, reach};
+use super::corners::Corners;
 use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
 use super::shares::{Arriving, Node, SurfaceShares};
 use crate::parallel;
 use crate::progress::Cancelled;
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use std::collections::HashMap;
 
 /// Points between corners at which light is gathered, at most.
-const MOST_POINTS: usize = 25_000;
+const MOST_POINTS: usize = 30_000;
 
 /// Points that are left undone rather than sought alone.
 const LEAST_POINTS: usize = 64;
@@ -26,7 +26,7 @@ const TOLERANCE: f32 = 0.03;
 const FAINT: f32 = 0.02;
 
 /// A triangle is divided where its longest side is longer than this part of the scene's size, and never where it is
-/// shorter than the other.
+/// shorter than the other of its object's.
 const LONGEST: f32 = 1.0 / 16.0;
 const SHORTEST: f32 = 1.0 / 512.0;
 
@@ -41,12 +41,18 @@ const MOST_PAIRS: usize = 20_000_000;
 /// right for the light between them, and near corners alone where that is divided.
 const ABOUT: f32 = 0.25;
 
+/// The same of points within triangles, of the sides of the node between whose corners they lie.
+const ABOUT_POINT: f32 = 1.0 / 16.0;
+
 /// Differences between the ends of a side of which the light in its middle is off by so much, where it is not known.
 const BEND: f32 = 0.25;
 
 /// The same at least, in tolerances, as what is small may stand before the middle of a triangle; more for large ones.
 const LEAST_BEND: f32 = 0.25;
 const LEAST_BEND_OF_LARGE: f32 = 2.0;
+
+/// Nodes are divided together whose errors are no smaller than this part of the worst.
+const NEARLY_AS_WRONG: f32 = 1.0 / 8.0;
 
 /// A node that may be divided.
 #[derive(Clone, Copy)]
@@ -86,30 +92,34 @@ pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<Surf
     // Where neighbours share their light, a corner of its own would stand out.
     let first = |corner: u32| if corners.are_apart() { u32::MAX } else { corner };
     let near_corners = (0..corners.count() as u32).map(first).collect();
-    let mut refinement = Refinement { gatherer, corners, differs, neighbours, shares, near_corners };
+    let mut refinement =
+        Refinement { gatherer, corners, differs, neighbours, shares, near_corners, known: HashMap::new() };
     let whole = [UVec2::ZERO, UVec2::new(WHOLE, 0), UVec2::new(0, WHOLE)];
     let wholes = parallel::map_collect(scene.triangles.len(), |triangle| {
         let is_lit = is_lit(scene.material_of(scene.triangle_objects[triangle]));
         is_lit.then(|| refinement.candidate(triangle as u32, triangle as u32, whole, 0.0)).flatten()
     });
     let mut candidates: Vec<Candidate> = wholes.into_iter().flatten().collect();
-    let mut known: HashMap<(u32, UVec2), u32> = HashMap::new();
     let mut left = MOST_POINTS;
     while left >= LEAST_POINTS && !candidates.is_empty() {
+        // Those that are nearly as wrong as the worst, as what they show may be worse than the others.
+        let worst = candidates.iter().map(|candidate| candidate.error).fold(0.0, f32::max);
+        let mut rest: Vec<Candidate> =
+            candidates.extract_if(.., |candidate| candidate.error < NEARLY_AS_WRONG * worst).collect();
         // Each asks for six points at most; half of what is left is for what they show.
-        let most = left.div_ceil(12).min(candidates.len());
-        let worst_first =
-            |one: &Candidate, other: &Candidate| other.error.total_cmp(&one.error).then(one.node.cmp(&other.node));
+        let most = left.div_ceil(12);
         if candidates.len() > most {
+            let worst_first =
+                |one: &Candidate, other: &Candidate| other.error.total_cmp(&one.error).then(one.node.cmp(&other.node));
             candidates.select_nth_unstable_by(most, worst_first);
+            rest.extend(candidates.drain(most..));
         }
-        let rest = candidates.split_off(most);
         let asked = refinement.shares.arriving.len();
-        let mut divided = refinement.to_divide(&candidates, &mut known)?;
-        refinement.gather_near_corners(&divided)?;
+        let divided = refinement.to_divide(&candidates)?;
+        let corners = refinement.corners_of_parts(&divided)?;
         candidates = rest;
-        for (parent, middles, bend) in divided.drain(..) {
-            refinement.divide(&parent, &middles, bend, &mut candidates);
+        for ((parent, middles, bend), corners) in divided.iter().zip(corners) {
+            refinement.divide(parent, corners, *middles, *bend, &mut candidates);
         }
         left = left.saturating_sub(refinement.shares.arriving.len() - asked);
     }
@@ -125,10 +135,30 @@ struct Refinement<'a> {
     shares: SurfaceShares,
     /// What arrives right at corners, for divided triangles; `u32::MAX`: not known.
     near_corners: Vec<u32>,
+    /// What arrives about points of triangles, for nodes of a level.
+    known: HashMap<(u32, UVec2, u32), u32>,
 }
 
 /// A node that is to be divided, what arrives at the middles of its sides, and by how much that bends, in tolerances.
 type ToDivide = (Candidate, [u32; 3], f32);
+
+/// Where light is gathered.
+#[derive(Clone, Copy)]
+enum Place {
+    /// Right at a corner of triangles.
+    Corner(u32),
+    /// About a point of a triangle, within a part of its sides.
+    Point { triangle: u32, at: UVec2, part: f32 },
+}
+
+impl Candidate {
+    /// The length of its sides in the units of its corners, and how often the triangle was divided.
+    fn side_and_level(&self) -> (u32, u32) {
+        let [a, b, c] = self.corners;
+        let side = (a.max(b).max(c) - a.min(b).min(c)).max_element();
+        (side, (WHOLE / side).ilog2())
+    }
+}
 
 impl Refinement<'_> {
     /// A node as a candidate, unless it is too small; `bend`: by how much light is known to bend within it, about.
@@ -142,36 +172,44 @@ impl Refinement<'_> {
         (length > least).then_some(Candidate { node, triangle, corners, is_large, error: area * bend * bend })
     }
 
-    /// Gathers light in the middles of the sides of candidates, each of a triangle once; returns which are to be
-    /// divided.
-    fn to_divide(
-        &mut self,
-        candidates: &[Candidate],
-        known: &mut HashMap<(u32, UVec2), u32>,
-    ) -> Result<Vec<ToDivide>, Cancelled> {
-        let scene = self.gatherer.scene;
-        let (mut places, first) = (Vec::new(), self.shares.arriving.len());
-        let middles: Vec<[u32; 3]> = candidates
-            .iter()
-            .map(|candidate| {
-                let [a, b, c] = candidate.corners;
-                let part = ABOUT * 0.5 * (a.max(b).max(c) - a.min(b).min(c)).max_element() as f32 / WHOLE as f32;
-                [(a, b), (b, c), (c, a)].map(|(one, other)| {
-                    let at = (one + other) / 2;
-                    *known.entry((candidate.triangle, at)).or_insert_with(|| {
-                        places.push((candidate.triangle, at.as_vec2() / WHOLE as f32, part));
-                        (first + places.len() - 1) as u32
-                    })
-                })
-            })
-            .collect();
+    /// Gathers light at places, after what is known.
+    fn gather(&mut self, places: &[Place]) -> Result<(), Cancelled> {
+        let (scene, corners) = (self.gatherer.scene, self.corners);
+        let within = (ABOUT * SHORTEST * scene.bounds.diagonal(), ABOUT);
         let sample = |place: usize, number: usize| {
-            let (triangle, at, part) = places[place];
-            let at = near(at, (place * 7 % 4096 + number) as u32, reach(scene, triangle, (f32::INFINITY, part)));
+            let (triangle, at) = match places[place] {
+                Place::Corner(corner) => corners.sample(scene, corner as usize, number, within),
+                Place::Point { triangle, at, part } => {
+                    let (at, number) = (at.as_vec2() / WHOLE as f32, place * 7 % 4096 + number);
+                    (triangle, near(at, number as u32, Vec2::splat(part)))
+                }
+            };
             Sample { triangle, at, group: number as u8 }
         };
         let gathered = self.gatherer.gathered((places.len(), GROUPS), sample)?;
         self.shares.arriving.extend(gathered.iter().map(Gathered::arriving));
+        Ok(())
+    }
+
+    /// The index of what arrives at a point for a node, which is among the places to gather if it is not known.
+    fn point(&mut self, node: &Candidate, at: UVec2, places: &mut Vec<Place>) -> u32 {
+        let (side, level) = node.side_and_level();
+        let next = (self.shares.arriving.len() + places.len()) as u32;
+        *self.known.entry((node.triangle, at, level)).or_insert_with(|| {
+            places.push(Place::Point { triangle: node.triangle, at, part: ABOUT_POINT * side as f32 / WHOLE as f32 });
+            next
+        })
+    }
+
+    /// Gathers light in the middles of the sides of candidates; returns which are to be divided.
+    fn to_divide(&mut self, candidates: &[Candidate]) -> Result<Vec<ToDivide>, Cancelled> {
+        let mut places = Vec::new();
+        let mut middles = Vec::with_capacity(candidates.len());
+        for candidate in candidates {
+            let [a, b, c] = candidate.corners;
+            middles.push([(a, b), (b, c), (c, a)].map(|(a, b)| self.point(candidate, (a + b) / 2, &mut places)));
+        }
+        self.gather(&places)?;
         let arriving = &self.shares.arriving;
         let divided = candidates.iter().zip(middles).filter_map(|(candidate, middles)| {
             let corners = self.shares.nodes[candidate.node as usize].corners;
@@ -185,37 +223,44 @@ impl Refinement<'_> {
         Ok(divided.collect())
     }
 
-    /// Gathers light right at the corners of triangles that are divided for the first time.
-    fn gather_near_corners(&mut self, divided: &[ToDivide]) -> Result<(), Cancelled> {
-        let scene = self.gatherer.scene;
+    /// The corners of nodes as their parts have them: what arrives nearer to these than is right for the whole.
+    fn corners_of_parts(&mut self, divided: &[ToDivide]) -> Result<Vec<[u32; 3]>, Cancelled> {
         let mut places = Vec::new();
-        for (candidate, ..) in divided.iter().filter(|(candidate, ..)| candidate.node == candidate.triangle) {
-            for corner in self.shares.nodes[candidate.node as usize].corners {
-                let known = &mut self.near_corners[corner as usize];
-                if *known == u32::MAX {
-                    *known = (self.shares.arriving.len() + places.len()) as u32;
-                    places.push(corner as usize);
+        let mut corners = Vec::with_capacity(divided.len());
+        for (node, ..) in divided {
+            let whole = self.shares.nodes[node.node as usize].corners;
+            let mut of_parts = whole;
+            for ((of_parts, whole), at) in of_parts.iter_mut().zip(whole).zip(node.corners) {
+                // All triangles at a vertex have the same.
+                let is_vertex = at == UVec2::ZERO || at.max_element() == WHOLE;
+                if !is_vertex {
+                    *of_parts = self.point(node, at, &mut places);
+                } else if node.node == node.triangle {
+                    let known = &mut self.near_corners[whole as usize];
+                    if *known == u32::MAX {
+                        *known = (self.shares.arriving.len() + places.len()) as u32;
+                        places.push(Place::Corner(whole));
+                    }
+                    *of_parts = *known;
                 }
             }
+            corners.push(of_parts);
         }
-        let within = (ABOUT * SHORTEST * scene.bounds.diagonal(), ABOUT);
-        let sample = |place: usize, number: usize| {
-            let (triangle, at) = self.corners.sample(scene, places[place], number, within);
-            Sample { triangle, at, group: number as u8 }
-        };
-        let gathered = self.gatherer.gathered((places.len(), GROUPS), sample)?;
-        self.shares.arriving.extend(gathered.iter().map(Gathered::arriving));
-        Ok(())
+        self.gather(&places)?;
+        Ok(corners)
     }
 
     /// Divides a node by the middles of its sides.
-    fn divide(&mut self, parent: &Candidate, middles: &[u32; 3], bend: f32, candidates: &mut Vec<Candidate>) {
+    fn divide(
+        &mut self,
+        parent: &Candidate,
+        [a, b, c]: [u32; 3],
+        [ab, bc, ca]: [u32; 3],
+        bend: f32,
+        candidates: &mut Vec<Candidate>,
+    ) {
         let first = self.shares.nodes.len() as u32;
-        let node = &mut self.shares.nodes[parent.node as usize];
-        node.parts = first;
-        let is_whole = parent.node == parent.triangle;
-        let [a, b, c] = node.corners.map(|corner| if is_whole { self.near_corners[corner as usize] } else { corner });
-        let [ab, bc, ca] = *middles;
+        self.shares.nodes[parent.node as usize].parts = first;
         let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]];
         self.shares.nodes.extend(parts.map(|corners| Node { corners, parts: 0 }));
         let [a, b, c] = parent.corners;
@@ -287,9 +332,10 @@ impl Neighbours {
             whole[0] + (whole[1] - whole[0]) * at.x + (whole[2] - whole[0]) * at.y
         });
         let length = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        let mut limits = [self.scene_size * LONGEST, self.scene_size * SHORTEST];
-        let (low, high) = (a.min(b).min(c) - length, a.max(b).max(c) + length);
         let own = scene.triangle_objects[triangle as usize];
+        let size = scene.objects[own as usize].bounds.diagonal();
+        let mut limits = [self.scene_size * LONGEST, size.min(self.scene_size) * SHORTEST];
+        let (low, high) = (a.min(b).min(c) - length, a.max(b).max(c) + length);
         // Larger objects do not ask for smaller parts than these.
         for (size, index) in self.sizes.iter().take_while(|(size, _)| size * SHORTEST_BESIDE < length) {
             let bounds = &scene.objects[*index as usize].bounds;
