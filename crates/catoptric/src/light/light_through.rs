@@ -54,13 +54,10 @@ impl<'a> LightThrough<'a> {
         self.share.get() * absorbed.map(|exponent| (-exponent).exponential())
     }
 
-    /// Notes what passes a triangle, if some light may; returns false if it stops all that is left.
+    /// Notes what passes a triangle that lets light pass; returns false if it stops all that is left.
     #[inline(never)] // few objects do
     pub(super) fn pass_triangle(&self, scene: &Scene, ray: &Ray, hit: &TriangleHit) -> bool {
         let triangle = hit.triangle & !ALPHA_TESTED;
-        if !self.lets_pass(scene.triangle_objects[triangle as usize]) {
-            return false;
-        }
         let at = Barycentrics { value: hit.barycentrics, ..Barycentrics::default() };
         self.pass(scene, ray, hit.distance, &scene.surface_point(triangle, &at));
         self.share.get().max_element() >= LEAST_SHARE

@@ -349,8 +349,15 @@ impl Walk<'_> {
     /// Returns true if light is stopped where its ray meets a triangle, and notes what passes where some does.
     #[inline(always)]
     fn stops_light(&self, hit: &TriangleHit) -> bool {
+        if let Some(through) = self.through {
+            let object = self.scene.triangle_objects[(hit.triangle & !ALPHA_TESTED) as usize];
+            let is_among = self.objects.is_none_or(|objects| objects[object as usize]);
+            // What lets light pass does so at its holes, too.
+            if is_among && through.lets_pass(object) {
+                return !through.pass_triangle(self.scene, self.ray, hit);
+            }
+        }
         self.passes::<false>(hit)
-            && self.through.is_none_or(|through| !through.pass_triangle(self.scene, self.ray, hit))
     }
 
     /// The same for the surface of an object: the distance at which it stops light.

@@ -23,6 +23,7 @@ use std::sync::LazyLock;
 
 /// The numbers that choose lobes, those that choose cones of a lobe, and those that choose facets differ.
 const CHOICE: u64 = 0x5bd1_e995_9e37_79b9;
+const COVERAGE: u64 = 0x1656_67b1_9e37_79f9;
 const CONES: u64 = 0x2545_f491_4f6c_dd1d;
 
 /// Cones that stand for a lobe together are wider by this factor than what there is to each of them: so they show no
@@ -94,8 +95,14 @@ impl<F: RadianceField> PathTracer<'_, F> {
     ) -> Vec3 {
         let (scene, direction, point) = (self.scene, segment.ray.direction, &encounter.point);
         let at = scene.lobes_at(material, lobes, point);
-        if at.coverage < 1.0 && segment.passages < MOST_PASSAGES {
-            let passing = throughput * (1.0 - at.coverage);
+        let mut covered = at.coverage;
+        if segment.is_cone && covered > 0.0 && covered < 1.0 {
+            // A ray that stands for a part of a lobe meets what covers, or passes it: one of the two.
+            let number = turn(self.rough.seed ^ COVERAGE, direction, point.position).x;
+            covered = if number < covered { 1.0 } else { 0.0 };
+        }
+        if covered < 1.0 && segment.passages < MOST_PASSAGES {
+            let passing = throughput * (1.0 - covered);
             if passing.max_element() >= MIN_THROUGHPUT {
                 let ray = Ray { origin: self.tracer.departure(point, direction), direction };
                 let (near, passages) = (0.0, segment.passages + 1);
@@ -113,7 +120,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             }
         }
         let known = std::mem::take(&mut self.known);
-        let throughput = throughput * at.coverage;
+        let throughput = throughput * covered;
         if throughput == Vec3::ZERO {
             return Vec3::ZERO;
         }
