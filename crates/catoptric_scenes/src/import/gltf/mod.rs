@@ -23,7 +23,8 @@ pub(super) use codec::ktx2::{decode as decode_ktx2, dimensions as ktx2_dimension
 use super::Resolver;
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{AnalyticAsset, MeshAsset, Model};
-use catoptric_core::scene::{Material, Microfacets, Role};
+use catoptric_core::scene::{Material, Role};
+use glam::Vec3;
 use source::Source;
 use std::sync::Arc;
 use textures::TextureSet;
@@ -45,6 +46,9 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
     model.warnings = source.into_warnings();
     Ok(model)
 }
+
+/// The colour of what has no material.
+const PLASTER: f32 = 0.8;
 
 struct Importer<'r, 's> {
     source: &'s Source<'r>,
@@ -177,10 +181,17 @@ impl<'r, 's> Importer<'r, 's> {
         let decoded = textures.decode(source)?;
         self.model.materials = materials.into_iter().map(|material| material.finish(&decoded)).collect();
         if self.default_material.is_some() {
-            // As the format has it: a white, rough metal.
-            let microfacets = Microfacets { metallic: 1.0, ..Microfacets::default() };
-            let lobes = Some(Box::default());
-            self.model.materials.push(Material { microfacets: Some(microfacets), lobes, ..Material::default() });
+            // The format's default, a white and rough metal, sends all light on to other parts of itself: no shape is
+            // seen without shades. Things without a material were grey where they were made.
+            self.model.materials.push(Material::diffuse("", Vec3::splat(PLASTER)));
+            let drawn = document.meshes.iter().zip(&self.drawn_meshes).filter(|(_, drawn)| drawn.is_some());
+            let count = drawn.flat_map(|(mesh, _)| &mesh.primitives).filter(|part| part.material.is_none()).count();
+            let parts = if count == 1 {
+                "part of a mesh has no material and is"
+            } else {
+                "parts of meshes have no material and are"
+            };
+            source.warn(format!("{count} {parts} drawn as grey plaster (the format's default is a white metal)"));
         }
         self.model.textures = decoded.into_iter().map(|decoded| Arc::clone(&decoded.texture)).collect();
         Ok(())

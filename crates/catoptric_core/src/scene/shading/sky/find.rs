@@ -44,4 +44,3 @@ impl Scene {
         Ok(Some(Sky::new(suns, Irradiance::new(width, height, &rest), shares, emitters)))
     }
 }
-

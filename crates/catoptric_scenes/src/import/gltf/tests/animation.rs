@@ -131,7 +131,9 @@ fn channels_that_move_nothing_are_left_out_with_a_warning() {
     file.json["animations"][0]["channels"].as_array_mut().unwrap().push(channel);
     let model = file.model();
     assert!(model.animations[0].channels.is_empty());
-    assert!(model.warnings[0].contains("do not rise") && model.warnings[1].contains("moves no node"));
+    for problem in ["do not rise", "moves no node"] {
+        assert!(model.warnings.iter().any(|warning| warning.contains(problem)), "{problem}");
+    }
     file.json["animations"][0]["samplers"][0]["interpolation"] = json!("CURVED");
     file.json["accessors"][times]["count"] = json!(1);
     file.assert_error("sampler.interpolation: `CURVED`");

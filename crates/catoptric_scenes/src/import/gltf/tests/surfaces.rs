@@ -53,6 +53,13 @@ fn facets_take_the_numbers_of_the_format_and_its_defaults() {
 }
 
 #[test]
+fn what_has_no_material_is_plaster_and_said() {
+    let model = File::triangle().model();
+    assert!(model.materials[0].microfacets.is_none() && model.materials[0].base_color.x == 0.8);
+    assert!(model.warnings.iter().any(|warning| warning.contains("no material")), "{:?}", model.warnings);
+}
+
+#[test]
 fn textures_of_numbers_are_linear_and_those_of_colours_are_not() {
     let file = textured(
         json!({
