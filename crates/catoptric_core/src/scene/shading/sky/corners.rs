@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 /// Corners that look in all directions, at most; more of them share the same rays, each in other directions than its
 /// neighbours.
-const MOST_CORNERS: usize = 20_000;
+const MOST_CORNERS: usize = 16_000;
 
 /// Corners at which anything is sought, at most; others have what their neighbours have.
 const MOST_PLACES: usize = 16 * MOST_CORNERS;

@@ -10,7 +10,7 @@ use glam::{UVec2, Vec2, Vec3};
 use std::collections::HashMap;
 
 /// Points between corners at which light is gathered, at most.
-const MOST_POINTS: usize = 30_000;
+const MOST_POINTS: usize = 24_000;
 
 /// Points that are left undone rather than sought alone.
 const LEAST_POINTS: usize = 64;
