@@ -1,8 +1,7 @@
 //! What arrives at the corners of a scene's triangles.
 
-use super::super::super::Scene;
+use super::super::super::{Material, Scene};
 use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
-use super::refine::is_lit;
 use crate::math::random;
 use crate::progress::Cancelled;
 use glam::{Vec2, Vec3};
@@ -14,6 +13,11 @@ const MOST_CORNERS: usize = 16_000;
 
 /// Corners at which anything is sought, at most; others have what their neighbours have.
 const MOST_PLACES: usize = 16 * MOST_CORNERS;
+
+/// Whether light from infinity on a surface is seen.
+pub(super) fn is_lit(material: &Material) -> bool {
+    !material.unlit
+}
 
 /// The corners of triangles whose light is seen.
 pub(super) struct Corners {

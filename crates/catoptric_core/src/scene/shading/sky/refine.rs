@@ -1,7 +1,7 @@
 //! Divides triangles where what arrives between their corners is not what arrives at these.
 
-use super::super::super::{Material, Scene};
-use super::corners::Corners;
+use super::super::super::Scene;
+use super::corners::{Corners, is_lit};
 use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
 use super::shares::{Arriving, Node, SurfaceShares};
 use crate::parallel;
@@ -68,11 +68,6 @@ struct Candidate {
 }
 
 const WHOLE: u32 = 1 << LEVELS;
-
-/// Whether light from infinity on a surface is seen.
-pub(super) fn is_lit(material: &Material) -> bool {
-    !material.unlit
-}
 
 /// What arrives at all places of a scene's triangles: those are divided first of which most light is wrong.
 pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<SurfaceShares, Cancelled> {
