@@ -352,7 +352,7 @@ impl Walk<'_> {
         if let Some(through) = self.through {
             let object = self.scene.triangle_objects[(hit.triangle & !ALPHA_TESTED) as usize];
             let is_among = self.objects.is_none_or(|objects| objects[object as usize]);
-            // What lets light pass does so at its holes, too.
+            // Such objects let it pass at their holes, too.
             if is_among && through.lets_pass(object) {
                 return !through.pass_triangle(self.scene, self.ray, hit);
             }

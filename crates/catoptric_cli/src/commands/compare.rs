@@ -89,10 +89,13 @@ pub(crate) fn run(
         entries,
     };
     report::write(folder, &report)?;
-    let warnings: Vec<String> = report
-        .measured()
-        .flat_map(|(entry, measured)| measured.stats.warnings.iter().map(|text| format!("{}: {text}", entry.label)))
-        .collect();
+    // What holds of the scene is said once, not of each method.
+    let of_scene = &shot.model.warnings;
+    let of_methods = report.measured().flat_map(|(entry, measured)| {
+        let own = measured.stats.warnings.iter().filter(|text| !of_scene.contains(text));
+        own.map(|text| format!("{}: {text}", entry.label))
+    });
+    let warnings: Vec<String> = of_scene.iter().cloned().chain(of_methods).collect();
     let failures = report.entries.iter().filter_map(|entry| match &entry.outcome {
         Outcome::Failed(problem) => Some(format!("{} was left out: {problem}", entry.label)),
         Outcome::Measured(_) => None,

@@ -1,4 +1,4 @@
-//! What arrives at the corners of a scene's triangles.
+//! The light that arrives at the corners of a scene's triangles.
 
 use super::super::super::{Material, Scene};
 use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
@@ -14,7 +14,7 @@ const MOST_CORNERS: usize = 16_000;
 /// Corners at which anything is sought, at most; others have what their neighbours have.
 const MOST_PLACES: usize = 16 * MOST_CORNERS;
 
-/// Whether light from infinity on a surface is seen.
+/// Returns true if light from infinity on a surface is seen.
 pub(super) fn is_lit(material: &Material) -> bool {
     !material.unlit
 }
@@ -64,7 +64,7 @@ impl Corners {
         (triangle, near(at, number, reach(scene, triangle, within)))
     }
 
-    /// What arrives about the corners: at places of their triangles within a distance and a part of the sides.
+    /// Gathers the light about all corners: at points of their triangles within a distance and a part of the sides.
     pub(super) fn gathered(&self, gatherer: &Gatherer<'_>, within: (f32, f32)) -> Result<Vec<Gathered>, Cancelled> {
         let all = self.count();
         // As many samples each as all of them may have, and where those are too few, for some of the corners only.

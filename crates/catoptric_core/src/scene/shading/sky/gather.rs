@@ -20,7 +20,7 @@ const AT_ONCE: usize = 2048;
 /// Points lie so far within their triangle, as a share of the way to its middle.
 const WITHIN: f32 = 1e-3;
 
-/// What shines on surfaces.
+/// All that shines on surfaces.
 pub(super) struct Sources {
     pub(super) sky: Vec<SkyPart>,
     pub(super) emitters: Vec<EmitterPoint>,
@@ -60,7 +60,7 @@ impl Gathered {
         }
     }
 
-    /// What arrives: all light of which nothing is known.
+    /// The light that arrives; all of it where nothing is known.
     pub(super) fn arriving(&self) -> Arriving {
         let share = |light: Vec4| if light.w > 0.0 { light.truncate() / light.w } else { Vec3::ONE };
         Arriving {
@@ -70,7 +70,7 @@ impl Gathered {
     }
 }
 
-/// Whether the other side of a surface is seen, or lets light pass.
+/// Returns true if the other side of a surface is seen, or lets light pass.
 fn has_two_sides(material: &Material) -> bool {
     material.double_sided || material.lobes().is_some_and(|lobes| lobes.diffuse_transmission > 0.0)
 }
@@ -84,7 +84,7 @@ pub(super) struct Gatherer<'a> {
 }
 
 impl Gatherer<'_> {
-    /// What arrives at each of `count` places that are looked around from by `samples` samples each.
+    /// Gathers the light at each of `count` places by so many samples, each in one group of directions.
     pub(super) fn gathered(
         &self,
         (count, samples): (usize, usize),
@@ -117,8 +117,8 @@ impl Gatherer<'_> {
         }
     }
 
-    /// What arrives at places, by their points, those of a group after each other: for each part of the light all of
-    /// them together.
+    /// Gathers the light at places by their points, those of a group after each other: for each part of the light all
+    /// of them together.
     fn gathered_at(&self, points: &[Point], places: usize) -> Vec<Gathered> {
         let mut sums = vec![[Sum::default(); 4]; places];
         let in_group = |group: usize| {

@@ -18,10 +18,10 @@ use shares::SurfaceShares;
 /// The environment and the emitters of a scene as its surfaces see them, for the light that they scatter.
 ///
 /// Suns, which are small and bright, are seen or not from each point that is shaded, as lights are: their shadows have
-/// edges. Of the rest of the sky each surface sees a share, which is known at its corners and, where it changes, at
-/// points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel, Keyser, House 2010,
-/// Mesh colors); the light of emitters is known at the same points. Light that surfaces scatter onto each other is not
-/// there.
+/// edges. Of the rest of the sky each surface sees a share of each colour, which is known about its corners and, where
+/// it changes most, at points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel,
+/// Keyser, House 2010, Mesh colors); the light of emitters is known at the same points. Corners of fine meshes share
+/// their rays with their neighbours. Light that surfaces scatter onto each other is not there.
 #[derive(Debug)]
 pub struct Sky {
     suns: Vec<Light>,

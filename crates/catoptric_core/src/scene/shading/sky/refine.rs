@@ -37,8 +37,8 @@ const SHORTEST_BESIDE: f32 = 1.0 / 64.0;
 /// Pairs of a triangle and an object that are looked at, at most.
 const MOST_PAIRS: usize = 20_000_000;
 
-/// What arrives at a corner or in the middle of a side is gathered within this part of sides about it, so that it is
-/// right for the light between them, and near corners alone where that is divided.
+/// The light of a corner is gathered within this part of sides about it, so that it is right for what lies between
+/// corners (as a fit to all of it would make it: Kavan, Bargteil, Sloan 2011), and nearer where that is divided.
 const ABOUT: f32 = 0.25;
 
 /// The same of points within triangles, of the sides of the node between whose corners they lie.
@@ -69,7 +69,7 @@ struct Candidate {
 
 const WHOLE: u32 = 1 << LEVELS;
 
-/// What arrives at all places of a scene's triangles: those are divided first of which most light is wrong.
+/// Finds the light at all places of a scene's triangles: those are divided first of which most light is wrong.
 pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<SurfaceShares, Cancelled> {
     let scene = gatherer.scene;
     let size = scene.bounds.diagonal();
@@ -110,7 +110,7 @@ pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<Surf
             rest.extend(candidates.drain(most..));
         }
         let asked = refinement.shares.arriving.len();
-        let divided = refinement.to_divide(&candidates)?;
+        let divided = refinement.find_divided(&candidates)?;
         let corners = refinement.corners_of_parts(&divided)?;
         candidates = rest;
         for ((parent, middles, bend), corners) in divided.iter().zip(corners) {
@@ -128,9 +128,9 @@ struct Refinement<'a> {
     differs: Difference,
     neighbours: Neighbours,
     shares: SurfaceShares,
-    /// What arrives right at corners, for divided triangles; `u32::MAX`: not known.
+    /// Indices of the light right at corners, for divided triangles; `u32::MAX`: not known.
     near_corners: Vec<u32>,
-    /// What arrives about points of triangles, for nodes of a level.
+    /// Indices of the light about points of triangles, for nodes of a level.
     known: HashMap<(u32, UVec2, u32), u32>,
 }
 
@@ -197,7 +197,7 @@ impl Refinement<'_> {
     }
 
     /// Gathers light in the middles of the sides of candidates; returns which are to be divided.
-    fn to_divide(&mut self, candidates: &[Candidate]) -> Result<Vec<ToDivide>, Cancelled> {
+    fn find_divided(&mut self, candidates: &[Candidate]) -> Result<Vec<ToDivide>, Cancelled> {
         let mut places = Vec::new();
         let mut middles = Vec::with_capacity(candidates.len());
         for candidate in candidates {
