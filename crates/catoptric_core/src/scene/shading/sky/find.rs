@@ -11,7 +11,7 @@ use super::suns;
 use crate::progress::{Cancelled, Progress};
 
 /// Parts into which the sky beside its suns is divided.
-const SKY_PARTS: u32 = 256;
+const SKY_PARTS: u32 = 160;
 
 /// Columns of a picture that suns are sought in, at most.
 const MOST_COLUMNS: u32 = 1024;
