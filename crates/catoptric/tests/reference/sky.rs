@@ -59,6 +59,18 @@ fn a_ball_takes_its_share_of_an_even_sky() {
     }
 }
 
+/// The parts of a large floor beside a very small ball would be smaller than they may be.
+#[test]
+fn a_tiny_ball_on_a_large_floor_is_no_endless_work() {
+    let scene = on_a_floor(even_sky(), |builder| {
+        let grey = builder.material(Material::diffuse("grey", Vec3::splat(0.5)));
+        builder.sphere_mesh("ball", Vec3::Y * 1e-3, 1e-3, 12, grey);
+    });
+    for (x, z) in [(0.3, -0.2), (5.0, 9.0), (-19.0, 0.5)] {
+        assert!((floor_at(&scene, x, z) - 1.0).abs() < 0.01, "({x}, {z})");
+    }
+}
+
 /// Before a long wall the part of an even sky that is seen is half of one plus the cosine of the wall's elevation.
 #[test]
 fn a_wall_takes_its_share_of_an_even_sky() {

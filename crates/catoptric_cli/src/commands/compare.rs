@@ -89,7 +89,7 @@ pub(crate) fn run(
         entries,
     };
     report::write(folder, &report)?;
-    // What holds of the scene is said once, not of each method.
+    // The scene's own warnings are said once, not of each method.
     let of_scene = &shot.model.warnings;
     let of_methods = report.measured().flat_map(|(entry, measured)| {
         let own = measured.stats.warnings.iter().filter(|text| !of_scene.contains(text));

@@ -81,12 +81,15 @@ impl Corners {
             gathered[place * every] = found;
         }
         // Twice as many share their light with each round, or somewhat more.
-        for _ in 0..(GROUPS / samples * every).ilog2() {
-            gathered = self.mixed(gatherer.scene, &gathered);
+        let rounds = (GROUPS / samples * every).ilog2();
+        let same = if rounds > 0 { self.at_same_positions() } else { Vec::new() };
+        for _ in 0..rounds {
+            gathered = self.mixed(gatherer.scene, &same, &gathered);
         }
         Ok(gathered)
     }
 
+    /// Finds the corners of a scene.
     pub(super) fn new(scene: &Scene) -> Self {
         let mut of_vertex = vec![u32::MAX; scene.positions.len()];
         let mut corners: Vec<Corner> = Vec::new();
@@ -123,8 +126,18 @@ impl Corners {
         Self { corners, of_vertex, triangles }
     }
 
-    /// Gives each corner what its neighbours have, too, as far as they face the same way.
-    fn mixed(&self, scene: &Scene, gathered: &[Gathered]) -> Vec<Gathered> {
+    /// Pairs of corners at the same position, whose normals differ, as at flat triangles.
+    fn at_same_positions(&self) -> Vec<[u32; 2]> {
+        let position = |corner: u32| self.corners[corner as usize].position.to_array().map(f32::to_bits);
+        let mut by_position: Vec<u32> = (0..self.count() as u32).collect();
+        by_position.sort_unstable_by_key(|corner| (position(*corner), *corner));
+        let pairs = by_position.windows(2).map(|pair| [pair[0], pair[1]]);
+        pairs.filter(|[one, other]| position(*one) == position(*other)).collect()
+    }
+
+    /// Gives each corner what its neighbours have, too, as far as they face the same way; `same`: those at the same
+    /// positions.
+    fn mixed(&self, scene: &Scene, same: &[[u32; 2]], gathered: &[Gathered]) -> Vec<Gathered> {
         let mut mixed = gathered.to_vec();
         let mut mix = |one: u32, other: u32| {
             if one != other {
@@ -142,14 +155,8 @@ impl Corners {
                 mix(c, a);
             }
         }
-        // Corners at the same position whose normals differ, as at flat triangles.
-        let position = |corner: u32| self.corners[corner as usize].position.to_array().map(f32::to_bits);
-        let mut by_position: Vec<u32> = (0..self.count() as u32).collect();
-        by_position.sort_unstable_by_key(|corner| (position(*corner), *corner));
-        for pair in by_position.windows(2) {
-            if position(pair[0]) == position(pair[1]) {
-                mix(pair[0], pair[1]);
-            }
+        for [one, other] in same {
+            mix(*one, *other);
         }
         mixed
     }

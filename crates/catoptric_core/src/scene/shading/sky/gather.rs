@@ -105,7 +105,7 @@ impl Gatherer<'_> {
 
     fn point(&self, place: usize, sample: Sample) -> Point {
         let (scene, triangle) = (self.scene, sample.triangle);
-        // What touches a triangle's edge shades it on one side alone.
+        // Things that touch a triangle's edge shade it on one side alone.
         let at = sample.at.lerp(Vec2::splat(1.0 / 3.0), WITHIN);
         let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.normals[vertex as usize]);
         Point {

@@ -59,7 +59,7 @@ const NEARLY_AS_WRONG: f32 = 1.0 / 8.0;
 struct Candidate {
     node: u32,
     triangle: u32,
-    /// Its corners: weights of the triangle's second and third corner, in units of 2^-[`LEVELS`].
+    /// Weights of the triangle's second and third corner at the node's corners, in units of 2^-[`LEVELS`].
     corners: [UVec2; 3],
     /// Longer than any may be.
     is_large: bool,
@@ -97,7 +97,7 @@ pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<Surf
     let mut candidates: Vec<Candidate> = wholes.into_iter().flatten().collect();
     let mut left = MOST_POINTS;
     while left >= LEAST_POINTS && !candidates.is_empty() {
-        // Those that are nearly as wrong as the worst, as what they show may be worse than the others.
+        // The others wait, as parts of these may be worse than they are.
         let worst = candidates.iter().map(|candidate| candidate.error).fold(0.0, f32::max);
         let mut rest: Vec<Candidate> =
             candidates.extract_if(.., |candidate| candidate.error < NEARLY_AS_WRONG * worst).collect();
@@ -130,7 +130,7 @@ struct Refinement<'a> {
     shares: SurfaceShares,
     /// Indices of the light right at corners, for divided triangles; `u32::MAX`: not known.
     near_corners: Vec<u32>,
-    /// Indices of the light about points of triangles, for nodes of a level.
+    /// Indices of the light about points of triangles, for nodes of a length of sides.
     known: HashMap<(u32, UVec2, u32), u32>,
 }
 
@@ -146,17 +146,14 @@ enum Place {
     Point { triangle: u32, at: UVec2, part: f32 },
 }
 
-impl Candidate {
-    /// The length of its sides in the units of its corners, and how often the triangle was divided.
-    fn side_and_level(&self) -> (u32, u32) {
-        let [a, b, c] = self.corners;
-        let side = (a.max(b).max(c) - a.min(b).min(c)).max_element();
-        (side, (WHOLE / side).ilog2())
-    }
+/// The length of a node's sides in the units of its corners: 1 where it cannot be divided.
+fn side([a, b, c]: [UVec2; 3]) -> u32 {
+    (a.max(b).max(c) - a.min(b).min(c)).max_element()
 }
 
 impl Refinement<'_> {
-    /// A node as a candidate, unless it is too small; `bend`: by how much light is known to bend within it, about.
+    /// A node as a candidate, unless it is too small or divided too often; `bend`: by how much light is known to bend
+    /// within it, about.
     fn candidate(&self, node: u32, triangle: u32, corners: [UVec2; 3], bend: f32) -> Option<Candidate> {
         let (length, area, [most, least]) = self.neighbours.limits(self.gatherer.scene, triangle, corners);
         let is_large = length > most;
@@ -164,7 +161,8 @@ impl Refinement<'_> {
         let least_bend = if is_large { LEAST_BEND_OF_LARGE } else { LEAST_BEND };
         let bend = (BEND * self.differs.of_ends(ends)).max(bend).max(least_bend);
         // Few places that are very wrong are seen rather than many that are a little wrong.
-        (length > least).then_some(Candidate { node, triangle, corners, is_large, error: area * bend * bend })
+        let may_be = length > least && side(corners) > 1;
+        may_be.then_some(Candidate { node, triangle, corners, is_large, error: area * bend * bend })
     }
 
     /// Gathers light at places, after what is known.
@@ -188,9 +186,9 @@ impl Refinement<'_> {
 
     /// The index of what arrives at a point for a node, which is among the places to gather if it is not known.
     fn point(&mut self, node: &Candidate, at: UVec2, places: &mut Vec<Place>) -> u32 {
-        let (side, level) = node.side_and_level();
+        let side = side(node.corners);
         let next = (self.shares.arriving.len() + places.len()) as u32;
-        *self.known.entry((node.triangle, at, level)).or_insert_with(|| {
+        *self.known.entry((node.triangle, at, side)).or_insert_with(|| {
             places.push(Place::Point { triangle: node.triangle, at, part: ABOUT_POINT * side as f32 / WHOLE as f32 });
             next
         })
@@ -300,7 +298,7 @@ impl Difference {
     }
 }
 
-/// What lies near triangles, for how finely they are to be divided.
+/// Objects near triangles, for how finely these are to be divided.
 struct Neighbours {
     scene_size: f32,
     /// The sizes of objects, small ones first, with their numbers; none where there are too many to ask for.
