@@ -5,8 +5,7 @@ use anyhow::{Context, Result, bail, ensure};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const METHODS: &str = "crates/catoptric/src/methods";
-const TESTS: &str = "crates/catoptric/tests";
+const REGISTRY: &str = "crates/catoptric/src/methods/mod.rs";
 const BENCH: &str = "crates/catoptric/benches/methods.rs";
 
 /// The words of the command line.
@@ -87,11 +86,11 @@ impl Request {
         let modules = modules.iter().map(|name| format!("mod {name};\n")).collect::<String>();
         let (draw_use, draw) = match self.role {
             "lookup" => (
-                "use crate::methods::lookup_shader::draw;",
+                "use catoptric_engine::method::lookup_shader::draw;",
                 "        let mut report = draw(&job, tables, |_| true, target)?;",
             ),
             _ => (
-                "use crate::methods::projection::draw::draw_paths;",
+                "use crate::draw::draw_paths;",
                 "        let paths = tables.paths(scene, &self.view, quality.order);\n        \
                  let mut report = Report::default();\n        \
                  report.add_raster(&draw_paths(&job, paths, target)?);",
@@ -117,16 +116,18 @@ impl Request {
 
     /// Writes the files and the lines of the registry into a copy of the project; gives what is new or changed.
     fn write(&self, root: &Path) -> Result<Vec<PathBuf>> {
-        let folder = root.join(METHODS).join(self.family).join(&self.name);
-        let test = root.join(TESTS).join(self.family).join(format!("{}.rs", self.name));
+        let sources = root.join(sources(self.family));
+        let folder = sources.join(&self.name);
+        let tests = root.join(tests(self.family));
+        let test = tests.join(format!("{}.rs", self.name));
         for new in [&folder, &test] {
             ensure!(!new.exists(), "{} exists", new.display());
         }
         // All changes are made before the first is written.
         let mut texts = vec![
-            (root.join(METHODS).join("mod.rs"), self.registered(&root.join(METHODS).join("mod.rs"))?),
+            (root.join(REGISTRY), self.registered(&root.join(REGISTRY))?),
             {
-                let path = root.join(METHODS).join(self.family).join("mod.rs");
+                let path = sources.join("lib.rs");
                 let text = with_module(&read(&path)?, "pub ", &self.name)?;
                 (path, text)
             },
@@ -136,7 +137,7 @@ impl Request {
                 (root.join(BENCH), after_last(&text, "    (\"", &case)?)
             },
             {
-                let path = root.join(TESTS).join(self.family).join("main.rs");
+                let path = tests.join("main.rs");
                 let text = with_module(&read(&path)?, "", &self.name)?;
                 (path, text)
             },
@@ -161,6 +162,16 @@ impl Request {
         let start = format!("        &{}::", self.family);
         after_last(&text, &start, &format!("{start}{}::INFO,", self.name))
     }
+}
+
+/// The folder of a family's methods.
+fn sources(family: &str) -> String {
+    format!("crates/catoptric_{family}/src")
+}
+
+/// The folder of the tests of a family's methods.
+fn tests(family: &str) -> String {
+    format!("crates/catoptric_{family}/tests/{family}")
 }
 
 fn read(path: &Path) -> Result<String> {
@@ -194,12 +205,13 @@ pub(crate) fn make(words: &[&str]) -> Result<()> {
     }
     let Request { name, family, role, .. } = &request;
     println!(
-        "\nIt draws reflectors black. Fill in {METHODS}/{family}/{name}/{role}.rs,\n\
+        "\nIt draws reflectors black. Fill in {}/{name}/{role}.rs,\n\
          then the texts in mod.rs and README.md:\n  \
          cargo run --release -p catoptric_cli -- render builtin:sphere_room --method {name} -o {name}.png\n  \
-         cargo test --release -p catoptric --test {family} {name}\n  \
+         cargo test --release -p catoptric_{family} --test {family} {name}\n  \
          cargo test --release -p catoptric --test registry     prints the rows of limits.rs\n  \
-         cargo bench -p catoptric --bench methods -- {name}"
+         cargo bench -p catoptric --bench methods -- {name}",
+        sources(family)
     );
     Ok(())
 }
@@ -211,12 +223,11 @@ mod tests {
     /// A folder with the files of the project that are changed.
     fn project() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["mod.rs", "lookup/mod.rs", "projection/mod.rs"].map(|name| format!("{METHODS}/{name}")) {
-            copy(folder.path(), &name);
-        }
+        copy(folder.path(), REGISTRY);
         copy(folder.path(), BENCH);
         for family in ["lookup", "projection"] {
-            copy(folder.path(), &format!("{TESTS}/{family}/main.rs"));
+            copy(folder.path(), &format!("{}/lib.rs", sources(family)));
+            copy(folder.path(), &format!("{}/main.rs", tests(family)));
         }
         folder
     }
@@ -248,12 +259,12 @@ mod tests {
             }
             let read = |name: &str| fs::read_to_string(project.path().join(name)).unwrap();
             let family = request.family;
-            assert!(project.path().join(format!("{METHODS}/{family}/toy_map/{role}")).exists());
-            assert_eq!(read(&format!("{METHODS}/mod.rs")).matches(&format!("&{family}::toy_map::INFO,")).count(), 1);
-            assert_eq!(read(&format!("{METHODS}/{family}/mod.rs")).matches("pub mod toy_map;").count(), 1);
+            assert!(project.path().join(format!("{}/toy_map/{role}", sources(family))).exists());
+            assert_eq!(read(REGISTRY).matches(&format!("&{family}::toy_map::INFO,")).count(), 1);
+            assert_eq!(read(&format!("{}/lib.rs", sources(family))).matches("pub mod toy_map;").count(), 1);
             assert!(read(BENCH).contains("\"toy_map\""));
-            assert_eq!(read(&format!("{TESTS}/{family}/main.rs")).matches("mod toy_map;").count(), 1);
-            assert!(read(&format!("{TESTS}/{family}/toy_map.rs")).contains(role));
+            assert_eq!(read(&format!("{}/main.rs", tests(family))).matches("mod toy_map;").count(), 1);
+            assert!(read(&format!("{}/toy_map.rs", tests(family))).contains(role));
             // Not over what is there.
             assert!(request.write(project.path()).unwrap_err().to_string().contains("exists"));
         }

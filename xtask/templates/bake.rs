@@ -1,10 +1,10 @@
 //! The long precomputation, in units.
 
 use super::{{type}}Settings;
-use crate::error::RenderError;
-use crate::methods::bake::BakeWork;
-use crate::methods::{Quality, Settings};
-use crate::scene::Scene;
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::bake::BakeWork;
+use catoptric_engine::method::{Quality, Settings};
+use catoptric_core::scene::Scene;
 
 /// The work of a bake; refused until there is some.
 pub(super) fn work<'b>(

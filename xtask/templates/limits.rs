@@ -1,6 +1,6 @@
 //! Errors on built-in scenes. The registry's test prints the rows that are missing.
 
-use crate::methods::limits::ErrorLimits;
+use catoptric_engine::method::limits::ErrorLimits;
 
 /// The limits.
 pub(super) static LIMITS: ErrorLimits = ErrorLimits { settings: "", scenes: &[] };

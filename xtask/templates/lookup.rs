@@ -1,11 +1,11 @@
 //! Radiance of reflected and refracted rays, looked up.
 
 use super::{{type}}Settings;
-use crate::error::RenderError;
-use crate::light::reflector_shader::ReflectorShader;
-use crate::progress::Progress;
-use crate::scene::shade::SurfaceInteraction;
-use crate::scene::{Ray, RayDifferential, Scene};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::light::reflector_shader::ReflectorShader;
+use catoptric_core::progress::Progress;
+use catoptric_core::scene::shade::SurfaceInteraction;
+use catoptric_core::scene::{Ray, RayDifferential, Scene};
 use glam::Vec3;
 
 /// Flat arrays that rays are looked up in.

@@ -6,14 +6,14 @@
 
 {{layout_use}}pub use settings::{{type}}Settings;
 
-use crate::clock::Stopwatch;
-use crate::error::RenderError;
-use crate::framebuffer::Framebuffer;
-use crate::methods::bake::Baked;
+use catoptric_core::clock::Stopwatch;
+use catoptric_engine::error::RenderError;
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_engine::method::bake::Baked;
 {{draw_use}}
-use crate::methods::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
-use crate::progress::Progress;
-use crate::scene::{Scene, View};
+use catoptric_engine::method::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use catoptric_core::progress::Progress;
+use catoptric_core::scene::{Scene, View};
 {{role_use}}
 use std::sync::Arc;
 

@@ -7,5 +7,5 @@ use catoptric_testkit::drawing::{error, scene};
 fn a_ball_in_a_room_is_near_the_reference() {
     let scene = scene("sphere_room?tess=24");
     let error = error("{{name}}", "", &scene, &scene.default_view(120, 90), Quality { samples: 1, order: 1 });
-    assert!(error.over_0_1 < 0.1, "fill in methods/{{family}}/{{name}}/{{role}}.rs: {error:?}");
+    assert!(error.over_0_1 < 0.1, "fill in {{name}}/{{role}}.rs: {error:?}");
 }

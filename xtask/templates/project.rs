@@ -1,10 +1,10 @@
 //! Places where scene points appear, as geometry that is drawn there.
 
 use super::{{type}}Settings;
-use crate::error::RenderError;
-use crate::methods::projection::draw::PathGeometry;
-use crate::progress::Progress;
-use crate::scene::{Scene, View};
+use catoptric_engine::error::RenderError;
+use crate::draw::PathGeometry;
+use catoptric_core::progress::Progress;
+use catoptric_core::scene::{Scene, View};
 
 /// Flat arrays that scene points are projected by.
 pub(super) struct {{type}}Tables {

@@ -1,6 +1,6 @@
 //! The settings of `{{name}}`.
 
-use crate::methods::declare_settings;
+use catoptric_engine::method::declare_settings;
 
 declare_settings! {
     /// Settings of `{{name}}`.

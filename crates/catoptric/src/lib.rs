@@ -24,15 +24,11 @@
 //! assert!(picture.pixels.iter().all(|pixel| pixel[0].is_finite()));
 //! ```
 
-pub mod error;
-pub mod light;
 pub mod methods;
-pub mod metrics;
-pub mod optics;
-pub mod raster;
 
 #[cfg(feature = "outputs")]
 pub use catoptric_core::output;
 #[cfg(feature = "files")]
 pub use catoptric_core::picture;
 pub use catoptric_core::{clock, framebuffer, math, parallel, progress, scene, surface, tone};
+pub use catoptric_engine::{error, light, metrics, optics, raster};

@@ -28,12 +28,12 @@ pub fn readmes() -> io::Result<Vec<Readme>> {
 }
 
 fn readme(info: &MethodInfo) -> io::Result<Readme> {
-    let methods = Path::new(env!("CARGO_MANIFEST_DIR")).join("../catoptric/src/methods");
-    let folder = match info.family {
-        Family::Reference => methods,
-        family => methods.join(family.name()),
+    let sources = match info.family {
+        Family::Reference => "catoptric/src/methods",
+        Family::Projection => "catoptric_projection/src",
+        Family::Lookup => "catoptric_lookup/src",
     };
-    let path = folder.join(info.id).join("README.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(sources).join(info.id).join("README.md");
     let fail = |problem: &str| io::Error::new(io::ErrorKind::InvalidData, format!("{}: {problem}", path.display()));
     let text = std::fs::read_to_string(&path).map_err(|error| fail(&error.to_string()))?;
     let parts = text.split_once(BEGIN).and_then(|(before, rest)| Some((before, rest.split_once(END)?.1)));

@@ -1,9 +1,10 @@
 //! Small scenes whose pictures have a closed form.
 
+use catoptric::math::random::Stream;
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Model, Node, Primitive};
-use catoptric::scene::{Camera, Material, PoseOptions, Sampler, Scene, Texture};
-use catoptric::surface::AnalyticSurface;
-use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use catoptric::scene::{Camera, Material, Object, PoseOptions, Sampler, Scene, Texture};
+use catoptric::surface::{AnalyticSurface, PlacedSurface};
+use glam::{Affine3A, DVec3, Mat4, Quat, Vec2, Vec3};
 use std::sync::Arc;
 
 /// Collects parts of a scene.
@@ -216,5 +217,35 @@ impl SceneBuilder {
                 ..Primitive::default()
             },
         );
+    }
+}
+
+/// A scene of analytic surfaces with their materials.
+pub fn scene_of(surfaces: &[(AnalyticSurface, Affine3A, Material)]) -> Scene {
+    let mut scene = Scene::default();
+    for (surface, place, material) in surfaces {
+        let placed = PlacedSurface { surface: surface.clone(), world_from_surface: place.as_daffine3() };
+        scene.objects.push(Object {
+            name: String::new(),
+            material: scene.materials.len() as u32,
+            triangles: 0..0,
+            vertices: 0..0,
+            bounds: placed.bounds(),
+            surface: Some(placed),
+            inside: false,
+        });
+        scene.materials.push(material.clone());
+    }
+    scene
+}
+
+/// A vector at random within the unit ball, not near its middle.
+pub fn random_vector(random: &mut Stream) -> DVec3 {
+    loop {
+        let mut next = || random.next_between(-1.0, 1.0) as f64;
+        let vector = DVec3::new(next(), next(), next());
+        if (0.01..1.0).contains(&vector.length_squared()) {
+            return vector;
+        }
     }
 }

@@ -2,14 +2,14 @@
 
 use super::bake::Baked;
 use super::{Frame, Method, MethodInfo, Prepared, Quality, Report};
-use crate::clock::Stopwatch;
-use crate::error::RenderError;
-use crate::framebuffer::Framebuffer;
-use crate::methods::path_query::PathSearch;
-use crate::methods::projector::VertexProjector;
-use crate::progress::{Cancelled, Progress};
-use crate::raster::SAMPLE_COUNTS;
-use crate::scene::{Scene, View};
+use catoptric_core::clock::Stopwatch;
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::progress::{Cancelled, Progress};
+use catoptric_core::scene::{Scene, View};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::path_query::PathSearch;
+use catoptric_engine::method::projector::VertexProjector;
+use catoptric_engine::raster::SAMPLE_COUNTS;
 use glam::DVec3;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

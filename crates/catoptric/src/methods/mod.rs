@@ -1,27 +1,15 @@
 //! Every way to draw reflections, behind one interface, in one table: [`all`].
 
-pub mod bake;
 pub mod budget;
-pub mod limits;
-pub mod lookup;
-mod lookup_shader;
-mod method;
-pub mod overlay;
-pub mod path_lists;
-pub mod path_query;
-pub mod projection;
-pub mod projector;
 pub mod reference;
-mod reflector_maps;
-mod report;
-mod settings;
 
-pub use method::{Family, Frame, Method, MethodInfo, Prepared};
-pub use report::{Choice, Job, Quality, Report};
-pub use settings::{ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, Settings, setting_value};
-pub(crate) use settings::{SettingValue, declare_choices, declare_settings, within};
+pub use catoptric_engine::method::{
+    Choice, ChoiceSpec, Family, Frame, Job, Limits, Method, MethodInfo, Prepared, Quality, Report, SettingInfo,
+    SettingKind, SettingSpec, Settings, bake, limits, overlay, path_lists, path_query, projector, setting_value,
+};
+pub use {catoptric_lookup as lookup, catoptric_projection as projection};
 
-use crate::error::RenderError;
+use catoptric_engine::error::RenderError;
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {

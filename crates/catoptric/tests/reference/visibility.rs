@@ -1,10 +1,11 @@
 //! Rasteriser and ray tracer show the same surfaces.
 
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods::Quality;
 use catoptric::metrics::Comparison;
 use catoptric::progress::Silent;
-use catoptric::raster::{SceneShader, draw, scene_draw_list};
+use catoptric::raster::{DrawList, SceneShader, draw, scene_draw_list};
 use catoptric::scene::{Environment, Role, Scene, View};
 use catoptric::tone::Display;
 use catoptric_scenes::builtin;
@@ -83,4 +84,36 @@ fn edges_before_a_bright_sky_are_smooth_on_a_screen() {
             assert!(count as f64 <= 5e-4 * drawn.pixels.len() as f64, "{count} pixels differ");
         }
     }
+}
+
+#[test]
+fn smooth_meshes_of_scenes_are_shaded_once_a_pixel_and_look_as_they_are() {
+    let scene = scene("colonnade?tess=24");
+    let view = scene.view(&scene.camera(None, 1.0).expect("the test's input is valid"), 240, 135);
+    let list = scene_draw_list(&scene, &view, |_| Some(0));
+    let shown = |list: DrawList| {
+        let mut target = Framebuffer::new(view.width, view.height);
+        let report = draw(&view, 8, &[list], &SceneShader::new(&scene, &view), &mut target, &Silent)
+            .expect("the test's input is valid");
+        (report.fragments, target)
+    };
+    let mut in_parts = list.clone();
+    in_parts.triangles.iter_mut().for_each(|triangle| triangle.patch = 0);
+    let (alone, plain) = shown(in_parts);
+    let (together, merged) = shown(list);
+    let pixels = u64::from(view.width * view.height);
+    assert!(together < alone - pixels / 10, "{together} fragments, {alone} without parts");
+    let quality = Quality { samples: 8, order: 1 };
+    let truth = picture("reference", "", &scene, &view, quality);
+    let is_specular = specular_mask(&scene, &view);
+    // The root of the mean square over all that neither reflects nor refracts.
+    let error = |picture: &Framebuffer| {
+        let pairs =
+            picture.pixels.iter().zip(&truth.pixels).zip(&is_specular).filter(|(_, is_specular)| !**is_specular);
+        let squares =
+            pairs.map(|((a, b), _)| (0..3).map(|channel| f64::from(a[channel] - b[channel]).powi(2)).sum::<f64>());
+        (squares.sum::<f64>() / pixels as f64).sqrt()
+    };
+    let (plain, merged) = (error(&plain), error(&merged));
+    assert!(merged < plain + 1e-3, "{merged} against {plain} without parts");
 }

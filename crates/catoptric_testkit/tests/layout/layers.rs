@@ -3,7 +3,8 @@
 use crate::modules::File;
 use std::collections::BTreeSet;
 
-/// The modules of the library from the lowest layer up: a module uses those of lower layers only.
+/// The modules of `catoptric_core` and `catoptric_engine` from the lowest layer up: a module uses those of lower layers
+/// only. Cargo itself holds the order of crates.
 const LAYERS: [&[&str]; 9] = [
     &["clock", "progress"],
     &["error", "parallel"],
@@ -13,10 +14,10 @@ const LAYERS: [&[&str]; 9] = [
     &["scene"],
     &["optics"],
     &["light", "metrics", "raster"],
-    &["methods"],
+    &["method"],
 ];
 
-/// A path of a module of the library that another one names.
+/// A path of a module of a crate that another module names.
 struct Use {
     /// The naming module, such as `["scene", "view"]`.
     module: Vec<String>,
@@ -25,19 +26,20 @@ struct Use {
     place: String,
 }
 
-/// The library's modules, of both its crates, and the paths that they name.
-fn library() -> (Vec<Vec<String>>, Vec<Use>) {
+/// The modules of these crates, and the paths in these crates that they name.
+fn modules_of(crates: &[&str]) -> (Vec<Vec<String>>, Vec<Use>) {
     let (mut modules, mut uses) = (Vec::new(), Vec::new());
-    let of_library = |file: &&File| {
-        let is_inside = ["crates/catoptric/", "crates/catoptric_core/"].iter().any(|part| file.path.starts_with(part));
-        is_inside && !file.module.is_empty()
+    let is_inside = |file: &&File| {
+        let of_crate = |name: &&str| file.path.starts_with(&format!("crates/{name}/"));
+        crates.iter().any(of_crate) && !file.module.is_empty()
     };
-    for (of, file) in crate::CRATES.iter().flat_map(|of| of.files.iter().filter(of_library).map(move |file| (of, file)))
+    for (of, file) in crate::CRATES.iter().flat_map(|of| of.files.iter().filter(is_inside).map(move |file| (of, file)))
     {
         let module: Vec<String> = file.module.split("::").map(String::from).collect();
         for mention in &file.mentions {
             for mut path in of.absolute(mention) {
-                if ["crate", "catoptric_core"].contains(&path.remove(0).as_str()) && !path.is_empty() {
+                let root = path.remove(0);
+                if (root == "crate" || crates.contains(&root.as_str())) && !path.is_empty() {
                     let place = format!("{}:{}", file.path, mention.line);
                     uses.push(Use { module: module.clone(), path, place });
                 }
@@ -51,8 +53,8 @@ fn library() -> (Vec<Vec<String>>, Vec<Use>) {
 #[test]
 fn modules_use_lower_layers_only() {
     let layer = |name: &String| LAYERS.iter().position(|layer| layer.contains(&name.as_str()));
-    let (modules, uses) = library();
-    assert!(modules.len() > 300, "{} modules", modules.len());
+    let (modules, uses) = modules_of(&["catoptric_core", "catoptric_engine"]);
+    assert!(modules.len() > 150, "{} modules", modules.len());
     let unknown: Vec<&Vec<String>> = modules.iter().filter(|module| layer(&module[0]).is_none()).collect();
     assert!(unknown.is_empty(), "modules without a layer: {unknown:?}");
     let is_wrong = |usage: &Use| {
@@ -64,35 +66,22 @@ fn modules_use_lower_layers_only() {
     assert!(wrong.is_empty(), "a module uses one of its own layer or a higher one:\n{}", wrong.join("\n"));
 }
 
-/// Methods, which have settings, use shared modules of their family and nothing of each other or of another family.
+/// Methods, which have settings, use shared modules of their family and nothing of each other; what a family shares
+/// uses no method.
 #[test]
 fn methods_do_not_use_each_other() {
-    let (modules, uses) = library();
-    let methods: BTreeSet<String> = modules
-        .iter()
-        .filter(|module| module.len() > 2 && module[0] == "methods" && module.last().unwrap() == "settings")
-        .map(|module| module[..module.len() - 1].join("/"))
-        .collect();
-    assert!(methods.len() >= 8, "{methods:?}");
-    // The method that a path lies in, else its family, else all methods.
-    let owner = |path: &[String]| {
-        let method = (1..=path.len()).map(|length| path[..length].join("/")).find(|folder| methods.contains(folder));
-        let family = || path.get(1).filter(|family| ["lookup", "projection"].contains(&family.as_str()));
-        method.or_else(|| family().map(|family| format!("methods/{family}"))).unwrap_or_else(|| "methods".into())
-    };
-    let is_wrong = |usage: &Use| {
-        let (own, other) = (owner(&usage.module), owner(&usage.path));
-        let is_shared = own.starts_with(&format!("{other}/")) && !methods.contains(&other);
-        let is_registry = usage.module == ["methods"] && usage.path.last().is_some_and(|name| name == "INFO");
-        usage.module[0] == "methods"
-            && usage.path[0] == "methods"
-            && !is_registry
-            && other != own
-            && other != "methods"
-            && !is_shared
-    };
-    let wrong: Vec<String> = uses.iter().filter(|usage| is_wrong(usage)).map(Use::describe).collect();
-    assert!(wrong.is_empty(), "methods or families use each other:\n{}", wrong.join("\n"));
+    for family in ["catoptric_projection", "catoptric_lookup"] {
+        let (modules, uses) = modules_of(&[family]);
+        let methods: BTreeSet<&String> = modules
+            .iter()
+            .filter(|module| module.len() == 2 && module[1] == "settings")
+            .map(|module| &module[0])
+            .collect();
+        assert!(methods.len() >= 3, "{methods:?}");
+        let is_wrong = |usage: &Use| methods.contains(&usage.path[0]) && usage.path[0] != usage.module[0];
+        let wrong: Vec<String> = uses.iter().filter(|usage| is_wrong(usage)).map(Use::describe).collect();
+        assert!(wrong.is_empty(), "methods use each other:\n{}", wrong.join("\n"));
+    }
 }
 
 impl Use {

@@ -1,7 +1,7 @@
 //! The reference's settings.
 
-use crate::light::path_tracer::PathModel;
-use crate::methods::{declare_choices, declare_settings};
+use catoptric_engine::light::path_tracer::PathModel;
+use catoptric_engine::method::{declare_choices, declare_settings};
 
 declare_choices! {
     /// The paths that are followed at refracting surfaces.

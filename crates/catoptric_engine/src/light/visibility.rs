@@ -1,0 +1,146 @@
+//! Shadows of lights: which surfaces cast them, and rays that tell how much of a light arrives.
+
+use super::tracer::Tracer;
+use super::wide_hierarchy::Treelet;
+use catoptric_core::progress::{Cancelled, Progress};
+use catoptric_core::scene::{AlphaMode, Light, LightVisibility, Material, Ray, Role, Scene};
+use glam::Vec3;
+use std::any::Any;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// What stands between lights and surfaces.
+#[derive(Debug)]
+struct ShadowRays {
+    /// Of all objects that stop or weaken light.
+    tracer: Tracer,
+    /// Which objects let light pass; empty: none of them.
+    clear: Vec<bool>,
+}
+
+impl LightVisibility for ShadowRays {
+    fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3 {
+        self.tracer.passing(scene, ray, distance, &self.clear)
+    }
+
+    fn find_passing(&self, scene: &Scene, light: &Light, points: &[Vec3], passing: &mut [Vec3]) {
+        thread_local! {
+            /// Buffers of a thread.
+            static TREELET: RefCell<Treelet> = RefCell::default();
+        }
+        TREELET.with_borrow_mut(|treelet| {
+            self.tracer.find_passing(scene, (light, points), &self.clear, treelet, passing);
+        });
+    }
+
+    fn hierarchy(&self) -> &dyn Any {
+        &self.tracer
+    }
+
+    fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        Some(Arc::new(Self { tracer: self.tracer.refitted(scene)?, clear: self.clear.clone() }))
+    }
+}
+
+/// Gives a scene with lights shadows: from then on every method asks rays whether a light is seen from a point that it
+/// shades. Without lights nothing changes.
+///
+/// Shadows are hard. Mirrors and opaque surfaces cast them, with their holes where alpha is low. Glass and veils weaken
+/// and tint what goes straight on through them: by what they cover and reflect, by their colour, and by what a body
+/// absorbs. That glass bends light, and where it gathers, is not calculated. What is unlit casts none: skies and light
+/// panels are made of it. The means belong to the scene: they are made anew for every pose.
+pub fn cast_shadows(scene: &mut Scene) {
+    scene.light_visibility = None;
+    if !scene.lights.is_empty() {
+        scene.light_visibility = Some(means(scene));
+    }
+}
+
+fn means(scene: &Scene) -> Arc<dyn LightVisibility> {
+    let tracer = Tracer::build(scene, |object| !scene.material_of(object).unlit);
+    Arc::new(ShadowRays { tracer, clear: clear(scene) })
+}
+
+/// Which objects let light pass; empty: none of them.
+fn clear(scene: &Scene) -> Vec<bool> {
+    let is_clear = |object: u32| scene.material_of(object).lets_light_pass();
+    let clear: Vec<bool> = (0..scene.objects.len() as u32).map(is_clear).collect();
+    if clear.contains(&true) { clear } else { Vec::new() }
+}
+
+/// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it, and the light of
+/// surfaces that emit it. Without either nothing changes.
+///
+/// The same surfaces cast shadows as of lights. It is made for one pose.
+///
+/// # Errors
+/// [`Cancelled`]; nothing is shadowed then.
+pub fn shadow_sky(scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
+    scene.sky = None;
+    if scene.environment.is_none() && !has_emitters(scene) {
+        return Ok(());
+    }
+    let means = scene.light_visibility.clone().unwrap_or_else(|| means(scene));
+    scene.sky = scene.seen_sky(&*means, progress)?.map(Arc::new);
+    scene.light_visibility = Some(means);
+    Ok(())
+}
+
+fn has_emitters(scene: &Scene) -> bool {
+    (0..scene.objects.len() as u32).any(|object| scene.material_of(object).emits_light())
+}
+
+/// The same for another moment of a scene that has them, `before`: where the same triangles are elsewhere and the same
+/// objects cast shadows, the means move with them, which takes a part of the time.
+pub fn cast_shadows_as(before: &Scene, scene: &mut Scene) {
+    scene.light_visibility = None;
+    if !scene.lights.is_empty() {
+        scene.light_visibility = Some(means_as(before, scene));
+    }
+}
+
+/// [`shadow_sky`] for another moment of a scene whose sky is shadowed, `before`: where the same triangles are
+/// elsewhere, shares of the sky stay with them, as finding them takes longer than a frame. Shadows of suns are those
+/// of the moment.
+///
+/// # Errors
+/// [`Cancelled`]; nothing is shadowed then.
+pub fn shadow_sky_as(before: &Scene, scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
+    let has_same_light = match (&before.environment, &scene.environment) {
+        (Some(before), Some(now)) => Arc::ptr_eq(before, now),
+        (before, now) => before.is_none() && now.is_none(),
+    };
+    match before.sky.as_ref().filter(|_| has_same_light && casts_as(before, scene)) {
+        Some(sky) => {
+            scene.sky = Some(sky.clone());
+            let means = scene.light_visibility.take().unwrap_or_else(|| means_as(before, scene));
+            scene.light_visibility = Some(means);
+            Ok(())
+        }
+        None => shadow_sky(scene, progress),
+    }
+}
+
+/// Returns true if the same triangles cast shadows at two moments of a scene.
+fn casts_as(before: &Scene, scene: &Scene) -> bool {
+    let casting = |scene: &Scene| -> Vec<[bool; 2]> {
+        let materials = (0..scene.objects.len() as u32).map(|object| scene.material_of(object));
+        materials.map(|material| [material.unlit, material.lets_light_pass()]).collect()
+    };
+    before.triangles == scene.triangles
+        && before.triangle_objects == scene.triangle_objects
+        && casting(before) == casting(scene)
+}
+
+fn means_as(before: &Scene, scene: &Scene) -> Arc<dyn LightVisibility> {
+    let known = before.light_visibility.as_ref().filter(|_| casts_as(before, scene));
+    known.and_then(|known| known.moved_to(scene)).unwrap_or_else(|| means(scene))
+}
+
+/// Returns true for the materials of objects that cast shadows where nothing but opaque things and glass is known, as
+/// on devices: what lets half of the light pass or more, lets all of it pass there.
+pub fn casts_shadows(material: &Material) -> bool {
+    let blends = material.alpha_mode == AlphaMode::Blend && material.base_color.w <= 0.5;
+    let passes = blends || material.lobes().is_some_and(|lobes| lobes.transmission >= 0.5);
+    material.role != Role::Lens && !material.unlit && !passes
+}

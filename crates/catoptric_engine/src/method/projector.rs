@@ -1,0 +1,219 @@
+//! Appearances of scene points: the answers of every method that projects points.
+
+use crate::method::Report;
+use crate::optics::path::bundle::{Bounce, BounceKind};
+use catoptric_core::scene::Scene;
+use glam::{Vec2, Vec3};
+
+pub use crate::optics::path::specular_solver::MAX_BOUNCES;
+
+/// A sequence of bounces, counted from the eye. A path and its focal index make a reflection group.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SpecularPath {
+    /// The bounces, from the eye on.
+    pub bounces: Vec<Bounce>,
+}
+
+impl SpecularPath {
+    /// The letters of its kinds: `R` or `T`, from the eye on.
+    pub fn kinds(&self) -> String {
+        self.bounces.iter().map(|bounce| bounce.kind.letter()).collect()
+    }
+
+    /// The names of its objects from the eye on, joined by `>`.
+    pub fn names(&self, scene: &Scene) -> String {
+        let name = |bounce: &Bounce| scene.objects[bounce.object as usize].name.as_str();
+        self.bounces.iter().map(name).collect::<Vec<_>>().join(">")
+    }
+
+    /// The path without its last bounce; returns `None` if it has one bounce.
+    pub fn parent(&self) -> Option<Self> {
+        let (_, rest) = self.bounces.split_last()?;
+        (!rest.is_empty()).then(|| Self { bounces: rest.to_vec() })
+    }
+
+    /// True if any bounce passes through a surface.
+    pub fn transmits(&self) -> bool {
+        self.bounces.iter().any(|bounce| bounce.kind == BounceKind::Transmit)
+    }
+}
+
+/// One appearance of a scene point: its virtual vertex and how that moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Projection {
+    /// Index of the path in [`VertexProjector::paths`].
+    pub path: u32,
+    /// Focal points that the path has passed, summed over its segments.
+    pub focal_index: u32,
+    /// Its place in the picture, in pixels from the top left corner.
+    pub image_px: Vec2,
+    /// The change of `image_px.x` and of `image_px.y` with the scene point: pixels a scene unit.
+    pub image_change: [Vec3; 2],
+    /// Optical length (within glass times its index of refraction) from the eye's plane (orthographic) or the eye to
+    /// the scene point along the path, in scene units.
+    pub path_length: f32,
+    /// The first reflection point, counted from the eye.
+    pub reflection_point: Vec3,
+    /// Length of the path's last segment, from the last bounce to the scene point, in scene units.
+    pub last_segment: f32,
+    /// Estimated error in pixels; 0 where a solver has converged.
+    pub error_px: f32,
+}
+
+impl Projection {
+    /// Itself; returns `None` if any of its numbers is not finite or the length not positive.
+    #[inline]
+    pub fn if_meaningful(self) -> Option<Self> {
+        let meaningful = self.image_px.is_finite()
+            && self.image_change.iter().all(|change| change.is_finite())
+            && self.path_length.is_finite()
+            && self.path_length > 0.0;
+        meaningful.then_some(self)
+    }
+
+    /// The expected place in the picture of a point `step` (world space) away, to first order, in pixels.
+    #[inline]
+    pub fn predicted(&self, step: Vec3) -> Vec2 {
+        self.image_px + Vec2::new(self.image_change[0].dot(step), self.image_change[1].dot(step))
+    }
+}
+
+/// The appearances of a batch of scene points.
+pub type Projections = PerPoint<Projection>;
+
+/// Results of a batch of scene points, none to many each, in the order of the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PerPoint<T> {
+    all: Vec<T>,
+    /// For each point the end of its results in `all`.
+    ends: Vec<usize>,
+}
+
+impl<T> Default for PerPoint<T> {
+    fn default() -> Self {
+        Self { all: Vec::new(), ends: Vec::new() }
+    }
+}
+
+impl<T> PerPoint<T> {
+    /// Removes all points.
+    pub fn clear(&mut self) {
+        self.all.clear();
+        self.ends.clear();
+    }
+
+    /// The number of points.
+    pub fn point_count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// The results of a point; empty for a point that is not in the batch.
+    pub fn of(&self, point: usize) -> &[T] {
+        let start = point.checked_sub(1).map_or(Some(0), |before| self.ends.get(before).copied());
+        let range = start.zip(self.ends.get(point).copied());
+        range.map_or(&[], |(start, end)| &self.all[start..end])
+    }
+
+    /// The results of all points.
+    pub fn all(&self) -> &[T] {
+        &self.all
+    }
+
+    /// Removes results of the points from `first` on.
+    pub fn retain_from(&mut self, first: usize, is_kept: impl Fn(&T) -> bool)
+    where
+        T: Copy,
+    {
+        let mut start = first.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let mut count = start;
+        for end in &mut self.ends[first..] {
+            for index in start..*end {
+                if is_kept(&self.all[index]) {
+                    self.all[count] = self.all[index];
+                    count += 1;
+                }
+            }
+            start = *end;
+            *end = count;
+        }
+        self.all.truncate(count);
+    }
+
+    /// Leaves no more than `most` results for each of the points from `first` on, those with the largest `rank`, and
+    /// returns how many are removed.
+    pub fn keep_largest_from(&mut self, first: usize, most: usize, rank: impl Fn(&T) -> f32) -> usize
+    where
+        T: Copy,
+    {
+        let start = first.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let mut is_kept = Vec::new();
+        let mut from = start;
+        for &end in &self.ends[first..] {
+            let results = &self.all[from..end];
+            let mut order: Vec<usize> = (0..results.len()).collect();
+            if results.len() > most {
+                order.sort_by(|a, b| rank(&results[*b]).total_cmp(&rank(&results[*a])).then(a.cmp(b)));
+                order.truncate(most);
+            }
+            let kept_before = is_kept.len();
+            is_kept.resize(kept_before + results.len(), false);
+            order.into_iter().for_each(|index| is_kept[kept_before + index] = true);
+            from = end;
+        }
+        let removed = is_kept.iter().filter(|kept| !**kept).count();
+        if removed > 0 {
+            let index = std::cell::Cell::new(0);
+            self.retain_from(first, |_| is_kept[index.replace(index.get() + 1)]);
+        }
+        removed
+    }
+
+    /// Appends points; `append` adds the results of one to its second argument.
+    pub fn extend(&mut self, points: &[Vec3], mut append: impl FnMut(Vec3, &mut Vec<T>)) {
+        for point in points {
+            append(*point, &mut self.all);
+            self.ends.push(self.all.len());
+        }
+    }
+}
+
+/// Projects scene points: built for one scene and one view.
+pub trait VertexProjector: Sync {
+    /// All paths that points can be projected on; a path's parents are among them.
+    fn paths(&self) -> &[SpecularPath];
+
+    /// Appends a batch of scene points with all their appearances on one path (an index into [`Self::paths`]): none to
+    /// many each. Never panics; points that are not finite appear nowhere. The same point always has the same
+    /// appearances, whatever the batch.
+    ///
+    /// A point on a reflector does not appear in that reflector at itself. Where a reflector ends, appearances may
+    /// continue a little beyond its border, so that drawing can be cut there exactly.
+    fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections);
+
+    /// Appends `point` with at least the appearance that `one`, an appearance of a point near it, continues into, if
+    /// there is one; others may be among them.
+    fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
+        self.project_on(one.path, &[point], found);
+    }
+
+    /// Paths that points might be projected on, but that are not among [`Self::paths`], because there is too much to do
+    /// for them, without longer ones that start with them. What is said of one path of a lens holds for both.
+    fn left_out(&self) -> &[SpecularPath] {
+        &[]
+    }
+
+    /// Adds the counts of searches that were cut short by a limit, since the data of the view were built.
+    fn add_fallbacks(&self, _report: &mut Report) {}
+
+    /// Appends a batch of scene points with all their appearances, those of a point in the order of their paths.
+    fn project(&self, points: &[Vec3], found: &mut Projections) {
+        let mut on_path = Projections::default();
+        found.extend(points, |point, all| {
+            on_path.clear();
+            for path in 0..self.paths().len() as u32 {
+                self.project_on(path, &[point], &mut on_path);
+            }
+            all.extend_from_slice(on_path.all());
+        });
+    }
+}

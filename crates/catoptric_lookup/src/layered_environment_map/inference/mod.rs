@@ -1,0 +1,238 @@
+//! Textures of layers with which pictures from viewpoints come out best (Hakura, Snyder 2001, section 4.3).
+
+mod direct;
+pub(super) mod least_squares;
+mod observations;
+
+use super::mesh::visible::SeenSurfaces;
+use super::mesh::{self, Criteria};
+use super::shells::layer_geometry::LayerGeometry;
+use super::shells::viewpoints::{picture_of, picture_past};
+use super::textures::maps::Layer;
+use super::textures::texture::LayerTexture;
+use crate::layered_environment_map::settings::{Edges, LayeredEnvironmentMapSettings};
+use catoptric_core::parallel;
+use catoptric_core::progress::{Progress, Silent, Stage};
+use catoptric_core::scene::{Scene, View};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::light::two_path_tracer::TwoPathTracer;
+use catoptric_engine::method::{Job, Quality};
+use direct::Missing;
+use glam::Vec4;
+use least_squares::{Equations, Residual, Stop, solve};
+use observations::{Observation, Observations, Observer};
+
+/// How much a texel is held to its expected value, against pixels that count by the squares of their shares in it. With
+/// a fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what
+/// was expected.
+const TRUST: f32 = 0.005;
+
+/// How much texels of coarser levels are held to be means of finer ones. Without it what one level has too much of the
+/// next has too little of, and levels that no picture reads keep what was expected: pictures at other sizes are noisy.
+/// Chosen, not measured.
+const COUPLING: f32 = 1.0;
+
+/// How much pictures from beside a viewpoint count against that from itself: they tell what that does not show, and
+/// should not blur what it does. Chosen, not measured.
+const NEIGHBOUR_WEIGHT: f32 = 0.3;
+
+/// Weight of surfaces that others of their group hide, against those that a viewpoint shows: as of pictures from beside
+/// it. Chosen, not measured.
+const HIDDEN_WEIGHT: f32 = NEIGHBOUR_WEIGHT;
+
+/// Angle of refinement of the pictures' adaptive mesh, independent of that of views: 3 degrees.
+const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, edges: Edges::Traced };
+
+/// When a texture is good enough. Chosen, not measured.
+const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
+
+/// Pictures of each viewpoint, each one half as large as the one before: smaller ones say what the coarser levels of
+/// textures are. Chosen, not measured.
+const PICTURE_SIZES: u32 = 3;
+
+/// Observations whose equations a thread makes at once. A size for threads; chosen, not measured.
+const OBSERVATIONS_AT_ONCE: usize = 4096;
+
+/// Inputs of inference.
+pub(crate) struct Inference<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) settings: &'a LayeredEnvironmentMapSettings,
+    pub(crate) known: &'a LayerGeometry,
+}
+
+impl Inference<'_> {
+    /// The layers that are made together (of a part, and as they are `projected`) as they are for a viewpoint, with
+    /// how well they fit.
+    ///
+    /// # Errors
+    /// Errors of the rasteriser.
+    pub(crate) fn infer(
+        &self,
+        part: usize,
+        projected: &[Layer],
+        viewpoint: u32,
+        progress: &dyn Progress,
+    ) -> Result<(Vec<Layer>, Vec<Residual>), RenderError> {
+        let systems = self.systems(part, projected, viewpoint, progress)?;
+        let mut residuals = Vec::with_capacity(systems.len());
+        let stage = Stage::begin(progress, "inferring layers", systems.len())?;
+        let layer = |(systems, layer): (Vec<Equations>, &Layer)| -> Result<Layer, RenderError> {
+            let (texture, residual) = self.fitted(layer, Equations::joined(systems));
+            residuals.push(residual);
+            stage.advance(1)?;
+            Ok(Layer { distances: layer.distances.clone(), texture, ..*layer })
+        };
+        let layers: Vec<Layer> = systems.into_iter().zip(projected).map(layer).collect::<Result<_, _>>()?;
+        Ok((layers, residuals))
+    }
+
+    /// The texture of a layer (as it is projected) by which equations hold best, and how well they do.
+    fn fitted(&self, layer: &Layer, mut equations: Equations) -> (LayerTexture, Residual) {
+        let layout = layer.texture.layout.clone();
+        let mut expected = vec![Vec4::ZERO; layout.texel_count()];
+        if self.settings.direct.is_from_center() {
+            expected.iter_mut().zip(&layer.texture.texels).for_each(|(value, texel)| *value = texel.value());
+        }
+        layout.couple(COUPLING, &mut equations);
+        let (texels, residual) = solve(&equations, &expected, TRUST, STOP);
+        (LayerTexture::new(layout, &texels), residual)
+    }
+
+    /// Observations of a group (by its number) from a viewpoint.
+    ///
+    /// # Errors
+    /// Errors of the rasteriser.
+    pub(crate) fn seen(&self, number: usize, viewpoint: u32) -> Result<Observations, RenderError> {
+        self.with_observer(number, |observer| {
+            let eye = observer.known.viewspace.eye(viewpoint, 0.0);
+            let view = picture_of(self.scene, &observer.known.group, eye, self.settings.picture_size);
+            self.observations(observer, &view)
+        })
+    }
+
+    /// Of every layer of a part the equations of all pictures of a viewpoint: those of all groups that look it up.
+    ///
+    /// # Errors
+    /// Errors of the rasteriser.
+    fn systems(
+        &self,
+        part: usize,
+        layers: &[Layer],
+        viewpoint: u32,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Equations>>, RenderError> {
+        let Self { scene, settings, known } = *self;
+        let groups = known.groups_of(part);
+        let neighbours = settings.neighbours as i32;
+        let mut systems: Vec<Vec<Equations>> = vec![Vec::new(); layers.len()];
+        let (sharpest, direct) = (2 * settings.neighbours as usize + 1, settings.direct.is_from_viewpoint());
+        let pictures = sharpest * PICTURE_SIZES as usize;
+        let stage = Stage::begin(progress, "looking at layers", groups.len() * (pictures + usize::from(direct)))?;
+        // Pictures of the finest size, as far as what they miss is to be filled in.
+        let mut seen = Vec::new();
+        for group in groups.clone() {
+            self.with_observer(group, |observer| {
+                for picture in 0..pictures as i32 {
+                    let (neighbour, halved) =
+                        (picture / PICTURE_SIZES as i32 - neighbours, picture % PICTURE_SIZES as i32);
+                    let offset = 0.5 * neighbour as f32 / neighbours.max(1) as f32;
+                    let weight = if neighbour == 0 { 1.0 } else { NEIGHBOUR_WEIGHT };
+                    let eye = observer.known.viewspace.eye(viewpoint, offset);
+                    let view = picture_of(scene, &observer.known.group, eye, settings.picture_size >> halved);
+                    let observations = self.observations(observer, &view)?;
+                    let is_continued = settings.continued && neighbour == 0;
+                    let hidden = is_continued.then(|| observer.observe_hidden(&view));
+                    for (index, systems) in systems.iter_mut().enumerate() {
+                        let number = known.number_of(part, group, index);
+                        let mut push = |observations: &Observations, weight: f32| {
+                            let counts = |observation: &Observation| observation.confidence * weight;
+                            systems.push(equations(&layers[index], observations, number, counts));
+                        };
+                        push(&observations, weight);
+                        hidden.iter().for_each(|hidden| push(hidden, HIDDEN_WEIGHT));
+                    }
+                    if direct && halved == 0 {
+                        seen.extend(std::iter::once(observations).chain(hidden));
+                    }
+                    stage.advance(1)?;
+                }
+                Ok::<(), RenderError>(())
+            })?;
+        }
+        if direct {
+            let missing: Vec<Missing<'_>> = layers.iter().map(|layer| Missing::from(layer, &seen)).collect();
+            for group in groups {
+                let observations = self.with_observer(group, |observer| {
+                    let eye = observer.known.viewspace.eye(viewpoint, 0.0);
+                    let view = picture_past(scene, &observer.known.group, eye, settings.picture_size);
+                    observer.observe_directly(&view)
+                });
+                for ((index, systems), missing) in systems.iter_mut().enumerate().zip(&missing) {
+                    let layer = &layers[index];
+                    let counts = |observation: &Observation| match layer.texel_at(&observation.ray) {
+                        Some(texel) if layer.surrounds(observation.ray.origin) => missing.likelihood(texel),
+                        _ => 0.0,
+                    };
+                    systems.push(equations(layer, &observations, known.number_of(part, group, index), counts));
+                }
+                stage.advance(1)?;
+            }
+        }
+        Ok(systems)
+    }
+
+    /// Calls with what makes pictures of a group.
+    fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
+        let Self { scene, settings, known } = *self;
+        let group = &known.groups[number];
+        let strata = known.apart(settings, scene, number);
+        let paths = TwoPathTracer { scene, tracer: &group.group.tracer, order: known.order };
+        work(&Observer { scene, known: group, paths, strata: &strata, samples: settings.capture_samples })
+    }
+
+    /// Observations in a picture of a group.
+    ///
+    /// # Errors
+    /// Errors of the rasteriser.
+    fn observations(&self, observer: &Observer<'_>, view: &View) -> Result<Observations, RenderError> {
+        let (scene, paths, group) = (self.scene, observer.paths, &observer.known.group);
+        let is_in_group = |object: u32| group.holds(object);
+        let of_group = |object: u32| is_in_group(object).then_some(paths);
+        let quality = Quality { samples: 1, order: self.known.order };
+        let job = Job { scene, view, quality, progress: &Silent };
+        let (lists, mesh) = mesh::drawn(&job, &self.known.welds, &of_group, CRITERIA, is_in_group)?;
+        let seen = SeenSurfaces::of(scene, view, &lists)?;
+        Ok(observer.observe(view, &mesh, &seen))
+    }
+}
+
+/// What look-ups of a layer should give: the rendering matrix with what was seen of the layer of a number, as much as
+/// each counts.
+fn equations(
+    layer: &Layer,
+    observations: &Observations,
+    number: usize,
+    counts: impl Fn(&Observation) -> f32 + Sync,
+) -> Equations {
+    let list = &observations.list;
+    let piece = |piece: usize| {
+        let start = piece * OBSERVATIONS_AT_ONCE;
+        let mut equations = Equations::default();
+        for (index, observation) in list.iter().enumerate().skip(start).take(OBSERVATIONS_AT_ONCE) {
+            let confidence = counts(observation);
+            if confidence <= 0.0 {
+                continue;
+            }
+            equations.push(confidence, observations.seen(index, number), |tap| {
+                layer.taps_of(&observation.ray, &observation.change, |taps| {
+                    taps.iter().for_each(|(texel, weight)| tap(texel, weight));
+                });
+            });
+        }
+        equations
+    };
+    Equations::joined(parallel::map_collect(list.len().div_ceil(OBSERVATIONS_AT_ONCE), piece))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,134 @@
+//! Which things share a layer, by the shapes that stand in for them.
+
+use super::shell::Shell;
+use crate::layered_environment_map::settings::Shells;
+use catoptric_core::parallel;
+use glam::Vec3;
+
+/// Points of all things together that shapes are fitted to, about. A bound on time; chosen, not measured.
+const MAX_POINTS: usize = 3000;
+
+/// Points of a thing, at least, where it has so many. Chosen, not measured.
+const MIN_POINTS: usize = 8;
+
+/// Clusters in the beginning, at most: neighbours by distance begin together where things are more. A bound on time;
+/// chosen, not measured.
+const MAX_CLUSTERS: usize = 32;
+
+/// Of things, each with its points (from the centre), the number of the cluster that each goes to; at most `count`
+/// clusters.
+///
+/// Each thing has a cluster of its own, and of all pairs that is merged, again and again, whose common shell is worse
+/// than its two by the least: by what things are shifted for an eye beside the centre, which is the difference of the
+/// inverse distances.
+pub(crate) fn merged_by_shape(things: &[Vec<Vec3>], count: usize, shells: Shells) -> Vec<usize> {
+    let total: usize = things.iter().map(Vec::len).sum();
+    let stride = total.div_ceil(MAX_POINTS).max(1);
+    let sampled = |points: &Vec<Vec3>| -> Vec<Vec3> {
+        let stride = stride.min(points.len() / MIN_POINTS).max(1);
+        points.iter().step_by(stride).copied().collect()
+    };
+    let mut order: Vec<usize> = (0..things.len()).collect();
+    let mean = |thing: &usize| {
+        let points = &things[*thing];
+        points.iter().map(|point| point.length()).sum::<f32>() / points.len().max(1) as f32
+    };
+    order.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+    let begin = order.len().div_ceil(MAX_CLUSTERS).max(1);
+    let mut clusters: Vec<Cluster> = order
+        .chunks(begin)
+        .map(|things_of| {
+            let points = things_of.iter().flat_map(|thing| sampled(&things[*thing])).collect();
+            Cluster::new(things_of.to_vec(), points, shells)
+        })
+        .collect();
+    // What each pair loses; of pairs with removed clusters it is never looked at.
+    let loss = |clusters: &[Cluster], a: usize, b: usize| {
+        let both = clusters[a].joined(&clusters[b], shells);
+        both.error - clusters[a].error - clusters[b].error
+    };
+    let mut losses: Vec<Vec<f64>> =
+        parallel::map_collect(clusters.len(), |b| (0..b).map(|a| loss(&clusters, a, b)).collect());
+    while clusters.len() > count.max(1) {
+        let pairs = losses.iter().enumerate().flat_map(|(b, row)| (0..row.len()).map(move |a| (a, b)));
+        let Some((a, b)) = pairs.min_by(|(a, b), (c, d)| losses[*b][*a].total_cmp(&losses[*d][*c])) else { break };
+        clusters[a] = clusters[a].joined(&clusters[b], shells);
+        clusters.remove(b);
+        losses.remove(b);
+        for row in losses.iter_mut().filter(|row| row.len() > b) {
+            row.remove(b);
+        }
+        let anew =
+            parallel::map_collect(clusters.len(), |other| if other == a { 0.0 } else { loss(&clusters, a, other) });
+        for (other, loss) in anew.into_iter().enumerate().filter(|(other, _)| *other != a) {
+            losses[a.max(other)][a.min(other)] = loss;
+        }
+    }
+    let mut cluster_of = vec![0; things.len()];
+    for (number, cluster) in clusters.iter().enumerate() {
+        cluster.things.iter().for_each(|thing| cluster_of[*thing] = number);
+    }
+    cluster_of
+}
+
+/// Things with a shell in common.
+struct Cluster {
+    things: Vec<usize>,
+    points: Vec<Vec3>,
+    /// The sum of the squares of differences of inverse distances.
+    error: f64,
+}
+
+impl Cluster {
+    fn new(things: Vec<usize>, points: Vec<Vec3>, shells: Shells) -> Self {
+        let shell = Shell::fit(shells, &points);
+        let square = |point: &Vec3| {
+            let length = point.length().max(f32::MIN_POSITIVE);
+            let shift = 1.0 / shell.distance(Vec3::ZERO, *point / length).max(f32::MIN_POSITIVE) - 1.0 / length;
+            f64::from(shift * shift)
+        };
+        let error = points.iter().map(square).sum();
+        Self { things, points, error }
+    }
+
+    fn joined(&self, other: &Self, shells: Shells) -> Self {
+        let things = self.things.iter().chain(&other.things).copied().collect();
+        let points = self.points.iter().chain(&other.points).copied().collect();
+        Self::new(things, points, shells)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catoptric_core::math::random::Stream;
+
+    #[test]
+    fn the_sides_of_a_room_belong_together_whatever_their_distances() {
+        let mut random = Stream::new(6);
+        let mut number = || random.next_between(-1.0, 1.0);
+        let mut things: Vec<Vec<Vec3>> = Vec::new();
+        // Six sides of a flat room, and in it a ring of three things as far away as its floor.
+        for (axis, at) in [(0, 8.0), (0, -8.0), (1, 4.0), (1, -1.5), (2, 7.0), (2, -7.0)] {
+            let half = Vec3::new(8.0, 1.5, 7.0);
+            let point = |_| {
+                let mut point = half * Vec3::new(number(), number(), number());
+                point[axis] = at;
+                point
+            };
+            things.push((0..300).map(point).collect());
+        }
+        for turn in 0..3 {
+            let middle = glam::Quat::from_rotation_y(turn as f32 * 2.1) * Vec3::new(3.0, 0.0, 0.0);
+            things.push((0..100).map(|_| middle + 0.2 * Vec3::new(number(), number(), number())).collect());
+        }
+        let found = merged_by_shape(&things, 2, Shells::Auto);
+        assert!(found[..6].iter().all(|cluster| *cluster == found[0]), "{found:?}");
+        assert!(found[6..].iter().all(|cluster| *cluster == found[6] && *cluster != found[0]), "{found:?}");
+        let one = merged_by_shape(&things, 1, Shells::Auto);
+        assert!(one.iter().all(|cluster| *cluster == 0));
+        let own = merged_by_shape(&things, 20, Shells::Auto);
+        assert_eq!(own.iter().collect::<std::collections::HashSet<_>>().len(), 9);
+        assert!(merged_by_shape(&[], 3, Shells::Auto).is_empty());
+    }
+}

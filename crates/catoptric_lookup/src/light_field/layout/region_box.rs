@@ -1,0 +1,258 @@
+//! Rays by where they leave the region's box, and by their direction.
+
+use super::hemi_octahedron;
+use super::slabs::{across, along};
+use catoptric_core::math::Aabb;
+use glam::{Vec2, Vec3};
+
+/// Sides of a box, in the order +x, -x, +y, -y, +z, -z.
+const SIDES: usize = 6;
+
+/// The least views along an axis.
+const LEAST: u32 = 2;
+
+/// A share of a region's size that is no more than rounding. Chosen well above rounding, not measured.
+const ROUNDING: f32 = 1e-3;
+
+/// One side of the box: views that look out of it, over half of all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BoxSide {
+    /// The axis along which it looks.
+    pub(crate) axis: usize,
+    /// 1 where it looks along the axis, -1 where against.
+    pub(crate) sign: f32,
+    /// This coordinate along the axis.
+    pub(crate) plane: f32,
+    /// The other two coordinates of the first view, in a corner of the side; the last one is in the opposite corner.
+    pub(crate) low: Vec2,
+    /// Steps from view to view, and one over them.
+    pub(crate) spacing: Vec2,
+    per_step: Vec2,
+    /// Views along both, at least 2.
+    pub(crate) counts: [u32; 2],
+    /// The number of its first row of views.
+    pub(crate) first_row: u32,
+    /// The parallax of its focal plane: [`BoxLayout::unit`] by its distance from the side.
+    pub(crate) focal: f32,
+}
+
+/// A ray where it leaves the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BoxRay {
+    pub(crate) side: usize,
+    /// Where on the side, in views from the first.
+    pub(crate) st: Vec2,
+    /// Its direction, x and y across the side's axis and z along it; the sum of their sizes is 1.
+    pub(crate) direction: Vec3,
+    /// How far that is from the point that it was asked for, in scene units.
+    pub(crate) ahead: f32,
+}
+
+/// The views about a region.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BoxLayout {
+    pub(crate) region: Aabb,
+    /// Pixels a side of a view.
+    pub(crate) uv: u32,
+    pub(crate) sides: [BoxSide; SIDES],
+    /// The longest step from view to view: parallaxes are this by a distance.
+    pub(crate) unit: f32,
+}
+
+impl BoxSide {
+    fn new(index: usize, region: &Aabb, counts: [u32; 3], first_row: u32) -> Self {
+        let axis = index / 2;
+        let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let plane = if sign > 0.0 { region.max[axis] } else { region.min[axis] };
+        let of_axes = across(axis, Vec3::from(counts.map(|count| count as f32)));
+        let (low, size) = (across(axis, region.min), across(axis, region.size()));
+        let spacing = size / (of_axes - 1.0);
+        let counts = of_axes.to_array().map(|count| count as u32);
+        Self { axis, sign, plane, low, spacing, per_step: 1.0 / spacing, counts, first_row, focal: 0.0 }
+    }
+
+    /// Position of a view, in world space.
+    pub(crate) fn eye(&self, s: u32, t: u32) -> Vec3 {
+        along(self.axis, self.plane, self.low + self.spacing * Vec2::new(s as f32, t as f32))
+    }
+
+    /// A direction across and along the side's axis, in world space.
+    pub(crate) fn in_world(&self, direction: Vec3) -> Vec3 {
+        along(self.axis, direction.z * self.sign, direction.truncate())
+    }
+
+    /// A direction of world space across and along the side's axis.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn of_side(&self, direction: Vec3) -> Vec3 {
+        across(self.axis, direction).extend(direction[self.axis] * self.sign)
+    }
+}
+
+impl BoxLayout {
+    /// About a region with a size along all axes, with about as many views as slabs of `st` x `st` have, never more:
+    /// as many a length everywhere, but two along each edge at least; `st` is at least 2.
+    pub(crate) fn new(region: Aabb, st: u32, uv: u32) -> Self {
+        let counts = counts(region.size(), st);
+        let mut sides = [0, 1, 2, 3, 4, 5].map(|index| BoxSide::new(index, &region, counts, 0));
+        let mut rows = 0;
+        for side in &mut sides {
+            side.first_row = rows;
+            rows += side.counts[1];
+        }
+        let unit = sides.iter().map(|side| side.spacing.max_element()).fold(0.0, f32::max);
+        Self { region, uv, sides, unit }
+    }
+
+    pub(crate) fn row_count(&self) -> u32 {
+        self.sides.iter().map(|side| side.counts[1]).sum()
+    }
+
+    /// Views of all sides.
+    pub(crate) fn view_count(&self) -> u64 {
+        self.sides.iter().map(|side| u64::from(side.counts[0]) * u64::from(side.counts[1])).sum()
+    }
+
+    /// Where the ray from a point leaves the box; returns `None` for rays that miss it, or begin beyond it. All rays
+    /// from points of the region leave it.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn locate(&self, point: Vec3, direction: Vec3) -> Option<BoxRay> {
+        let size = direction.abs().element_sum();
+        if !(size > 0.0 && size.is_finite() && point.is_finite()) {
+            return None;
+        }
+        let per = direction.recip();
+        let Aabb { min, max } = self.region;
+        let (mut out, mut axis, mut entry) = (f32::INFINITY, 0, f32::NEG_INFINITY);
+        for k in 0..3 {
+            let (one, other) = ((min[k] - point[k]) * per[k], (max[k] - point[k]) * per[k]);
+            let (near, far) = if direction[k] == 0.0 {
+                // Along the side: within it or not.
+                let slack = ROUNDING * (max[k] - min[k]);
+                let within = point[k] >= min[k] - slack && point[k] <= max[k] + slack;
+                if within { (f32::NEG_INFINITY, f32::INFINITY) } else { return None }
+            } else {
+                (one.min(other), one.max(other))
+            };
+            entry = entry.max(near);
+            if far < out {
+                (out, axis) = (far, k);
+            }
+        }
+        let slack = ROUNDING * self.region.diagonal() / size;
+        if !(entry <= out + slack && out >= -slack && out.is_finite()) {
+            return None;
+        }
+        let index = 2 * axis + usize::from(direction[axis] < 0.0);
+        let side = &self.sides[index];
+        let last = Vec2::new((side.counts[0] - 1) as f32, (side.counts[1] - 1) as f32);
+        let st = ((across(axis, point + direction * out) - side.low) * side.per_step).clamp(Vec2::ZERO, last);
+        Some(BoxRay { side: index, st, direction: side.of_side(direction) / size, ahead: out * direction.length() })
+    }
+
+    /// The direction of a place of a view, in pixels from the corner of the first; what lies beside the view is moved
+    /// to its border.
+    pub(crate) fn direction_of(&self, pixel: Vec2) -> Vec3 {
+        let place = (pixel * (2.0 / self.uv as f32) - 1.0).clamp(Vec2::NEG_ONE, Vec2::ONE);
+        hemi_octahedron::direction(place)
+    }
+
+    /// The place of a direction in a view, in pixels from the corner of the first.
+    #[inline(always)] // for the instructions of its caller
+    pub(crate) fn pixel_of(&self, direction: Vec3) -> Vec2 {
+        (hemi_octahedron::place(direction) + 1.0) * (0.5 * self.uv as f32)
+    }
+}
+
+/// Views along all axes: one more than steps of one length, of 6 `st` x `st` views at most.
+fn counts(size: Vec3, st: u32) -> [u32; 3] {
+    let most = 6 * u64::from(st) * u64::from(st);
+    let of = |step: f32| size.to_array().map(|size| ((size / step) as u32).saturating_add(1).clamp(LEAST, 2 * st * st));
+    let total = |[x, y, z]: [u32; 3]| {
+        let [x, y, z] = [x, y, z].map(u64::from);
+        2 * (x * y + y * z + z * x)
+    };
+    // One step as long as the box is always few enough.
+    let (mut short, mut long) = (0.0, 2.0 * size.max_element());
+    for _ in 0..40 {
+        let middle = 0.5 * (short + long);
+        if middle > 0.0 && total(of(middle)) <= most { long = middle } else { short = middle }
+    }
+    of(long)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catoptric_core::math::random::Stream;
+
+    fn vector(random: &mut Stream) -> Vec3 {
+        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
+    }
+
+    /// All rays of a box that is no cube leave by a view of one side, and come back from there.
+    #[test]
+    fn every_ray_that_leaves_the_region_is_kept_and_found_again() {
+        let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
+        let layout = BoxLayout::new(region, 9, 16);
+        let mut random = Stream::new(17);
+        let count = if cfg!(debug_assertions) { 200_000 } else { 5_000_000 };
+        for _ in 0..count {
+            let point = region.center() + region.size() * 0.5 * vector(&mut random);
+            let direction = vector(&mut random);
+            let Some(ray) = layout.locate(point, direction) else { panic!("{point} {direction} is not kept") };
+            let side = &layout.sides[ray.side];
+            assert!(ray.direction.z >= 0.0 && ray.ahead >= 0.0);
+            let exit = along(side.axis, side.plane, side.low + side.spacing * ray.st);
+            let long = point + direction.normalize() * ray.ahead;
+            assert!(exit.distance(long) < 1e-4, "{exit} {long}");
+            // By way of the view's pixels.
+            let back = side.in_world(layout.direction_of(layout.pixel_of(ray.direction)));
+            assert!(back.angle_between(direction) < 1e-3, "{direction} became {back}");
+            // And again, from where it leaves.
+            let again = layout.locate(exit - back * 1e-3, back).map(|again| (again.side, again.st));
+            let (found, st) = again.unwrap_or_else(|| panic!("{exit} {back} is not kept"));
+            assert!(found != ray.side || st.distance(ray.st) < 1e-2, "{st} {}", ray.st);
+        }
+    }
+
+    #[test]
+    fn views_are_spread_evenly_and_are_no_more_than_those_of_slabs() {
+        for size in [Vec3::ONE, Vec3::new(1.0, 2.0, 0.02), Vec3::new(1e-3, 5.0, 1e-3), Vec3::new(1e4, 1e4, 1.0)] {
+            for st in [2, 3, 16, 64, 256] {
+                let layout = BoxLayout::new(Aabb { min: Vec3::ZERO, max: size }, st, 8);
+                let views: u32 = layout.sides.iter().map(|side| side.counts[0] * side.counts[1]).sum();
+                assert!(views <= 6 * st * st, "{size} {st}: {views}");
+                assert!(views * 2 > 6 * st * st || st < 4, "{size} {st}: {views}");
+                for side in &layout.sides {
+                    assert!(side.counts.iter().all(|count| *count >= 2));
+                    let last = side.eye(side.counts[0] - 1, side.counts[1] - 1);
+                    let far = across(side.axis, last - layout.region.max).abs().max_element();
+                    assert!(far <= 1e-4 * size.max_element(), "the last view is in the corner");
+                }
+            }
+        }
+        let cube = BoxLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 16, 8);
+        assert!(cube.sides.iter().all(|side| side.counts == [16; 2]));
+    }
+
+    #[test]
+    fn rays_that_miss_the_region_or_mean_nothing_are_not_kept() {
+        let layout = BoxLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
+        for (point, direction) in [
+            (Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)),
+            (Vec3::new(0.5, 0.5, 3.0), Vec3::Z),
+            (Vec3::new(0.5, 0.5, 3.0), Vec3::X),
+            (Vec3::NAN, Vec3::X),
+            (Vec3::new(0.5, f32::NAN, 0.5), Vec3::X),
+            (Vec3::splat(0.5), Vec3::ZERO),
+            (Vec3::splat(0.5), Vec3::new(1.0, f32::NAN, 0.0)),
+            (Vec3::splat(0.5), Vec3::INFINITY),
+        ] {
+            assert_eq!(layout.locate(point, direction), None, "{point} {direction}");
+        }
+        // Along an axis, and from a corner.
+        assert!(layout.locate(Vec3::splat(0.5), Vec3::NEG_Y).is_some_and(|ray| ray.side == 3));
+        assert!(layout.locate(Vec3::ONE, Vec3::ONE).is_some());
+        assert!(layout.locate(Vec3::ZERO, Vec3::X).is_some_and(|ray| ray.side == 0));
+    }
+}

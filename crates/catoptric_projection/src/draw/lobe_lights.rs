@@ -1,0 +1,292 @@
+//! Light over the wide lobes of what a picture shows, from rays that neighbours share.
+//!
+//! Rays leave the middle of every cell of pixels; each cell then takes the mean over its lobes from the rays of all
+//! cells around it. Where things are so near that these see something else, as at contacts, more rays of its own make
+//! up for them. Pixels take theirs from the four nearest cells that show the same surface; where there are none, as at
+//! rims and on thin things, rays of their own tell.
+
+use catoptric_core::parallel;
+use catoptric_core::progress::{Cancelled, Stage};
+use catoptric_core::scene::ViewRays;
+use catoptric_core::scene::shade::SurfacePoint;
+use catoptric_engine::error::RenderError;
+use catoptric_engine::light::path_tracer::{
+    LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedLight, SharedRays,
+};
+use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::light::wide_hierarchy::Treelet;
+use catoptric_engine::method::Job;
+use glam::{UVec2, Vec2, Vec3};
+use std::ops::Range;
+
+/// The side of a cell, in pixels.
+const CELL_PX: u32 = 2;
+
+/// Cells on each side of one whose rays it takes. Those at the rim count for half: so every place of a square of four
+/// by four counts once.
+const NEIGHBOURS: usize = 2;
+const RIM: f32 = 0.5;
+
+/// Rows of cells that are worked on at once: rays of all cells of a large picture would take much memory.
+const BAND: usize = 32;
+
+/// Cells of a row that are traced together.
+const RUN: usize = 32;
+
+/// A cell's surface is another one where it lies further before or behind a place's plane, in sizes of a cell; and
+/// where the cosine between normals is smaller.
+const APART: f32 = 1.5;
+const TURNED: f32 = 0.7;
+
+/// The least share of a place's neighbourhood that shows the same surface.
+const LEAST_WEIGHT: f32 = 1e-3;
+
+/// The surface that the middle of a cell shows.
+#[derive(Clone, Copy)]
+struct Place {
+    object: u32,
+    position: Vec3,
+    geometric_normal: Vec3,
+    /// The longer side of the cell on the surface.
+    side: f32,
+}
+
+impl Place {
+    /// Returns true if a point lies on the same part of the surface.
+    fn shows(&self, point: &SurfacePoint) -> bool {
+        let apart = (self.position - point.position).dot(self.geometric_normal).abs();
+        let is_turned = self.geometric_normal.dot(point.geometric_normal) < TURNED;
+        self.object == point.object && apart <= APART * self.side && !is_turned
+    }
+}
+
+/// A place with the rays of its lobes.
+struct TracedPlace {
+    place: Place,
+    rays: [Option<SharedRays>; LOBES],
+    /// True if it has other lobes, too.
+    has_others: bool,
+}
+
+/// A place with the light over its lobes.
+struct LitPlace {
+    place: Place,
+    lights: [Option<LobeLight>; LOBES],
+    /// Nothing is left for rays of its own.
+    is_whole: bool,
+}
+
+/// The light over lobes of what is seen directly in a picture.
+pub(super) struct LobeLights {
+    columns: usize,
+    /// Rows of cells, those with lobes.
+    rows: Vec<Vec<Option<Box<LitPlace>>>>,
+}
+
+impl LobeLights {
+    /// The light of a view's surfaces; `None` if none has lobes.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn new(job: &Job<'_>, tracer: &Tracer) -> Result<Option<Self>, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
+        if quality.order == 0 || !(0..scene.objects.len() as u32).any(has_lobes) {
+            return Ok(None);
+        }
+        let [columns, row_count] = [view.width, view.height].map(|pixels| pixels.div_ceil(CELL_PX) as usize);
+        let cells = Cells { job, tracer, rays: view.rays(), near: NearPlane::new(view) };
+        let stage = Stage::begin(progress, "light over lobes", row_count)?;
+        let mut traced: Vec<Vec<Option<Box<TracedPlace>>>> = Vec::with_capacity(row_count);
+        let mut rows = Vec::with_capacity(row_count);
+        while rows.len() < row_count {
+            let band = rows.len()..(rows.len() + BAND).min(row_count);
+            let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
+            let init = || (PathTracer::new(scene, tracer, PathModel::Tree, quality.order), Treelet::default());
+            traced.extend(by_rows(&stage, ahead, columns, init, |(paths, treelet), row, columns| {
+                cells.trace(paths, treelet, row, columns)
+            })?);
+            rows.extend(by_rows(&stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
+                cells.light(paths, treelet, &traced, row, columns)
+            })?);
+            // Nobody looks at these again.
+            for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
+                *row = Vec::new();
+            }
+            stage.advance(band.len() as u64)?;
+        }
+        Ok(Some(Self { columns, rows }))
+    }
+
+    /// The light over the lobes of a point that is seen at a position of the picture, in pixels: `None` where it is not
+    /// known. Tells whether that is all the light that rays would find.
+    pub(super) fn at(&self, position: Vec2, point: &SurfacePoint) -> ([Option<LobeLight>; LOBES], bool) {
+        let at = position / CELL_PX as f32 - 0.5;
+        let (first, share) = (at.floor(), at - at.floor());
+        let mut sums = [(LobeLight::default(), 0.0); LOBES];
+        let mut is_whole = None;
+        for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let place = first + Vec2::new(x as f32, y as f32);
+            let is_inside = place.min_element() >= 0.0 && place.x < self.columns as f32;
+            let Some(row) = self.rows.get(place.y as usize).filter(|_| is_inside) else { continue };
+            let Some(lit) = row[place.x as usize].as_deref().filter(|lit| lit.place.shows(point)) else { continue };
+            let weight = [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y];
+            is_whole = Some(is_whole.unwrap_or(true) & lit.is_whole);
+            for (sum, light) in sums.iter_mut().zip(&lit.lights) {
+                if let Some(light) = light {
+                    *sum = (sum.0.plus(light, weight), sum.1 + weight);
+                }
+            }
+        }
+        let lights = sums.map(|(sum, weight)| (weight > LEAST_WEIGHT).then(|| sum.scaled(1.0 / weight)));
+        (lights, is_whole.unwrap_or(false))
+    }
+}
+
+/// The cells of some rows, each row in runs that threads take.
+fn by_rows<S, T: Send>(
+    stage: &Stage<'_>,
+    rows: Range<usize>,
+    columns: usize,
+    init: impl Fn() -> S + Sync + Send,
+    work: impl Fn(&mut S, usize, Range<usize>) -> Vec<T> + Sync + Send,
+) -> Result<Vec<Vec<T>>, Cancelled> {
+    let runs = columns.div_ceil(RUN);
+    let found = parallel::map_init_collect(rows.len() * runs, init, |scratch, run| {
+        let (row, first) = (rows.start + run / runs, run % runs * RUN);
+        stage.check().map(|()| work(scratch, row, first..(first + RUN).min(columns)))
+    });
+    let mut found = found.into_iter();
+    rows.map(|_| {
+        let mut row = Vec::with_capacity(columns);
+        for run in found.by_ref().take(runs) {
+            row.append(&mut run?);
+        }
+        Ok(row)
+    })
+    .collect()
+}
+
+/// The cells of a picture, whose rays are to be traced.
+struct Cells<'a, 'j> {
+    job: &'a Job<'j>,
+    tracer: &'a Tracer,
+    rays: ViewRays,
+    near: NearPlane,
+}
+
+impl Cells<'_, '_> {
+    /// The places of some cells in a row, with their rays.
+    fn trace(
+        &self,
+        paths: &mut PathTracer<'_>,
+        treelet: &mut Treelet,
+        row: usize,
+        columns: Range<usize>,
+    ) -> Vec<Option<Box<TracedPlace>>> {
+        self.gather(treelet, row, &columns);
+        columns.map(|column| self.traced(paths, treelet, [column as u32, row as u32, 0]).map(Box::new)).collect()
+    }
+
+    /// Gathers what the first rays of some cells in a row may meet.
+    fn gather(&self, treelet: &mut Treelet, row: usize, columns: &Range<usize>) {
+        let [low, high] = [columns.start, columns.end - 1].map(|column| middle(column as u32, row as u32));
+        self.tracer.gather(&self.rays, low, high, treelet);
+    }
+
+    /// The place of a cell in a column and a row, with the rays of a round.
+    fn traced(&self, paths: &mut PathTracer<'_>, treelet: &Treelet, number: [u32; 3]) -> Option<TracedPlace> {
+        let (scene, at) = (self.job.scene, middle(number[0], number[1]));
+        let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+        let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet)?;
+        scene.material_of(hit.object(scene)).lobes()?;
+        let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
+        let (rays, has_others) = paths.shared_rays(&ray, &change, &encounter, number);
+        if rays.iter().all(Option::is_none) {
+            return None;
+        }
+        let SurfacePoint { object, position, geometric_normal, .. } = encounter.point;
+        let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
+        let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
+        let side = across.max(along);
+        Some(TracedPlace { place: Place { object, position, geometric_normal, side }, rays, has_others })
+    }
+
+    /// The light over the lobes of some cells in a row, by their rays and those of their neighbours.
+    fn light(
+        &self,
+        paths: &mut PathTracer<'_>,
+        treelet: &mut Treelet,
+        traced: &[Vec<Option<Box<TracedPlace>>>],
+        row: usize,
+        columns: Range<usize>,
+    ) -> Vec<Option<Box<LitPlace>>> {
+        let mut is_gathered = false;
+        let cells = columns.clone();
+        let lit = cells.map(|column| {
+            let own = traced[row][column].as_deref()?;
+            let lights = lights(traced, [row, column], &[]);
+            let lacking = lights.iter().flatten().map(|light| match light {
+                SharedLight::Lacks { rounds } => *rounds,
+                _ => 0,
+            });
+            let lights = match lacking.max().unwrap_or(0) {
+                0 => lights,
+                rounds => {
+                    if !std::mem::replace(&mut is_gathered, true) {
+                        self.gather(treelet, row, &columns);
+                    }
+                    let round = |round| self.traced(paths, treelet, [column as u32, row as u32, round]);
+                    let more: Vec<TracedPlace> = (1..=rounds).filter_map(round).collect();
+                    self::lights(traced, [row, column], &more)
+                }
+            };
+            let lights = lights.map(|light| match light? {
+                SharedLight::Known(light) => Some(light),
+                SharedLight::Lacks { .. } | SharedLight::Unknown => None,
+            });
+            let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
+            Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
+        });
+        lit.collect()
+    }
+}
+
+/// The middle of a cell, in pixels.
+fn middle(column: u32, row: u32) -> Vec2 {
+    (UVec2::new(column, row).as_vec2() + 0.5) * CELL_PX as f32
+}
+
+/// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours.
+fn lights(
+    traced: &[Vec<Option<Box<TracedPlace>>>],
+    [row, column]: [usize; 2],
+    more: &[TracedPlace],
+) -> [Option<SharedLight>; LOBES] {
+    let around = |middle: usize, end: usize| middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end);
+    let Some(own) = traced[row][column].as_deref() else { return [const { None }; LOBES] };
+    std::array::from_fn(|lobe| {
+        let rays = own.rays[lobe].as_ref()?;
+        let mut others = [(rays, 0.0); (2 * NEIGHBOURS + 1).pow(2)];
+        let mut count = 0;
+        for other_row in around(row, traced.len()) {
+            for other_column in around(column, traced[row].len()) {
+                let Some(other) = traced[other_row][other_column].as_deref() else { continue };
+                let apart = (other.place.position - own.place.position).dot(own.place.geometric_normal).abs();
+                let is_same = other.place.object == own.place.object && apart <= own.place.side;
+                let Some(rays) = other.rays[lobe].as_ref().filter(|_| is_same) else { continue };
+                let is_rim = |a: usize, b: usize| a.abs_diff(b) == NEIGHBOURS;
+                let factor = [(other_row, row), (other_column, column)]
+                    .map(|(a, b)| if is_rim(a, b) { RIM } else { 1.0 })
+                    .iter()
+                    .product();
+                if (other_row, other_column) != (row, column) {
+                    others[count] = (rays, factor);
+                    count += 1;
+                }
+            }
+        }
+        let more = more.iter().filter_map(|place| place.rays[lobe].as_ref()).collect::<Vec<_>>();
+        Some(rays.light(own.place.side, &more, &others[..count]))
+    })
+}

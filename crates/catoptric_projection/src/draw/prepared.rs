@@ -1,0 +1,431 @@
+//! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
+//! view, what on the objects among them, and what of it is kept from frame to frame.
+
+use super::MapsInView;
+use super::lists::path_lists;
+use super::overlays::ShownPixels;
+use super::virtual_mesh::{MeshQuality, SteadySource};
+use super::virtual_scene::{MeshesOfView, MirrorState, VirtualScene};
+use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
+use catoptric_core::clock::Stopwatch;
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::progress::{Progress, Silent, Stage};
+use catoptric_core::scene::{Scene, View};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::method::bake::Baked;
+use catoptric_engine::method::overlay::{Overlay, OverlayKind};
+use catoptric_engine::method::path_lists::PathLists;
+use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
+use catoptric_engine::method::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
+use std::collections::HashSet;
+use std::sync::{Arc, OnceLock};
+
+/// The parts of a projection method that draws virtual meshes.
+pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
+    /// Data that depends on the reflectors and lenses alone.
+    type Mirrors: Send + Sync;
+    /// Data that depends on reflectors, lenses and the view, but not on what moves among them.
+    type ViewData: Send + Sync;
+    /// The projector of one view.
+    type Projector<'a>: VertexProjector + 'a;
+
+    /// The method.
+    const INFO: &'static MethodInfo;
+
+    /// The overlays of its frames.
+    const OVERLAYS: &'static [OverlayKind] = &[OverlayKind::Paths, OverlayKind::VirtualTriangles];
+
+    /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        quality: Quality,
+        old: Option<&Self::Mirrors>,
+        stages: &mut Stages<'_>,
+    ) -> Result<Self::Mirrors, RenderError>;
+
+    /// Takes from mirrors of an earlier moment, which have moved since or changed their shape, what is still true.
+    fn take_moved(&self, _mirrors: &mut Self::Mirrors, _old: &Self::Mirrors, _now: (&Scene, &MirrorState)) {}
+
+    /// Takes a bake for the mirrors, as they have just been built.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the method uses none, and where it does not fit the scene.
+    fn take_bake(
+        &self,
+        _mirrors: &mut Self::Mirrors,
+        _scene: &Scene,
+        _quality: Quality,
+        bake: Arc<dyn Baked>,
+    ) -> Result<(), RenderError> {
+        Self::INFO.refuse_bake(Some(bake))
+    }
+
+    /// True if data of the same view, mirrors and order is still right.
+    ///
+    /// # Errors
+    /// As [`Self::view_data`].
+    fn fits(&self, _context: &Context<'_, Self>, _data: &Self::ViewData) -> Result<bool, RenderError> {
+        Ok(true)
+    }
+
+    /// Builds what depends on the view.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where a setting does not fit the scene, [`RenderError::Cancelled`].
+    fn view_data(&self, context: &Context<'_, Self>, stages: &mut Stages<'_>) -> Result<Self::ViewData, RenderError>;
+
+    /// True if nothing of a view's data was left out because there was too much to do.
+    fn is_complete(&self, _data: &Self::ViewData) -> bool {
+        true
+    }
+
+    /// Adds to a view's data what also depends on the objects among the mirrors.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn complete(
+        &self,
+        _context: &Context<'_, Self>,
+        _data: &mut Self::ViewData,
+        _stages: &mut Stages<'_>,
+    ) -> Result<(), RenderError> {
+        Ok(())
+    }
+
+    /// Forgets what [`Self::complete`] has added: the objects have changed.
+    fn forget_objects(&self, _data: &mut Self::ViewData) {}
+
+    /// Counts and bytes of a view's data.
+    fn describe(&self, data: &Self::ViewData, report: &mut Report);
+
+    /// Takes from an earlier view's data what the data of a new view may use again.
+    fn take_over(&self, _data: &mut Self::ViewData, _old: Self::ViewData) {}
+
+    /// The environment maps that take the place of projections.
+    fn maps<'a>(&self, _data: &'a Self::ViewData) -> MapsInView<'a> {
+        MapsInView::default()
+    }
+
+    /// The work that a frame may take.
+    fn work_limit(&self) -> WorkLimit;
+
+    /// The fineness of virtual meshes in a view.
+    fn mesh_quality(&self, view: &View) -> MeshQuality;
+
+    /// An overlay of a kind that virtual meshes do not have, by what pixels show and the paths that meshes draw.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn own_overlay(
+        &self,
+        _kind: OverlayKind,
+        _context: &Context<'_, Self>,
+        _data: &Self::ViewData,
+        (_shown, _drawn): (&ShownPixels, &HashSet<SpecularPath>),
+        _progress: &dyn Progress,
+    ) -> Result<Option<Overlay>, RenderError> {
+        Ok(None)
+    }
+
+    /// What of virtual meshes stays while the eye moves a little.
+    fn steady<'a>(_projector: &'a Self::Projector<'_>) -> Option<&'a dyn SteadySource> {
+        None
+    }
+
+    /// The projector of a view.
+    fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a Self::ViewData) -> Self::Projector<'a>;
+}
+
+/// The scene, mirrors and view that a step of the method works on.
+pub(crate) struct Context<'a, M: MeshProjection> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) virtual_scene: &'a VirtualScene,
+    pub(crate) mirrors: &'a M::Mirrors,
+    pub(crate) view: &'a View,
+    /// Highest number of bounces of a path.
+    pub(crate) order: u32,
+    /// Work for building the paths of a view; none is built by who reads them only.
+    pub(crate) work: u64,
+    /// True if what is left out is drawn by something else; points one by one are asked of all paths.
+    pub(crate) is_for_picture: bool,
+}
+
+/// Stages of work with their times.
+pub(crate) struct Stages<'a> {
+    pub(crate) report: Report,
+    pub(crate) progress: &'a dyn Progress,
+    watch: Stopwatch,
+}
+
+impl<'a> Stages<'a> {
+    fn new(progress: &'a dyn Progress) -> Self {
+        Self { report: Report::default(), progress, watch: Stopwatch::new() }
+    }
+
+    /// Ends a stage: its time is that since the last one.
+    pub(crate) fn lap(&mut self, name: &'static str) {
+        self.report.stages_ms.push((name, self.watch.lap_ms()));
+    }
+}
+
+/// The hierarchy over reflectors and lenses alone, for methods that trace rays through these: the old one if there is
+/// one.
+///
+/// # Errors
+/// [`RenderError::Cancelled`].
+pub(crate) fn mirror_tracer(
+    scene: &Scene,
+    old: Option<&Arc<Tracer>>,
+    stages: &mut Stages<'_>,
+) -> Result<Arc<Tracer>, RenderError> {
+    if let Some(old) = old {
+        return Ok(old.clone());
+    }
+    Stage::begin(stages.progress, "building the hierarchy", 0)?;
+    let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
+    stages.lap("bvh");
+    Ok(tracer)
+}
+
+/// A projection method with its settings.
+pub(crate) struct ProjectionMethod<M>(pub(crate) M);
+
+/// The method prepared for a scene.
+struct PreparedProjection<M: MeshProjection> {
+    method: M,
+    scene: Arc<Scene>,
+    quality: Quality,
+    virtual_scene: VirtualScene,
+    tiles: LazyTiles,
+    mirrors: M::Mirrors,
+    /// Data of the last view.
+    last: Option<LastView<M>>,
+    /// The work of the last view's frames, until something moves.
+    work: Option<(View, FrameWork)>,
+    report: Report,
+}
+
+struct LastView<M: MeshProjection> {
+    view: View,
+    order: u32,
+    /// The work that there was for building its data.
+    work: u64,
+    data: M::ViewData,
+}
+
+/// One view.
+struct ProjectionFrame<'a, M: MeshProjection> {
+    method: &'a M,
+    scene: &'a Arc<Scene>,
+    quality: Quality,
+    virtual_scene: &'a VirtualScene,
+    tiles: &'a LazyTiles,
+    mirrors: &'a M::Mirrors,
+    last: &'a LastView<M>,
+    work: FrameWork,
+    /// Data of the view for points one by one, if there is more of it than for pictures; made when it is needed.
+    complete: OnceLock<Option<M::ViewData>>,
+    report: Report,
+}
+
+impl<M: MeshProjection> Method for ProjectionMethod<M> {
+    fn info(&self) -> &'static MethodInfo {
+        M::INFO
+    }
+
+    fn overlays(&self) -> &'static [OverlayKind] {
+        M::OVERLAYS
+    }
+
+    fn prepare(
+        &self,
+        scene: &Arc<Scene>,
+        quality: Quality,
+        bake: Option<Arc<dyn Baked>>,
+        progress: &dyn Progress,
+    ) -> Result<Box<dyn Prepared>, RenderError> {
+        if M::INFO.bake.is_none() {
+            M::INFO.refuse_bake(bake.clone())?;
+        }
+        let mut stages = Stages::new(progress);
+        let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
+        let mut mirrors = self.0.mirrors(scene, quality, None, &mut stages)?;
+        if let Some(bake) = bake {
+            self.0.take_bake(&mut mirrors, scene, quality, bake)?;
+        }
+        let tiles = LazyTiles::new(self.0.work_limit(), scene, &mut stages)?;
+        let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
+        Ok(Box::new(PreparedProjection {
+            method,
+            scene,
+            quality,
+            virtual_scene,
+            tiles,
+            mirrors,
+            last: None,
+            work: None,
+            report,
+        }))
+    }
+}
+
+impl<M: MeshProjection> Prepared for PreparedProjection<M> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
+        let mut stages = Stages::new(progress);
+        let (virtual_scene, same_mirrors) = VirtualScene::new(scene, Some(&self.virtual_scene), &mut stages)?;
+        let mut mirrors = self.method.mirrors(scene, quality, same_mirrors.then_some(&self.mirrors), &mut stages)?;
+        if !same_mirrors {
+            self.method.take_moved(&mut mirrors, &self.mirrors, (scene, virtual_scene.mirror_state()));
+        }
+        let tiles = LazyTiles::of_moment(&self.tiles, scene, progress)?;
+        // Nothing fails from here on.
+        if same_mirrors {
+            virtual_scene.take_meshes(&self.virtual_scene);
+        } else {
+            self.last = None;
+        }
+        if let Some(last) = &mut self.last {
+            self.method.forget_objects(&mut last.data);
+        }
+        self.work = None;
+        (self.virtual_scene, self.tiles, self.mirrors) = (virtual_scene, tiles, mirrors);
+        (self.scene, self.quality, self.report) = (scene.clone(), quality, stages.report);
+        Ok(())
+    }
+
+    fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
+        let mut stages = Stages::new(progress);
+        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, work: known_work, .. } = self;
+        let (method, scene, virtual_scene, tiles, mirrors, order) =
+            (&*method, &*scene, &*virtual_scene, &*tiles, &*mirrors, quality.order);
+        let work = match known_work.take().filter(|(known, _)| known == view) {
+            Some((_, work)) => work,
+            None => method.work_limit().of_frame(scene, view)?,
+        };
+        *known_work = Some((view.clone(), work));
+        stages.lap("glance");
+        let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths, is_for_picture: true };
+        let is_same = |last: &LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);
+        let keeps = match last.as_ref().filter(|last| is_same(last)) {
+            Some(last) => method.fits(&context, &last.data)?,
+            None => false,
+        };
+        let current = match last.take_if(|_| keeps) {
+            Some(kept) => kept,
+            None => {
+                let mut data = method.view_data(&context, &mut stages)?;
+                virtual_scene.forget_meshes();
+                if let Some(old) = last.take() {
+                    method.take_over(&mut data, old.data);
+                }
+                LastView { view: view.clone(), order, work: work.paths, data }
+            }
+        };
+        let last = last.insert(current);
+        stages.lap("build");
+        method.complete(&context, &mut last.data, &mut stages)?;
+        method.describe(&last.data, &mut stages.report);
+        let (quality, complete, report) = (*quality, OnceLock::new(), stages.report);
+        Ok(Box::new(ProjectionFrame {
+            method,
+            scene,
+            quality,
+            virtual_scene,
+            tiles,
+            mirrors,
+            last,
+            work,
+            complete,
+            report,
+        }))
+    }
+}
+
+impl<M: MeshProjection> ProjectionFrame<'_, M> {
+    fn context(&self, work: u64) -> Context<'_, M> {
+        let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
+        Context { scene, virtual_scene, mirrors, view, order: *order, work, is_for_picture: false }
+    }
+
+    fn projector_of_view(&self) -> M::Projector<'_> {
+        self.method.projector(&self.context(0), &self.last.data)
+    }
+
+    fn meshes<'a, 'p>(&self, projector: &'a M::Projector<'p>) -> MeshesOfView<'a, M::Projector<'p>> {
+        let quality = self.method.mesh_quality(&self.last.view);
+        MeshesOfView { projector, quality, steady: M::steady(projector) }
+    }
+
+    /// The view's data with what was left out for the picture's sake; `None` if that fails.
+    fn complete_data(&self) -> Option<M::ViewData> {
+        let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE);
+        let mut stages = Stages::new(&Silent);
+        let mut data = self.method.view_data(&context, &mut stages).ok()?;
+        self.method.complete(&context, &mut data, &mut stages).ok()?;
+        Some(data)
+    }
+}
+
+impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
+    fn report(&self) -> &Report {
+        &self.report
+    }
+
+    fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
+        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
+        let job = Job { scene, view, quality, progress };
+        let projector = &self.projector_of_view();
+        let meshes = self.meshes(projector);
+        let tiles = ExactTiles { scene, tables: tiles };
+        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
+        virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
+    }
+
+    fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
+        if !M::OVERLAYS.contains(&kind) {
+            return Ok(None);
+        }
+        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
+        let job = Job { scene, view, quality, progress };
+        let projector = &self.projector_of_view();
+        let meshes = self.meshes(projector);
+        let tiles = ExactTiles { scene, tables: tiles };
+        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
+        let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
+            method.own_overlay(kind, &self.context(0), data, (shown, drawn), progress)
+        };
+        virtual_scene.overlay(kind, &job, &meshes, (work.meshes, tiles), method.maps(data), own)
+    }
+
+    fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {
+        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, work, .. } = *self;
+        let maps = method.maps(data);
+        if maps.whole.is_some() || maps.far.is_some() {
+            let problem = "environment maps in place of projections are drawn on the CPU alone".into();
+            return Err(RenderError::Limit { method: M::INFO.id, problem });
+        }
+        let job = Job { scene, view, quality, progress };
+        let projector = &self.projector_of_view();
+        let meshes = self.meshes(projector);
+        let whole = method.work_limit().beyond == BeyondWork::Tiles;
+        let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
+        Ok(Some(path_lists(&job, found)))
+    }
+
+    fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
+        if self.method.is_complete(&self.last.data) {
+            return Some(Box::new(self.projector_of_view()));
+        }
+        let data = self.complete.get_or_init(|| self.complete_data()).as_ref()?;
+        Some(Box::new(self.method.projector(&self.context(0), data)))
+    }
+}

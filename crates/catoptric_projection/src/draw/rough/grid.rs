@@ -1,0 +1,334 @@
+//! A grid of a picture, and in its cells what rough mirrors would show if they were smooth.
+
+use super::lobe::Lobe;
+use super::passage::Passage;
+use super::trace::Found;
+use super::{GRIDS, RoughLight};
+use catoptric_core::scene::View;
+use catoptric_engine::optics::step::HIDDEN_LOBE;
+use glam::{Vec2, Vec3, Vec4};
+
+/// Lobes may look for cells that something hides, or beyond the picture, up to so many of the largest cells away.
+pub(super) const MARGIN: u32 = 16;
+
+/// The same for cells that are asked for because lobes are narrow in the next coarser grid, in its cells.
+const REACH: usize = 6;
+
+/// Lobes that cover less than the first number of the finest cells across are what the sharp ray shows, and from the
+/// second on blurred alone: between cells no more is known.
+const SHARP_CELLS: [f32; 2] = [HIDDEN_LOBE, 1.4];
+
+/// The place of cells that show no rough mirror.
+const NOTHING: u32 = u32::MAX;
+
+/// The cells of a grid: squares of a side, over a picture and a margin around it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    pub(super) cell_px: u32,
+    pub(super) width: usize,
+    pub(super) height: usize,
+    margin_px: f32,
+    /// The side of the cells of the finest grid.
+    pub(super) finest_px: u32,
+}
+
+impl Layout {
+    /// The coarsest grid of a view, whose finest one has cells of a side.
+    pub(super) fn new(view: &View, finest_px: u32) -> Self {
+        let cell_px = finest_px << (GRIDS - 1);
+        let [width, height] = [view.width, view.height].map(|side| (side.div_ceil(cell_px) + 2 * MARGIN) as usize);
+        Self { cell_px, width, height, margin_px: (MARGIN * cell_px) as f32, finest_px }
+    }
+
+    /// The grid of cells of half the side.
+    pub(super) fn halved(&self) -> Self {
+        Self { cell_px: self.cell_px / 2, width: 2 * self.width, height: 2 * self.height, ..*self }
+    }
+
+    /// Whether a lobe of a width covers too little of a finest cell to be seen beside the sharp reflection; `extent` is
+    /// the solid angle of one of this grid's cells.
+    pub(super) fn is_hidden(&self, width: f32, extent: f32) -> bool {
+        width * self.cell_px as f32 <= SHARP_CELLS[0] * extent.sqrt() * self.finest_px as f32
+    }
+
+    pub(super) fn cell_count(&self) -> usize {
+        self.width * self.height
+    }
+
+    /// A position of the picture, in cells.
+    #[inline(always)]
+    fn in_cells(&self, position_px: Vec2) -> Vec2 {
+        (position_px + self.margin_px) / self.cell_px as f32
+    }
+
+    /// The position of a cell's middle in the picture.
+    pub(super) fn middle_px(&self, column: usize, row: usize) -> Vec2 {
+        (Vec2::new(column as f32, row as f32) + 0.5) * self.cell_px as f32 - self.margin_px
+    }
+}
+
+/// The part of a picture that a grid covers.
+pub(super) enum Part {
+    /// All that rough mirrors near seen ones are in.
+    Whole,
+    /// By the cells of the next coarser grid.
+    Narrow {
+        width: usize,
+        /// Cells whose light may be asked for.
+        wanted: Vec<bool>,
+        /// Cells that their lobes may reach.
+        reached: Vec<bool>,
+    },
+}
+
+impl Part {
+    pub(super) fn is_wanted(&self, column: usize, row: usize) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Narrow { width, wanted, .. } => wanted[row / 2 * width + column / 2],
+        }
+    }
+
+    pub(super) fn is_reached(&self, column: usize, row: usize) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Narrow { width, reached, .. } => reached[row / 2 * width + column / 2],
+        }
+    }
+}
+
+/// A place of a rough mirror.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) column: u32,
+    pub(super) row: u32,
+    pub(super) lobe: Lobe,
+    /// The distance of what it shows; infinite for the sky.
+    pub(super) distance: f32,
+    /// The mirror is seen here in the picture; else something hides it, or it lies beyond the picture's edge.
+    pub(super) is_seen: bool,
+    pub(super) bumps: Bumps,
+}
+
+/// What a normal map does to a place's light: with bumps, rays of neighbouring cells say little of each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Bumps {
+    /// There is no map.
+    None,
+    /// It turns the normals of a rough surface.
+    OfRough,
+    /// It turns those of a smooth one, and within a cell some so far that they spread light.
+    OfSmooth,
+    /// The same, but not so far: the sharp reflection says it all.
+    Resolved,
+}
+
+/// Where the ray from a place of an object ends, at most at a greatest distance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    pub(super) position: Vec3,
+    pub(super) object: u32,
+}
+
+/// A grid: for cells that show rough mirrors, places in the order of blocks.
+pub(super) struct ReflectedGrid {
+    pub(super) layout: Layout,
+    /// The place of every cell, rows from the top, or [`NOTHING`].
+    index: Vec<u32>,
+    pub(super) places: Vec<Place>,
+    /// Of every place, the ray that leaves it.
+    pub(super) passages: Vec<Passage>,
+    /// Of every place, where the ray ends.
+    pub(super) ends: Vec<End>,
+    /// Of every place, what its sharp ray shows, and 1; 0 where that was not asked for.
+    pub(super) sharp: Vec<Vec4>,
+    /// Of every place, what it reflects: its own sharp ray's light is the mean where another grid says it better.
+    pub(super) light: Vec<RoughLight>,
+}
+
+impl ReflectedGrid {
+    /// The place of a cell.
+    #[inline(always)] // for the instructions of its callers
+    pub(super) fn place_of(&self, cell: usize) -> Option<usize> {
+        let place = self.index[cell];
+        (place != NOTHING).then_some(place as usize)
+    }
+
+    /// The cell of a place.
+    #[inline(always)] // for the instructions of its callers
+    pub(super) fn cell_of(&self, place: usize) -> usize {
+        let Place { column, row, .. } = self.places[place];
+        row as usize * self.layout.width + column as usize
+    }
+
+    /// The grid of what was found in blocks of cells.
+    pub(super) fn new(layout: Layout, blocks: Vec<Vec<Found>>) -> Self {
+        let count = blocks.iter().map(Vec::len).sum();
+        let mut grid = Self {
+            layout,
+            index: vec![NOTHING; layout.cell_count()],
+            places: Vec::with_capacity(count),
+            passages: Vec::with_capacity(count),
+            ends: Vec::with_capacity(count),
+            sharp: Vec::with_capacity(count),
+            light: Vec::with_capacity(count),
+        };
+        for found in blocks.into_iter().flatten() {
+            grid.push(&found);
+        }
+        grid
+    }
+
+    fn push(&mut self, found: &Found) {
+        let Found { place, passage, sharp, traced, refracted } = found;
+        let Layout { cell_px, finest_px, .. } = self.layout;
+        let width_px = place.lobe.width / passage.cell_extent(passage.distance).sqrt() * cell_px as f32;
+        let [narrow, wide] = SHARP_CELLS;
+        let weight = match place.bumps {
+            Bumps::OfRough => 1.0,
+            Bumps::OfSmooth if traced.is_none() => 0.0,
+            Bumps::None | Bumps::OfSmooth => ((width_px / finest_px as f32 - narrow) / (wide - narrow)).clamp(0.0, 1.0),
+            Bumps::Resolved => 0.0,
+        };
+        self.index[place.row as usize * self.layout.width + place.column as usize] = self.places.len() as u32;
+        self.light.push(RoughLight {
+            radiance: traced.unwrap_or(*sharp) * weight,
+            refracted: *refracted * weight,
+            weight,
+            sharp: *sharp,
+            share: place.lobe.share,
+            distance: place.distance,
+            // Bumps are for the finest grid.
+            width_px: if place.bumps == Bumps::None { width_px } else { 0.0 },
+        });
+        self.ends
+            .push(End { position: passage.position + passage.direction * passage.distance, object: passage.object });
+        self.sharp.push(sharp.extend(if place.bumps == Bumps::Resolved { 0.0 } else { 1.0 }));
+        self.places.push(*place);
+        self.passages.push(*passage);
+    }
+
+    /// How much of the light at a position is that of the next finer grid, by what this one knows of it: all if the
+    /// lobe covers fewer cells than the first number, nothing from the second one on.
+    #[inline(always)]
+    pub(super) fn finer_share(&self, light: &RoughLight, [narrow, wide]: [f32; 2]) -> f32 {
+        ((wide - light.width_px / self.layout.cell_px as f32) / (wide - narrow)).clamp(0.0, 1.0)
+    }
+
+    /// The light at a position of the picture, between the cells around it that show the same object.
+    #[inline]
+    pub(super) fn at(&self, object: u32, position_px: Vec2) -> Option<RoughLight> {
+        let Layout { width, height, .. } = self.layout;
+        let (mut sum, mut weights) = (RoughLight::default(), 0.0);
+        for (cell, weight) in cells_around(self.layout.in_cells(position_px), width, height) {
+            let Some(place) = self.place_of(cell) else { continue };
+            if self.ends[place].object != object || !self.places[place].is_seen {
+                continue;
+            }
+            // A rim's only cell counts even if the position is on the far side of it.
+            let weight = weight.max(1e-4);
+            sum = sum.plus(&self.light[place], weight);
+            weights += weight;
+        }
+        (weights > 0.0).then(|| RoughLight::default().plus(&sum, 1.0 / weights))
+    }
+
+    /// Cells that show places which are seen and whose lobes cover fewer than so many cells across, or lie beside such
+    /// cells.
+    pub(super) fn cells_of_narrow_lobes(&self, cells: f32) -> Vec<bool> {
+        self.cells_where(|place, light| {
+            let is_narrow = light.width_px < cells * self.layout.cell_px as f32;
+            place.is_seen && place.bumps != Bumps::Resolved && is_narrow
+        })
+    }
+
+    /// The same for those that cover at least so many.
+    pub(super) fn cells_of_wide_lobes(&self, cells: f32) -> Vec<bool> {
+        self.cells_where(|place, light| place.is_seen && light.width_px >= cells * self.layout.cell_px as f32)
+    }
+
+    /// Cells at which the light depends on what is reflected sharply at the position itself, and their neighbours.
+    pub(super) fn cells_of_sharp_light(&self) -> Vec<bool> {
+        self.cells_where(|place, light| place.is_seen && light.weight < 1.0)
+    }
+
+    /// Whether a rectangle of a picture has any of some cells in it.
+    pub(super) fn has_any(&self, cells: &[bool], low_px: Vec2, high_px: Vec2) -> bool {
+        self.cells_between(self.layout.in_cells(low_px), self.layout.in_cells(high_px)).any(|cell| cells[cell])
+    }
+
+    /// Whether all cells in and about a rectangle of a picture show an object whose light is all in them.
+    pub(super) fn is_full_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
+        let is_full = |place: usize| {
+            let is_of_object = self.ends[place].object == object && self.places[place].is_seen;
+            is_of_object && self.light[place].weight >= 1.0
+        };
+        let (low, high) = (self.layout.in_cells(low_px) - 1.0, self.layout.in_cells(high_px) + 1.0);
+        self.cells_between(low, high).all(|cell| self.place_of(cell).is_some_and(is_full))
+    }
+
+    /// The cells from one position to another one, in cells.
+    fn cells_between(&self, low: Vec2, high: Vec2) -> impl Iterator<Item = usize> {
+        let Layout { width, height, .. } = self.layout;
+        let [low, high] = [low, high].map(|at| at.max(Vec2::ZERO));
+        let columns = low.x as usize..=(high.x as usize).min(width - 1);
+        let rows = low.y as usize..=(high.y as usize).min(height - 1);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    }
+
+    fn cells_where(&self, is_there: impl Fn(&Place, &RoughLight) -> bool) -> Vec<bool> {
+        let mut there = vec![false; self.layout.cell_count()];
+        for (index, (place, light)) in self.places.iter().zip(&self.light).enumerate() {
+            there[self.cell_of(index)] = is_there(place, light);
+        }
+        dilated(&there, self.layout.width, 1)
+    }
+
+    /// Where lobes cover fewer than so many cells; `None` where they don't.
+    pub(super) fn narrow(&self, cells: f32) -> Option<Part> {
+        let wanted = self.cells_of_narrow_lobes(cells);
+        let reached = dilated(&wanted, self.layout.width, REACH);
+        wanted.contains(&true).then_some(Part::Narrow { width: self.layout.width, wanted, reached })
+    }
+}
+
+/// The four cells of a grid around a position in cells, and their weights for what is in between; at its edges some are
+/// the same.
+#[inline(always)] // for the instructions of its callers
+pub(super) fn cells_around(position: Vec2, width: usize, height: usize) -> [(usize, f32); 4] {
+    let at = position - 0.5;
+    let low = at.floor();
+    let share = at - low;
+    let (x, y) = (low.x as i32, low.y as i32);
+    let (last_x, last_y) = (width as i32 - 1, height as i32 - 1);
+    let (left, right) = (x.clamp(0, last_x) as usize, (x + 1).clamp(0, last_x) as usize);
+    let (top, bottom) = (y.clamp(0, last_y) as usize * width, (y + 1).clamp(0, last_y) as usize * width);
+    let rest = 1.0 - share;
+    [
+        (top + left, rest.x * rest.y),
+        (top + right, share.x * rest.y),
+        (bottom + left, rest.x * share.y),
+        (bottom + right, share.x * share.y),
+    ]
+}
+
+/// The cells of rows of a width within so many of one that is set, along columns and rows.
+pub(super) fn dilated(cells: &[bool], width: usize, by: usize) -> Vec<bool> {
+    let height = cells.len() / width;
+    let along_lines = |cells: &[bool], count: usize, along: usize, lines: usize, across: usize| {
+        let mut near = vec![false; cells.len()];
+        for line in 0..lines {
+            // Counted from the last cell that is set, there and back.
+            let mut since = by + 1;
+            let there = 0..count;
+            for index in there.clone().chain(there.rev()) {
+                let cell = line * across + index * along;
+                since = if cells[cell] { 0 } else { since + 1 };
+                near[cell] |= since <= by;
+            }
+        }
+        near
+    };
+    let rows = along_lines(cells, width, 1, height, width);
+    along_lines(&rows, height, width, width, 1)
+}

@@ -1,0 +1,302 @@
+//! When an edge of virtual geometry is divided, and which appearances at its ends belong together.
+
+use super::{MeshQuality, PictureScale};
+use catoptric_core::math::Aabb;
+use catoptric_engine::method::projector::Projection;
+use glam::{Vec2, Vec3};
+
+/// Edges longer than this share of their distance from the reflector are divided whatever their ends show: something
+/// may appear between them. Chosen, not measured.
+const LONGEST: f32 = 0.35;
+
+/// Things in and beside the box of a reflector count as this share of its radius away: where a reflector stands on
+/// something, narrow strips of that appear at its foot. Chosen, not measured.
+const NEAREST: f32 = 0.1;
+
+/// Bend assumed for an edge too long for a first-order prediction, in pixels.
+const UNSEEN: f32 = 1e4;
+
+/// Appearances that are this many times further apart than both are expected to move are not one that has moved.
+/// Chosen, not measured.
+const JUMP: f32 = 4.0;
+
+/// Edges shorter than this share of the scene are never divided. Chosen, not measured.
+const SHORTEST: f32 = 1e-4;
+
+/// Where an appearance ends on an edge, its piece may be this many times the smallest size: the way to the end is
+/// followed. Chosen, not measured.
+const END_PIECES: f32 = 32.0;
+
+/// It is followed in steps of this many times the smallest size. Chosen, not measured.
+const WAY_STEPS: f32 = 5.0;
+
+/// Where it ends is found to this share of the smallest size. Chosen, not measured.
+const END_ERROR: f32 = 0.125;
+
+/// First-order start of the picture of an edge.
+struct Bend {
+    /// Predicted length, in pixels.
+    moves: f32,
+    /// How far from where it does get.
+    deviation: f32,
+}
+
+/// Estimates of errors beyond this mean that nothing is known. Chosen, not measured.
+const MAX_UNCERTAIN_PX: f32 = 1.0;
+
+/// The border of what appears is drawn straight over this many times the smallest size. Chosen, not measured.
+const END_STEPS: f32 = 12.0;
+
+/// Rules for edges: everything here depends on the two ends alone, and not on their order.
+#[derive(Clone, PartialEq)]
+pub(super) struct EdgeRule {
+    edge_error_px: f32,
+    piece_px: f32,
+    picture: PictureScale,
+    center: Vec3,
+    radius: f32,
+    /// The corners of its box.
+    low: Vec3,
+    high: Vec3,
+    shortest: f32,
+}
+
+impl EdgeRule {
+    pub(super) fn new(quality: &MeshQuality, last_reflector: &Aabb, scene_size: f32) -> Self {
+        Self {
+            edge_error_px: quality.edge_error_px,
+            piece_px: quality.piece_px,
+            picture: quality.picture,
+            center: last_reflector.center(),
+            radius: last_reflector.diagonal() * 0.5,
+            low: last_reflector.min,
+            high: last_reflector.max,
+            shortest: scene_size * SHORTEST,
+        }
+    }
+
+    /// The picture that everything is drawn into.
+    pub(super) fn picture(&self) -> &PictureScale {
+        &self.picture
+    }
+
+    /// The steps in which the way of an appearance to its end is followed, in pixels.
+    pub(super) fn way_step_px(&self) -> f32 {
+        self.piece_px * WAY_STEPS
+    }
+
+    /// Accuracy of ends, in pixels.
+    pub(super) fn end_error_px(&self) -> f32 {
+        self.piece_px * END_ERROR
+    }
+
+    /// How far from each other the ends of ways may be: what appears ends on a curve.
+    pub(super) fn end_step_px(&self) -> f32 {
+        self.piece_px * END_STEPS
+    }
+
+    /// How much an edge needs a division: 0 where it needs none, else its length in the picture: halving the
+    /// longest edges first makes pieces that look compact.
+    pub(super) fn split_priority(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> f32 {
+        let step = b - a;
+        let length = step.length();
+        if length.is_nan() || length <= self.shortest {
+            return 0.0;
+        }
+        let middle = (a + b) * 0.5;
+        let beyond = (self.low - middle).max(middle - self.high).max(Vec3::ZERO).length();
+        let near = (2.0 * beyond).max(NEAREST * self.radius);
+        let distance = middle.distance(self.center).max(self.radius).min(near);
+        let excess = length / (LONGEST * distance);
+        if excess > 1.0 {
+            return excess * UNSEEN;
+        }
+        if let ([one], [other]) = (at_a, at_b)
+            && one.focal_index == other.focal_index
+        {
+            // The same from both ends.
+            return self.strain_between(one, other, step);
+        }
+        let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step));
+        let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step));
+        forward.chain(backward).fold(0.0, f32::max)
+    }
+
+    /// Priority of a division by an appearance at one end; `step` leads to the other end.
+    fn strain_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
+        let Some(other) = self.best(one, here, there, step) else {
+            if self.stays_beside(one, step) {
+                return 0.0;
+            }
+            // It ends on the way, at the latest half-way to the appearance that it merges with.
+            let moves = one.predicted(step) - one.image_px;
+            let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
+            return self.ending(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)));
+        };
+        self.strain_between(one, other, step)
+    }
+
+    /// Priority of a division of a piece so long, where an appearance ends.
+    fn ending(&self, extent: f32) -> f32 {
+        if extent > self.piece_px * END_PIECES { extent } else { 0.0 }
+    }
+
+    /// Priority of a division between two appearances that belong together.
+    fn strain_between(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
+        if self.picture.is_beside([one.image_px, other.image_px]) {
+            return 0.0;
+        }
+        let depths = self.depths(one, other);
+        let (ahead, back) = (bend(one, other, step, depths), bend(other, one, -step, depths.swapped()));
+        let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
+        if distance > JUMP * extent {
+            // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
+            return self.ending(extent);
+        }
+        let error = ahead.deviation.max(back.deviation) * 0.25;
+        let counts = error > self.edge_error_px + uncertainty(one, other) && distance.max(extent) > self.piece_px;
+        if counts { distance } else { 0.0 }
+    }
+
+    /// The divisors of the depths of two appearances.
+    fn depths(&self, one: &Projection, other: &Projection) -> Depths {
+        Depths { own: self.picture.w(one), other: self.picture.w(other) }
+    }
+
+    /// The appearance that `one` merges with in a fold on the way to the other end: the nearest on a neighbouring
+    /// sheet, where both end.
+    pub(super) fn merging<'a>(
+        &self,
+        one: &Projection,
+        here: &'a [Projection],
+        there: &[Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let ends = |other: &&Projection| {
+            other.focal_index.abs_diff(one.focal_index) == 1 && self.best(other, here, there, step).is_none()
+        };
+        nearest(one, here.iter().filter(ends))
+    }
+
+    /// The appearance at the other end that belongs to `one`; returns `None` if that is not sure.
+    pub(super) fn partner<'a>(
+        &self,
+        one: &Projection,
+        here: &[Projection],
+        there: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let other = match (here, there) {
+            // Mostly there is one on each side.
+            ([_], [other]) if other.focal_index == one.focal_index => other,
+            _ => self.best(one, here, there, step)?,
+        };
+        self.are_sure(one, other, step).then_some(other)
+    }
+
+    /// True if two appearances at the ends of a step predict each other so well that they must belong together.
+    fn are_sure(&self, one: &Projection, other: &Projection, step: Vec3) -> bool {
+        let size = other.image_px.distance(one.image_px);
+        self.mismatch(one, other, step) <= self.allowed_mismatch(size) + uncertainty(one, other)
+    }
+
+    /// The appearance after a step that continues `one`; returns `None` if there is none so near to what is predicted.
+    pub(super) fn continued<'a>(
+        &self,
+        one: &Projection,
+        after: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let fitting = after.iter().filter(|other| other.focal_index == one.focal_index);
+        let other = fitting.min_by(|x, y| self.mismatch(one, x, step).total_cmp(&self.mismatch(one, y, step)))?;
+        let distance = other.image_px.distance(one.image_px);
+        let size = (one.predicted(step) - one.image_px).length().max(distance);
+        let allowed = self.allowed_mismatch(size) + uncertainty(one, other);
+        // Beside a fold everything is expected to move far, and what lies there is not what ended in the fold: that
+        // would have to come back as far.
+        let depths = self.depths(one, other);
+        let back = expected(other, -step, depths.swapped()).distance(other.image_px);
+        let jumps = distance > self.way_step_px() && distance > JUMP * back;
+        (!jumps && expected(one, step, depths).distance(other.image_px) <= allowed).then_some(other)
+    }
+
+    /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.
+    fn allowed_mismatch(&self, size: f32) -> f32 {
+        (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size)
+    }
+
+    /// How far two appearances at the ends of a step are from predicting each other, in pixels.
+    fn mismatch(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
+        let depths = self.depths(one, other);
+        let forward = expected(one, step, depths).distance(other.image_px);
+        let backward = expected(other, -step, depths.swapped()).distance(one.image_px);
+        forward.max(backward)
+    }
+
+    /// The appearance at the other end that is predicted best, if `one` is predicted best by it in turn.
+    fn best<'a>(
+        &self,
+        one: &Projection,
+        here: &[Projection],
+        there: &'a [Projection],
+        step: Vec3,
+    ) -> Option<&'a Projection> {
+        let fitting = there.iter().filter(|other| other.focal_index == one.focal_index);
+        let (mut own, mut best) = (f32::INFINITY, None);
+        for other in fitting {
+            let mismatch = self.mismatch(one, other, step);
+            if best.is_none() || mismatch < own {
+                (own, best) = (mismatch, Some(other));
+            }
+        }
+        let other = best?;
+        let mut rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
+        (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
+    }
+
+    /// True if an appearance stays out of the picture over a step, predicted from its start.
+    pub(super) fn stays_beside(&self, one: &Projection, step: Vec3) -> bool {
+        self.picture.is_beside([one.image_px, one.predicted(step)])
+    }
+}
+
+/// Divisors of depths: the homogeneous coordinates.
+#[derive(Clone, Copy)]
+struct Depths {
+    own: f32,
+    other: f32,
+}
+
+impl Depths {
+    fn swapped(self) -> Self {
+        Self { own: self.other, other: self.own }
+    }
+}
+
+/// Bend of the picture of an edge, predicted from its start.
+fn bend(one: &Projection, other: &Projection, step: Vec3, depths: Depths) -> Bend {
+    let moves = one.predicted(step) - one.image_px;
+    // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in the
+    // middle of the way, and half of that again at the middle of a parabola.
+    let straight = (other.image_px - one.image_px) * (depths.other / depths.own);
+    Bend { moves: moves.length(), deviation: (moves - straight).length() }
+}
+
+/// Where `one` is expected to appear after a step, if it becomes another: seen in perspective, it moves the less the
+/// further away it gets.
+fn expected(one: &Projection, step: Vec3, depths: Depths) -> Vec2 {
+    let moves = one.predicted(step) - one.image_px;
+    one.image_px + moves * (depths.own / depths.other)
+}
+
+/// How far two appearances may be from predicting each other because of how they were found, in pixels: no division
+/// makes that better.
+fn uncertainty(one: &Projection, other: &Projection) -> f32 {
+    (one.error_px + other.error_px).min(MAX_UNCERTAIN_PX)
+}
+
+/// The appearance nearest to `one` in the picture.
+fn nearest<'a>(one: &Projection, among: impl Iterator<Item = &'a Projection>) -> Option<&'a Projection> {
+    let distance = |other: &Projection| other.image_px.distance_squared(one.image_px);
+    among.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}

@@ -1,0 +1,196 @@
+//! What of a virtual mesh stays while the eye moves a little (Popescu, Sacks, Mei 2006, section VI: the projections of
+//! static vertices are reused with varying weights): the appearances of points as polynomials, and the pieces that are
+//! drawn between these.
+//!
+//! Edges are divided as they are seen from one place in the middle of where the eye may be. Pieces some of whose
+//! corners may come and go are left: they are divided further as the eye sees them, like triangles of their own; but
+//! for edges between steady corners, so that both of their sides agree.
+
+mod mesh;
+mod search;
+
+pub(crate) use mesh::SteadyMeshes;
+pub(super) use search::{KnownPoints, SteadySearch};
+
+use super::edge::EdgeRule;
+use super::{MeshQuality, MissedBoundary, PictureScale, VirtualMesh, VirtualObject, WORK_A_PIECE, WeldedObject};
+use crate::find::node_sightings::{MOST_NODES, NodeSightings};
+use crate::find::tetrahedron_form::{FormWeights, TetrahedronForm};
+use crate::find::work::SharedWork;
+use catoptric_core::clock::Stopwatch;
+use catoptric_core::progress::{Cancelled, Stage};
+use catoptric_core::scene::{PicturePoint, PreciseView};
+use catoptric_engine::method::projector::Projection;
+use catoptric_engine::raster::DrawTriangle;
+use glam::Vec3;
+use mesh::SteadyMesh;
+use search::KnownPointsProjector;
+use std::sync::Arc;
+
+/// How a point appears wherever the eye is.
+pub(crate) enum Steadiness {
+    /// Once; with its appearance from the middle.
+    Shown(TetrahedronForm, Projection),
+    Nowhere,
+    /// It may come and go, or appear several times; with what is known of its appearances from the middle.
+    Unsteady(Vec<Projection>),
+}
+
+/// Who finds out how points appear.
+pub(crate) trait SteadySource: Sync {
+    /// Where the eye is on a path; `None` where nothing is known to be steady.
+    fn on_path(&self, path: u32) -> Option<SteadyPath<'_>>;
+
+    /// What is known of all places at once where an object's points lie densely; nothing if there is too much work.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    fn field(
+        &self,
+        at: &SteadyPath<'_>,
+        points: &[Vec3],
+        work: &SharedWork,
+        stage: &Stage<'_>,
+    ) -> Result<Option<Box<dyn SteadyField>>, Cancelled>;
+
+    /// How a point appears on a path.
+    fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness;
+
+    /// What the nodes see of a point that appears once, wherever the eye is.
+    fn sightings(&self, at: &SteadyPath<'_>, point: Vec3) -> Option<NodeSightings>;
+
+    /// The same of the point half-way between two such points; `None` where these do not tell.
+    fn half_way(&self, at: &SteadyPath<'_>, ends: [(Vec3, &NodeSightings); 2]) -> Option<NodeSightings>;
+
+    /// How a point appears of which the nodes see this.
+    fn steadiness_of(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Steadiness;
+
+    /// The appearance from the eye of a point that appears once, to the bit where its polynomial has it.
+    fn seen(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Option<Projection>;
+}
+
+/// What the nodes see at places of a path, not only at single points.
+pub(crate) trait SteadyField: Sync {
+    /// What they see of a point; `None` where the field does not reach.
+    fn sightings(&self, point: Vec3) -> Option<NodeSightings>;
+}
+
+/// A path while the eye stays among some nodes.
+pub(crate) struct SteadyPath<'a> {
+    /// The path's number now.
+    pub(crate) path: u32,
+    /// Meshes that were made while the eye did, and the path's number there.
+    pub(crate) meshes: &'a SteadyMeshes,
+    pub(crate) kept_path: u32,
+    /// A place in the middle of the nodes, and a picture from there that holds all of the mirror.
+    pub(crate) middle: Vec3,
+    pub(crate) view_from_middle: PreciseView,
+    pub(crate) scale_from_middle: PictureScale,
+    /// The nodes, and the middle and the size of the mirror.
+    pub(crate) nodes: [Vec3; MOST_NODES],
+    pub(crate) mirror: (Vec3, f32),
+    /// The eye's place among the nodes, and what it sees.
+    pub(crate) weights: FormWeights,
+    pub(crate) view: PreciseView,
+    pub(crate) scale: PictureScale,
+}
+
+/// What is steady of an object, as it is seen.
+pub(super) struct SteadyFrame<'a> {
+    mesh: Arc<SteadyMesh>,
+    source: &'a dyn SteadySource,
+    at: SteadyPath<'a>,
+    places: Vec<PicturePoint>,
+    /// Work for making the mesh.
+    work: u64,
+    /// Time for finding the places.
+    blend_ms: f64,
+}
+
+/// What is there of an object.
+pub(super) enum SteadyPart<'a> {
+    None,
+    /// Finding it takes more than it may.
+    TooMuch,
+    Found(Box<SteadyFrame<'a>>),
+}
+
+impl<'a> SteadyPart<'a> {
+    /// What is steady of an object, found with as much work or less.
+    pub(super) fn of(
+        source: Option<&'a dyn SteadySource>,
+        object: &VirtualObject,
+        quality: &MeshQuality,
+        allowed: u64,
+        stage: &Stage<'_>,
+    ) -> Result<Self, Cancelled> {
+        if object.least_segment > 0.0 {
+            return Ok(Self::None);
+        }
+        let Some((source, at)) = source.and_then(|source| Some((source, source.on_path(object.path)?))) else {
+            return Ok(Self::None);
+        };
+        let quality = MeshQuality { picture: at.scale_from_middle, ..*quality };
+        let rule = EdgeRule::new(&quality, &object.last_reflector, object.scene_size);
+        let found = at.meshes.get((source, &at), object, rule, allowed, stage)?;
+        let Some((mesh, work)) = found else { return Ok(Self::TooMuch) };
+        let watch = Stopwatch::new();
+        let places = mesh.places(&at, stage)?;
+        let blend_ms = watch.elapsed_ms();
+        // Where the mirror reaches behind the picture's plane, not everything is before it.
+        let all_before = places.iter().all(|place| place.w > 0.0);
+        Ok(if all_before {
+            Self::Found(Box::new(SteadyFrame { mesh, source, at, places, work, blend_ms }))
+        } else {
+            Self::None
+        })
+    }
+}
+
+impl SteadyFrame<'_> {
+    /// Who tells how its points appear that are kept.
+    pub(super) fn projector<'s, P: ?Sized>(&'s self, inner: &'s P) -> KnownPointsProjector<'s, P> {
+        KnownPointsProjector::new(inner, (self.source, &self.at), &self.mesh.left.known)
+    }
+
+    /// Work that it counts as, whether it was known or not; its pieces are drawn, too.
+    pub(super) fn work(&self) -> u64 {
+        self.work + WORK_A_PIECE * self.mesh.rows.len() as u64
+    }
+
+    /// The pieces that are looked at.
+    pub(super) fn left(&self) -> &WeldedObject {
+        &self.mesh.left.welded
+    }
+
+    /// The split priorities of the edges of such a piece, as far as they are known; else not a number.
+    pub(super) fn priorities(&self, piece: u32) -> [f32; 3] {
+        self.mesh.left.is_fixed[piece as usize].map(|is_fixed| if is_fixed { 0.0 } else { f32::NAN })
+    }
+
+    /// True unless a boundary is said to be missed on an edge that is not divided from the other side either.
+    pub(super) fn may_be_missed(&self, boundary: &MissedBoundary) -> bool {
+        boundary.side.is_none_or(|side| !self.mesh.left.is_fixed[boundary.triangle as usize][side])
+    }
+
+    /// From the mesh of what is left to that of all.
+    pub(super) fn complete(&self, mesh: &mut VirtualMesh, object: &VirtualObject) {
+        for (triangle, corners) in mesh.triangles.iter_mut().zip(&mut mesh.corners) {
+            let (source, [a, b, c]) = self.mesh.left.sources[(triangle.source - object.first_triangle) as usize];
+            triangle.source = object.first_triangle + source;
+            *corners = corners.map(|weights| a + (b - a) * weights.x + (c - a) * weights.y);
+        }
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend_from_slice(&self.places);
+        mesh.triangles.extend(self.mesh.sources.iter().zip(&self.mesh.rows).map(|(source, rows)| DrawTriangle {
+            vertices: rows.map(|row| first + row),
+            source: object.first_triangle + source,
+            group: 0,
+            patch: 0,
+            alpha_tested: object.alpha_tested,
+        }));
+        mesh.corners.extend_from_slice(&self.mesh.weights);
+        mesh.steady_points = self.places.len() as u64;
+        mesh.blend_ms = self.blend_ms;
+    }
+}

@@ -1,0 +1,162 @@
+//! The making of virtual meshes: which objects on which paths, and how finely.
+
+use super::super::MapsInView;
+use super::super::virtual_mesh::{Allowance, MeshQuality, SteadySource, VirtualMesh, VirtualObject, virtual_mesh};
+use super::{KeptMesh, MadeMeshes, VirtualScene};
+use catoptric_core::progress::{Cancelled, Stage};
+use catoptric_engine::method::Job;
+use catoptric_engine::method::projector::VertexProjector;
+use catoptric_engine::optics::path::bundle::BounceKind;
+use std::sync::Arc;
+
+/// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
+/// itself, unpolished appearances show the surface in itself. Chosen, not measured.
+const OWN_REFLECTED: f32 = 0.02;
+
+/// The same for lenses through which it is seen from within: at their rims they are thin. Chosen, not measured.
+const OWN_TRANSMITTED: f32 = 0.002;
+
+/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
+/// off by this many times what others may be. Chosen, not measured.
+const BLACK: f32 = 2.0;
+
+/// A path and an object on it, both by their numbers.
+pub(super) type PathObject = (u32, u32);
+
+/// What a mesh was first allowed and took, before there was work left to make it again.
+#[derive(Clone, Copy)]
+pub(super) struct FirstMesh {
+    pub(super) allowed: u64,
+    pub(super) work: u64,
+    needed: Option<u64>,
+    /// It is coarser than asked for, or nothing.
+    pub(super) is_coarse: bool,
+}
+
+impl FirstMesh {
+    fn of(mesh: &VirtualMesh) -> Self {
+        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, is_coarse: !mesh.is_whole() }
+    }
+
+    /// True if it would be the same with this much work allowed.
+    fn holds_with(&self, allowed: u64) -> bool {
+        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
+    }
+}
+
+/// Makes the meshes of one view.
+pub(super) struct MeshMaker<'a, P: VertexProjector + ?Sized> {
+    pub(super) scene: &'a VirtualScene,
+    pub(super) job: &'a Job<'a>,
+    pub(super) projector: &'a P,
+    pub(super) quality: &'a MeshQuality,
+    pub(super) steady: Option<&'a dyn SteadySource>,
+}
+
+impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
+    /// Makes the mesh of an object on a path.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn make(
+        &self,
+        key: PathObject,
+        allowance: Allowance,
+        stage: &Stage<'_>,
+    ) -> Result<VirtualMesh, Cancelled> {
+        let object = self.virtual_object(key);
+        let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
+        let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
+        virtual_mesh((self.projector, self.steady), &object, &quality, allowance, stage)
+    }
+
+    /// The first mesh of an object on a path: one kept from an earlier frame if it would be the same, or a new one.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(super) fn first_mesh(
+        &self,
+        key: PathObject,
+        allowance: Allowance,
+        made: &mut MadeMeshes,
+        stage: &Stage<'_>,
+    ) -> Result<FirstMesh, Cancelled> {
+        let welded = &self.scene.welded[key.1 as usize];
+        let kept = self.scene.locked_meshes().get(&key).and_then(|kept| {
+            (Arc::ptr_eq(&kept.welded, welded) && kept.first.holds_with(allowance.work())).then_some(kept.first)
+        });
+        if let Some(first) = kept {
+            stage.advance(self.steps(key))?;
+            return Ok(first);
+        }
+        let mesh = self.make(key, allowance, stage)?;
+        made.count(&mesh);
+        let first = FirstMesh::of(&mesh);
+        self.scene.locked_meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
+        Ok(first)
+    }
+
+    /// The steps of a stage that a mesh takes.
+    pub(super) fn steps(&self, (_, object): PathObject) -> u64 {
+        VirtualObject::steps(&self.scene.welded[object as usize]) as u64
+    }
+
+    /// The number of bounces of a path.
+    pub(super) fn length(&self, (path, _): PathObject) -> u32 {
+        self.projector.paths()[path as usize].bounces.len() as u32
+    }
+
+    /// Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground of
+    /// longer paths.
+    pub(super) fn kind(&self, key: PathObject) -> (u32, bool) {
+        (self.length(key), self.job.scene.role_of(key.1).is_specular())
+    }
+
+    /// The paths and objects that may appear on them, by their kind, without those that maps of far objects show.
+    pub(super) fn pairs(&self, maps: MapsInView<'_>) -> Vec<PathObject> {
+        let (scene, view) = (self.job.scene, self.job.view);
+        let mut pairs = Vec::new();
+        for (path, sequence) in self.projector.paths().iter().enumerate() {
+            let Some(last) = sequence.bounces.last() else { continue };
+            for (index, object) in scene.objects.iter().enumerate() {
+                let is_convex = || match &object.surface {
+                    Some(surface) => surface.is_convex(),
+                    None => self.scene.topologies.is_convex(index as u32),
+                };
+                let from_without = || !object.inside && !view.may_start_within(&object.bounds);
+                let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
+                if own && is_convex() && from_without() {
+                    continue; // rays that leave a convex mirror never come back
+                }
+                if maps.far.is_some_and(|far| far.shows(last.object, index as u32)) {
+                    continue;
+                }
+                pairs.push((path as u32, index as u32));
+            }
+        }
+        pairs.sort_by_key(|&key| (self.kind(key), key));
+        pairs
+    }
+
+    /// An object on a path.
+    fn virtual_object(&self, (path, index): PathObject) -> VirtualObject {
+        let scene = self.job.scene;
+        let object = &scene.objects[index as usize];
+        let last = self.projector.paths()[path as usize].bounces.last();
+        let share = match last {
+            Some(last) if last.object != index => 0.0,
+            Some(last) if last.kind == BounceKind::Transmit => OWN_TRANSMITTED,
+            _ => OWN_REFLECTED,
+        };
+        VirtualObject {
+            object: index,
+            welded: self.scene.welded[index as usize].clone(),
+            first_triangle: object.triangles.start,
+            alpha_tested: scene.is_alpha_tested(index),
+            path,
+            least_segment: share * object.bounds.diagonal(),
+            last_reflector: last.map_or(object.bounds, |last| scene.objects[last.object as usize].bounds),
+            scene_size: scene.bounds.diagonal(),
+        }
+    }
+}

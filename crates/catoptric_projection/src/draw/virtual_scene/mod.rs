@@ -1,0 +1,282 @@
+//! State of every projection method with virtual meshes: mirrors made ready, welded objects, meshes of earlier
+//! frames.
+
+mod in_shares;
+mod maker;
+mod mirror_state;
+mod rigid_motion;
+mod whole_paths;
+
+pub(crate) use mirror_state::MirrorState;
+
+use super::lists::{EndsOfPaths, draw_lists};
+use super::overlays::{self, ShownPixels};
+use super::prepared::Stages;
+use super::virtual_mesh::{MeshQuality, SteadySource, VirtualMesh, WeldedObject};
+use super::work_limit::ExactTiles;
+use super::{MapsInView, PathGeometry, draw_paths_with};
+use catoptric_core::clock::Stopwatch;
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::parallel;
+use catoptric_core::progress::{Cancelled, Stage};
+use catoptric_core::scene::Scene;
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::overlay::{Overlay, OverlayKind};
+use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
+use catoptric_engine::method::{Job, Quality, Report, report};
+use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
+use catoptric_engine::raster;
+use maker::{FirstMesh, MeshMaker, PathObject};
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Data that depend on the scene alone, and the virtual meshes of the last view.
+pub struct VirtualScene {
+    mirrors: MirrorState,
+    topologies: MeshTopologies,
+    welded: Vec<Arc<WeldedObject>>,
+    meshes: Mutex<KeyedMeshes>,
+}
+
+/// Virtual meshes by path and object.
+type KeyedMeshes = HashMap<PathObject, KeptMesh>;
+
+/// A virtual mesh that later frames may use.
+struct KeptMesh {
+    /// What it was made of.
+    welded: Arc<WeldedObject>,
+    mesh: VirtualMesh,
+    first: FirstMesh,
+}
+
+/// What virtual meshes of a view are made with.
+pub(crate) struct MeshesOfView<'a, P: ?Sized> {
+    pub(crate) projector: &'a P,
+    pub(crate) quality: MeshQuality,
+    /// Who knows what of them stays from view to view.
+    pub(crate) steady: Option<&'a dyn SteadySource>,
+}
+
+/// The virtual meshes of a view, path by path.
+pub(crate) struct VirtualGeometry {
+    pub(crate) paths: Vec<PathGeometry>,
+    /// Beginnings of paths that are left to something else.
+    pub(crate) paths_left: u64,
+    pub(crate) report: Report,
+}
+
+/// What the making of meshes leaves beside them.
+#[derive(Default)]
+struct MadeMeshes {
+    points_projected: u64,
+    /// Vertices that were blended from what is kept, and how long that took.
+    steady_points: u64,
+    blend_ms: f64,
+    /// The number of objects on paths that have no mesh, because there was no work left for it.
+    left_out: u64,
+}
+
+impl MadeMeshes {
+    /// Counts a mesh that has just been made.
+    fn count(&mut self, mesh: &VirtualMesh) {
+        self.points_projected += mesh.points_projected;
+        self.steady_points += mesh.steady_points;
+        self.blend_ms += mesh.blend_ms;
+    }
+}
+
+impl VirtualScene {
+    /// Prepares a scene and returns whether its mirrors are those of `old`: what is still true of that one is kept, but
+    /// for its meshes ([`Self::take_meshes`]).
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(crate) fn new(scene: &Scene, old: Option<&Self>, stages: &mut Stages<'_>) -> Result<(Self, bool), Cancelled> {
+        let mirrors = MirrorState::of(scene);
+        let same = old.filter(|old| old.mirrors == mirrors);
+        let topologies = match same {
+            Some(old) => old.topologies.clone(),
+            None => {
+                Stage::begin(stages.progress, "finding neighbours", 0)?;
+                let topologies = MeshTopologies::of(scene);
+                stages.lap("topology");
+                topologies
+            }
+        };
+        let old_welded = same.map_or(&[][..], |old| &old.welded);
+        let welded = parallel::map_stage(stages.progress, "welding", scene.objects.len(), |index| {
+            let welded = WeldedObject::new(scene, &scene.objects[index]);
+            match old_welded.get(index).filter(|old| ***old == welded) {
+                Some(same) => same.clone(),
+                None => Arc::new(welded),
+            }
+        })?;
+        stages.lap("weld");
+        Ok((Self { mirrors, topologies, welded, meshes: Mutex::default() }, same.is_some()))
+    }
+
+    /// Takes the virtual meshes of an earlier scene with the same mirrors.
+    pub(crate) fn take_meshes(&self, old: &Self) {
+        *self.locked_meshes() = std::mem::take(&mut *old.locked_meshes());
+    }
+
+    fn locked_meshes(&self) -> MutexGuard<'_, KeyedMeshes> {
+        self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The mirrors as they are.
+    pub(crate) fn mirror_state(&self) -> &MirrorState {
+        &self.mirrors
+    }
+
+    /// What is known of the mirrors' meshes.
+    pub(crate) fn topologies(&self) -> &MeshTopologies {
+        &self.topologies
+    }
+
+    /// The mirrors, made ready for solvers.
+    pub fn surfaces<'a>(&self, scene: &'a Scene) -> SpecularSurfaces<'a> {
+        SpecularSurfaces::with_topologies(scene, &self.topologies)
+    }
+
+    /// Forgets all virtual meshes: the view has changed.
+    pub(crate) fn forget_meshes(&self) {
+        self.locked_meshes().clear();
+    }
+
+    /// Draws the picture: makes the virtual meshes that are missing and rasterises them. Reflectors with environment
+    /// maps show these, and maps of far objects take the place of their virtual meshes.
+    ///
+    /// Meshes take about as much `work`. With `tiles` these draw the paths whose meshes are not whole then.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(crate) fn draw<P: VertexProjector + ?Sized>(
+        &self,
+        job: &Job<'_>,
+        maker: &MeshesOfView<'_, P>,
+        (work, tiles): (u64, Option<&ExactTiles<'_>>),
+        maps: MapsInView<'_>,
+        target: &mut Framebuffer,
+    ) -> Result<Report, RenderError> {
+        let VirtualGeometry { paths, paths_left, mut report } =
+            self.geometry(job, maker, (work, tiles.is_some()), maps)?;
+        if paths_left > 0 {
+            // The same for all frames, so that it is shown once.
+            let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
+                           `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
+            report.warnings.push(warning.into());
+        }
+        report.warnings.extend(report::bumpy_surfaces(job.scene));
+        match tiles.filter(|_| paths_left > 0) {
+            Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
+            None => {
+                report.warnings.extend(report::rough_mirrors(job.scene));
+                let (raster, ended) = draw_paths_with(job, paths, maps, target)?;
+                report.add_raster(&raster);
+                report.counts.insert("paths_ended", ended);
+            }
+        }
+        Ok(report)
+    }
+
+    /// An overlay of what [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the method: it
+    /// makes them of what pixels show and of the paths that meshes draw.
+    ///
+    /// # Errors
+    /// As [`Self::draw`].
+    pub(crate) fn overlay<P: VertexProjector + ?Sized>(
+        &self,
+        kind: OverlayKind,
+        job: &Job<'_>,
+        maker: &MeshesOfView<'_, P>,
+        (work, tiles): (u64, Option<&ExactTiles<'_>>),
+        maps: MapsInView<'_>,
+        own: impl FnOnce(&ShownPixels, &HashSet<SpecularPath>) -> Result<Option<Overlay>, RenderError>,
+    ) -> Result<Option<Overlay>, RenderError> {
+        let Job { scene, view, quality, progress } = *job;
+        let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
+        let VirtualGeometry { paths, paths_left, .. } = self.geometry(job, maker, (work, tiles.is_some()), maps)?;
+        let tiles = tiles.filter(|_| paths_left > 0);
+        let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+        let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
+        let lists = draw_lists(job, paths, maps.whole, ends);
+        let shown = match tiles {
+            Some(tiles) => tiles.shown(job, &lists, maps)?,
+            None => ShownPixels::of(scene, view, |shader, target| {
+                raster::draw(view, 1, &lists, shader, target, progress).map(drop)
+            })?,
+        };
+        Ok(match kind {
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
+            OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
+            OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => own(&shown, &drawn)?,
+        })
+    }
+
+    /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with
+    /// about as much work; if paths are to be `whole`, those that take more are left out.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub(crate) fn geometry<P: VertexProjector + ?Sized>(
+        &self,
+        job: &Job<'_>,
+        MeshesOfView { projector, quality, steady }: &MeshesOfView<'_, P>,
+        (work, whole): (u64, bool),
+        maps: MapsInView<'_>,
+    ) -> Result<VirtualGeometry, Cancelled> {
+        let mut report = Report::default();
+        let mut watch = Stopwatch::new();
+        let projector = *projector;
+        let maker = MeshMaker { scene: self, job, projector, quality, steady: *steady };
+        let pairs = maker.pairs(maps);
+        if maps.far.is_some() {
+            // What has become far since an earlier frame is not drawn twice.
+            let wanted: HashSet<PathObject> = pairs.iter().copied().collect();
+            self.locked_meshes().retain(|key, _| wanted.contains(key));
+        }
+        let mut is_drawn = vec![true; projector.paths().len()];
+        let mut paths_left = 0;
+        let made = if whole {
+            let (made, undone) = maker.add_whole(&pairs, work)?;
+            for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
+                *drawn = !undone.hold(path);
+            }
+            paths_left = undone.count();
+            made
+        } else {
+            maker.add_in_shares(&pairs, work)?
+        };
+        let meshes = self.locked_meshes();
+        let geometry = |(path, sequence): (usize, &SpecularPath)| {
+            let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
+            for object in 0..job.scene.objects.len() as u32 {
+                if let Some(kept) = meshes.get(&(path as u32, object)) {
+                    kept.mesh.append_to(&mut geometry.vertices, &mut geometry.triangles, &mut geometry.corners);
+                }
+            }
+            geometry
+        };
+        let drawn_paths = projector.paths().iter().enumerate().filter(|(path, _)| is_drawn[*path]);
+        let paths: Vec<PathGeometry> = drawn_paths.map(geometry).collect();
+        let drawn = || meshes.iter().filter(|((path, _), _)| is_drawn[*path as usize]).map(|(_, kept)| &kept.mesh);
+        report.counts.insert("work", meshes.values().map(|kept| kept.mesh.work).sum());
+        report.counts.insert("vertices_projected", made.points_projected);
+        report.counts.insert("virtual_triangles", paths.iter().map(|path| path.triangles.len() as u64).sum());
+        report.counts.insert("paths", paths.len() as u64);
+        report.add_fallback("undivided_pieces", drawn().map(|mesh| mesh.unfinished).sum());
+        report.add_fallback("extrapolated_points", drawn().map(|mesh| mesh.extrapolated).sum());
+        report.add_fallback("appearances_left_out", drawn().map(|mesh| mesh.left_out).sum());
+        report.add_fallback("objects_left_out", made.left_out);
+        drop(meshes);
+        projector.add_fallbacks(&mut report);
+        report.stages_ms.push(("project", watch.lap_ms() - made.blend_ms));
+        if made.steady_points > 0 {
+            report.stages_ms.push(("blend", made.blend_ms));
+            report.counts.insert("steady_vertices", made.steady_points);
+        }
+        report.add_fallback("paths_drawn_by_tiles", paths_left);
+        Ok(VirtualGeometry { paths, paths_left, report })
+    }
+}

@@ -1,0 +1,67 @@
+//! Rotations and translations, found from where points were and are.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+
+/// Points may be off by this share of the size of all, as they are rounded.
+const ROUNDED: f64 = 1e-5;
+
+/// And by so many units in the last place of their largest coordinate.
+const LAST_PLACES: f64 = 4.0;
+
+/// The rotation and translation that takes points to others, one by one; `None` where there is none, and of points on a
+/// line.
+pub(super) fn rigid_motion(from: &[Vec3], to: &[Vec3]) -> Option<DAffine3> {
+    let first = from.first()?.as_dvec3();
+    let farthest = |distance: &dyn Fn(DVec3) -> f64| {
+        let distances = from.iter().map(|point| distance(point.as_dvec3()));
+        distances.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let (second, size) = farthest(&|point| point.distance(first))?;
+    let along = (from[second].as_dvec3() - first).normalize_or_zero();
+    let (third, _) = farthest(&|point| (point - first).cross(along).length())?;
+    let rotation = axes(to, second, third)? * axes(from, second, third)?.transpose();
+    let motion = DAffine3::from_mat3_translation(rotation, to.first()?.as_dvec3() - rotation * first);
+    let largest = from.iter().chain(to).map(|point| point.abs().max_element()).fold(0.0, f32::max);
+    let tolerance = ROUNDED * size + LAST_PLACES * f64::from(f32::EPSILON * largest);
+    let is_there =
+        |(from, to): (&Vec3, &Vec3)| motion.transform_point3(from.as_dvec3()).distance(to.as_dvec3()) <= tolerance;
+    (from.len() == to.len() && from.iter().zip(to).all(is_there)).then_some(motion)
+}
+
+/// Orthonormal axes through the first of some points and two others; `None` for points on a line.
+fn axes(points: &[Vec3], second: usize, third: usize) -> Option<DMat3> {
+    let [first, second, third] = [0, second, third].map(|point| points.get(point).map(|point| point.as_dvec3()));
+    let (first, second, third) = (first?, second?, third?);
+    let x = (second - first).try_normalize()?;
+    let z = x.cross(third - first).try_normalize()?;
+    Some(DMat3::from_cols(x, z.cross(x), z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DQuat, DVec3};
+
+    #[test]
+    fn motions_are_found_again() {
+        let points: Vec<Vec3> =
+            (0..50).map(|n| catoptric_core::math::random::spread(n).extend((n % 7) as f32)).collect();
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.1);
+        let motion = DAffine3::from_rotation_translation(turn, DVec3::new(3.0, -1.0, 20.0));
+        let moved = |motion: &DAffine3| -> Vec<Vec3> {
+            points.iter().map(|point| motion.transform_point3(point.as_dvec3()).as_vec3()).collect()
+        };
+        let found = rigid_motion(&points, &moved(&motion)).unwrap();
+        assert!(found.abs_diff_eq(motion, 1e-5), "{found} for {motion}");
+        // Scaled, mirrored, and with one point elsewhere.
+        assert!(rigid_motion(&points, &moved(&DAffine3::from_scale(DVec3::splat(1.001)))).is_none());
+        assert!(rigid_motion(&points, &moved(&DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0)))).is_none());
+        let mut bent = moved(&motion);
+        bent[31].x += 1e-3;
+        assert!(rigid_motion(&points, &bent).is_none());
+        // A line may turn about itself.
+        let line: Vec<Vec3> = (0..9).map(|n| Vec3::X * n as f32).collect();
+        assert!(rigid_motion(&line, &line).is_none() && rigid_motion(&[], &[]).is_none());
+        assert!(rigid_motion(&points, &points[..40]).is_none());
+    }
+}

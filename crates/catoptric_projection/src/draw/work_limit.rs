@@ -1,0 +1,236 @@
+//! The work that a frame of a method with virtual meshes may take, and what draws the paths beyond it.
+
+use super::lists::{EndsOfPaths, draw_lists};
+use super::multiperspective::{TileModel, TiledScene};
+use super::overlays::ShownPixels;
+use super::prepared::Stages;
+use super::{MapsInView, PathGeometry};
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::progress::Progress;
+use catoptric_core::scene::{Scene, View};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::{Job, Report, declare_choices};
+use catoptric_engine::raster::{self, DrawList, Fragment, FragmentShader, scene_draw_list};
+use glam::Vec3;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// Smaller pictures have as much work as one of so many pixels: vertices have to be found however few pixels they
+/// cover.
+const LEAST_PIXELS: u64 = 720 * 480;
+
+/// What a picture shows is looked at in one of about so many pixels.
+const GLANCE_PIXELS: u32 = 4800;
+
+/// What a picture shows says how long the reference takes for it: for nothing but an empty picture, for the scene, and
+/// for reflectors and lenses in addition. About as measured of built-in scenes and files.
+const EMPTY_SHARE: f64 = 0.25;
+const SCENE_SHARE: f64 = 0.75;
+const SPECULAR_SHARE: f64 = 1.0;
+
+/// The default limit: with it frames take up to about one and a half times the reference's of 16 samples a pixel, on
+/// built-in scenes and files.
+pub(crate) const WORK_A_PIXEL: f32 = 24.0;
+
+declare_choices! {
+    /// What draws paths that are not done within the work of a frame.
+    pub enum BeyondWork {
+        /// Tiles, as the method `multiperspective` does: exactly.
+        Tiles = "tiles",
+        /// The same method, coarser or in part.
+        Coarse = "coarse",
+    }
+}
+
+/// The limit of a frame's work.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WorkLimit {
+    /// Units of about 100 ns of one core, for every pixel.
+    pub(crate) a_pixel: f32,
+    pub(crate) beyond: BeyondWork,
+}
+
+/// The work of one frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FrameWork {
+    /// For building the paths of a view.
+    pub(crate) paths: u64,
+    /// For virtual meshes.
+    pub(crate) meshes: u64,
+}
+
+impl FrameWork {
+    /// For building the paths of a view that points are projected on one by one, not for a picture: some seconds of one
+    /// core. Chosen, not measured.
+    pub(super) const PATHS_WITHOUT_PICTURE: u64 = 40_000_000;
+}
+
+impl WorkLimit {
+    /// The work of a picture of a scene: about in proportion to what the reference takes for it.
+    ///
+    /// # Errors
+    /// Those of the rasteriser.
+    pub(super) fn of_frame(&self, scene: &Scene, view: &View) -> Result<FrameWork, RenderError> {
+        let pixels = (u64::from(view.width) * u64::from(view.height)).max(LEAST_PIXELS);
+        let glance = Glance::of(scene, view)?;
+        let shares = EMPTY_SHARE + SCENE_SHARE * glance.scene + SPECULAR_SHARE * glance.specular;
+        let meshes = in_steps((pixels as f64 * f64::from(self.a_pixel) * shares) as u64);
+        // Meshes are what takes longer.
+        Ok(FrameWork { paths: meshes / 2, meshes })
+    }
+}
+
+/// The nearest of steps, four from a power of two to the next: little changes of a scene let the work be, so what was
+/// built with it is kept.
+fn in_steps(work: u64) -> u64 {
+    let step = (work / 4).checked_ilog2().map_or(1, |log2| 1 << log2);
+    (work + step / 2) / step * step
+}
+
+/// Shares of a picture.
+struct Glance {
+    /// Where the scene is seen.
+    scene: f64,
+    /// Where reflectors and lenses are.
+    specular: f64,
+}
+
+impl Glance {
+    fn of(scene: &Scene, view: &View) -> Result<Self, RenderError> {
+        let pixels = (u64::from(view.width) * u64::from(view.height)) as f64;
+        let smaller = (f64::from(GLANCE_PIXELS) / pixels).sqrt().min(1.0);
+        let side = |pixels: u32| ((f64::from(pixels) * smaller).ceil() as u32).max(1);
+        let small = View { width: side(view.width), height: side(view.height), ..view.clone() };
+        let [seen, specular] = [(); 2].map(|()| AtomicU64::new(0));
+        let lists = [scene_draw_list(scene, &small, |object| Some(u32::from(scene.role_of(object).is_specular())))];
+        raster::for_each_seen(&small, 1, &lists, 0, &Unshaded, |_, triangle| {
+            seen.fetch_add(1, Ordering::Relaxed);
+            specular.fetch_add(triangle.group.into(), Ordering::Relaxed);
+        })?;
+        let share = |count: AtomicU64| count.into_inner() as f64 / (f64::from(small.width) * f64::from(small.height));
+        Ok(Self { scene: share(seen), specular: share(specular) })
+    }
+}
+
+/// Shader of a pass that counts pixels.
+struct Unshaded;
+
+impl FragmentShader for Unshaded {
+    fn shade(&self, _: &Fragment<'_>) -> Vec3 {
+        Vec3::ZERO
+    }
+}
+
+/// The bundles of tiles may miss their rays by this much: the default of `multiperspective`.
+const TILE_ACCURACY_PX: f32 = 0.5;
+
+/// Tiles that draw what meshes do not.
+pub(crate) struct ExactTiles<'a> {
+    pub(super) scene: &'a Arc<Scene>,
+    pub(super) tables: &'a LazyTiles,
+}
+
+impl ExactTiles<'_> {
+    /// Draws geometry of paths, and by tiles what is seen where no path goes on.
+    ///
+    /// # Errors
+    /// As [`catoptric_engine::raster::draw`].
+    pub(super) fn draw(
+        &self,
+        job: &Job<'_>,
+        geometry: Vec<PathGeometry>,
+        maps: MapsInView<'_>,
+        target: &mut Framebuffer,
+    ) -> Result<Report, RenderError> {
+        let mut report = Report::default();
+        let tables = self.tables.get(self.scene, &mut report, job.progress)?;
+        let lists = draw_lists(job, geometry, maps.whole, EndsOfPaths::GoOn);
+        let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
+        report.add(tables.draw(job, &lists, model, maps, target)?);
+        Ok(report)
+    }
+
+    /// What pixels show of lists, and by tiles where no list goes on.
+    ///
+    /// # Errors
+    /// As [`catoptric_engine::raster::draw`].
+    pub(super) fn shown(
+        &self,
+        job: &Job<'_>,
+        lists: &[DrawList],
+        maps: MapsInView<'_>,
+    ) -> Result<ShownPixels, RenderError> {
+        let tables = self.tables.get(self.scene, &mut Report::default(), job.progress)?;
+        let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
+        tables.shown(job, lists, model, maps)
+    }
+}
+
+/// Scenes of more triangles have the tables of tiles made while they are prepared: no frame waits for them, which it
+/// would for over a tenth of a second. Chosen, not measured.
+const MANY_TRIANGLES: usize = 100_000;
+
+/// The tables of tiles, made when they are first needed, or before.
+#[derive(Default)]
+pub(crate) struct LazyTiles {
+    made: OnceLock<TiledScene>,
+}
+
+impl LazyTiles {
+    /// Those of a scene whose paths go on within a limit of work, made if that will take long.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn new(limit: WorkLimit, scene: &Arc<Scene>, stages: &mut Stages<'_>) -> Result<Self, RenderError> {
+        let tables = Self::default();
+        if limit.beyond == BeyondWork::Tiles && scene.triangles.len() > MANY_TRIANGLES {
+            tables.get(scene, &mut stages.report, stages.progress)?;
+        }
+        Ok(tables)
+    }
+
+    /// Those of a scene: made by what is known of another moment of it, if tables were needed there.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn of_moment(old: &Self, scene: &Arc<Scene>, progress: &dyn Progress) -> Result<Self, RenderError> {
+        let made = OnceLock::new();
+        if let Some(old) = old.made.get() {
+            let _ = made.set(TiledScene::new(scene, Some(old), &mut Report::default(), progress)?);
+        }
+        Ok(Self { made })
+    }
+
+    /// The tables of the scene.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    pub(super) fn get(
+        &self,
+        scene: &Arc<Scene>,
+        report: &mut Report,
+        progress: &dyn Progress,
+    ) -> Result<&TiledScene, RenderError> {
+        if let Some(made) = self.made.get() {
+            return Ok(made);
+        }
+        let tiled = TiledScene::new(scene, None, report, progress)?;
+        Ok(self.made.get_or_init(|| tiled))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_near_and_few() {
+        for work in (0..2000).chain([8_388_607, 8_388_608, 11_600_000, 60_000_000]) {
+            let step = in_steps(work);
+            assert!(step.abs_diff(work) * 8 <= work, "{work}: {step}");
+            assert_eq!(in_steps(step), step, "{work}");
+        }
+        let steps: std::collections::BTreeSet<u64> = (8 << 20..16 << 20).step_by(1000).map(in_steps).collect();
+        assert_eq!(steps.len(), 5);
+    }
+}

@@ -1,0 +1,148 @@
+//! The life cycle of methods of virtual objects: one implementation for all of them.
+
+use super::mesh::ReflectorMesh;
+use super::path_tree::{Locator, PathLimits, PathTree, Reflector};
+use super::project::{Options, VirtualObjects};
+use crate::draw::prepared::{Context, MeshProjection, Stages};
+use crate::draw::virtual_mesh::MeshQuality;
+use crate::draw::work_limit::{BeyondWork, WorkLimit};
+use crate::find::ray_map::eye_of;
+use catoptric_core::parallel;
+use catoptric_core::scene::{PreciseView, Scene, View};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::{MethodInfo, Quality, Report};
+use std::sync::Arc;
+
+/// Edges of reflectors longer than this share of their radius are halved: corrections need small triangles.
+pub(crate) const LONGEST_EDGE: f32 = 0.125;
+
+/// Texels a side of the picture that detects hidden appearances.
+const EYE_IMAGE_SIZE: u32 = 256;
+
+/// The parts of a method of virtual objects.
+pub(crate) trait VirtualObjectMethod: Clone + Send + Sync + 'static {
+    /// Finds points in one reflector.
+    type Locator: Locator + 'static;
+    /// Data of each reflector that no view changes.
+    type Pictures: Send + Sync;
+
+    /// The method.
+    const INFO: &'static MethodInfo;
+
+    /// Edges of reflectors longer than this share of their radius are halved.
+    fn longest_edge(&self) -> f32 {
+        LONGEST_EDGE
+    }
+
+    /// Builds what no view changes, for paths of up to `order` bounces; `old` is of the same reflectors.
+    fn pictures(&self, meshes: &[ReflectorMesh], order: u32, old: Option<&Self::Pictures>) -> Self::Pictures;
+
+    /// Returns what makes the locators of the rays of a view; that returns `None` where nothing can appear by the rays.
+    fn locators<'a>(
+        &'a self,
+        scene: &'a Scene,
+        reflectors: &'a Reflectors<Self>,
+        view: &'a View,
+    ) -> impl Fn(&Reflector<'_>) -> Option<Self::Locator> + 'a;
+
+    /// The making of appearances.
+    fn options(&self) -> Options;
+
+    /// The work that a frame may take.
+    fn work_limit(&self) -> WorkLimit;
+
+    /// The finest virtual edges' error and the smallest pieces, both in pixels.
+    fn sizes_px(&self) -> [f32; 2];
+}
+
+/// The reflectors of a scene as meshes.
+pub(crate) struct Reflectors<M: VirtualObjectMethod> {
+    /// One for each specular object, in the order of [`Reflector::index`].
+    pub(crate) meshes: Arc<Vec<ReflectorMesh>>,
+    pub(crate) pictures: M::Pictures,
+}
+
+impl<M: VirtualObjectMethod> MeshProjection for M {
+    type Mirrors = Reflectors<M>;
+    type ViewData = PathTree<M::Locator>;
+    type Projector<'a> = VirtualObjects<'a, M::Locator>;
+
+    const INFO: &'static MethodInfo = <M as VirtualObjectMethod>::INFO;
+
+    fn mirrors(
+        &self,
+        scene: &Scene,
+        quality: Quality,
+        old: Option<&Reflectors<M>>,
+        stages: &mut Stages<'_>,
+    ) -> Result<Reflectors<M>, RenderError> {
+        let meshes = match old {
+            Some(old) => old.meshes.clone(),
+            None => {
+                let objects = scene.specular_objects();
+                let mesh = |index: usize| ReflectorMesh::new(scene, objects[index], self.longest_edge());
+                Arc::new(parallel::map_stage(stages.progress, "dividing reflectors", objects.len(), mesh)?)
+            }
+        };
+        stages.lap("reflectors");
+        let pictures = self.pictures(&meshes, quality.order, old.map(|old| &old.pictures));
+        stages.lap("pictures");
+        Ok(Reflectors { meshes, pictures })
+    }
+
+    fn view_data(
+        &self,
+        context: &Context<'_, Self>,
+        stages: &mut Stages<'_>,
+    ) -> Result<PathTree<M::Locator>, RenderError> {
+        let Context { scene, mirrors, view, order, work, .. } = *context;
+        let make = self.locators(scene, mirrors, view);
+        Ok(PathTree::build(
+            scene,
+            &mirrors.meshes,
+            view,
+            PathLimits { order, work },
+            EYE_IMAGE_SIZE,
+            make,
+            stages.progress,
+        )?)
+    }
+
+    fn is_complete(&self, data: &PathTree<M::Locator>) -> bool {
+        data.left_out.is_empty()
+    }
+
+    fn describe(&self, data: &PathTree<M::Locator>, report: &mut Report) {
+        report.bytes.insert("maps", data.byte_count());
+        if VirtualObjectMethod::work_limit(self).beyond == BeyondWork::Coarse {
+            report.add_fallback("paths_left_out", data.left_out.len() as u64);
+        }
+        report.add_fallback("coarser_maps", data.coarser_maps());
+    }
+
+    fn work_limit(&self) -> WorkLimit {
+        VirtualObjectMethod::work_limit(self)
+    }
+
+    fn mesh_quality(&self, view: &View) -> MeshQuality {
+        let [edge_error_px, piece_px] = self.sizes_px();
+        MeshQuality::new(view, edge_error_px, piece_px)
+    }
+
+    fn projector<'a>(
+        &'a self,
+        context: &Context<'a, Self>,
+        tree: &'a PathTree<M::Locator>,
+    ) -> VirtualObjects<'a, M::Locator> {
+        let Context { scene, virtual_scene, mirrors, view, .. } = *context;
+        VirtualObjects {
+            tree,
+            meshes: &mirrors.meshes,
+            surfaces: virtual_scene.surfaces(scene),
+            eye: eye_of(view),
+            picture: view.picture_from_world(),
+            view: PreciseView::new(view),
+            options: self.options(),
+        }
+    }
+}

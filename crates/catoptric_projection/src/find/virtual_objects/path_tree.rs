@@ -1,0 +1,396 @@
+//! The tree of paths, a level a bounce: the rays that leave a reflector after a path's bounces, with their locators.
+
+use super::arrivals::{
+    ArrivalLimits, Arrivals, PathBranch, arriving_rays, edges_between_branches, extrapolate_rays, eye_rays,
+    starting_rays,
+};
+use super::descent::PathStep;
+use super::eye_image::EyeImage;
+use super::mesh::ReflectorMesh;
+use super::rays::{ReflectionPoints, VertexRays};
+use catoptric_core::parallel;
+use catoptric_core::progress::{Cancelled, Progress, Stage};
+use catoptric_core::scene::{Role, Scene, View};
+use catoptric_engine::method::Report;
+use catoptric_engine::method::projector::SpecularPath;
+use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
+use catoptric_engine::optics::step::relative_index;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// No more paths than this are built: short ones first. A bound on time; chosen, not measured.
+const MAX_PATHS: usize = 256;
+
+/// Meshes are refined so many times where branches meet, unless they get more triangles than this.
+const MAX_REFINEMENTS: u32 = 4;
+const MAX_TRIANGLES: usize = 300_000;
+
+/// Work for the rays at the vertices of a triangle. Measured on a mesh of ninety thousand.
+const WORK_A_TRIANGLE: u64 = 24;
+
+/// Bytes of a locator that take a unit of work to make and fill.
+const BYTES_A_UNIT: u64 = 24;
+
+/// More reflectors than this have smaller maps, which have as many texels together. A bound on time and memory; chosen,
+/// not measured.
+const MAX_FULL_MAPS: usize = 24;
+
+/// Smaller maps show next to nothing. Chosen, not measured.
+const MIN_MAP_SIZE: u32 = 16;
+
+/// The texels a side of the maps of so many reflectors, where one alone would have `wanted`.
+pub(crate) fn map_size(wanted: u32, reflectors: usize) -> u32 {
+    let share = (MAX_FULL_MAPS as f32 / reflectors.max(1) as f32).sqrt();
+    if share < 1.0 { ((wanted as f32 * share) as u32).max(MIN_MAP_SIZE.min(wanted)) } else { wanted }
+}
+
+/// Rays do not come back to their own reflector within this share of its radius. Chosen, not measured.
+const MIN_WAY: f32 = 1e-4;
+
+/// The rays that arrive at a reflector, with a finer mesh of it if it needs one.
+type LevelArrivals = (Option<Arc<ReflectorMesh>>, Vec<Arrivals>);
+
+/// A reflector with rays at its vertices.
+#[derive(Clone, Copy)]
+pub(crate) struct Reflector<'a> {
+    /// Index among the scene's specular objects; `None` if the mesh is a finer one made for its rays.
+    pub(crate) index: Option<u32>,
+    pub(crate) mesh: &'a ReflectorMesh,
+    pub(crate) rays: &'a VertexRays,
+    /// The view, where the rays come straight from the eye.
+    pub(crate) view: Option<&'a View>,
+}
+
+/// Finds where points appear in a reflector.
+pub(crate) trait Locator: Send + Sync {
+    /// Appends a batch of scene points with their reflection points, about: none to many each. A point's own do not
+    /// depend on the others of the batch.
+    fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints);
+
+    /// Bytes held.
+    fn byte_count(&self) -> u64;
+
+    /// Work that a reflector with its locator takes for each of its triangles, about: for rays at its vertices alone.
+    fn work_a_triangle() -> u64 {
+        WORK_A_TRIANGLE
+    }
+
+    /// Work that it took to make, about: as measured of maps and pictures alike.
+    fn build_work(&self) -> u64 {
+        self.byte_count() / BYTES_A_UNIT
+    }
+
+    /// Adds the counts of searches that were cut short by a limit so far.
+    fn add_fallbacks(&self, report: &mut Report);
+}
+
+/// Rays of one kind at a level.
+pub(crate) struct RaySet<L> {
+    pub(crate) rays: VertexRays,
+    pub(crate) locator: L,
+    /// The ray set of the level before that they come from, and by which branch.
+    pub(super) parent: Option<(u32, PathBranch)>,
+}
+
+/// The last bounce of a path, with its rays.
+pub(crate) struct PathLevel<L> {
+    /// The path without its last bounce, a level.
+    pub(super) parent: Option<u32>,
+    pub(crate) bounce: Bounce,
+    /// Index of the reflector.
+    pub(crate) mesh: u32,
+    /// A finer mesh of it, where rays of several branches meet.
+    finer: Option<Arc<ReflectorMesh>>,
+    pub(crate) ray_sets: Vec<RaySet<L>>,
+}
+
+/// Limits of the paths of a view.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathLimits {
+    /// The highest number of bounces.
+    pub(crate) order: u32,
+    /// About the most work for building them.
+    pub(crate) work: u64,
+}
+
+/// All paths of a view up to an order.
+pub(crate) struct PathTree<L> {
+    pub(crate) paths: Vec<SpecularPath>,
+    /// One for each path.
+    pub(crate) levels: Vec<PathLevel<L>>,
+    view: View,
+    /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
+    images: Vec<Option<EyeImage>>,
+    /// Paths that are not built, because there were too many or too much to do for them, without longer ones that would
+    /// start with them. Where both paths of a lens are not built, it is the one that reflects.
+    pub(crate) left_out: Vec<SpecularPath>,
+    /// Work that is left for building paths.
+    remaining: u64,
+}
+
+impl<L> PathLevel<L> {
+    /// True if some of the rays may meet a reflector: those within a body stay there, and those that leave a convex one
+    /// do not come back.
+    fn may_reach(&self, ray_set: &RaySet<L>, index: u32, mesh: &ReflectorMesh) -> bool {
+        let (inside, own) = (ray_set.rays.inside_after, self.mesh == index);
+        let possible = if inside { own } else { !(own && mesh.convex && ray_set.rays.side > 0.0) };
+        let leaves = own && !inside && self.bounce.kind == BounceKind::Transmit && mesh.convex;
+        possible && !leaves
+    }
+
+    fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
+        self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
+    }
+}
+
+impl<L: Locator> PathTree<L> {
+    /// Builds all levels within limits; `make` is called once for each ray set and returns `None` if nothing can appear
+    /// by it.
+    pub(crate) fn build(
+        scene: &Scene,
+        meshes: &[ReflectorMesh],
+        view: &View,
+        PathLimits { order, work }: PathLimits,
+        image_size: u32,
+        make: impl Fn(&Reflector<'_>) -> Option<L>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
+        let drawn = |mesh: &ReflectorMesh| (!mesh.convex).then(|| EyeImage::draw(mesh, view, image_size)).flatten();
+        let images = parallel::map_collect(meshes.len(), |index| drawn(&meshes[index]));
+        let mut all = Self {
+            paths: Vec::new(),
+            levels: Vec::new(),
+            view: view.clone(),
+            images,
+            left_out: Vec::new(),
+            remaining: work,
+        };
+        // How many paths there will be is unknown.
+        let stage = Stage::begin(progress, "building maps", 0)?;
+        let mut parents = 0..0;
+        for length in 1..=order {
+            let first = all.levels.len();
+            if length == 1 {
+                for (index, mesh) in meshes.iter().enumerate() {
+                    if is_in_picture(mesh, view) {
+                        all.grow(scene, meshes, None, index as u32, &make, &stage)?;
+                    }
+                }
+            } else {
+                for parent in parents {
+                    for index in 0..meshes.len() as u32 {
+                        all.grow(scene, meshes, Some(parent as u32), index, &make, &stage)?;
+                    }
+                }
+            }
+            parents = first..all.levels.len();
+        }
+        Ok(all)
+    }
+
+    /// Adds the levels of one more bounce on a reflector.
+    fn grow(
+        &mut self,
+        scene: &Scene,
+        meshes: &[ReflectorMesh],
+        parent: Option<u32>,
+        index: u32,
+        make: &impl Fn(&Reflector<'_>) -> Option<L>,
+        stage: &Stage<'_>,
+    ) -> Result<(), Cancelled> {
+        stage.advance(1)?;
+        if !meshes[index as usize].has_shape() {
+            return Ok(());
+        }
+        let mesh = &meshes[index as usize];
+        if let Some(level) = parent.map(|parent| &self.levels[parent as usize])
+            && !level.ray_sets.iter().any(|ray_set| level.may_reach(ray_set, index, mesh))
+        {
+            return Ok(());
+        }
+        let work = L::work_a_triangle() * mesh.triangles.len() as u64;
+        // Without first paths there would be nothing of the method.
+        let is_affordable = parent.is_none() || self.remaining > work;
+        let found = if is_affordable { self.arrivals(meshes, parent, index, stage)? } else { None };
+        let Some((finer, mut arrivals)) = found else {
+            let bounce = Bounce { object: meshes[index as usize].object, kind: BounceKind::Reflect };
+            self.left_out.push(self.going_on(parent, bounce));
+            return Ok(());
+        };
+        let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
+        for arrivals in &mut arrivals {
+            extrapolate_rays(mesh, &mut arrivals.rays);
+        }
+        let material = scene.material_of(mesh.object);
+        let lens = material.role == Role::Lens;
+        let from_within = self.view.may_start_within(&scene.objects[mesh.object as usize].bounds);
+        let kinds: &[BounceKind] =
+            if lens { &[BounceKind::Reflect, BounceKind::Transmit] } else { &[BounceKind::Reflect] };
+        for &kind in kinds {
+            let mut ray_sets = Vec::new();
+            for Arrivals { from, inside, rays: arriving } in &arrivals {
+                for side in [1.0, -1.0] {
+                    // Within a body its inner side is met, from without the outer one; open sheets have both, and so
+                    // do mirrors around the eye.
+                    let possible = match (mesh.inside_only, mesh.closed, *inside) {
+                        (true, ..) => side < 0.0,
+                        (_, true, false) => (side > 0.0) != mesh.inside_out || (from_within && !lens),
+                        (_, true, true) => side < 0.0,
+                        (_, false, inside) => !lens || (side < 0.0) == inside,
+                    };
+                    if !possible {
+                        continue;
+                    }
+                    let transmits = kind == BounceKind::Transmit;
+                    let within = (*inside != transmits).then_some(material.ior);
+                    let eta = if transmits { relative_index(material.ior, side > 0.0) } else { 1.0 };
+                    let rays = VertexRays::new(mesh, kind, side, eta, within, arriving);
+                    if !mesh.triangles.iter().any(|triangle| rays.shows(*triangle)) {
+                        continue;
+                    }
+                    stage.advance(0)?;
+                    let view = parent.is_none().then_some(&self.view);
+                    if let Some(locator) =
+                        make(&Reflector { index: finer.is_none().then_some(index), mesh, rays: &rays, view })
+                    {
+                        self.remaining = self.remaining.saturating_sub(locator.build_work());
+                        ray_sets.push(RaySet { rays, locator, parent: *from });
+                    }
+                }
+            }
+            if ray_sets.is_empty() {
+                continue;
+            }
+            let bounce = Bounce { object: mesh.object, kind };
+            let path = self.going_on(parent, bounce);
+            if self.levels.len() >= MAX_PATHS {
+                self.left_out.push(path);
+                continue;
+            }
+            self.paths.push(path);
+            self.levels.push(PathLevel { parent, bounce, mesh: index, finer: finer.clone(), ray_sets });
+        }
+        Ok(())
+    }
+
+    /// The path of a level (of no bounce for `None`) with one more bounce.
+    fn going_on(&self, parent: Option<u32>, bounce: Bounce) -> SpecularPath {
+        let mut path = parent.map(|parent| self.paths[parent as usize].clone()).unwrap_or_default();
+        path.bounces.push(bounce);
+        path
+    }
+
+    /// The rays that arrive at a reflector's vertices, and a finer mesh of it where several branches meet. Returns
+    /// `None` if that takes more work than is left.
+    fn arrivals(
+        &mut self,
+        meshes: &[ReflectorMesh],
+        parent: Option<u32>,
+        index: u32,
+        stage: &Stage<'_>,
+    ) -> Result<Option<LevelArrivals>, Cancelled> {
+        let own = &meshes[index as usize];
+        let Some(parent) = parent else {
+            return Ok(Some((None, vec![Arrivals::from_eye(eye_rays(own, &self.view))])));
+        };
+        let mut finer: Option<Arc<ReflectorMesh>> = None;
+        let Some(mut arrivals) = self.level_rays(meshes, parent, index, own, stage)? else { return Ok(None) };
+        for _ in 0..MAX_REFINEMENTS {
+            let mesh = finer.as_deref().unwrap_or(own);
+            let edges = edges_between_branches(mesh, &arrivals);
+            if edges.is_empty() || mesh.triangles.len() + 3 * edges.len() > MAX_TRIANGLES {
+                break;
+            }
+            let mesh = Arc::new(mesh.with_halved(&edges));
+            let Some(finer_arrivals) = self.level_rays(meshes, parent, index, &mesh, stage)? else { break };
+            arrivals = finer_arrivals;
+            finer = Some(mesh);
+        }
+        Ok(Some((finer, arrivals)))
+    }
+
+    /// The rays that arrive at a reflector's vertices after a level, by ray set and branch. Returns `None` if that
+    /// takes more than a half of the work that is left.
+    fn level_rays(
+        &mut self,
+        meshes: &[ReflectorMesh],
+        parent: u32,
+        index: u32,
+        mesh: &ReflectorMesh,
+        stage: &Stage<'_>,
+    ) -> Result<Option<Vec<Arrivals>>, Cancelled> {
+        let level = &self.levels[parent as usize];
+        let mut all = Vec::new();
+        let (mut done, allowed) = (0, self.remaining / 2);
+        for (number, ray_set) in level.ray_sets.iter().enumerate() {
+            if !level.may_reach(ray_set, index, mesh) {
+                continue;
+            }
+            let (inside, own) = (ray_set.rays.inside_after, level.mesh == index);
+            let reflector = self.reflector(meshes, level, ray_set);
+            let starting = if own && inside { starting_rays(&reflector, mesh) } else { Vec::new() };
+            let least = if own { MIN_WAY * mesh.radius } else { 0.0 };
+            let limits = ArrivalLimits { least, work: allowed - done };
+            let found = arriving_rays(&reflector, &ray_set.locator, mesh, limits, starting, stage)?;
+            let Some((branches, work)) = found else { return Ok(None) };
+            done = (done + work).min(allowed);
+            for (branch, rays) in branches {
+                all.push(Arrivals { from: Some((number as u32, branch)), inside, rays });
+            }
+        }
+        self.remaining -= done;
+        Ok(Some(all))
+    }
+
+    pub(super) fn reflector<'a>(
+        &'a self,
+        meshes: &'a [ReflectorMesh],
+        level: &'a PathLevel<L>,
+        ray_set: &'a RaySet<L>,
+    ) -> Reflector<'a> {
+        let view = level.parent.is_none().then_some(&self.view);
+        let index = level.finer.is_none().then_some(level.mesh);
+        Reflector { index, mesh: level.reflector_mesh(meshes), rays: &ray_set.rays, view }
+    }
+
+    /// The mesh that a step's reflection point is on.
+    pub(super) fn mesh_of<'a>(&'a self, meshes: &'a [ReflectorMesh], step: &PathStep) -> &'a ReflectorMesh {
+        self.levels[step.level as usize].reflector_mesh(meshes)
+    }
+
+    /// The surface of a reflector nearest to the eye; returns `None` if it hides nothing of itself.
+    pub(crate) fn image_of(&self, mesh: u32) -> Option<&EyeImage> {
+        self.images.get(mesh as usize)?.as_ref()
+    }
+
+    /// The number of reflectors, if there are so many that their maps are smaller than wanted.
+    pub(crate) fn coarser_maps(&self) -> u64 {
+        if self.images.len() > MAX_FULL_MAPS { self.images.len() as u64 } else { 0 }
+    }
+
+    /// Bytes held.
+    pub(crate) fn byte_count(&self) -> u64 {
+        let ray_sets = self.levels.iter().flat_map(|level| &level.ray_sets);
+        ray_sets.map(|ray_set| ray_set.locator.byte_count() + 40 * ray_set.rays.origins.len() as u64).sum()
+    }
+}
+
+/// True if any of a reflector may appear in the picture.
+fn is_in_picture(mesh: &ReflectorMesh, view: &View) -> bool {
+    let transform = view.picture_from_world();
+    let (size_px, mut beside) = (Vec2::new(view.width as f32, view.height as f32), [true; 5]);
+    for position in &mesh.positions {
+        let point = transform.apply(*position);
+        let sides = [
+            point.depth < view.near,
+            point.xy.x < 0.0,
+            point.xy.y < 0.0,
+            point.xy.x > size_px.x * point.w,
+            point.xy.y > size_px.y * point.w,
+        ];
+        for (beside, side) in beside.iter_mut().zip(sides) {
+            *beside &= side;
+        }
+    }
+    !beside.contains(&true)
+}
