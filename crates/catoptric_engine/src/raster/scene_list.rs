@@ -126,6 +126,18 @@ pub trait LookShader: Sync {
     /// The appearance of a fragment.
     fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest;
 
+    /// Returns true if the colour of a fragment is found along paths that are followed together:
+    /// [`Self::follow_together`].
+    fn is_followed(&self, fragment: &Fragment<'_>) -> bool {
+        let _ = fragment;
+        false
+    }
+
+    /// Sets the colours of the fragments of a tile that are followed together, at the indices that stand beside them.
+    fn follow_together(&self, fragments: &mut [(u32, Fragment<'_>)], colors: &mut [Vec3]) {
+        let _ = (fragments, colors);
+    }
+
     /// The eye's rays, if diffuse surfaces that are seen directly look like what they scatter along them, and need not
     /// be looked at one by one.
     fn eye(&self) -> Option<&ViewRays> {
@@ -155,18 +167,28 @@ impl<S: LookShader> FragmentShader for S {
     ))
 )]
 fn shade_batch<S: LookShader>(shader: &S, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
-    shade_looks(shader.scene(), shader.eye(), batch, colors, |_, fragment| shader.look(fragment));
+    let mut followed = Vec::new();
+    shade_looks(shader.scene(), shader.eye(), batch, colors, |index, fragment| {
+        if shader.is_followed(fragment) {
+            followed.push((index as u32, *fragment));
+            return ShadingRequest::Color(Vec3::ZERO);
+        }
+        shader.look(fragment)
+    });
+    if !followed.is_empty() {
+        shader.follow_together(&mut followed, colors);
+    }
 }
 
 /// The colours of a batch, with all scattering points worked out together; `look` receives the fragment's index. `eye`:
 /// see [`LookShader::eye`].
 #[inline(always)] // for the instructions of its caller
-pub fn shade_looks(
+pub fn shade_looks<'b>(
     scene: &Scene,
     eye: Option<&ViewRays>,
-    batch: &FragmentBatch<'_>,
+    batch: &FragmentBatch<'b>,
     colors: &mut [Vec3],
-    mut look: impl FnMut(usize, &Fragment<'_>) -> ShadingRequest,
+    mut look: impl FnMut(usize, &Fragment<'b>) -> ShadingRequest,
 ) {
     let mut waiting = ShadingQueue::default();
     // Neighbours are mostly parts of one object.

@@ -8,7 +8,7 @@ mod settings;
 pub use settings::AutoSettings;
 
 use super::draw::MapsInView;
-use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, visible_paths};
+use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, has_flat_faces, visible_paths};
 use super::draw::multiperspective::{TileModel, TiledScene};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
@@ -114,15 +114,19 @@ fn max_copies(scene: &Scene) -> usize {
     MAX_COPIED_TRIANGLES / scene.triangles.len().max(1)
 }
 
-/// Tiles of longer paths through glass take longer than rays.
-const MOST_TILED_ORDER: u32 = 4;
+/// Tiles of longer paths through curved glass, and through glass with flat faces, take longer than rays.
+const MOST_TILED_ORDERS: [u32; 2] = [2, 4];
 
 /// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors: on long paths,
 /// and where bodies may touch or lie within each other, as tiles know of vacuum alone about each of them.
 fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
-    let is_lens = |object: u32| scene.role_of(object) == Role::Lens;
-    let has_lenses = (0..scene.objects.len() as u32).any(is_lens);
-    has_lenses && (quality.order > MOST_TILED_ORDER || bodies_meet(scene))
+    let lenses = || (0..scene.objects.len() as u32).filter(|object| scene.role_of(*object) == Role::Lens);
+    let [of_curved, of_flat] = MOST_TILED_ORDERS;
+    let is_long = || match quality.order {
+        order if order > of_flat => true,
+        order => order > of_curved && !lenses().all(|object| has_flat_faces(scene, object)),
+    };
+    lenses().next().is_some() && (is_long() || bodies_meet(scene))
 }
 
 /// What is chosen for every reflector and lens, and why.

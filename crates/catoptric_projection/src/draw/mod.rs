@@ -13,6 +13,7 @@
 
 pub(super) mod far_maps;
 pub(super) mod flat_mirrors;
+mod followed;
 mod lists;
 mod lobe_lights;
 mod mesh_neighbours;

@@ -4,15 +4,13 @@ use super::MapsInView;
 use super::lobe_lights::LobeLights;
 use super::mesh_neighbours::MeshNeighbours;
 use super::rough::RoughReflections;
-use catoptric_core::scene::shade::{SurfaceInteraction, SurfacePoint};
+use catoptric_core::scene::shade::SurfacePoint;
 use catoptric_core::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
-use catoptric_engine::light::path_tracer::{PathModel, PathTracer};
 use catoptric_engine::light::reflector_shader::ReflectorShader;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
 use catoptric_engine::optics::path::bundle::BounceKind;
 use catoptric_engine::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
-use catoptric_engine::raster::sample_positions;
 use catoptric_engine::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
@@ -37,9 +35,6 @@ const EVEN_CHANGE: f32 = 0.1;
 /// What glass lets out changes quickly where refracted rays make a smaller cosine with the normal: there a fragment is
 /// looked at in several places. Chosen, not measured.
 const STEEP_COSINE: f32 = 0.1;
-
-/// Rays that follow a rough lobe of a fragment. Chosen between noise and time.
-const LOBE_RAYS: u32 = 16;
 
 /// Where colours of a fragment's quarters differ by less, more places would say no more.
 const EVEN_COLOR: f32 = 0.02;
@@ -98,19 +93,19 @@ impl RoughWalk {
 
 /// A square part of a fragment: its middle, from the fragment's position, and its side, in pixels.
 #[derive(Clone, Copy, Debug)]
-struct Part {
-    offset: Vec2,
-    side: f32,
+pub(super) struct Part {
+    pub(super) offset: Vec2,
+    pub(super) side: f32,
 }
 
 impl Part {
     /// The part of a whole pixel that one of its samples stands for.
-    fn at_sample(self, positions: &[Vec2], index: usize) -> Self {
+    pub(super) fn at_sample(self, positions: &[Vec2], index: usize) -> Self {
         let side = self.side / (positions.len() as f32).sqrt();
         Self { offset: self.offset + (positions[index] - 0.5) * self.side, side }
     }
 
-    fn quarters(self) -> [Self; 4] {
+    pub(super) fn quarters(self) -> [Self; 4] {
         let quarter =
             |x: f32, y: f32| Self { offset: self.offset + Vec2::new(x, y) * (0.25 * self.side), side: 0.5 * self.side };
         [quarter(-1.0, -1.0), quarter(1.0, -1.0), quarter(-1.0, 1.0), quarter(1.0, 1.0)]
@@ -137,13 +132,13 @@ fn is_steep_at(step: &LightStep, direction: Vec3) -> bool {
 /// for what they scatter themselves. A mirror whose reflection fades with distance waits for the next surface. Where
 /// nothing is seen at the end of a path the environment is.
 pub(crate) struct PathShader<'a> {
-    scene: &'a Scene,
-    rays: ViewRays,
+    pub(super) scene: &'a Scene,
+    pub(super) rays: ViewRays,
     /// Reflectors with maps of all look these up, after fewer bounces than the order.
     maps: MapsInView<'a>,
     order: usize,
     /// Samples a pixel.
-    samples: u32,
+    pub(super) samples: u32,
     /// The neighbours of triangles, where a picture's edges are off by parts of a pixel.
     neighbours: Option<&'a MeshNeighbours>,
     /// Normal maps turn rays.
@@ -152,9 +147,9 @@ pub(crate) struct PathShader<'a> {
     rough: Option<&'a RoughReflections<'a>>,
     /// For rays that follow the lobes of surfaces at the ends of paths, and the order of the picture; without it these
     /// are drawn by their facets alone.
-    lobes: Option<(&'a Tracer, u32)>,
+    pub(super) lobes: Option<(&'a Tracer, u32)>,
     /// The light over lobes that are seen directly.
-    lobe_lights: Option<&'a LobeLights>,
+    pub(super) lobe_lights: Option<&'a LobeLights>,
     /// Paths that ended at the highest order.
     ended: AtomicU64,
 }
@@ -213,7 +208,7 @@ impl<'a> PathShader<'a> {
         self.ended.load(Ordering::Relaxed)
     }
 
-    fn note_ended(&self, count: u64) {
+    pub(super) fn note_ended(&self, count: u64) {
         if count > 0 {
             self.ended.fetch_add(count, Ordering::Relaxed);
         }
@@ -240,75 +235,14 @@ impl<'a> PathShader<'a> {
         let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
         match self.lobes.filter(|_| material.lobes().is_some() || material.role == Role::Lens) {
             Some(lobes) => {
-                let light = self.followed(lobes, fragment, (surface, bounce), (ray, part));
+                let light = match bounce {
+                    0 => self.followed(lobes, fragment, part),
+                    _ => self.followed_on(lobes, (surface, bounce), ray),
+                };
                 ShadingRequest::Color(sum + throughput * light)
             }
             None => ShadingRequest::of_diffuse(self.scene, surface, ray, throughput, sum),
         }
-    }
-
-    /// Colour of a surface with lobes that is met after some bounces: the mean of some places in the fragment's part of
-    /// the pixel.
-    #[inline(never)] // as long as a path
-    fn followed(
-        &self,
-        (tracer, order): (&Tracer, u32),
-        fragment: &Fragment<'_>,
-        (surface, bounce): (&LayerSurface, usize),
-        (ray, part): (&Ray, Part),
-    ) -> Vec3 {
-        let order = order.saturating_sub(bounce as u32);
-        let object = self.scene.triangle_objects[surface.source as usize];
-        let mut paths = PathTracer::new(self.scene, tracer, PathModel::Tree, order);
-        let mut radiance_of = |ray, change, encounter: &SurfaceInteraction, known, [index, count]: [u32; 2]| {
-            paths.set_rough_rays((LOBE_RAYS / count).max(1), [index, count]);
-            let radiance = paths.radiance_beside_known(ray, Some(change), encounter, known);
-            self.note_ended(paths.take_ended_count());
-            radiance
-        };
-        if bounce > 0 {
-            // How rays differ from pixel to pixel is not known here.
-            let change = RayDifferential::default();
-            let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
-            return radiance_of(*ray, change, &encounter, Default::default(), [0, 1]);
-        }
-        let met = |part: Part| {
-            let at = fragment.position + part.offset;
-            let (mut ray, change) = self.rays.ray_with_differential(at.x, at.y);
-            let mut surface = *surface;
-            meet_near(self.scene, &mut ray, &mut surface, HARDLY_BESIDE);
-            let change = change.scaled(part.side);
-            // The fragment's position may lie beyond the edge of the triangle that a sample shows: rays would start
-            // outside the body.
-            let hit = tracer.first_hit(self.scene, &ray, 0.0).filter(|hit| hit.object(self.scene) == object);
-            let encounter = match hit {
-                Some(hit) => tracer.encounter(self.scene, &ray, &hit, Some(&change)),
-                None => self.scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change),
-            };
-            let known = self.lobe_lights.map(|lights| lights.at(at, &encounter.point)).unwrap_or_default();
-            (ray, change, encounter, known)
-        };
-        let samples = surface.barycentrics.samples;
-        let has_lobes = self.scene.material_of(object).lobes().is_some();
-        if samples < 4 || has_lobes && self.lobe_lights.is_some() {
-            let (ray, change, encounter, (known, is_whole)) = met(part);
-            if is_whole || samples < 4 {
-                return radiance_of(ray, change, &encounter, known, [0, 1]);
-            }
-        }
-        let of_samples = sample_positions(samples).ok().filter(|_| samples == self.samples);
-        let parts = of_samples.map_or(4, <[Vec2]>::len) as u32;
-        let mut sum = Vec3::ZERO;
-        for index in 0..parts {
-            let part = match of_samples {
-                // Where the reference has its rays, too: edges are smoother by these than by quarters.
-                Some(positions) => part.at_sample(positions, index as usize),
-                None => part.quarters()[index as usize],
-            };
-            let (ray, change, encounter, (known, _)) = met(part);
-            sum += radiance_of(ray, change, &encounter, known, [index, parts]);
-        }
-        sum / parts as f32
     }
 
     /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.
@@ -356,7 +290,7 @@ impl<'a> PathShader<'a> {
 
     /// The side of the part of a pixel that a fragment stands for, in pixels.
     #[inline]
-    fn side(&self, fragment: &Fragment<'_>) -> f32 {
+    pub(super) fn side(&self, fragment: &Fragment<'_>) -> f32 {
         let weight = fragment.chain.last().map_or(1, |last| last.barycentrics.samples);
         (weight as f32 / self.samples.max(1) as f32).min(1.0).sqrt()
     }
@@ -412,7 +346,7 @@ impl<'a> PathShader<'a> {
                 neighbours.meet_seen(self.scene, ray, surface);
             }
             _ if is_seen_there => {}
-            (Role::Diffuse, _) => meet_near(self.scene, ray, surface, HARDLY_BESIDE),
+            (Role::Diffuse, _) => meet_hardly_beside(self.scene, ray, surface),
             (_, neighbours) => meet_known_surface(self.scene, neighbours, ray, surface),
         }
     }
@@ -611,6 +545,11 @@ pub(super) fn meet_known_surface(
     }
 }
 
+/// Brings a ray and the surface at its end together, which may be seen a little beside the triangle.
+pub(super) fn meet_hardly_beside(scene: &Scene, ray: &mut Ray, surface: &mut LayerSurface) {
+    meet_near(scene, ray, surface, HARDLY_BESIDE);
+}
+
 /// [`meet_known_surface`] for places up to so far beside the triangle, in its sizes.
 #[inline(always)] // for the instructions of its caller
 fn meet_near(scene: &Scene, ray: &mut Ray, surface: &mut LayerSurface, beside: f32) {
@@ -652,6 +591,18 @@ impl LookShader for PathShader<'_> {
             return self.look_at_parts(fragment, whole, seen);
         }
         seen
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn is_followed(&self, fragment: &Fragment<'_>) -> bool {
+        let [surface] = fragment.chain else { return false };
+        let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
+        let has_lobes = || material.role == Role::Diffuse && material.lobes().is_some();
+        self.lobes.is_some() && (has_lobes() || self.follows_lens(material, surface, 0))
+    }
+
+    fn follow_together(&self, fragments: &mut [(u32, Fragment<'_>)], colors: &mut [Vec3]) {
+        self.follow_all(fragments, colors);
     }
 
     fn eye(&self) -> Option<&ViewRays> {

@@ -18,8 +18,8 @@ use catoptric_core::scene::{Material, Ray, RayDifferential, Role, Scene, TurnedE
 use glam::Vec3;
 pub use lobes::{LOBES, LobeLight, SharedLight, SharedRays};
 use rough::RoughRays;
-pub use waves::Cone;
 use waves::Waves;
+pub use waves::{Cone, SeenSurface};
 
 /// Paths that carry less than this share of the light are ended. Chosen far below a step of eight bits, not measured.
 pub const MIN_THROUGHPUT: f32 = 1e-5;
@@ -228,21 +228,6 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         let distance = start.ray.origin.distance(encounter.point.position);
         let first = self.meet(start, start.throughput, encounter, distance);
         self.with_rest(first)
-    }
-
-    /// The same of an eye, which may be within bodies, where the light over some of the surface's lobes is known.
-    pub fn radiance_beside_known(
-        &mut self,
-        ray: Ray,
-        change: Option<RayDifferential>,
-        encounter: &SurfaceInteraction,
-        known: [Option<LobeLight>; LOBES],
-    ) -> Vec3 {
-        self.known = known;
-        let start = self.first(ray, change, 0.0);
-        let radiance = self.radiance_of(&start, encounter);
-        self.known = [None; LOBES];
-        radiance
     }
 
     /// The sum of light that has arrived and of all that waits.

@@ -1,11 +1,11 @@
 //! Many paths side by side: rays are traced one by one, what they end on is shaded together.
 
-use super::{NearPlane, PathTracer, Segment};
+use super::{LOBES, LobeLight, NearPlane, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::light::wide_hierarchy::Treelet;
 use crate::optics::step::transmittance;
 use catoptric_core::scene::hit::Hit;
-use catoptric_core::scene::shade::Barycentrics;
+use catoptric_core::scene::shade::{Barycentrics, SurfaceInteraction};
 use catoptric_core::scene::{Ray, RayDifferential, Role, ShadingQueue, SurfaceQuery, ViewRays};
 use glam::{Vec2, Vec3};
 
@@ -34,7 +34,41 @@ pub struct Cone {
     pub absorption: Vec3,
 }
 
+/// A ray of an eye, which may be within bodies, and the surface that it is known to meet, whatever lies before that.
+pub struct SeenSurface {
+    /// The ray.
+    pub ray: Ray,
+    /// Its change to its neighbours.
+    pub change: RayDifferential,
+    /// Where it meets the surface.
+    pub encounter: SurfaceInteraction,
+    /// The light over the surface's lobes, where that is known.
+    pub known: [Option<LobeLight>; LOBES],
+}
+
 impl<F: RadianceField> PathTracer<'_, F> {
+    /// Sets the radiance that arrives from surfaces: of each pixel as many, one after the other, as it has paths
+    /// ([`Self::set_rough_rays`]). Both are of the same length.
+    pub fn radiances_of_seen(&mut self, seen: &[SeenSurface], sums: &mut [Vec3]) {
+        follow_seen(self, seen, sums);
+    }
+
+    #[inline(always)] // for the instructions of its caller
+    fn meet_seen(&mut self, seen: &[SeenSurface], sums: &mut [Vec3]) {
+        sums.fill(Vec3::ZERO);
+        let mut waves = std::mem::take(&mut self.waves);
+        for (owner, SeenSurface { ray, change, encounter, known }) in seen.iter().enumerate() {
+            let start = self.first(*ray, Some(*change), 0.0);
+            let distance = ray.origin.distance(encounter.point.position);
+            self.rough.part = owner as u32 % self.rough.parts;
+            self.known = *known;
+            sums[owner] += self.meet(&start, start.throughput, encounter, distance);
+            self.known = [None; LOBES];
+            waves.owners.resize(self.waiting.len(), owner as u32);
+        }
+        self.follow_waves(waves, sums);
+    }
+
     /// Sets the radiance that arrives at positions of the picture (in pixels): [`Self::radiance`] of each, to rounding,
     /// but below zero where what hides light from infinity takes away more than there was, as much as elsewhere less:
     /// the mean over a pixel is nearer to the truth. `sums` is as long as `positions`. Tells what is first met at each
@@ -173,4 +207,10 @@ impl<F: RadianceField> PathTracer<'_, F> {
         sums[owner as usize] += self.arrive(segment, throughput, hit);
         waves.owners.resize(self.waiting.len(), owner);
     }
+}
+
+/// Compiled with most of the shading for the instructions that the machine has.
+#[cfg_attr(not(debug_assertions), multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
+fn follow_seen<F: RadianceField>(paths: &mut PathTracer<'_, F>, seen: &[SeenSurface], sums: &mut [Vec3]) {
+    paths.meet_seen(seen, sums);
 }

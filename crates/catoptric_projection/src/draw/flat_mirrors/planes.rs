@@ -35,6 +35,9 @@ pub(crate) struct Mirrors {
 /// More flat parts of one object than this are taken for a curved surface. Chosen, not measured.
 const MAX_PLANES_OF_OBJECT: usize = 64;
 
+/// Glass with no more faces is seen through in large pieces. Chosen, not measured.
+const FEW_FACES: usize = 12;
+
 /// How far (as a share of the object's size) the corners of a mirror's triangles may lie from its plane. Chosen, not
 /// measured.
 const FLATNESS: f64 = 1e-5;
@@ -75,6 +78,11 @@ impl Mirrors {
         }
         mirrors
     }
+}
+
+/// Returns true if an object has a few flat faces and nothing else.
+pub(crate) fn has_flat_faces(scene: &Scene, object: u32) -> bool {
+    planes_of_object(scene, object).is_some_and(|planes| planes.len() <= FEW_FACES)
 }
 
 /// The flat parts of an object, or none when it is curved.

@@ -64,6 +64,7 @@ pub(super) struct Reflectance<'f> {
 
 impl Reflectance<'_> {
     /// The dielectric's share, by the cosine of the angle of incidence.
+    #[inline]
     fn of_dielectric(&self, cosine: f32) -> Vec3 {
         let at_normal = fresnel_dielectric(1.0, self.eta);
         // Fresnel's own curve, between the two ends that the material names.
@@ -73,6 +74,7 @@ impl Reflectance<'_> {
     }
 
     /// The share of light that enters the dielectric.
+    #[inline]
     fn entering(&self, cosine: f32) -> Vec3 {
         let reflected = self.of_dielectric(cosine);
         // What a film sends back of one colour is not made up for by another.
@@ -80,6 +82,7 @@ impl Reflectance<'_> {
         Vec3::ONE - reflected
     }
 
+    #[inline]
     fn of_all(&self, cosine: f32) -> Vec3 {
         let dielectric = self.of_dielectric(cosine);
         if self.metallic == 0.0 {
@@ -93,6 +96,7 @@ impl Reflectance<'_> {
 
 impl Lobe<'_> {
     /// The factor of light by a facet that is met at this cosine.
+    #[inline]
     pub(super) fn weight(&self, cosine: f32) -> Vec3 {
         self.factor
             * match self.kind {
@@ -102,6 +106,7 @@ impl Lobe<'_> {
     }
 
     /// The facet that two numbers choose, of those that a ray meets.
+    #[inline]
     pub(super) fn facet(&self, incoming: Vec3, number: Vec2) -> Vec3 {
         self.facets(incoming).facet(disc_point(number))
     }
@@ -146,6 +151,7 @@ impl Lobe<'_> {
     }
 
     /// The angle across the part of a reflected lobe that one of so many facets stands for.
+    #[inline]
     pub(super) fn width_of_part(&self, incoming: Vec3, facet: Vec3, count: u32) -> f32 {
         let (normal, cosine) = (self.facing.normal, -incoming.dot(self.facing.normal));
         let extent = match &self.stretch {
@@ -159,6 +165,7 @@ impl Lobe<'_> {
     }
 
     /// The density of the directions that the facets a ray meets send it to, about one of them, a solid angle.
+    #[inline]
     pub(super) fn density(&self, incoming: Vec3, facet: Vec3) -> f32 {
         let density = self.unmasked_share(incoming) / self.width_of_part(incoming, facet, 1).powi(2);
         // Along the surface nothing is known.
@@ -166,6 +173,7 @@ impl Lobe<'_> {
     }
 
     /// The share of facets that are not masked for a ray (Smith's), which the extent of a part leaves out.
+    #[inline]
     fn unmasked_share(&self, incoming: Vec3) -> f32 {
         let normal = self.facing.normal;
         let slope = match &self.stretch {
@@ -222,6 +230,7 @@ impl Lobe<'_> {
     }
 
     /// The share of a facet's light that is not shadowed by others.
+    #[inline]
     pub(super) fn unshadowed_share(&self, incoming: Vec3, direction: Vec3) -> f32 {
         if self.is_clear {
             return 1.0;
@@ -235,6 +244,7 @@ impl Lobe<'_> {
     }
 
     /// The direction after an event at a facet, on the side where it belongs.
+    #[inline]
     pub(super) fn outgoing(&self, incoming: Vec3, facet: Vec3) -> Option<Vec3> {
         let Facing { geometric, normal, .. } = self.facing;
         let (direction, side) = match self.kind {
