@@ -7,8 +7,8 @@
 
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_core::scene::ViewRays;
-use catoptric_core::scene::shade::SurfacePoint;
+use catoptric_core::scene::shade::{SurfaceInteraction, SurfacePoint};
+use catoptric_core::scene::{Ray, RayDifferential, ViewRays};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::path_tracer::{
     LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedLight, SharedRays,
@@ -64,6 +64,8 @@ impl Place {
 struct TracedPlace {
     place: Place,
     rays: [Option<SharedRays>; LOBES],
+    /// The ray of the eye, its change to its neighbours, and where it meets the surface.
+    seen: (Ray, RayDifferential, SurfaceInteraction),
     /// True if it has other lobes, too.
     has_others: bool,
 }
@@ -209,7 +211,8 @@ impl Cells<'_, '_> {
         let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
         let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
         let side = across.max(along);
-        Some(TracedPlace { place: Place { object, position, geometric_normal, side }, rays, has_others })
+        let place = Place { object, position, geometric_normal, side };
+        Some(TracedPlace { place, rays, seen: (ray, change, encounter), has_others })
     }
 
     /// The light over the lobes of some cells in a row, by their rays and those of their neighbours.
@@ -241,10 +244,12 @@ impl Cells<'_, '_> {
                     self::lights(traced, [row, column], &more)
                 }
             };
-            let lights = lights.map(|light| match light? {
+            let mut lights = lights.map(|light| match light? {
                 SharedLight::Known(light) => Some(light),
                 SharedLight::Lacks { .. } | SharedLight::Unknown => None,
             });
+            let (ray, change, encounter) = &own.seen;
+            paths.add_shown_light(ray, change, encounter, &mut lights);
             let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
             Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
         });

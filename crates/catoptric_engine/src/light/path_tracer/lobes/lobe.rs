@@ -105,6 +105,11 @@ impl Lobe<'_> {
             }
     }
 
+    /// Returns true if all that it shows follows from its normal, its width, and its reflectance at one angle.
+    pub(super) fn is_plain(&self) -> bool {
+        self.kind == BounceKind::Reflect && self.stretch.is_none() && self.reflectance.films.is_none()
+    }
+
     /// The facet that two numbers choose, of those that a ray meets.
     #[inline]
     pub(super) fn facet(&self, incoming: Vec3, number: Vec2) -> Vec3 {

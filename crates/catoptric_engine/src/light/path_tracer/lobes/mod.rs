@@ -246,6 +246,9 @@ impl<F: RadianceField> PathTracer<'_, F> {
         [share, count]: [f32; 2],
     ) -> Vec3 {
         let (incoming, origin) = (segment.ray.direction, encounter.point.position);
+        if let Some(light) = known.and_then(|known| known.of_lobe_like(lobe, incoming)) {
+            return throughput * light;
+        }
         let RoughRays { part, parts, seed, footprint_scale, .. } = self.rough;
         let start = turn(seed ^ CONES, incoming, origin);
         let wanted = (MOST_CONES as f32 * share.sqrt()) as u32 / parts;

@@ -5,7 +5,7 @@
 //! tracing by re-using paths), seen from their own places. Sums are normalised by those of the weights.
 
 use super::super::LEAST_SHARE;
-use super::light::{LOBES, LobeLight};
+use super::light::{LOBES, LobeLight, ShownLight};
 use super::lobe::{Lobe, SurfaceLobes};
 use super::{MOST_CONES, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
@@ -192,6 +192,7 @@ impl SharedRays {
             visible: Vec3::new(share(visible.x, sky.x), share(visible.y, sky.y), share(visible.z, sky.z)),
             found: if weight > 0.0 { (found / weight).max(Vec3::ZERO) } else { Vec3::ZERO },
             visible_lamps: share(arriving, of_lamps),
+            shown: ShownLight::default(),
         })
     }
 
@@ -294,6 +295,31 @@ impl<F: RadianceField> PathTracer<'_, F> {
             Some(self.rays_of_lobe(&segment, encounter, &lobe, place))
         });
         (rays, has_others)
+    }
+
+    /// Adds all the light that lobes show to what is known of it, where a path meets a surface first.
+    pub fn add_shown_light(
+        &mut self,
+        ray: &Ray,
+        change: &RayDifferential,
+        encounter: &SurfaceInteraction,
+        lights: &mut [Option<LobeLight>; LOBES],
+    ) {
+        let (scene, point, direction) = (self.scene, &encounter.point, ray.direction);
+        let material = scene.material_of(point.object);
+        let Some(lobes) = material.lobes() else { return };
+        let at = scene.lobes_at(material, lobes, point);
+        let of_surface = SurfaceLobes { at: &at, material, lobes, films: None, color: None, eta_factor: 1.0 };
+        let (found, _) = of_surface.met(point, direction);
+        let segment = Segment::first(*ray, Some(*change), 0.0);
+        for (lobe, light) in found.iter().zip(lights).filter(|_| at.film.is_none()) {
+            let (Some(lobe), Some(light)) = (lobe.as_ref().filter(|lobe| lobe.is_plain()), light) else { continue };
+            let share = lobe.share.max_element().min(1.0);
+            let radiance = self.push_gathered(&segment, Vec3::ONE, encounter, (lobe, Some(*light)), [share, 1.0]);
+            let normal = lobe.facing.normal;
+            let weight = lobe.weight(-direction.dot(normal));
+            light.shown = ShownLight { share: 1.0, normal, alpha: lobe.alpha, weight, radiance };
+        }
     }
 
     /// The rays of one lobe.
