@@ -2,8 +2,9 @@
 //!
 //! Rays leave the middle of every cell of pixels; each cell then takes the mean over its lobes from the rays of all
 //! cells around it. Where things are so near that these see something else, as at contacts, more rays of its own make
-//! up for them. Pixels take theirs from the four nearest cells that show the same surface; where there are none, as at
-//! rims and on thin things, rays of their own tell.
+//! up for them. Pixels take theirs from the four nearest cells that show the same surface: all the light of a lobe that
+//! is like those of the cells, as on smooth surfaces, else the share of light that arrives. Where there are no such
+//! cells, as at rims and on thin things, rays of their own tell.
 
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
