@@ -41,8 +41,7 @@ impl WaitingPaths {
         self.fragments.clear();
     }
 
-    /// Has a fragment wait whose parts are the last `parts` surfaces; those that wait and have other numbers of parts
-    /// are followed first.
+    /// Has a fragment wait that shows these surfaces; those that wait and show more or fewer are followed first.
     fn add(
         &mut self,
         index: u32,

@@ -14,6 +14,10 @@ const LEAST_KNOWN: f32 = 0.999;
 const LARGEST_TURN: f32 = 0.05;
 const LARGEST_CHANGE: f32 = 0.02;
 
+/// The same for its reflectance, as a factor of each colour: by more, dark metals say too little of bright ones beside
+/// them. Chosen, not measured.
+const LARGEST_TINT: f32 = 2.0;
+
 /// The light over a lobe, as rays tell.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LobeLight {
@@ -59,7 +63,10 @@ impl LobeLight {
             && turn <= (LARGEST_TURN * alpha).powi(2)
             && (lobe.alpha - alpha).abs() <= LARGEST_CHANGE * alpha;
         let tint = lobe.weight(-incoming.dot(own)) / weight;
-        (is_like && lobe.is_plain() && tint.is_finite()).then(|| radiance * tint)
+        // Not a number: no.
+        let least = tint.cmpge(Vec3::splat(1.0 / LARGEST_TINT));
+        let is_tinted_alike = (least & tint.cmple(Vec3::splat(LARGEST_TINT))).all();
+        (is_like && is_tinted_alike && lobe.is_plain()).then(|| radiance * tint)
     }
 
     /// The same, times a factor.
