@@ -308,7 +308,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         for (index, cone) in (0..).zip(&*cones).filter(|(_, cone)| cone.factor > 0.0) {
             // Somewhere in the cone's part of the lobe.
             let within = if segment.is_cone { Vec2::splat(0.5) } else { turn(seed ^ index, incoming, origin) };
-            let number = (cone.number + (within - 0.5) / (cone_count as f32).sqrt()).rem_euclid(Vec2::ONE);
+            let number = beside(cone.number, (within - 0.5) / (cone_count as f32).sqrt());
             let leaving = |number: Vec2| {
                 let facet = facets.facet(disc_point(number));
                 lobe.outgoing(incoming, facet).map(|direction| (facet, direction))
@@ -427,6 +427,14 @@ fn cone_middles(count: u32, [part, parts]: [u32; 2]) -> impl Iterator<Item = (Ve
         let index = index * parts + part;
         known.map_or_else(|| middle(index, all, Vec2::ZERO), |known| known[index as usize])
     })
+}
+
+/// Two numbers that choose a facet, moved on by others: the second, an angle, goes around; the first, of which the
+/// middle of the lobe is one end and its rim the other, turns back there.
+fn beside(number: Vec2, step: Vec2) -> Vec2 {
+    let Vec2 { x, y } = number + step;
+    let x = x.abs();
+    Vec2::new(if x > 1.0 { 2.0 - x } else { x }, y.rem_euclid(1.0))
 }
 
 /// The middle of one of so many parts, all of which are moved on by two numbers.
