@@ -45,7 +45,7 @@ pub struct BumpyPart<'a> {
 pub struct LeavingPart {
     /// The leaving ray.
     pub ray: Ray,
-    /// Its change to its neighbours.
+    /// The ray's change to its neighbours.
     pub change: RayDifferential,
     /// The share of light that goes this way, with its tint.
     pub weight: Vec3,

@@ -83,7 +83,7 @@ const WORK_A_SAMPLE: f64 = 0.5;
 /// Texels a side that maps have at least, unless fewer are wanted, before reflectors share them. Chosen, not measured.
 const MIN_SIZE: u32 = 64;
 
-/// What can be captured of some reflectors in `CAPTURE_WORK`.
+/// The maps of some reflectors that can be captured in `CAPTURE_WORK`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CaptureLimits {
     /// Maps in one round.

@@ -38,7 +38,7 @@ pub struct Cone {
 pub struct SeenSurface {
     /// The ray.
     pub ray: Ray,
-    /// Its change to its neighbours.
+    /// The ray's change to its neighbours.
     pub change: RayDifferential,
     /// Where it meets the surface.
     pub encounter: SurfaceInteraction,
