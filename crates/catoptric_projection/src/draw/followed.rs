@@ -31,7 +31,7 @@ impl WaitingPaths {
             return;
         }
         let parts = self.seen.len() / self.fragments.len();
-        paths.set_rough_rays((LOBE_RAYS / parts as u32).max(1), [0, parts as u32]);
+        paths.set_rough_rays((LOBE_RAYS / parts as u32).max(1), parts as u32);
         self.sums.resize(self.seen.len(), Vec3::ZERO);
         paths.radiances_of_seen(&self.seen, &mut self.sums);
         for (index, sums) in self.fragments.iter().zip(self.sums.chunks_exact(parts)) {
@@ -107,7 +107,7 @@ impl PathShader<'_> {
         let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
         let order = order.saturating_sub(bounce as u32);
         let mut paths = PathTracer::new(self.scene, tracer, PathModel::Tree, order);
-        paths.set_rough_rays(LOBE_RAYS, [0, 1]);
+        paths.set_rough_rays(LOBE_RAYS, 1);
         let mut sums = [Vec3::ZERO];
         paths.radiances_of_seen(&[SeenSurface { ray: *ray, change, encounter, known: Default::default() }], &mut sums);
         self.note_ended(paths.take_ended_count());

@@ -193,7 +193,7 @@ fn draw(
     let init = || {
         PathTracer::new(job.scene, tracer, settings.paths.into(), job.quality.order)
             .with_rough_rays(settings.rough_rays, settings.seed, footprint_scale)
-            .with_part(0, job.quality.samples)
+            .with_parts(job.quality.samples)
     };
     let pictures = parallel::map_init_stage(job.progress, "tracing", tiles, init, |paths, tile| {
         let (x0, y0) = (tile as u32 % columns * TILE, tile as u32 / columns * TILE);

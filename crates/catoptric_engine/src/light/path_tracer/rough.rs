@@ -40,15 +40,16 @@ impl<F> PathTracer<'_, F> {
         Self { rough: RoughRays { count: count.max(1), seed, footprint_scale, ..self.rough }, ..self }
     }
 
-    /// Has so many rays leave where the next path first meets a rough mirror, which is one of so many paths of a pixel.
-    pub fn set_rough_rays(&mut self, count: u32, [part, parts]: [u32; 2]) {
-        self.rough = RoughRays { count: count.max(1), part, parts: parts.max(1), ..self.rough };
+    /// Has so many rays leave where each of the next paths first meets a rough mirror; so many paths of a pixel follow
+    /// each other.
+    pub fn set_rough_rays(&mut self, count: u32, parts: u32) {
+        self.rough = RoughRays { count: count.max(1), part: 0, parts: parts.max(1), ..self.rough };
     }
 
-    /// The same for one of so many paths of a pixel, or for all of them, one after the other.
+    /// The same for so many paths of a pixel, one after the other.
     #[must_use]
-    pub fn with_part(self, part: u32, parts: u32) -> Self {
-        Self { rough: RoughRays { part, parts: parts.max(1), ..self.rough }, ..self }
+    pub fn with_parts(self, parts: u32) -> Self {
+        Self { rough: RoughRays { part: 0, parts: parts.max(1), ..self.rough }, ..self }
     }
 }
 
