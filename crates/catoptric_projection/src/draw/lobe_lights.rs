@@ -5,6 +5,9 @@
 //! up for them. Pixels take theirs from the four nearest cells that show the same surface: all the light of a lobe that
 //! is like those of the cells, as on smooth surfaces, else the share of light that arrives. Where there are no such
 //! cells, as at rims and on thin things, rays of their own tell.
+//!
+//! Cells are large first. Smaller ones follow only where the light may change within the large ones: near other things,
+//! where surfaces are bent, and at edges of shadows.
 
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
@@ -20,8 +23,8 @@ use catoptric_engine::method::Job;
 use glam::{UVec2, Vec2, Vec3};
 use std::ops::Range;
 
-/// The side of a cell, in pixels.
-const CELL_PX: u32 = 2;
+/// The sides of cells, in pixels: smaller ones are for where the larger ones do not tell the light between them.
+const CELLS_PX: [u32; 4] = [16, 8, 4, 2];
 
 /// Cells on each side of one whose rays it takes. Those at the rim count for half: so every place of a square of four
 /// by four counts once.
@@ -39,8 +42,13 @@ const RUN: usize = 32;
 const APART: f32 = 1.5;
 const TURNED: f32 = 0.7;
 
-/// The least share of a place's neighbourhood that shows the same surface.
+/// The least share of a place's neighbourhood that shows the same surface; and the same where the light is smooth, or
+/// smaller cells tell more.
 const LEAST_WEIGHT: f32 = 1e-3;
+const LEAST_WEIGHT_SMOOTH: f32 = 0.1;
+
+/// What cells of a row show, or know.
+type Row<T> = Vec<Option<Box<T>>>;
 
 /// The surface that the middle of a cell shows.
 #[derive(Clone, Copy)]
@@ -75,15 +83,16 @@ struct TracedPlace {
 struct LitPlace {
     place: Place,
     lights: [Option<LobeLight>; LOBES],
+    /// They change so little from cell to cell that pixels between need no smaller cells.
+    is_smooth: bool,
     /// Nothing is left for rays of its own.
     is_whole: bool,
 }
 
 /// The light over lobes of what is seen directly in a picture.
 pub(super) struct LobeLights {
-    columns: usize,
-    /// Rows of cells, those with lobes.
-    rows: Vec<Vec<Option<Box<LitPlace>>>>,
+    /// Those with the largest cells first.
+    grids: Vec<Grid>,
 }
 
 impl LobeLights {
@@ -97,47 +106,90 @@ impl LobeLights {
         if quality.order == 0 || !(0..scene.objects.len() as u32).any(has_lobes) {
             return Ok(None);
         }
-        let [columns, row_count] = [view.width, view.height].map(|pixels| pixels.div_ceil(CELL_PX) as usize);
-        let cells = Cells { job, tracer, rays: view.rays(), near: NearPlane::new(view) };
+        let empty = CELLS_PX.map(|cell_px| Grid::empty(cell_px, [view.width, view.height]));
+        let row_count = empty.iter().map(|grid| grid.size[1]).sum();
         let stage = Stage::begin(progress, "light over lobes", row_count)?;
-        let mut traced: Vec<Vec<Option<Box<TracedPlace>>>> = Vec::with_capacity(row_count);
-        let mut rows = Vec::with_capacity(row_count);
-        while rows.len() < row_count {
-            let band = rows.len()..(rows.len() + BAND).min(row_count);
-            let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
-            let init = || (PathTracer::new(scene, tracer, PathModel::Tree, quality.order), Treelet::default());
-            traced.extend(by_rows(&stage, ahead, columns, init, |(paths, treelet), row, columns| {
-                cells.trace(paths, treelet, row, columns)
-            })?);
-            rows.extend(by_rows(&stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
-                cells.light(paths, treelet, &traced, row, columns)
-            })?);
-            // Nobody looks at these again.
-            for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
-                *row = Vec::new();
-            }
-            stage.advance(band.len() as u64)?;
+        let mut lights = Self { grids: Vec::with_capacity(empty.len()) };
+        for grid in empty {
+            let cells = Cells { job, tracer, rays: view.rays(), near: NearPlane::new(view), grid, larger: &lights };
+            let grid = cells.lit(&stage)?;
+            lights.grids.push(grid);
         }
-        Ok(Some(Self { columns, rows }))
+        Ok(Some(lights))
     }
 
     /// The light over the lobes of a point that is seen at a position of the picture, in pixels: `None` where it is not
     /// known. Tells whether that is all the light that rays would find.
     pub(super) fn at(&self, position: Vec2, point: &SurfacePoint) -> ([Option<LobeLight>; LOBES], bool) {
-        let at = position / CELL_PX as f32 - 0.5;
+        match (self.smooth_at(position, point), self.grids.last()) {
+            (Some(nearest), _) => nearest.mean(),
+            (None, Some(smallest)) => smallest.nearest(position, point).mean(),
+            (None, None) => ([None; LOBES], false),
+        }
+    }
+
+    /// The largest cells around a point that all show its surface, on which the light is smooth.
+    fn smooth_at(&self, position: Vec2, point: &SurfacePoint) -> Option<Nearest<'_>> {
+        self.grids.iter().map(|grid| grid.nearest(position, point)).find(Nearest::is_smooth)
+    }
+}
+
+/// Cells of one size.
+struct Grid {
+    cell_px: u32,
+    /// Columns and rows.
+    size: [usize; 2],
+    /// Rows of cells, those with lobes; without those where larger cells tell as much.
+    rows: Vec<Row<LitPlace>>,
+}
+
+impl Grid {
+    /// No cells yet, for a picture of a size in pixels.
+    fn empty(cell_px: u32, size_px: [u32; 2]) -> Self {
+        Self { cell_px, size: size_px.map(|pixels| pixels.div_ceil(cell_px) as usize), rows: Vec::new() }
+    }
+
+    /// The middle of a cell, in pixels.
+    fn middle(&self, column: usize, row: usize) -> Vec2 {
+        (UVec2::new(column as u32, row as u32).as_vec2() + 0.5) * self.cell_px as f32
+    }
+
+    /// The four cells nearest to a position of the picture, as far as they show a point's surface.
+    fn nearest(&self, position: Vec2, point: &SurfacePoint) -> Nearest<'_> {
+        let at = position / self.cell_px as f32 - 0.5;
         let (first, share) = (at.floor(), at - at.floor());
+        let last = [self.size[0] - 1, self.size[1] - 1];
+        let cells = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
+            let place = (first + Vec2::new(x as f32, y as f32)).max(Vec2::ZERO);
+            let [column, row] = [(place.x as usize).min(last[0]), (place.y as usize).min(last[1])];
+            let lit = self.rows.get(row)?.get(column)?.as_deref().filter(|lit| lit.place.shows(point))?;
+            Some((lit, [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y]))
+        });
+        Nearest { cells }
+    }
+}
+
+/// The cells nearest to a point that show its surface, each with its weight.
+struct Nearest<'a> {
+    cells: [Option<(&'a LitPlace, f32)>; 4],
+}
+
+impl Nearest<'_> {
+    /// True if the light is smooth on those that show the surface.
+    fn is_smooth(&self) -> bool {
+        let weight: f32 = self.cells.iter().flatten().map(|(_, weight)| weight).sum();
+        weight >= LEAST_WEIGHT_SMOOTH && self.cells.iter().flatten().all(|(lit, _)| lit.is_smooth)
+    }
+
+    /// The mean light of each lobe; true if that is all the light that rays would find.
+    fn mean(&self) -> ([Option<LobeLight>; LOBES], bool) {
         let mut sums = [(LobeLight::default(), 0.0); LOBES];
         let mut is_whole = None;
-        for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let place = first + Vec2::new(x as f32, y as f32);
-            let is_inside = place.min_element() >= 0.0 && place.x < self.columns as f32;
-            let Some(row) = self.rows.get(place.y as usize).filter(|_| is_inside) else { continue };
-            let Some(lit) = row[place.x as usize].as_deref().filter(|lit| lit.place.shows(point)) else { continue };
-            let weight = [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y];
+        for (lit, weight) in self.cells.iter().flatten() {
             is_whole = Some(is_whole.unwrap_or(true) & lit.is_whole);
             for (sum, light) in sums.iter_mut().zip(&lit.lights) {
                 if let Some(light) = light {
-                    *sum = (sum.0.plus(light, weight), sum.1 + weight);
+                    *sum = (sum.0.plus(light, *weight), sum.1 + weight);
                 }
             }
         }
@@ -176,30 +228,88 @@ struct Cells<'a, 'j> {
     tracer: &'a Tracer,
     rays: ViewRays,
     near: NearPlane,
+    grid: Grid,
+    /// What larger cells have told.
+    larger: &'a LobeLights,
 }
 
 impl Cells<'_, '_> {
-    /// The places of some cells in a row, with their rays.
+    /// The cells with their light.
+    fn lit(mut self, stage: &Stage<'_>) -> Result<Grid, Cancelled> {
+        let [columns, row_count] = self.grid.size;
+        let Job { scene, quality, .. } = *self.job;
+        let init = || (PathTracer::new(scene, self.tracer, PathModel::Tree, quality.order), Treelet::default());
+        let lacking = by_rows(stage, 0..row_count, columns, Treelet::default, |treelet, row, columns| {
+            self.gather(treelet, row, &columns);
+            columns.map(|column| self.lacks_light(treelet, column, row)).collect()
+        })?;
+        let mut traced: Vec<Row<TracedPlace>> = Vec::with_capacity(row_count);
+        let mut rows = Vec::with_capacity(row_count);
+        while rows.len() < row_count {
+            let band = rows.len()..(rows.len() + BAND).min(row_count);
+            let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
+            traced.extend(by_rows(stage, ahead, columns, init, |(paths, treelet), row, columns| {
+                self.trace(paths, treelet, &lacking, row, columns)
+            })?);
+            rows.extend(by_rows(stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
+                self.light(paths, treelet, (&lacking[row], &traced), row, columns)
+            })?);
+            // Nobody looks at these again.
+            for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
+                *row = Vec::new();
+            }
+            stage.advance(band.len() as u64)?;
+        }
+        self.grid.rows = rows;
+        Ok(self.grid)
+    }
+
+    /// True if larger cells do not tell the light of a cell.
+    fn lacks_light(&self, treelet: &Treelet, column: usize, row: usize) -> bool {
+        if self.larger.grids.is_empty() {
+            return true;
+        }
+        let (scene, at) = (self.job.scene, self.grid.middle(column, row));
+        let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
+        let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet);
+        hit.filter(|hit| scene.material_of(hit.object(scene)).lobes().is_some()).is_some_and(|hit| {
+            let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
+            self.larger.smooth_at(at, &encounter.point).is_none()
+        })
+    }
+
+    /// The places of some cells in a row, with their rays: of those that lack light and those around them.
     fn trace(
         &self,
         paths: &mut PathTracer<'_>,
         treelet: &mut Treelet,
+        lacking: &[Vec<bool>],
         row: usize,
         columns: Range<usize>,
     ) -> Vec<Option<Box<TracedPlace>>> {
-        self.gather(treelet, row, &columns);
-        columns.map(|column| self.traced(paths, treelet, [column as u32, row as u32, 0]).map(Box::new)).collect()
+        let is_near = |column: usize| {
+            around(row, lacking.len()).any(|row| lacking[row][around(column, self.grid.size[0])].contains(&true))
+        };
+        let wanted: Vec<bool> = columns.clone().map(is_near).collect();
+        if wanted.contains(&true) {
+            self.gather(treelet, row, &columns);
+        }
+        let traced = |(column, is_wanted): (usize, &bool)| {
+            let place = is_wanted.then(|| self.traced(paths, treelet, [column as u32, row as u32, 0]))?;
+            place.map(Box::new)
+        };
+        columns.zip(&wanted).map(traced).collect()
     }
 
     /// Gathers what the first rays of some cells in a row may meet.
     fn gather(&self, treelet: &mut Treelet, row: usize, columns: &Range<usize>) {
-        let [low, high] = [columns.start, columns.end - 1].map(|column| middle(column as u32, row as u32));
+        let [low, high] = [columns.start, columns.end - 1].map(|column| self.grid.middle(column, row));
         self.tracer.gather(&self.rays, low, high, treelet);
     }
 
     /// The place of a cell in a column and a row, with the rays of a round.
     fn traced(&self, paths: &mut PathTracer<'_>, treelet: &Treelet, number: [u32; 3]) -> Option<TracedPlace> {
-        let (scene, at) = (self.job.scene, middle(number[0], number[1]));
+        let (scene, at) = (self.job.scene, self.grid.middle(number[0] as usize, number[1] as usize));
         let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
         let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet)?;
         scene.material_of(hit.object(scene)).lobes()?;
@@ -210,7 +320,7 @@ impl Cells<'_, '_> {
         }
         let SurfacePoint { object, position, geometric_normal, .. } = encounter.point;
         let on_surface = change.transferred(&ray, hit.distance(), geometric_normal);
-        let [across, along] = on_surface.map(|change| change.length() * CELL_PX as f32);
+        let [across, along] = on_surface.map(|change| change.length() * self.grid.cell_px as f32);
         let side = across.max(along);
         let place = Place { object, position, geometric_normal, side };
         Some(TracedPlace { place, rays, seen: (ray, change, encounter), has_others })
@@ -221,14 +331,14 @@ impl Cells<'_, '_> {
         &self,
         paths: &mut PathTracer<'_>,
         treelet: &mut Treelet,
-        traced: &[Vec<Option<Box<TracedPlace>>>],
+        (lacking, traced): (&[bool], &[Row<TracedPlace>]),
         row: usize,
         columns: Range<usize>,
     ) -> Vec<Option<Box<LitPlace>>> {
         let mut is_gathered = false;
         let cells = columns.clone();
         let lit = cells.map(|column| {
-            let own = traced[row][column].as_deref()?;
+            let own = traced[row][column].as_deref().filter(|_| lacking[column])?;
             let lights = lights(traced, [row, column], &[]);
             let lacking = lights.iter().flatten().map(|light| match light {
                 SharedLight::Lacks { rounds } => *rounds,
@@ -245,31 +355,32 @@ impl Cells<'_, '_> {
                     self::lights(traced, [row, column], &more)
                 }
             };
+            let is_smooth = |light: &SharedLight| matches!(light, SharedLight::Known { is_smooth: true, .. });
+            let is_smooth = lights.iter().flatten().all(is_smooth);
             let mut lights = lights.map(|light| match light? {
-                SharedLight::Known(light) => Some(light),
+                SharedLight::Known { light, .. } => Some(light),
                 SharedLight::Lacks { .. } | SharedLight::Unknown => None,
             });
             let (ray, change, encounter) = &own.seen;
             paths.add_shown_light(ray, change, encounter, &mut lights);
             let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
-            Some(Box::new(LitPlace { place: own.place, lights, is_whole: is_known && !own.has_others }))
+            Some(Box::new(LitPlace { place: own.place, lights, is_smooth, is_whole: is_known && !own.has_others }))
         });
         lit.collect()
     }
 }
 
-/// The middle of a cell, in pixels.
-fn middle(column: u32, row: u32) -> Vec2 {
-    (UVec2::new(column, row).as_vec2() + 0.5) * CELL_PX as f32
+/// The numbers of cells around one of so many, and its own.
+fn around(middle: usize, end: usize) -> Range<usize> {
+    middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end)
 }
 
 /// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours.
 fn lights(
-    traced: &[Vec<Option<Box<TracedPlace>>>],
+    traced: &[Row<TracedPlace>],
     [row, column]: [usize; 2],
     more: &[TracedPlace],
 ) -> [Option<SharedLight>; LOBES] {
-    let around = |middle: usize, end: usize| middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end);
     let Some(own) = traced[row][column].as_deref() else { return [const { None }; LOBES] };
     std::array::from_fn(|lobe| {
         let rays = own.rays[lobe].as_ref()?;

@@ -48,6 +48,16 @@ const LEAST_REACH: f32 = 0.01;
 /// The most rounds of rays that a place needs beside its first where its neighbours' rays do not serve.
 const MOST_MORE_ROUNDS: u32 = LEAST_SHARED as u32 - 1;
 
+/// The light over a lobe is smooth where the reach of all places around is so many sizes of one at least, so is
+/// the nearest thing seen, the likeness
+/// of its nearest neighbours and the rays that serve are no less, and the share of lamps' light that arrives differs by
+/// no more. Chosen on floors of several roughnesses under five things: so their errors are those of the smallest cells.
+const SMOOTH_REACH: f32 = 3.0;
+const SMOOTH_NEAREST: f32 = 2.5;
+const SMOOTH_LIKENESS: f32 = 0.9;
+const SMOOTH_SHARED: f32 = 6.0;
+const SMOOTH_LAMPS: f32 = 0.1;
+
 /// How much nearer or farther what a ray has found may count as from another place, as a factor of areas.
 const LARGEST_APPROACH: f32 = 4.0;
 
@@ -119,6 +129,8 @@ pub struct SharedRays {
     /// Half of what it sees lies nearer than that share of the lobe's width: neighbours farther away see something
     /// else.
     reach: f32,
+    /// The same of the nearest thing that it sees, at most that thing's distance.
+    nearest: f32,
     /// How many places of the arrays are used.
     count: usize,
     /// Where rays end; directions of those that meet nothing, which have a last part of 0.
@@ -167,8 +179,12 @@ impl SharedRays {
             self.add(own, 1.0, &mut sums);
         }
         let (mut alike, mut shared) = (1.0, 1.0 + more.len() as f32);
+        let nearest = others.iter().fold(self.nearest, |nearest, (other, _)| nearest.min(other.nearest));
+        let mut is_smooth = more.is_empty() && reach >= SMOOTH_REACH * side && nearest >= SMOOTH_NEAREST * side;
         for (other, factor) in others {
-            let likeness = factor * self.likeness(other);
+            let likeness = self.likeness(other);
+            is_smooth &= (*factor < 1.0 || likeness >= SMOOTH_LIKENESS) && self.lamps_alike(other);
+            let likeness = factor * likeness;
             let apart = self.lobe.position.distance_squared(other.lobe.position) / (reach * reach);
             alike += likeness;
             // Not a number where nothing has an extent: it serves not.
@@ -188,12 +204,19 @@ impl SharedRays {
         }
         let Sums { weight, sky, visible, found, lamps: [of_lamps, arriving] } = sums;
         let share = |part: f32, all: f32| if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 1.0 };
-        SharedLight::Known(LobeLight {
+        let light = LobeLight {
             visible: Vec3::new(share(visible.x, sky.x), share(visible.y, sky.y), share(visible.z, sky.z)),
             found: if weight > 0.0 { (found / weight).max(Vec3::ZERO) } else { Vec3::ZERO },
             visible_lamps: share(arriving, of_lamps),
             shown: ShownLight::default(),
-        })
+        };
+        SharedLight::Known { light, is_smooth: is_smooth && shared >= SMOOTH_SHARED }
+    }
+
+    /// True if as much of the lamps' light arrives at another place.
+    fn lamps_alike(&self, other: &Self) -> bool {
+        let [[light, share], [_, others]] = [self.lamps, other.lamps];
+        light <= 0.0 || (share - others).abs() <= SMOOTH_LAMPS
     }
 
     /// Adds what the rays of a place say.
@@ -236,7 +259,12 @@ impl SharedRays {
 /// The light over a lobe, as far as rays tell it.
 pub enum SharedLight {
     /// The light, as told by rays nearby.
-    Known(LobeLight),
+    Known {
+        /// The light.
+        light: LobeLight,
+        /// It changes so little from place to place that it is known between them, too.
+        is_smooth: bool,
+    },
     /// The place itself needs more rounds of rays: things are too near for others to see the same.
     Lacks {
         /// Rounds of rays that are missing.
@@ -337,6 +365,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let mut shared = SharedRays {
             lobe: PlacedLobe::new(lobe, encounter.point.position, incoming),
             reach: f32::INFINITY,
+            nearest: f32::INFINITY,
             count,
             ends: [[0.0; MOST_RAYS]; 4],
             density: [f32::INFINITY; MOST_RAYS],
@@ -369,8 +398,11 @@ impl<F: RadianceField> PathTracer<'_, F> {
         }
         self.trace_shared(waiting, of_lobe, emitters, &mut shared);
         // The harmonic mean of lengths: near things change most.
-        let nearness: f32 = (0..of_lobe).map(|ray| shared.ends[3][ray] * shared.nearness2[ray].sqrt()).sum();
-        shared.reach = lobe_width(shared.lobe.alpha.min_element()) * of_lobe as f32 / nearness;
+        let nearness = |ray: usize| shared.ends[3][ray] * shared.nearness2[ray].sqrt();
+        let width = lobe_width(shared.lobe.alpha.min_element());
+        let nearest = (0..shared.count).filter(|ray| shared.density[*ray] < f32::INFINITY).map(nearness);
+        shared.nearest = width.min(1.0) / nearest.fold(0.0, f32::max);
+        shared.reach = width * of_lobe as f32 / (0..of_lobe).map(nearness).sum::<f32>();
         if let Some(lamps) = self.field.lamps(self.scene) {
             let number = NUMBERS[place as usize].0.x;
             let (light, share) = self.of_lamps(segment, encounter, lobe, lamps, (MOST_CONES, number), None);
