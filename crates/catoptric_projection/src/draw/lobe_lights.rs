@@ -26,6 +26,11 @@ use std::ops::Range;
 /// The sides of cells, in pixels: smaller ones are for where the larger ones do not tell the light between them.
 const CELLS_PX: [u32; 4] = [16, 8, 4, 2];
 
+/// Cells are tried where the light seems to be smooth on ones that are smaller by this factor; where nothing is known of
+/// it, if they are no smaller than so many pixels.
+const TRIED: f32 = 0.7;
+const LEAST_EDGE_PX: f32 = 8.0;
+
 /// Cells on each side of one whose rays it takes. Those at the rim count for half: so every place of a square of four
 /// by four counts once.
 const NEIGHBOURS: usize = 2;
@@ -83,8 +88,8 @@ struct TracedPlace {
 struct LitPlace {
     place: Place,
     lights: [Option<LobeLight>; LOBES],
-    /// They change so little from cell to cell that pixels between need no smaller cells.
-    is_smooth: bool,
+    /// The side of cells, in pixels, up to which they change so little that pixels between need no smaller ones.
+    smooth_px: f32,
     /// Nothing is left for rays of its own.
     is_whole: bool,
 }
@@ -165,12 +170,13 @@ impl Grid {
             let lit = self.rows.get(row)?.get(column)?.as_deref().filter(|lit| lit.place.shows(point))?;
             Some((lit, [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y]))
         });
-        Nearest { cells }
+        Nearest { cell_px: self.cell_px, cells }
     }
 }
 
 /// The cells nearest to a point that show its surface, each with its weight.
 struct Nearest<'a> {
+    cell_px: u32,
     cells: [Option<(&'a LitPlace, f32)>; 4],
 }
 
@@ -178,7 +184,13 @@ impl Nearest<'_> {
     /// True if the light is smooth on those that show the surface.
     fn is_smooth(&self) -> bool {
         let weight: f32 = self.cells.iter().flatten().map(|(_, weight)| weight).sum();
-        weight >= LEAST_WEIGHT_SMOOTH && self.cells.iter().flatten().all(|(lit, _)| lit.is_smooth)
+        weight >= LEAST_WEIGHT_SMOOTH && self.smooth_px().is_some_and(|smooth| smooth >= self.cell_px as f32)
+    }
+
+    /// The side of cells on which the light would be smooth, in pixels: that of the least smooth one; `None` if no cell
+    /// shows the surface.
+    fn smooth_px(&self) -> Option<f32> {
+        self.cells.iter().flatten().map(|(lit, _)| lit.smooth_px).reduce(f32::min)
     }
 
     /// The mean light of each lobe; true if that is all the light that rays would find.
@@ -275,7 +287,20 @@ impl Cells<'_, '_> {
         hit.filter(|hit| scene.material_of(hit.object(scene)).lobes().is_some()).is_some_and(|hit| {
             let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
             self.larger.smooth_at(at, &encounter.point).is_none()
+                && (self.is_smallest() || self.may_be_smooth(at, &encounter.point))
         })
+    }
+
+    /// True if larger cells do not say that the light is not smooth on cells of this size. At edges, where none of them
+    /// shows the surface, rather small ones are not tried.
+    fn may_be_smooth(&self, at: Vec2, point: &SurfacePoint) -> bool {
+        let cell_px = self.grid.cell_px as f32;
+        let smooth_px = self.larger.grids.iter().rev().find_map(|grid| grid.nearest(at, point).smooth_px());
+        smooth_px.map_or(cell_px >= LEAST_EDGE_PX, |smooth| smooth >= TRIED * cell_px)
+    }
+
+    fn is_smallest(&self) -> bool {
+        Some(&self.grid.cell_px) == CELLS_PX.last()
     }
 
     /// The places of some cells in a row, with their rays: of those that lack light and those around them.
@@ -339,7 +364,12 @@ impl Cells<'_, '_> {
         let cells = columns.clone();
         let lit = cells.map(|column| {
             let own = traced[row][column].as_deref().filter(|_| lacking[column])?;
-            let lights = lights(traced, [row, column], &[]);
+            let (lights, smooth_side) = lights(traced, [row, column], &[]);
+            let place = own.place;
+            let smooth_px = self.grid.cell_px as f32 * (smooth_side / place.side);
+            if smooth_px < self.grid.cell_px as f32 && !self.is_smallest() {
+                return Some(Box::new(LitPlace { place, lights: [None; LOBES], smooth_px, is_whole: false }));
+            }
             let lacking = lights.iter().flatten().map(|light| match light {
                 SharedLight::Lacks { rounds } => *rounds,
                 _ => 0,
@@ -352,19 +382,17 @@ impl Cells<'_, '_> {
                     }
                     let round = |round| self.traced(paths, treelet, [column as u32, row as u32, round]);
                     let more: Vec<TracedPlace> = (1..=rounds).filter_map(round).collect();
-                    self::lights(traced, [row, column], &more)
+                    self::lights(traced, [row, column], &more).0
                 }
             };
-            let is_smooth = |light: &SharedLight| matches!(light, SharedLight::Known { is_smooth: true, .. });
-            let is_smooth = lights.iter().flatten().all(is_smooth);
             let mut lights = lights.map(|light| match light? {
-                SharedLight::Known { light, .. } => Some(light),
+                SharedLight::Known(light) => Some(light),
                 SharedLight::Lacks { .. } | SharedLight::Unknown => None,
             });
             let (ray, change, encounter) = &own.seen;
             paths.add_shown_light(ray, change, encounter, &mut lights);
             let is_known = lights.iter().zip(&own.rays).all(|(light, rays)| light.is_some() == rays.is_some());
-            Some(Box::new(LitPlace { place: own.place, lights, is_smooth, is_whole: is_known && !own.has_others }))
+            Some(Box::new(LitPlace { place, lights, smooth_px, is_whole: is_known && !own.has_others }))
         });
         lit.collect()
     }
@@ -375,14 +403,16 @@ fn around(middle: usize, end: usize) -> Range<usize> {
     middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end)
 }
 
-/// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours.
+/// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours; how long
+/// cells may be so that it is smooth.
 fn lights(
     traced: &[Row<TracedPlace>],
     [row, column]: [usize; 2],
     more: &[TracedPlace],
-) -> [Option<SharedLight>; LOBES] {
-    let Some(own) = traced[row][column].as_deref() else { return [const { None }; LOBES] };
-    std::array::from_fn(|lobe| {
+) -> ([Option<SharedLight>; LOBES], f32) {
+    let mut smooth_side = f32::INFINITY;
+    let Some(own) = traced[row][column].as_deref() else { return ([const { None }; LOBES], smooth_side) };
+    let lights = std::array::from_fn(|lobe| {
         let rays = own.rays[lobe].as_ref()?;
         let mut others = [(rays, 0.0); (2 * NEIGHBOURS + 1).pow(2)];
         let mut count = 0;
@@ -404,6 +434,9 @@ fn lights(
             }
         }
         let more = more.iter().filter_map(|place| place.rays[lobe].as_ref()).collect::<Vec<_>>();
-        Some(rays.light(own.place.side, &more, &others[..count]))
-    })
+        let (light, smooth) = rays.light(own.place.side, &more, &others[..count]);
+        smooth_side = smooth_side.min(smooth);
+        Some(light)
+    });
+    (lights, smooth_side)
 }

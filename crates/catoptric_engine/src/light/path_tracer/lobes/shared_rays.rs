@@ -58,6 +58,9 @@ const SMOOTH_LIKENESS: f32 = 0.9;
 const SMOOTH_SHARED: f32 = 6.0;
 const SMOOTH_LAMPS: f32 = 0.1;
 
+/// Places of less than their size, where it is not known how much smaller they should be.
+const SMALLER: f32 = 0.5;
+
 /// How much nearer or farther what a ray has found may count as from another place, as a factor of areas.
 const LARGEST_APPROACH: f32 = 4.0;
 
@@ -170,20 +173,27 @@ impl SharedRays {
     }
 
     /// The light over the lobe, by its own rays, those of more rounds from its place, and those of others, each with a
-    /// factor. `side` is that of what the place stands for.
-    pub fn light(&self, side: f32, more: &[&Self], others: &[(&Self, f32)]) -> SharedLight {
+    /// factor; how long places may be so that it is known between them, too. `side` is that of what the place stands
+    /// for.
+    pub fn light(&self, side: f32, more: &[&Self], others: &[(&Self, f32)]) -> (SharedLight, f32) {
         // Where one of them sees something near, all may soon.
         let reach = others.iter().fold(self.reach, |reach, (other, _)| reach.min(other.reach));
+        let nearest = others.iter().fold(self.nearest, |nearest, (other, _)| nearest.min(other.nearest));
+        let mut smooth_side = (reach / SMOOTH_REACH).min(nearest / SMOOTH_NEAREST);
         let mut sums = Sums::default();
         for own in [self].iter().chain(more) {
             self.add(own, 1.0, &mut sums);
         }
         let (mut alike, mut shared) = (1.0, 1.0 + more.len() as f32);
-        let nearest = others.iter().fold(self.nearest, |nearest, (other, _)| nearest.min(other.nearest));
-        let mut is_smooth = more.is_empty() && reach >= SMOOTH_REACH * side && nearest >= SMOOTH_NEAREST * side;
         for (other, factor) in others {
             let likeness = self.likeness(other);
-            is_smooth &= (*factor < 1.0 || likeness >= SMOOTH_LIKENESS) && self.lamps_alike(other);
+            if *factor >= 1.0 {
+                // Normals turn as far as places lie apart.
+                smooth_side = smooth_side.min(side * ((1.0 - SMOOTH_LIKENESS) / (1.0 - likeness)).sqrt());
+            }
+            if !self.lamps_alike(other) {
+                smooth_side = smooth_side.min(SMALLER * side);
+            }
             let likeness = factor * likeness;
             let apart = self.lobe.position.distance_squared(other.lobe.position) / (reach * reach);
             alike += likeness;
@@ -195,12 +205,16 @@ impl SharedRays {
             }
         }
         if alike < LEAST_ALIKE {
-            return SharedLight::Unknown;
+            return (SharedLight::Unknown, smooth_side.min(SMALLER * side));
         }
         if shared < LEAST_SHARED {
             let is_far = reach * lobe_width(self.lobe.alpha.min_element()) > LEAST_REACH * side;
             let rounds = (LEAST_SHARED - shared).ceil() as u32;
-            return if is_far { SharedLight::Lacks { rounds } } else { SharedLight::Unknown };
+            let light = if is_far { SharedLight::Lacks { rounds } } else { SharedLight::Unknown };
+            return (light, smooth_side.min(SMALLER * side));
+        }
+        if shared < SMOOTH_SHARED || !more.is_empty() {
+            smooth_side = smooth_side.min(SMALLER * side);
         }
         let Sums { weight, sky, visible, found, lamps: [of_lamps, arriving] } = sums;
         let share = |part: f32, all: f32| if all > 0.0 { (part / all).clamp(0.0, 1.0) } else { 1.0 };
@@ -210,7 +224,7 @@ impl SharedRays {
             visible_lamps: share(arriving, of_lamps),
             shown: ShownLight::default(),
         };
-        SharedLight::Known { light, is_smooth: is_smooth && shared >= SMOOTH_SHARED }
+        (SharedLight::Known(light), smooth_side)
     }
 
     /// True if as much of the lamps' light arrives at another place.
@@ -259,12 +273,7 @@ impl SharedRays {
 /// The light over a lobe, as far as rays tell it.
 pub enum SharedLight {
     /// The light, as told by rays nearby.
-    Known {
-        /// The light.
-        light: LobeLight,
-        /// It changes so little from place to place that it is known between them, too.
-        is_smooth: bool,
-    },
+    Known(LobeLight),
     /// The place itself needs more rounds of rays: things are too near for others to see the same.
     Lacks {
         /// Rounds of rays that are missing.
